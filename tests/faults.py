@@ -130,6 +130,7 @@ class FaultyTransport:
         from_board: Callable[[bytes], bytes] = bytes,
     ) -> None:
         self.timeout: float | None = None
+        self.write_timeout: float | None = None
         self.closed = False
         self._chip = chip
         self._clock = clock

@@ -34,7 +34,7 @@ class LinkError(JobError):
 
 
 class LinkTimeoutError(LinkError):
-    """The board did not answer in any attempt."""
+    """The board did not answer in any attempt, or took no more bytes."""
 
 
 class RefusedError(LinkError):
@@ -101,7 +101,8 @@ class Link:
     happens on the line. A wait ends with a good frame, after ``timeout_s`` of silence, or after 8
     times that if bytes keep arriving. The link then repeats the commands that have no answer. After
     ``attempts`` consecutive waits without progress it raises :class:`LinkTimeoutError`. The time
-    that the port needs to accept written bytes does not count.
+    that the port needs to accept the bytes of a frame does not count, but it is limited too: a
+    write that takes as long as all attempts raises :class:`LinkTimeoutError`.
 
     An interrupt ends the session, and so does every error except the refusal of a :meth:`request`:
     it is then unknown whether the chip executed the last command. :meth:`reopen` starts the next
@@ -110,7 +111,7 @@ class Link:
     Parameters
     ----------
     transport : Transport
-        An open port, closed with the link. Its ``timeout`` is set here.
+        An open port, closed with the link. Its ``timeout`` and ``write_timeout`` are set here.
     timeout_s : float
         Seconds of silence after which a frame counts as lost. It must exceed the board's longest
         computation plus the time on the line of the bytes that the port buffers.
@@ -156,6 +157,7 @@ class Link:
         self._credit = 0
         self._next = 0
         transport.timeout = timeout_s
+        transport.write_timeout = self._patience_s = attempts * timeout_s
 
     def close(self) -> None:
         """Close the port."""
@@ -345,6 +347,11 @@ class Link:
         self.traffic.frames_repeated += repeated
         try:
             self._transport.write(data)
+        except TimeoutError:
+            raise LinkTimeoutError(
+                f"The board took no bytes for {self._patience_s:g} s: check that it runs, and the "
+                "cable."
+            ) from None
         except OSError as error:
             raise _lost(error) from None
 

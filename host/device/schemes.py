@@ -31,6 +31,7 @@ from host.errors import InputError, JobError
 __all__ = [
     "CONFIG_FIELDS",
     "GROUP",
+    "PATIENCE_S",
     "BoardScheme",
     "OpenPort",
     "ServedBoard",
@@ -41,6 +42,10 @@ __all__ = [
 
 #: Group of the entry points that name kinds of boards.
 GROUP = "pathgene.boards"
+
+#: Seconds for which a host waits for an answer before it gives the board up, for boards of every
+#: kind but simulations a thousand times slower.
+PATIENCE_S = 15.0
 
 #: Names of the fields of the configuration, which are options of boards that are built to order.
 CONFIG_FIELDS = tuple(field.name for field in dataclasses.fields(Config))

@@ -2,48 +2,60 @@
 
 from __future__ import annotations
 
-from urllib.parse import parse_qsl
+import math
+from urllib.parse import parse_qsl, urlsplit
 
 from hdl.config import Config
 from hdl.protocol import LINE_BITS
-from host.device.schemes import BoardScheme, OpenPort, scheme_names
+from host.device.schemes import PATIENCE_S, BoardScheme, OpenPort, scheme_names
+from host.device.serial_port import SerialPort
+from host.device.socket_port import SocketPort
+from host.device.transport import Transport
 from host.errors import InputError
 
 
 __all__ = ["SerialScheme"]
 
+#: Attempts however short the patience: the link asks for shorter replies from the fifth on.
+_MINIMUM_ATTEMPTS = 5
+#: Longest patience that a URL may ask for, seconds.
+_MAXIMUM_PATIENCE_S = 86_400
+
 
 class SerialScheme(BoardScheme):
-    """A serial device or any URL of pyserial, with the option ``?baud=NUMBER``.
+    """A serial device or any URL of pyserial, with ``?baud=NUMBER&patience=SECONDS``.
 
-    The baud rate defaults to that of the default configuration.
+    The baud rate defaults to that of the default configuration, the patience to that of all boards.
+    A frame is sent again after ``timeout_s`` and the time of its bytes on the line, until the
+    patience is over, and 4 times at least.
 
     Parameters
     ----------
     timeout_s : float
         Longest silence of a board in seconds, the time of bytes on the line apart.
-    attempts : int
-        Number of times that a frame is sent before the board is given up.
     """
 
-    def __init__(self, *, timeout_s: float = 0.25, attempts: int = 12) -> None:
+    def __init__(self, *, timeout_s: float = 0.25) -> None:
         self.timeout_s = timeout_s
-        self.attempts = attempts
 
     def open(self, url: str) -> OpenPort:
-        """Open the port, shared: another process may have it open."""
-        import serial
-
+        """Open the port, a device shared: another process may have it open."""
         place, _, query = url.partition("?")
-        options = dict(parse_qsl(query, keep_blank_values=True))
         config = Config()
-        baud = options.pop("baud", str(config.clock_hz // config.clocks_per_bit))
-        if options or not baud.isdigit() or int(baud) == 0:
+        options = {
+            "baud": str(config.clock_hz // config.clocks_per_bit),
+            "patience": str(PATIENCE_S),
+        }
+        known = set(options)
+        options |= dict(parse_qsl(query, keep_blank_values=True))
+        baud, patience_s = _whole(options["baud"]), _seconds(options["patience"])
+        if set(options) != known or baud is None or patience_s is None:
             raise InputError(
-                f"A serial board takes the option baud=NUMBER and no other, not {url!r}."
+                "A serial board takes the options baud=NUMBER and patience=SECONDS (at most "
+                f"{_MAXIMUM_PATIENCE_S:,}) and no others, not {url!r}."
             )
         try:
-            port = serial.serial_for_url(place, baudrate=int(baud), timeout=0, exclusive=None)
+            port = _open_port(place, baud)
         except (OSError, ValueError) as error:
             simulated = ", ".join(f"{name}:" for name in scheme_names())
             raise InputError(
@@ -51,5 +63,29 @@ class SerialScheme(BoardScheme):
                 "or a URL of pyserial."
             ) from None
         # The operating system may still hold a full window of bytes for the line.
-        on_line_s = LINE_BITS * config.receive_buffer / port.baudrate
-        return OpenPort(port, self.timeout_s + on_line_s, self.attempts)
+        timeout_s = self.timeout_s + LINE_BITS * config.receive_buffer / baud
+        attempts = max(_MINIMUM_ATTEMPTS, math.ceil(patience_s / timeout_s))
+        return OpenPort(port, timeout_s, attempts)
+
+
+def _whole(text: str) -> int | None:
+    """Return a number above 0, or None if ``text`` is none."""
+    return (int(text) or None) if text.isascii() and text.isdigit() else None
+
+
+def _seconds(text: str) -> float | None:
+    """Return a number of seconds above 0, or None if ``text`` is none."""
+    try:
+        seconds = float(text)
+    except ValueError:
+        return None
+    return seconds if 0 < seconds <= _MAXIMUM_PATIENCE_S else None
+
+
+def _open_port(place: str, baud: int) -> Transport:
+    if not place.startswith("socket://"):
+        return SerialPort(place, baud)
+    parts = urlsplit(place)
+    if not parts.hostname or parts.port is None:
+        raise ValueError("expected socket://HOST:PORT")
+    return SocketPort((parts.hostname, parts.port))

@@ -15,11 +15,12 @@ class Transport(Protocol):
 
     Attributes
     ----------
-    timeout : float or None
-        Longest wait of :meth:`read`, seconds.
+    timeout, write_timeout : float or None
+        Longest waits of :meth:`read` and :meth:`write`, seconds.
     """
 
     timeout: float | None
+    write_timeout: float | None
 
     @property
     def in_waiting(self) -> int:
@@ -31,7 +32,7 @@ class Transport(Protocol):
         ...
 
     def write(self, data: bytes, /) -> int | None:
-        """Send all of ``data``."""
+        """Send all of ``data``, or raise TimeoutError if ``write_timeout`` comes first."""
         ...
 
     def close(self) -> None:

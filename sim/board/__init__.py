@@ -1,8 +1,7 @@
 """The simulated board: a chip's Verilog behind a real TCP port or terminal.
 
 :func:`open_simulated` starts one from a URL. Below it, :mod:`sim.board.programs` builds the program
-(Verilator, or Icarus as a second opinion), :mod:`sim.board.process` runs it, and
-:mod:`sim.board.port` is the serial port to it.
+(Verilator, or Icarus as a second opinion), and :mod:`sim.board.process` runs it.
 """
 
 from __future__ import annotations
@@ -10,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from sim.board.port import SocketPort
 from sim.board.process import SimulatedBoard
 from sim.board.programs import Program, build_program, verilate
 from sim.board.url import BoardOptions, parse_board_url
@@ -20,7 +18,6 @@ __all__ = [
     "BoardOptions",
     "Program",
     "SimulatedBoard",
-    "SocketPort",
     "build_program",
     "open_simulated",
     "parse_board_url",

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <utility>
 
 #include <fcntl.h>
 #include <netdb.h>
@@ -20,6 +21,10 @@ namespace board {
 namespace {
 
 constexpr auto kControlPeriod = std::chrono::milliseconds{50};
+constexpr auto kIdleLimit = std::chrono::seconds{1};            // See bridge.hpp.
+constexpr auto kSettleLimit = std::chrono::milliseconds{500};  // Wait for the chip's last answers.
+constexpr int kBacklog = 64;
+constexpr int kSocketBytes = 1 << 16;  // Of the kernel's buffers, in each direction.
 
 volatile std::sig_atomic_t stop_requested = 0;
 
@@ -39,6 +44,21 @@ std::uint64_t parse_number(const std::string& name, const char* text, std::uint6
 }
 
 void set_nonblocking(int fd) { fcntl(fd, F_SETFL, fcntl(fd, F_GETFL) | O_NONBLOCK); }
+
+// Tells whether the far end of a connection sends no more, though bytes may wait to be read.
+bool has_left(int fd) {
+    pollfd state{fd, POLLRDHUP, 0};
+    return poll(&state, 1, 0) > 0;
+}
+
+void refuse(int fd) {
+    // To close with unread bytes would reset the connection, and the client might lose the text.
+    std::uint8_t unread[4096];
+    for (int i = 0; i < kSocketBytes / 4096 && read(fd, unread, sizeof unread) > 0; ++i) {
+    }
+    if (write(fd, kBusy, sizeof kBusy - 1) < 0) errno = 0;  // It has left.
+    close(fd);
+}
 
 }  // namespace
 
@@ -97,10 +117,10 @@ Bridge::~Bridge() {
                  "%llu bytes from it, %llu line errors\n",
                  static_cast<unsigned long long>(cycles_), elapsed.count(),
                  static_cast<double>(cycles_) / elapsed.count(),
-                 static_cast<unsigned long long>(bytes_in_),
+                 static_cast<unsigned long long>(driver_.begun()),
                  static_cast<unsigned long long>(bytes_out_),
                  static_cast<unsigned long long>(line_errors_));
-    for (const int fd : {listener_, client_, terminal_}) {
+    for (const int fd : {listener_, client_, waiting_, terminal_}) {
         if (fd >= 0) close(fd);
     }
 }
@@ -124,10 +144,12 @@ void Bridge::open_listener() {
     const int on = 1;
     listener_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     setsockopt(listener_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+    setsockopt(listener_, SOL_SOCKET, SO_RCVBUF, &kSocketBytes, sizeof kSocketBytes);
+    setsockopt(listener_, SOL_SOCKET, SO_SNDBUF, &kSocketBytes, sizeof kSocketBytes);
     sockaddr_in address{};
     socklen_t length = sizeof address;
     if (listener_ < 0 || bind(listener_, found->ai_addr, found->ai_addrlen) != 0 ||
-        listen(listener_, 1) != 0 ||
+        listen(listener_, kBacklog) != 0 ||
         getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &length) != 0) {
         fail(2, "cannot listen on " + options_.listen + ": " + std::strerror(errno));
     }
@@ -152,7 +174,8 @@ void Bridge::handle(UartSampler::Event event) {
     full_speed_until_ = cycles_ + options_.idle_clocks;
     if (event == UartSampler::Event::kByte) {
         ++bytes_out_;
-        if (client_ >= 0) unsent_.push_back(sampler_.byte());
+        moved_ = true;
+        if (client_ >= 0 && !settling_) unsent_.push_back(sampler_.byte());
         return;
     }
     if (++line_errors_ <= kReportedErrors) {
@@ -165,23 +188,36 @@ void Bridge::handle(UartSampler::Event event) {
 // Serves everything outside the chip; sleeps while both sides are idle.
 void Bridge::service() {
     serve_client();
+    if (moved_) moved_at_ = Clock::now();
+    moved_ = false;
     if (Clock::now() >= control_due_) check_control();
+    if (settling_) settle();
     if (!driver_.idle() || !sampler_.idle()) {
+        moved_ = true;
         full_speed_until_ = cycles_ + options_.idle_clocks;
-    } else if (running_ && cycles_ >= full_speed_until_) {
+    } else if (running_ && !settling_ && cycles_ >= full_speed_until_) {
         sleep(POLLIN);
         serve_client();
     }
 }
 
+// Ends the time in which the chip's answers are dropped: with silence, or at the limit.
+void Bridge::settle() {
+    if (!driver_.idle() || !sampler_.idle()) quiet_from_ = cycles_;
+    settling_ = cycles_ - quiet_from_ < kQuietBits * options_.clocks_per_bit &&
+                Clock::now() < settled_at_;
+}
+
 void Bridge::serve_client() {
-    if (client_ < 0) accept_client();
-    if (client_ >= 0 && driver_.waiting() < kReadAhead) {
+    if (client_ < 0) meet_clients();
+    const bool many_clients = options_.keep && !options_.pty;
+    if (many_clients && driver_.waiting() >= kFlood) lose_client();
+    if (client_ >= 0 && !settling_ && (many_clients || driver_.waiting() < kReadAhead)) {
         std::uint8_t bytes[kReadAhead];
         const auto count = read(client_, bytes, sizeof bytes);
         if (count > 0) {
             driver_.push(bytes, static_cast<std::size_t>(count));
-            bytes_in_ += static_cast<std::uint64_t>(count);
+            moved_ = true;
             full_speed_until_ = cycles_ + options_.idle_clocks;
         } else if (count == 0 || (errno != EAGAIN && errno != EINTR)) {
             lose_client();
@@ -201,39 +237,96 @@ void Bridge::send_to_client() {
     const auto count = write(client_, unsent_.data(), unsent_.size());
     if (count > 0) {
         unsent_.erase(unsent_.begin(), unsent_.begin() + count);
+        moved_at_ = Clock::now();
     } else if (count < 0 && errno != EAGAIN && errno != EINTR) {
+        lose_client();
+    } else if (options_.pty && Clock::now() - moved_at_ > kIdleLimit) {
+        unsent_.clear();
+    }
+}
+
+// Accepts and refuses clients, and gives the board to the one that waits.
+void Bridge::meet_clients() {
+    if (options_.pty) return;
+    if (client_ >= 0 && has_left(client_)) lose_client();
+    if (waiting_ >= 0 && has_left(waiting_)) {
+        close(waiting_);
+        waiting_ = -1;
+    }
+    for (int i = 0; i < kBacklog; ++i) {
+        const int client = accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
+        if (client < 0) break;
+        if (client_ < 0) {
+            seat(client);
+        } else if (options_.keep && waiting_ < 0) {
+            waiting_ = client;
+            waiting_since_ = Clock::now();
+        } else {
+            refuse(client);
+        }
+    }
+    if (waiting_ < 0) return;
+    if (moved_at_ > waiting_since_) {
+        refuse(waiting_);
+        waiting_ = -1;
+    } else if (Clock::now() - moved_at_ > kIdleLimit) {
         lose_client();
     }
 }
 
-void Bridge::accept_client() {
-    client_ = accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
-    if (client_ < 0) return;
+void Bridge::seat(int client) {
     const int on = 1;
-    setsockopt(client_, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+    setsockopt(client, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+    client_ = client;
+    moved_at_ = Clock::now();
 }
 
 void Bridge::lose_client() {
     if (options_.pty) return;  // The far end is open, so the error is temporary.
     close(client_);
     client_ = -1;
-    unsent_.clear();
     if (!options_.keep) running_ = false;
+    unsent_.clear();
+    driver_.drop();
+    settling_ = true;
+    quiet_from_ = cycles_;
+    settled_at_ = Clock::now() + kSettleLimit;
+    if (waiting_ >= 0) seat(std::exchange(waiting_, -1));
 }
 
-// Handles signals, answers standard input, and ends when the parent does.
+// Handles signals and clients, answers standard input, and ends when the parent does.
 void Bridge::check_control() {
     control_due_ = Clock::now() + kControlPeriod;
     if (stop_requested || getppid() != parent_) running_ = false;
+    meet_clients();
     pollfd input{STDIN_FILENO, POLLIN, 0};
     if (poll(&input, 1, 0) <= 0) return;
     char text[256];
     const auto count = read(STDIN_FILENO, text, sizeof text);
     if (count <= 0) running_ = false;
     for (ssize_t i = 0; i < count; ++i) {
-        if (text[i] == '\n') std::printf("cycles %llu\n", static_cast<unsigned long long>(cycles_));
+        if (text[i] == '\n') {
+            obey(orders_);
+            orders_.clear();
+        } else if (orders_.size() < sizeof text) {
+            orders_ += text[i];
+        }
     }
     std::fflush(stdout);
+}
+
+void Bridge::obey(const std::string& line) {
+    unsigned long long bytes, delay;
+    if (line.empty()) {
+        std::printf("cycles %llu\n", static_cast<unsigned long long>(cycles_));
+    } else if (std::sscanf(line.c_str(), "reset %llu %llu", &bytes, &delay) == 2) {
+        reset_byte_ = bytes == 0 ? kNever : driver_.begun() + bytes;
+        reset_delay_ = delay;
+        reset_cycle_ = kNever;
+        std::printf("armed\n");
+    } else {
+        std::printf("unknown %s\n", line.c_str());
+    }
 }
 
 void Bridge::sleep(short client_events) {

@@ -1,5 +1,13 @@
 // Connects the UART pins of a simulated chip to one TCP client or to a pseudo terminal.
 //
+// One client at a time has the board. With --keep, another may wait for it: if no byte passes in
+// either direction for a second, the board is taken from its client; as soon as one does, the
+// waiting client reads `kBusy` and is disconnected, and so is every further one at once. What a
+// client that has left had sent is discarded, and so are the chip's answers to it. A client that is
+// `kFlood` bytes ahead of the chip is disconnected, since its end might lie behind more of them than
+// the chip takes in minutes. Bytes that a terminal does not take for a second are lost, as on a
+// real line.
+//
 // Usage of a simulator with this bridge: PROGRAM --clocks-per-bit N [options]
 //   --listen HOST:PORT   address of the server (default 127.0.0.1:0; port 0: any free port)
 //   --pty                serve a pseudo terminal instead
@@ -7,9 +15,12 @@
 //   --idle-clocks N      cycles simulated at full speed after the last activity on either line
 //   --trace FILE         waveform, if the simulator was built for one
 //
-// Standard output: `port N` or `pty PATH` when the client can connect, and `cycles N` in answer to
-// each line on standard input. Standard error: errors on the chip's line, and a summary at the end.
-// The program ends with status 0 when the client leaves (without --keep), on SIGTERM or SIGINT, at
+// Standard output: `port N` or `pty PATH` when the client can connect, and an answer to each line
+// on standard input:
+//   (empty)              `cycles N`: cycles simulated so far
+//   reset BYTES CYCLES   `armed`: resets the chip for one cycle, so many cycles after it has begun
+//                        to receive so many more bytes; 0 bytes: no reset any more
+// Standard error: errors on the chip's line, and a summary at the end. The program ends with status 0 when the client leaves (without --keep), on SIGTERM or SIGINT, at
 // the end of standard input, and at the end of its parent process.
 //
 // Simulated time is independent of real time: a busy chip runs as fast as possible. Only a byte can
@@ -27,6 +38,9 @@
 #include "uart.hpp"
 
 namespace board {
+
+// What a client reads when another one has the board; host/device/socket_port.py knows it, too.
+constexpr char kBusy[] = "busy: another client uses this board\n";
 
 struct Options {
     unsigned clocks_per_bit = 0;
@@ -67,7 +81,12 @@ public:
         }
         ++cycles_;
         if ((cycles_ & (pace_.service_cycles - 1)) == 0) service();
-        return {cycles_ < kResetCycles, driver_.clock()};
+        const bool rx = driver_.clock();
+        if (driver_.begun() == reset_byte_) {
+            reset_cycle_ = cycles_ + reset_delay_;
+            reset_byte_ = kNever;
+        }
+        return {cycles_ < kResetCycles || cycles_ == reset_cycle_, rx};
     }
 
 private:
@@ -75,16 +94,22 @@ private:
 
     static constexpr unsigned kResetCycles = 8;
     static constexpr std::size_t kReadAhead = 4096;        // Bytes read ahead of the line.
-    static constexpr std::size_t kUnsentLimit = 1u << 20;  // Maximum of unread bytes.
+    static constexpr std::size_t kFlood = 1u << 20;        // The same with --keep and --listen.
+    static constexpr std::size_t kUnsentLimit = 1u << 16;  // Maximum of unread bytes.
     static constexpr unsigned kReportedErrors = 10;
+    static constexpr std::uint64_t kNever = ~std::uint64_t{0};
+    static constexpr unsigned kQuietBits = 640;  // Silence after which the chip has answered all.
 
     void handle(UartSampler::Event event);
     void service();
+    void settle();
     void serve_client();
     void send_to_client();
-    void accept_client();
+    void meet_clients();
+    void seat(int client);
     void lose_client();
     void check_control();
+    void obey(const std::string& line);
     void sleep(short client_events);
     void open_listener();
     void open_terminal();
@@ -97,15 +122,25 @@ private:
     std::vector<std::uint8_t> unsent_;
     int listener_ = -1;
     int client_ = -1;
+    int waiting_ = -1;  // The client that waits for the board.
     int terminal_ = -1;  // Own handle of the terminal's far end, which stays open between users.
     bool running_ = true;
+    bool settling_ = false;  // The chip still answers a client that has left.
+    bool moved_ = false;     // A byte has passed since the latest service.
+    std::string orders_;     // Begun line of standard input.
     std::uint64_t cycles_ = 0;
+    std::uint64_t reset_byte_ = kNever;
+    std::uint64_t reset_delay_ = 0;
+    std::uint64_t reset_cycle_ = kNever;
+    std::uint64_t quiet_from_ = 0;
     std::uint64_t full_speed_until_ = 0;
-    std::uint64_t bytes_in_ = 0;
     std::uint64_t bytes_out_ = 0;
     std::uint64_t line_errors_ = 0;
     Clock::time_point started_;
     Clock::time_point control_due_;
+    Clock::time_point moved_at_;  // When a byte passed.
+    Clock::time_point waiting_since_;
+    Clock::time_point settled_at_;  // When the chip's last answers are no longer waited for.
     Clock::duration slept_{0};
 };
 

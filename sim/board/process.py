@@ -13,8 +13,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
+from host.device.socket_port import SocketPort
 from host.errors import JobError
-from sim.board.port import SocketPort
 from sim.board.programs import Program
 
 
@@ -38,7 +38,8 @@ class SimulatedBoard:
     pty : bool
         Serve a pseudo terminal instead of TCP.
     keep : bool
-        Wait for another client when one leaves; otherwise the simulator ends with its client.
+        Wait for another client when one leaves, and give the board to a client that waits when no
+        byte has passed for a second; otherwise the simulator ends with its only client.
     idle_clocks : int, optional
         Cycles simulated at full speed after the last activity; default 2**20.
     trace : Path, optional
@@ -65,6 +66,7 @@ class SimulatedBoard:
     ) -> None:
         self.program = program
         self.timeout_s = timeout_s
+        self._keep = keep
         command = program.command(
             listen=listen, pty=pty, keep=keep, idle_clocks=idle_clocks, trace=trace
         )
@@ -92,7 +94,7 @@ class SimulatedBoard:
         self._address = None if kind == "pty" else (host, int(where))
 
     def open(self, *, timeout: float | None = 1.0, ends_board: bool = False) -> SocketPort:
-        """Connect to the board as its only client.
+        """Connect to the board, which serves one client at a time.
 
         Parameters
         ----------
@@ -104,17 +106,20 @@ class SimulatedBoard:
         Raises
         ------
         JobError
-            If the simulator has ended, or serves a pseudo terminal.
+            If the simulator has ended, takes no client, or serves a pseudo terminal.
         """
         self.check()
         if self._address is None:
             raise JobError(f"The simulated board serves a terminal; open {self.url} instead.")
-        return SocketPort(
-            self._address,
-            timeout=timeout,
-            explain=self._explain,
-            on_close=self.close if ends_board else None,
-        )
+        try:
+            return SocketPort(
+                self._address,
+                timeout=timeout,
+                explain=self._explain,
+                on_close=self.close if ends_board else None,
+            )
+        except OSError as error:
+            raise JobError(f"No board answers at {self.url}: {error}.") from None
 
     @property
     def pid(self) -> int:
@@ -129,11 +134,28 @@ class SimulatedBoard:
         JobError
             If the simulator has ended, or does not answer within ``timeout_s``.
         """
-        self.check()
-        with contextlib.suppress(BrokenPipeError):
-            assert self._process.stdin is not None
-            self._process.stdin.write(b"\n")
+        self._order("")
         return int(self._answer("cycles ").split()[1])
+
+    def reset_chip(self, after_bytes: int, after_cycles: int = 0) -> None:
+        """Reset the chip for one cycle, in the middle of what it will be doing then.
+
+        Parameters
+        ----------
+        after_bytes : int
+            Number of bytes from now on, 1 or more: the reset counts from the start bit of the last
+            of them on the line to the chip. 0 takes back a reset that has not happened yet, as
+            every call does.
+        after_cycles : int
+            Cycles from there to the reset.
+
+        Raises
+        ------
+        JobError
+            As :meth:`cycles`.
+        """
+        self._order(f"reset {after_bytes} {after_cycles}")
+        self._answer("armed")
 
     def check(self) -> None:
         """Raise an error with the reason if the simulator has ended.
@@ -184,6 +206,13 @@ class SimulatedBoard:
     ) -> None:
         self.close()
 
+    def _order(self, line: str) -> None:
+        """Write a line to the simulator's standard input; ``bridge.hpp`` has the orders."""
+        self.check()
+        with contextlib.suppress(BrokenPipeError):
+            assert self._process.stdin is not None
+            self._process.stdin.write(f"{line}\n".encode())
+
     def _answer(self, *prefixes: str) -> str:
         """Return the next line of the simulator's standard output that starts with a prefix."""
         deadline = time.monotonic() + self.timeout_s
@@ -210,6 +239,8 @@ class SimulatedBoard:
 
     def _explain(self) -> str:
         status = self.wait(1.0)
+        if status is None and self._keep:
+            return "The simulated board was taken by another client after a second without bytes."
         if status is None:
             return "The simulated board closed the connection; start it with keep set to go on."
         lines = self.log().strip().splitlines()

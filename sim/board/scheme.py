@@ -7,7 +7,7 @@ from typing import Any
 from urllib.parse import parse_qsl
 
 from hdl.config import Config
-from host.device.schemes import CONFIG_FIELDS, BoardScheme, OpenPort, split_config
+from host.device.schemes import CONFIG_FIELDS, PATIENCE_S, BoardScheme, OpenPort, split_config
 from host.errors import InputError
 from sim.board import BoardOptions, SimulatedBoard, open_simulated
 from sim.default_config import DEFAULT_CONFIG
@@ -16,8 +16,10 @@ from sim.exported import exported_verilog
 
 __all__ = ["SCHEME", "SimulatedScheme", "start_simulated"]
 
-#: Timeout in seconds and attempts, by simulator.
-_PATIENCE = {"verilator": (5.0, 3), "icarus": (120.0, 3)}
+#: Attempts of a frame: TCP loses none, so one is sent again only to a board that hangs.
+_ATTEMPTS = 3
+#: Patience in seconds, by simulator; Icarus is a thousand times slower.
+_PATIENCE_S = {"verilator": PATIENCE_S, "icarus": 360.0}
 
 
 class SimulatedScheme(BoardScheme):
@@ -28,8 +30,8 @@ class SimulatedScheme(BoardScheme):
     def open(self, url: str) -> OpenPort:
         """Start the board; closing the port ends it."""
         board = start_simulated(url)
-        timeout_s, attempts = _PATIENCE[board.program.simulator]
-        return OpenPort(board.open(ends_board=True), timeout_s, attempts)
+        timeout_s = _PATIENCE_S[board.program.simulator] / _ATTEMPTS
+        return OpenPort(board.open(ends_board=True), timeout_s, _ATTEMPTS)
 
     def known_config(self, url: str) -> Config:
         """Return the configuration that the URL orders."""

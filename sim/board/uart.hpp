@@ -18,7 +18,11 @@ public:
         waiting_.insert(waiting_.end(), bytes, bytes + count);
     }
 
+    // Forgets the bytes that wait; the byte on the line is completed.
+    void drop() { waiting_.clear(); }
+
     std::size_t waiting() const { return waiting_.size(); }
+    std::uint64_t begun() const { return begun_; }  // Bytes whose start bit has begun.
     bool idle() const { return frame_ == 0 && waiting_.empty(); }
 
     // Level during the next cycle.
@@ -30,6 +34,7 @@ public:
                 if (waiting_.empty()) return true;
                 frame_ = kSentinel << 10 | 1u << 9 | unsigned{waiting_.front()} << 1;
                 waiting_.pop_front();
+                ++begun_;
             }
             cycles_left_ = clocks_per_bit_;
         }
@@ -43,6 +48,7 @@ private:
     const unsigned clocks_per_bit_;
     unsigned cycles_left_ = 0;
     unsigned frame_ = 0;
+    std::uint64_t begun_ = 0;
     std::deque<std::uint8_t> waiting_;
 };
 

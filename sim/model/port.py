@@ -22,6 +22,7 @@ class ModelPort:
     def __init__(self, chip: ChipModel) -> None:
         self.chip = chip
         self.timeout: float | None = None
+        self.write_timeout: float | None = None  # A write never waits.
         self._received = bytearray()
 
     @property

@@ -6,6 +6,7 @@ import os
 import re
 import socket
 import threading
+import time
 import tty
 
 import pytest
@@ -13,7 +14,7 @@ import pytest
 from hdl.config import Config, GeneticCore, SurvivorSelection
 from host.device import boards
 from host.device.boards import entered, known_config, open_board, url_of
-from host.device.link import LinkError
+from host.device.link import LinkError, LinkTimeoutError
 from host.device.schemes import split_config
 from host.device.serial_scheme import SerialScheme
 from host.errors import InputError
@@ -23,6 +24,10 @@ from tests.chips import SMALL, board_url
 
 
 DEFAULT = Config(clocks_per_bit=4)
+SERIAL_OPTIONS = (
+    "A serial board takes the options baud=NUMBER and patience=SECONDS (at most 86,400) and no "
+    "others, not '{}'."
+)
 FIELDS = ", ".join(field.name for field in dataclasses.fields(Config))
 
 
@@ -104,13 +109,25 @@ def test_every_field_is_an_option():
         ),
         (
             "/dev/ttyUSB0?baud=fast",
-            "A serial board takes the option baud=NUMBER and no other, not "
-            "'/dev/ttyUSB0?baud=fast'.",
+            SERIAL_OPTIONS.format("/dev/ttyUSB0?baud=fast"),
         ),
         (
             "/dev/ttyUSB0?parity=odd",
-            "A serial board takes the option baud=NUMBER and no other, not "
-            "'/dev/ttyUSB0?parity=odd'.",
+            SERIAL_OPTIONS.format("/dev/ttyUSB0?parity=odd"),
+        ),
+        *(
+            (f"/dev/ttyUSB0?{query}", SERIAL_OPTIONS.format(f"/dev/ttyUSB0?{query}"))
+            for query in (
+                "baud=0",
+                "baud=",
+                "patience=0",
+                "patience=-1",
+                "patience=nan",
+                "patience=inf",
+                "patience=86401",
+                "patience=long",
+                "patience=",
+            )
         ),
         (None, "The board must be a URL, not None."),
     ],
@@ -121,7 +138,19 @@ def test_refuses_wrong_urls(url, sentence):
     assert str(caught.value) == sentence
 
 
-@pytest.mark.parametrize("url", ["/dev/no such device", "nosuchscheme://x", "", "socket://"])
+@pytest.mark.parametrize(
+    "url",
+    [
+        "/dev/no such device",
+        "nosuchscheme://x",
+        "",
+        "socket://",
+        "socket://127.0.0.1",
+        "socket://127.0.0.1:99999",
+        "socket://127.0.0.1:1",
+        "socket://no.such.host.invalid:5000",
+    ],
+)
 def test_reports_boards_that_cannot_be_opened(url):
     with pytest.raises(InputError) as caught:
         open_board(url)
@@ -226,7 +255,7 @@ def echoing(peer):
 @pytest.mark.parametrize("answer", [silent, babbling, echoing])
 def test_refuses_devices_that_are_not_boards(listener, monkeypatch, answer):
     monkeypatch.setattr(boards, "_SERIAL", SerialScheme(timeout_s=0.01))
-    url = listener(answer)
+    url = f"{listener(answer)}?patience=0.1"
     sentence = (
         f"Nothing answers at '{url}' as a board would; check the address, the baud rate and "
         "that the board is configured."
@@ -236,20 +265,46 @@ def test_refuses_devices_that_are_not_boards(listener, monkeypatch, answer):
 
 
 def test_refuses_a_port_that_echoes(monkeypatch):
-    monkeypatch.setattr(boards, "_SERIAL", SerialScheme(timeout_s=0.01, attempts=2))
-    with pytest.raises(InputError, match=r"^Nothing answers at 'loop://' as a board would; "):
-        open_board("loop://")
+    monkeypatch.setattr(boards, "_SERIAL", SerialScheme(timeout_s=0.01))
+    with pytest.raises(InputError, match=r"^Nothing answers at 'loop://\?patience=0.1' as a "):
+        open_board("loop://?patience=0.1")
 
 
-def test_waits_for_buffered_bytes_of_a_slow_line(listener):
+@pytest.mark.parametrize(
+    ("query", "timeout_s", "attempts"),
+    [
+        ("", 0.25 + 10 * 2048 / 3_030_303, 59),
+        ("?baud=9600", 0.25 + 10 * 2048 / 9600, 7),
+        ("?baud=600", 0.25 + 10 * 2048 / 600, 5),
+        ("?patience=60", 0.25 + 10 * 2048 / 3_030_303, 234),
+        ("?patience=0.5&baud=9600", 0.25 + 10 * 2048 / 9600, 5),
+    ],
+)
+def test_the_patience_of_a_serial_board(listener, query, timeout_s, attempts):
+    """15 s unless the URL names another; a slow line has the time of the buffered bytes."""
     url = listener(lambda peer: serve(ChipModel(SMALL), peer.recv, peer.sendall))
-    with open_board(f"{url}?baud=9600") as chip:
-        assert chip.link.timeout_s == pytest.approx(0.25 + 10 * 2048 / 9600)
+    with open_board(f"{url}{query}") as chip:
+        assert chip.link.timeout_s == pytest.approx(timeout_s)
+        assert chip.link.attempts == attempts
+
+
+def test_gives_a_silent_board_up_after_its_patience(listener):
+    def answer_twice(peer):
+        chip = ChipModel(SMALL)
+        for _ in range(2):  # INFO and OPEN.
+            peer.sendall(chip.feed(peer.recv(4096)))
+        silent(peer)
+
+    with open_board(f"{listener(answer_twice)}?patience=1.5") as chip:
+        begun = time.monotonic()
+        with pytest.raises(LinkTimeoutError, match=r"^The board did not answer STATUS in 6 "):
+            chip.status()
+        assert 1.5 <= time.monotonic() - begun < 3
 
 
 def test_reports_a_board_that_closes(listener):
     url = listener(lambda peer: peer.recv(4096))
-    with pytest.raises(LinkError, match=r"^The board was lost: \S.*\.$"):
+    with pytest.raises(LinkError, match=r"^The board at \S+ is gone: it closed the connection; "):
         open_board(url)
 
 

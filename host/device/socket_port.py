@@ -1,8 +1,9 @@
-"""A serial port over a TCP connection, as fast as the simulated board behind it."""
+"""A serial port over a TCP connection: to a simulated board, or to a server of serial ports."""
 
 from __future__ import annotations
 
 import array
+import contextlib
 import fcntl
 import select
 import socket
@@ -12,17 +13,22 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import Self
 
-from host.errors import JobError
+from host.device.link import LinkError
 
 
-__all__ = ["SocketPort"]
+__all__ = ["BUSY", "SocketPort"]
+
+#: All that a simulated board sends to a client while another one has it: see sim/board/bridge.hpp.
+BUSY = b"busy: another client uses this board\n"
+#: Longest wait for a connection, seconds.
+_CONNECTION_S = 10.0
 
 
 class SocketPort:
     """The methods of :class:`serial.Serial` that a link uses, over TCP.
 
-    It differs from pyserial's ``socket://`` in two ways: it knows the number of waiting bytes, and
-    it reads and writes with one system call. A simulated board serves both.
+    It differs from pyserial's ``socket://``: it knows the number of waiting bytes, reads and writes
+    with one system call, and says that a simulated board is in use by another client.
 
     Parameters
     ----------
@@ -30,6 +36,7 @@ class SocketPort:
         Host and port.
     timeout : float or None
         Longest wait of :meth:`read`, seconds; None waits without limit, 0 does not wait.
+        ``write_timeout`` is that of :meth:`write`, at first without limit.
     explain : Callable[[], str], optional
         Called when the other end is gone; returns the sentence of the error.
     on_close : Callable[[], object], optional
@@ -37,8 +44,10 @@ class SocketPort:
 
     Raises
     ------
-    JobError
-        From any method, if there is no connection to ``address`` or the other end is gone.
+    OSError
+        From the constructor, if there is no connection to ``address``.
+    LinkError
+        From any method, if the other end is gone, or the board is in use by another client.
     """
 
     def __init__(
@@ -54,10 +63,8 @@ class SocketPort:
         self._name = f"socket://{address[0]}:{address[1]}"
         self._explain = explain
         self._on_close = on_close
-        try:
-            self._socket = socket.create_connection(address, timeout=10)
-        except OSError as error:
-            raise JobError(f"No board answers at {self._name}: {error}.") from None
+        self._socket = socket.create_connection(address, timeout=_CONNECTION_S)
+        self._first = b""  # As many of the first bytes as tell that the board is in use.
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._socket.setblocking(False)
 
@@ -94,6 +101,8 @@ class SocketPort:
             if not part:
                 raise self._lost(None)
             received += part
+            if len(self._first) <= len(BUSY):
+                self._first += part
         return bytes(received)
 
     def write(self, data: bytes | bytearray | memoryview) -> int:
@@ -101,8 +110,8 @@ class SocketPort:
 
         Raises
         ------
-        JobError
-            Also if ``write_timeout`` (seconds; None: no limit) passes first.
+        TimeoutError
+            If ``write_timeout`` passes first. Some of ``data`` may have been sent.
         """
         limit = self.write_timeout
         deadline = None if limit is None else time.monotonic() + limit
@@ -113,8 +122,8 @@ class SocketPort:
                 rest = rest[self._socket.send(rest) :]
             except BlockingIOError:
                 if not self._wait(read=False, deadline=deadline):
-                    raise JobError(
-                        f"The board at {self._name} took no bytes for {limit} s."
+                    raise TimeoutError(
+                        f"The board at {self._name} took no more bytes for {limit:g} s"
                     ) from None
             except OSError as error:
                 raise self._lost(error) from None
@@ -160,8 +169,23 @@ class SocketPort:
             return False
         return bool(poll.poll(None if left is None else left * 1000))
 
-    def _lost(self, error: OSError | None) -> JobError:
+    def _lost(self, error: OSError | None) -> LinkError:
+        if self._in_use():
+            return LinkError(
+                f"The board at {self._name} is in use by another client: try again when that has "
+                "left."
+            )
         if self._explain is not None:
-            return JobError(self._explain())
+            return LinkError(self._explain())
         reason = "it closed the connection" if error is None else str(error)
-        return JobError(f"The board at {self._name} is gone: {reason}.")
+        return LinkError(
+            f"The board at {self._name} is gone: {reason}; it has ended, or another client has "
+            "taken it after a second without bytes."
+        )
+
+    def _in_use(self) -> bool:
+        """Tell whether the board has said so, also in bytes that were not read yet."""
+        with contextlib.suppress(OSError):
+            while len(self._first) <= len(BUSY) and (part := self._socket.recv(len(BUSY))):
+                self._first += part
+        return self._first == BUSY

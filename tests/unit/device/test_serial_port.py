@@ -1,5 +1,6 @@
 """Ports of pyserial: every write ends, whatever is behind the port."""
 
+import contextlib
 import os
 import re
 import select
@@ -56,6 +57,17 @@ def test_a_write_that_nobody_reads_times_out(port):
     assert 0.2 <= time.monotonic() - begun < 2
 
 
+def fill(path):
+    """Write to a terminal that nobody reads until it takes no more bytes."""
+    far = os.open(path, os.O_WRONLY | os.O_NOCTTY | os.O_NONBLOCK)
+    for size in (4096, 256, 1):
+        with contextlib.suppress(BlockingIOError):
+            while os.write(far, bytes(size)):
+                pass
+        time.sleep(0.05)  # The kernel moves bytes from one buffer to the next.
+    os.close(far)
+
+
 def test_a_terminal_that_stalls_during_an_upload_costs_the_patience(terminal):
     """The chip behind it stops in the middle of a map; the error is one sentence."""
     near, path = terminal
@@ -75,14 +87,7 @@ def test_a_terminal_that_stalls_during_an_upload_costs_the_patience(terminal):
             board.upload_map([[1] * size] * size)
             stopped.set()
             server.join()
-            os.set_blocking(near, False)
-            # Fill the terminal, as the stopped simulator's reader does not.
-            far = os.open(path, os.O_WRONLY | os.O_NONBLOCK)
-            try:
-                while True:
-                    os.write(far, bytes(4096))
-            except BlockingIOError:
-                pass
+            fill(path)
             begun = time.monotonic()
             sentence = (
                 r"^The board took no bytes for 1\.\d+ s: check that it runs, and the cable\.$"
@@ -90,7 +95,6 @@ def test_a_terminal_that_stalls_during_an_upload_costs_the_patience(terminal):
             with pytest.raises(LinkTimeoutError, match=sentence):
                 board.upload_map([[2] * size] * size)
             assert 1 <= time.monotonic() - begun < 8
-            os.close(far)
     finally:
         stopped.set()
         server.join()

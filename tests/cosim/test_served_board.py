@@ -1,0 +1,326 @@
+"""A simulated board that several clients want: real sockets and terminals, real processes."""
+
+import os
+import random
+import re
+import select
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from hdl.protocol import Command
+from hdl.protocol.codec import encode_frame
+from host.cli import main
+from host.device.boards import open_board
+from host.device.link import LinkError, LinkTimeoutError
+from host.device.socket_port import BUSY
+from host.errors import InputError
+from sim.board import SimulatedBoard, build_program
+from sim.board.scheme import start_simulated
+from tests.chips import CHECKING, SMALL, board_url
+from tests.cosim.echo_design import echo_verilog
+
+
+pytestmark = pytest.mark.cosim
+
+ROOT = Path(__file__).resolve().parents[2]
+#: Longest time that one client may keep the board from another, and as much for a loaded machine.
+SOON_S = 2.5
+INFO = b"\0" + encode_frame(bytes((0, 1, Command.INFO)), plain=True)
+
+
+@pytest.fixture(scope="module")
+def echo():
+    """Program of a chip that sends back all that it receives."""
+    return build_program("verilator", echo_verilog(4), "uart_echo", 4)
+
+
+@pytest.fixture
+def served(echo):
+    """A served board that echoes."""
+    with SimulatedBoard(echo, keep=True) as board:
+        yield board
+
+
+@pytest.fixture
+def chip():
+    """A served board with a chip."""
+    with start_simulated(board_url("sim", SMALL), keep=True) as board:
+        yield board
+
+
+def connect(board):
+    host, port = board.url.removeprefix("socket://").split(":")
+    client = socket.create_connection((host, int(port)), timeout=10)
+    client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return client
+
+
+def read(client, size):
+    """Return ``size`` bytes, or what came before the end."""
+    data = b""
+    while len(data) < size and (part := client.recv(size - len(data))):
+        data += part
+    return data
+
+
+def flood(client, data, seconds):
+    """Send ``data`` again and again without reading; return the bytes that were taken."""
+    client.setblocking(False)
+    sent, end = 0, time.monotonic() + seconds
+    try:
+        while (left := end - time.monotonic()) > 0:
+            if select.select([], [client], [], left)[1]:
+                sent += client.send(data)
+    except OSError:
+        pass  # It was disconnected.
+    return sent
+
+
+def works_soon(board):
+    """Assert that a client opens the chip and uses it."""
+    begun = time.monotonic()
+    with open_board(board.url) as client:
+        client.load([[1, 2]] * 8)
+        assert client.step(range(8)).paths[0] == [1, 2]
+    assert time.monotonic() - begun < SOON_S
+
+
+def test_a_waiting_client_gets_the_board_of_an_idle_one(served):
+    with connect(served) as idle:
+        idle.sendall(b"a")
+        assert read(idle, 1) == b"a"
+        time.sleep(0.2)
+        begun = time.monotonic()
+        with connect(served) as waiting:
+            waiting.sendall(b"mine")
+            assert read(waiting, 4) == b"mine"
+            assert 0.5 < time.monotonic() - begun < SOON_S
+            assert read(idle, 1) == b""
+
+
+def test_an_idle_client_keeps_the_board_while_nobody_waits(served):
+    with connect(served) as client:
+        for byte in (b"a", b"b"):
+            client.sendall(byte)
+            assert read(client, 1) == byte
+            time.sleep(1.2)
+        client.sendall(b"c")
+        assert read(client, 1) == b"c"
+
+
+def test_a_second_client_hears_that_the_board_is_busy(served):
+    with connect(served) as first, connect(served) as second, connect(served) as third:
+        begun = time.monotonic()
+        for byte in (b"a", b"b", b"c", b"d"):
+            first.sendall(byte)
+            assert read(first, 1) == byte
+            time.sleep(0.1)
+        assert read(second, 100) == BUSY
+        assert read(third, 100) == BUSY
+        assert time.monotonic() - begun < SOON_S
+        first.sendall(b"z")
+        assert read(first, 1) == b"z"
+
+
+def test_a_busy_board_is_one_sentence_and_status_1(chip, capsys):
+    ended = threading.Event()
+
+    def use():
+        with open_board(chip.url) as client:
+            opened.set()
+            while not ended.is_set():
+                client.status()
+                time.sleep(0.01)
+
+    opened = threading.Event()
+    user = threading.Thread(target=use)
+    user.start()
+    try:
+        assert opened.wait(10)
+        sentence = (
+            f"The board at {chip.url} is in use by another client: try again when that has left."
+        )
+        with pytest.raises(LinkError, match=f"^{re.escape(sentence)}$"):
+            open_board(chip.url)
+        assert main(["board", "info", "--board", chip.url]) == 1
+        assert capsys.readouterr().err == f"pathgene: {sentence}\n"
+    finally:
+        ended.set()
+        user.join()
+    works_soon(chip)
+
+
+def test_a_host_whose_board_was_taken_says_so(chip):
+    with open_board(chip.url) as first:
+        works_soon(chip)
+        with pytest.raises(
+            LinkError, match=r"^The board at \S+ is gone: .*another client has taken "
+        ):
+            first.status()
+
+
+def test_what_a_client_that_left_had_sent_and_would_have_read_is_dropped(served):
+    with connect(served) as gone:
+        gone.sendall(bytes(50_000))
+    with connect(served) as client:
+        client.sendall(b"mine")
+        assert read(client, 4) == b"mine"
+        client.settimeout(0.3)
+        with pytest.raises(TimeoutError):
+            client.recv(1)
+
+
+def test_garbage_of_a_client_that_left_delays_nobody(chip):
+    """3 MB would take the chip minutes."""
+    with connect(chip) as gone:
+        sender = threading.Thread(target=flood, args=(gone, random.Random(1).randbytes(1 << 16), 1))
+        sender.start()
+        sender.join()
+    works_soon(chip)
+
+
+@pytest.mark.parametrize(
+    "data", [random.Random(2).randbytes(1 << 12), bytes(1 << 12), INFO * 100],
+    ids=["random", "zeros", "questions"],
+)  # fmt: skip
+def test_a_client_that_never_stops_and_never_reads(chip, data):
+    """It is disconnected when it is far ahead of the chip; the board answers the next at once."""
+    with connect(chip) as client:
+        thread = threading.Thread(target=flood, args=(client, data, 20))
+        begun = time.monotonic()
+        thread.start()
+        while thread.is_alive():
+            assert chip.cycles() > 0
+            time.sleep(0.05)
+        assert time.monotonic() - begun < 15  # Before the flood ends by itself.
+        works_soon(chip)
+
+
+def test_a_client_that_reads_late_loses_nothing(served):
+    """Simulated time stops when nobody reads; the simulator still answers."""
+    data = random.Random(3).randbytes(600_000)
+    with connect(served) as client:
+        writer = threading.Thread(target=client.sendall, args=(data,))
+        writer.start()
+        before = -1
+        while before != (before := served.cycles()):
+            time.sleep(0.2)
+        assert before < len(data) * 40  # Not all has reached the chip.
+        assert read(client, len(data)) == data
+        writer.join()
+
+
+def test_a_client_that_never_reads_loses_the_board_to_one_that_waits(served):
+    with connect(served) as client:
+        client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        # Up to the limit of what is read ahead; the echo fills all buffers, and time stops.
+        flood(client, bytes(4096), 0.3)
+        with connect(served) as waiting:
+            begun = time.monotonic()
+            waiting.sendall(b"mine")
+            assert read(waiting, 4) in (b"mine", BUSY[:4])
+            assert time.monotonic() - begun < SOON_S
+
+
+def test_fifty_connections_at_once(chip):
+    clients = [connect(chip) for _ in range(50)]
+    try:
+        begun = time.monotonic()
+        told = [read(client, len(BUSY)) for client in clients[2:]]
+        assert told == [BUSY] * 48
+        assert time.monotonic() - begun < SOON_S
+        # The first is silent, so the second has the board a second later.
+        clients[1].sendall(INFO)
+        assert read(clients[1], 1)
+        assert read(clients[0], 1) == b""
+        assert time.monotonic() - begun < 2 * SOON_S
+        works_soon(chip)
+    finally:
+        for client in clients:
+            client.close()
+
+
+def test_waves_of_silent_clients_do_not_lock_others_out(chip):
+    silent = []
+    try:
+        for _ in range(3):
+            silent += [connect(chip) for _ in range(20)]
+            deadline = time.monotonic() + 3 * SOON_S
+            while True:
+                try:
+                    works_soon(chip)
+                    break
+                except LinkError:  # Another one waits already.
+                    assert time.monotonic() < deadline
+                    time.sleep(0.1)
+    finally:
+        for client in silent:
+            client.close()
+
+
+@pytest.mark.parametrize(
+    ("where", "warning"),
+    [
+        (["--listen", "0.0.0.0:0"], "0.0.0.0:0"),
+        (["--listen", "localhost:0"], None),
+        (["--pty"], None),
+        ([], None),
+    ],
+)
+def test_a_board_that_others_reach_is_announced(where, warning):
+    command = [sys.executable, "-m", "host", "board", "serve", "--board", board_url("sim", SMALL)]
+    with subprocess.Popen(
+        [*command, *where], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as server:
+        url = server.stdout.readline().strip()
+        lines = iter(server.stderr.readline, "pathgene: Serving until Ctrl-C.\n")
+        notes = [line for line in lines if "Anybody" in line]
+        with open_board(url) as client:
+            assert client.config == SMALL
+        server.send_signal(signal.SIGINT)
+        assert server.wait(10) == 0
+    sentence = f"pathgene: Anybody who reaches {warning} can use this board, which asks for no "
+    assert [note[: len(sentence)] for note in notes] == ([sentence] if warning else [])
+
+
+def test_a_terminal_that_nobody_reads_serves_the_next_user(tmp_path):
+    with start_simulated(board_url("sim", SMALL), pty=True, keep=True) as board:
+        terminal = os.open(board.url, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+        end, sent = time.monotonic() + 3, 0
+        while time.monotonic() < end:
+            if select.select([], [terminal], [], 0.1)[1]:
+                sent += os.write(terminal, INFO * 10)
+        os.close(terminal)
+        assert sent > 20_000
+        assert board.cycles() > 0
+        begun = time.monotonic()
+        with open_board(board.url) as client:
+            client.load([[1, 2]] * 8)
+            assert client.step(range(8)).paths[0] == [1, 2]
+        assert time.monotonic() - begun < 2 * SOON_S
+
+
+@pytest.mark.parametrize("pty", [True, False])
+def test_a_stopped_simulator_costs_the_patience(pty):
+    """In the middle of an upload, and before the first answer."""
+    with start_simulated(board_url("sim", CHECKING), pty=pty, keep=True) as board:
+        size = CHECKING.map_size
+        with open_board(f"{board.url}?patience=1.5") as client:
+            client.upload_map([[1] * size] * size)
+            os.kill(board.pid, signal.SIGSTOP)
+            begun = time.monotonic()
+            with pytest.raises(LinkTimeoutError, match=r"^The board (did not answer MAP|took no)"):
+                client.upload_map([[2] * size] * size)
+            assert 1.5 <= time.monotonic() - begun < 6
+            with pytest.raises(InputError, match=r"^Nothing answers at "):
+                open_board(f"{board.url}?patience=0.5")
+            os.kill(board.pid, signal.SIGCONT)
+            client.update_map([[3] * size] * size)
+            assert client.check_path([0, 1], counting=True)

@@ -276,9 +276,12 @@ static struct chip open_chip(struct link *link, int count, char **arguments)
     }
     link->socket = connect_to(arguments[1], arguments[2]);
     struct chip chip = ask_chip(link);
-    link->session = (uint8_t)(chip.session + 1);
+    link->session = (uint8_t)chip.session;
     link->sequence = 255;   /* A late reply to OPEN is no reply to the first command. */
-    command(link, OPEN, NULL, 0);
+    do {   /* Not 0: that is the session of a chip after a reset, which would go unnoticed. */
+        link->session++;
+        command(link, OPEN, NULL, 0);
+    } while (link->session == 0);
     link->sequence = 0;
     return chip;
 }

@@ -24,6 +24,9 @@ _ATTEMPTS_BEFORE_SHORTER = 4
 _MAXIMUM_TIMEOUTS = 8
 #: Ends a frame of which the chip's receiver may have only the beginning.
 _FLUSH = bytes([DELIMITER])
+#: Session of a chip after a reset. A link does not stay in it: it would not notice a reset there.
+_RESET_SESSION = 0
+_LAST_SESSION = 255
 #: Sequence number of OPEN, which has no place in the order. The first commands of the session have
 #: lower ones, so that none of them takes a late, repeated reply to OPEN for its own.
 _OPENING = 255
@@ -182,7 +185,7 @@ class Link:
         return answer[1:]
 
     def open(self, previous: int, *, credit: int) -> None:
-        """Open a session.
+        """Open the session after the chip's latest, but 1 rather than 0.
 
         Parameters
         ----------
@@ -198,13 +201,12 @@ class Link:
         LinkError
             If another host has opened a session since.
         """
-        session = (previous + 1) % 256
         self.session = None
         self._latest_session = previous
         self._credit = credit
-        answer = self._ask(bytes((session, _OPENING)), Command.OPEN, plain=False)
-        if answer[0] != Status.OK:
-            raise _taken()
+        session = self._open_next(previous)
+        if session == _RESET_SESSION:
+            session = self._open_next(session)
         self.session = self._latest_session = session
         self._next = 0
 
@@ -216,9 +218,20 @@ class Link:
         LinkTimeoutError
             If there is no answer.
         LinkError
-            If the board was reset, or another host has opened a session since.
+            If the board was reset, or another host has opened a session since. The session after
+            the last, 255, is refused, too: its number is that of a chip after a reset.
         """
+        if self._latest_session == _LAST_SESSION:
+            self.session = None
+            raise LinkError("The last session with the board cannot be resumed: open it again.")
         self.open(self._latest_session, credit=self._credit)
+
+    def _open_next(self, previous: int) -> int:
+        session = (previous + 1) % 256
+        answer = self._ask(bytes((session, _OPENING)), Command.OPEN, plain=False)
+        if answer[0] != Status.OK:
+            raise _taken()
+        return session
 
     def request(self, command: int, payload: bytes = b"", *, shorter: bytes | None = None) -> bytes:
         """Send one command and return the payload of its answer.

@@ -28,11 +28,47 @@ def test_opens_the_chips_next_session():
     assert link.traffic.frames_repeated == 0
 
 
-def test_sessions_wrap():
+def test_sessions_wrap_past_that_of_a_reset_chip():
     chip = Recorder()
     chip.session = 255
     link, _, _ = connect(chip=chip)
-    assert link.session == 0
+    assert link.session == chip.session == 1
+    assert link.request(Command.STATUS) == b""
+
+
+@pytest.mark.parametrize("previous", range(256))
+def test_a_reset_is_noticed_in_every_session(previous):
+    """By the next command, and by the next session: no reset chip has the number of either."""
+    sentence = r"^The board was reset or taken by another host: open it again\.$"
+    chip = Recorder()
+    chip.session = previous
+    link, _, _ = connect(chip=chip)
+    executed = link.request(Command.WRITE, b"before")
+    chip.__init__()
+    chip.session = 0
+    with pytest.raises(LinkError, match=sentence):
+        link.request(Command.STATUS)
+    with pytest.raises(LinkError, match=sentence if link._latest_session < 255 else LAST_SESSION):
+        link.reopen()
+    assert executed == b"before"
+    assert chip.executed == []
+    link.open(link.info()[0], credit=CONFIG.receive_buffer)
+    assert link.session == 1
+
+
+LAST_SESSION = r"^The last session with the board cannot be resumed: open it again\.$"
+
+
+def test_the_last_session_is_not_resumed():
+    chip = Recorder()
+    chip.session = 254
+    link, _, _ = connect(chip=chip)
+    assert link.session == 255
+    with pytest.raises(LinkError, match=LAST_SESSION):
+        link.reopen()
+    assert link.session is None
+    link.open(link.info()[0], credit=CONFIG.receive_buffer)
+    assert link.session == 1
 
 
 def test_requests_are_numbered_and_answered():

@@ -12,7 +12,7 @@ from multiprocessing import get_context
 from typing import Any
 
 from tools.faults.case import Case, draw
-from tools.faults.chips import CHIPS, Board
+from tools.faults.chips import Board, chip_names
 from tools.faults.judge import Judge, Verdict
 from tools.faults.planted import planted
 
@@ -68,8 +68,8 @@ def judge_of(board: Board) -> Judge:
 
 def case_of(board: Board, seed: int) -> Case:
     """Return the case of a seed; the chips take turns."""
-    chip = list(CHIPS)[seed % len(CHIPS)]
-    return draw(seed, chip, lambda work: judge_of(board).extent(chip, work))
+    chips = chip_names(board)
+    return draw(seed, chips[seed % len(chips)], lambda work: judge_of(board).extent(chip, work))
 
 
 def _judge(board: Board, seeds: Sequence[int], bug: str | None) -> list[tuple[Case, Verdict]]:

@@ -18,7 +18,15 @@ from tools.chips import SMALL
 from tools.faults.line import ChipOnLine
 
 
-__all__ = ["CHIPS", "CLOCK_HZ", "Board", "ModelOnLine", "VerilatedOnLine", "chip_on_line"]
+__all__ = [
+    "CHIPS",
+    "CLOCK_HZ",
+    "Board",
+    "ModelOnLine",
+    "VerilatedOnLine",
+    "chip_names",
+    "chip_on_line",
+]
 
 _SIM = Path(__file__).parents[2] / "sim"
 
@@ -55,6 +63,15 @@ CHIPS = {
         genetic=GeneticCore.STREAMING,
     ),
 }
+
+
+#: Chips whose sessions simulate too many cycles in Verilog.
+_LARGE = {"paper, 32 paths"}
+
+
+def chip_names(board: Board) -> list[str]:
+    """Return the chips whose sessions are run on a kind of board."""
+    return [name for name in CHIPS if board is Board.MODEL or name not in _LARGE]
 
 
 @contextmanager

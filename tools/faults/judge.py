@@ -29,7 +29,7 @@ __all__ = ["Judge", "Verdict"]
 #: Patience of a link, seconds and attempts: of the model, which answers at once; of the Verilog.
 _PATIENCE = {Board.MODEL: (0.25, 12), Board.SIM: (0.03, 12)}
 #: Seconds of this machine after which a session hangs, whatever the virtual time.
-_LIMIT_S = 120
+_LIMIT_S = 600
 #: Code whose lines a signal may interrupt.
 _DEVICE = str(Path(__file__).parents[2] / "host" / "device")
 

@@ -58,6 +58,8 @@ class LineFault(StrEnum):
     RESET = "reset"
 
 
+_DELIMITER = bytes([DELIMITER])
+
 _OF_FRAMES = (
     LineFault.LOSE_FRAME,
     LineFault.REPEAT_FRAME,
@@ -160,6 +162,20 @@ class _OneWay:
         self._sent = 0
         self.happened: list[LineEvent] = []
 
+    def quiet(self, size: int) -> int:
+        """Return how many of the next ``size`` bytes meet no fault."""
+        return min(self._events[0].at - self._sent, size) if self._events else size
+
+    def send_quietly(self, data: bytes) -> list[Frame]:
+        """Send bytes that meet no fault; return the frames that arrive now."""
+        self._sent += len(data)
+        *ended, begun = data.split(_DELIMITER)
+        arrived = []
+        for piece in ended:
+            arrived += self._end(piece + _DELIMITER)
+        self._frame += begun
+        return arrived
+
     def send(self, value: int) -> tuple[list[Frame], list[LineEvent]]:
         """Send a byte.
 
@@ -191,9 +207,13 @@ class _OneWay:
         self._frame += arrived
         if value != DELIMITER:
             return [], others
-        frame, faults = bytes(self._frame), self._of_frame
+        return self._end(b""), others
+
+    def _end(self, last: bytes) -> list[Frame]:
+        """End a frame with its ``last`` bytes; return what arrives."""
+        frame, faults = bytes(self._frame) + last, self._of_frame
         self._frame, self._of_frame = bytearray(), []
-        return self._passed(frame, faults), others
+        return self._passed(frame, faults)
 
     def heal(self) -> None:
         """Drop the events that are still to come."""
@@ -316,9 +336,8 @@ class FaultyLine:
     def write(self, data: bytes, /) -> int:
         """Send ``data``."""
         self._check()
-        for value in bytes(data):
-            self._send(Way.TO_BOARD, value)
-            self._check()
+        self._send(Way.TO_BOARD, bytes(data))
+        self._check()
         self._arrive()
         return len(data)
 
@@ -340,9 +359,24 @@ class FaultyLine:
         if self._is_cut:
             raise OSError("the device is gone")
 
-    def _send(self, way: Way, value: int) -> None:
-        frames, others = self._ways[way].send(value)
-        for event in others:
+    def _send(self, way: Way, data: bytes) -> None:
+        one_way = self._ways[way]
+        while data and not self._is_cut:
+            others: list[LineEvent] = []
+            if size := one_way.quiet(len(data)):
+                frames = one_way.send_quietly(data[:size])
+            else:
+                size = 1
+                frames, others = one_way.send(data[0])
+            data = data[size:]
+            self._happen(way, others)
+            # In order, also behind what a stall holds back.
+            at_s = max(self._stalled_until_s, self.clock.now_s)
+            self._flying[way] += ((at_s, frame) for frame in frames)
+
+    def _happen(self, way: Way, events: list[LineEvent]) -> None:
+        """Let events happen that do not change bytes."""
+        for event in events:
             if event.fault is LineFault.CUT:
                 self._is_cut = True
             elif event.fault is LineFault.STALL:
@@ -351,8 +385,6 @@ class FaultyLine:
                 )
             elif event.fault is LineFault.FULL and way is Way.TO_BOARD:
                 self._fill(event.value / 1000)
-        # In order, also behind what a stall holds back.
-        self._flying[way] += ((max(self._stalled_until_s, self.clock.now_s), f) for f in frames)
 
     def _fill(self, seconds: float) -> None:
         """Take no bytes for so long."""
@@ -361,15 +393,14 @@ class FaultyLine:
         if limit_s is None and seconds > self._patience_s:
             raise HangError("a write without a timeout")
         if limit_s is not None and seconds > limit_s:
-            raise OSError("the port took no bytes")
+            raise TimeoutError("the port took no bytes")
 
     def _arrive(self) -> None:
         """Let everything arrive whose time has come."""
         to_board, from_board = self._flying[Way.TO_BOARD], self._flying[Way.FROM_BOARD]
         while to_board and to_board[0][0] <= self.clock.now_s:
             frame = to_board.popleft()[1]
-            for value in self._chip.feed(frame.data, frame.reset):
-                self._send(Way.FROM_BOARD, value)
+            self._send(Way.FROM_BOARD, self._chip.feed(frame.data, frame.reset))
         while from_board and from_board[0][0] <= self.clock.now_s:
             self._received += from_board.popleft()[1].data
 
@@ -379,6 +410,5 @@ class FaultyLine:
         until_s = min(max(next_s, self.clock.now_s), deadline_s)
         sent, seconds = self._chip.wait(until_s - self.clock.now_s)
         self.clock.now_s = self.clock.now_s + seconds if sent else until_s
-        for value in sent:
-            self._send(Way.FROM_BOARD, value)
+        self._send(Way.FROM_BOARD, sent)
         self._arrive()

@@ -125,7 +125,7 @@ def test_a_full_port_takes_time_or_fails():
     full = at(3, LineFault.FULL, 2000)
     assert passed(full, write_timeout=3.0)[0] == FRAMES
     assert passed(full)[0] == FRAMES
-    with pytest.raises(OSError, match=r"^the port took no bytes$"):
+    with pytest.raises(TimeoutError, match=r"^the port took no bytes$"):
         passed(full, write_timeout=1.0)
     line = FaultyLine(Recorder(), VirtualClock(), [full], patience_s=1.0)
     with pytest.raises(HangError, match=r"^a write without a timeout$"):

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 from bench.sources import digest
 from host.cores import available_cores
 from host.errors import InputError
-from host.report.files import replacing
+from host.files.output import replacing
 
 
 __all__ = ["Kept", "measure", "paste"]

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from host.device.boards import url_of
 from host.errors import InputError
 from host.evaluation import Evaluation, Evaluator
+from host.files.output import prepare_directory
 from host.planners import PLANNERS, make
 from host.planners.arguments import own_options
 from host.planners.base import Options, Progress, Result, Stop
@@ -24,7 +25,6 @@ from host.planners.options import DEFAULT_BOARD
 from host.problem.changes import changed_problem
 from host.problem.problem import Problem
 from host.problem.zones import Zone
-from host.report.files import prepare_directory
 from host.report.summary import describe_problem, summarise, terms, version
 from host.report.via import Visit, visits
 from host.report.write import scene, write_report

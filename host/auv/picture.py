@@ -14,9 +14,9 @@ from host.auv.field import AuvField, control_polygon
 from host.auv.landscape import HALF_SIDE, height
 from host.auv.measures import Floats
 from host.auv.plan import REPORT_SAMPLES
+from host.files.output import replacing
 from host.planners.routes.field import Route
 from host.planners.routes.spline import sample
-from host.report.files import replacing
 from host.report.palette import BEST, GOAL, GROUND, LAND, PATH, START, TEXT, TROUBLE, halo
 
 

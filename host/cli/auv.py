@@ -17,12 +17,12 @@ from host.cli.compiling import note_compiling_routes
 from host.cli.ending import ending
 from host.cli.output import note, print_json, print_pairs
 from host.errors import InputError
+from host.files.output import prepare_directory, write_json, writing_into
 from host.planners.base import Stop
 from host.planners.routes.field import READINGS, Route
 from host.planners.routes.point_sampler import KINDS
 from host.planners.routes.search import ADDED_POINTS
 from host.progress import Bar
-from host.report.files import prepare_directory, write_json, writing_into
 from host.report.summary import version
 
 

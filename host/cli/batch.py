@@ -18,11 +18,11 @@ from host.cli.problem import file_values
 from host.cores import available_cores
 from host.device.boards import known_config
 from host.errors import InputError, JobError
+from host.files.output import prepare_directory, write_json, writing_into
 from host.mission.batch import Job, Outcome, execute, kept_summary, names_of, save
 from host.mission.build import planner_of
 from host.mission.legs import shortcoming
 from host.progress import Bar
-from host.report.files import prepare_directory, write_json, writing_into
 from host.report.summary import version
 from host.workers import LOCAL
 

@@ -19,6 +19,7 @@ from host.cli.problem import (
     rule_arguments,
 )
 from host.errors import InputError, JobError
+from host.files.output import reading
 from host.mission.build import aircraft_of, via_of
 from host.mission.keys import RULES
 from host.planning import check
@@ -27,7 +28,6 @@ from host.problem.ends import Point
 from host.problem.ends import end_point as end_point_of
 from host.problem.problem import Problem
 from host.problem.zones import Zone
-from host.report.files import reading
 from host.report.geojson import read_path
 from host.report.read import (
     find_summary,

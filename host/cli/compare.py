@@ -25,8 +25,8 @@ from host.compare.store import RunStore
 from host.compare.write import write_report
 from host.cores import available_cores
 from host.errors import InputError, JobError
+from host.files.output import prepare_directory
 from host.problem.problem import Problem
-from host.report.files import prepare_directory
 from host.workers import LOCAL
 
 

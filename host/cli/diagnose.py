@@ -14,8 +14,8 @@ from host.diagnosis import Reason
 from host.diagnosis.reason import listed
 from host.errors import JobError, NoPathError
 from host.evaluation import Evaluator
+from host.files.output import prepare_directory
 from host.report.diagnosis import Drawn, write_diagnosis
-from host.report.files import prepare_directory
 from host.report.summary import version
 
 

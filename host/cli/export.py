@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 
 from host.cli.output import note, print_json, print_pairs
+from host.files.output import prepare_directory
 from host.mission.files.export import export, parse_formats
-from host.report.files import prepare_directory
 from host.report.read import read_run
 
 

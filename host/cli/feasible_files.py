@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from hdl.config import Config
 from host.device.map_frames import padded_map
 from host.errors import InputError
-from host.report.files import reading
+from host.files.output import reading
 from host.report.tables import read_csv
 from host.terrain.untrusted import UNREADABLE, read_array, require_file
 

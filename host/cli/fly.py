@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from host.cli.output import note, print_json, print_pairs
+from host.files.output import prepare_directory, writing_into
 from host.flight.fly import fly, save
 from host.flight.models import model_named
-from host.report.files import prepare_directory, writing_into
 from host.report.read import read_run
 
 

@@ -17,6 +17,7 @@ from host.cli.options import own_options
 from host.cli.output import note, print_json, print_pairs, term_pairs
 from host.cli.problem import complete_options, make_mission, save_options, source_of
 from host.errors import JobError
+from host.files.output import prepare_directory, remove
 from host.mission.build import planner_of
 from host.mission.files.export import FORMATS, check_formats, export, parse_formats
 from host.mission.legs import shortcoming
@@ -24,7 +25,6 @@ from host.mission.planning import plan_mission
 from host.planners.base import Stop
 from host.planning import Plan, Search
 from host.progress import Progress
-from host.report.files import prepare_directory, remove
 
 
 __all__ = ["run"]

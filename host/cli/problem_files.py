@@ -9,10 +9,11 @@ from typing import Any
 from host.cli.output import print_json, print_pairs
 from host.device.boards import known_config
 from host.errors import InputError
+from host.files.output import output_file, prepare_file
+from host.files.special import is_special
 from host.mission.build import mission_of, search_of
 from host.mission.problem_file import read_problem, template
 from host.planners import DEFAULT
-from host.report.files import is_special, output_file, prepare_file
 
 
 __all__ = ["check", "new"]

@@ -11,7 +11,7 @@ import numpy as np
 from host.cli.output import print_json, print_pairs, print_table
 from host.cli.problem import load_terrain
 from host.errors import InputError
-from host.report.files import output_file, prepare_file
+from host.files.output import output_file, prepare_file
 from host.report.summary import finite
 from host.terrain import embedded, synthetic
 from host.terrain import info as describe

@@ -10,7 +10,7 @@ from hdl.config import Config
 from hdl.verilog import TOPS, export
 from host.cli.output import print_json, print_pairs
 from host.errors import InputError
-from host.report.files import output_file, prepare_file
+from host.files.output import output_file, prepare_file
 
 
 __all__ = ["run"]

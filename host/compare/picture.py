@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from host.compare.convergence import band, same_generations, work_of
 from host.compare.entrants import split_label
+from host.files.output import replacing
 from host.report.axes import finish
-from host.report.files import replacing
 from host.report.frame import titles
 from host.report.palette import DASHES, MEAN, SERIES, TEXT
 

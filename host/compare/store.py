@@ -5,14 +5,14 @@ from __future__ import annotations
 import contextlib
 import fcntl
 import json
-import os
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
 from host.compare.entrants import Entrant
 from host.errors import InputError
-from host.report.files import is_special
+from host.files.disk import current
+from host.files.special import is_special
 from host.report.summary import version
 
 
@@ -52,7 +52,7 @@ class RunStore:
                 "it, or give another directory with --out."
             )
         try:
-            self._file = self.path.open("a+b")
+            self._file = current().append(self.path)
         except OSError as error:
             raise InputError(
                 f"Cannot write to {str(self.path)!r} ({error.strerror or error}); "
@@ -100,8 +100,7 @@ class RunStore:
         }
         try:
             self._file.write(f"{json.dumps(line, allow_nan=False)}\n".encode())
-            self._file.flush()
-            os.fsync(self._file.fileno())
+            current().sync(self._file)
         except OSError as error:
             raise InputError(
                 f"Cannot write to {str(self.path)!r} ({error.strerror or error}); "

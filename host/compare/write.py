@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from host.report.files import remove, write_json, writing_into
+from host.files.output import remove, write_json, writing_into
 
 
 __all__ = ["write_report"]

@@ -10,12 +10,12 @@ from numpy.typing import ArrayLike
 
 from host.errors import InputError
 from host.evaluation import Evaluator
+from host.files.output import write_json
 from host.flight.flight import Flight, fly_track
 from host.flight.judge import judge
 from host.flight.models import model_for, model_named
 from host.flight.report import FlightReport
 from host.problem.problem import Problem
-from host.report.files import write_json
 
 
 __all__ = ["fly", "save"]

@@ -13,10 +13,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from host.files.output import replacing
 from host.flight.judge import SHARE, demanded_m, surface_below
 from host.report import plan_view
 from host.report.axes import LEGEND, finish
-from host.report.files import replacing
 from host.report.frame import LEFT, NARROWEST, RIGHT, WIDTH, frame
 from host.report.palette import FLOWN, GROUND, PATH, TEXT, halo
 

@@ -14,6 +14,7 @@ from typing import Any
 from host.device.boards import known_config
 from host.errors import InputError, PathgeneError
 from host.evaluation import Evaluator
+from host.files.output import prepare_directory, write_json, writing_into
 from host.mission.build import mission_of, search_of
 from host.mission.files.export import check_formats, export, parse_formats
 from host.mission.keys import KEYS
@@ -22,7 +23,6 @@ from host.mission.mission import Mission
 from host.mission.planning import plan_mission
 from host.planners.base import Result
 from host.planning import Search
-from host.report.files import prepare_directory, write_json, writing_into
 from host.report.summary import version
 from host.report.write import write_report
 from host.workers.cluster import on_cluster

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from host.errors import InputError
+from host.files.output import output_file, reading
 from host.mission.keys import TABLES, Key, keys_of
 from host.mission.values import to_toml
 from host.problem.aircraft import PARAMETERS
-from host.report.files import output_file, reading
 
 
 __all__ = ["markdown", "read_problem", "save_problem", "template"]

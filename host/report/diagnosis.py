@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from host.evaluation import Evaluator
+from host.files.output import remove, write_json, writing_into
 from host.planners.base import Result
-from host.report.files import remove, write_json, writing_into
 from host.report.write import write_picture
 
 

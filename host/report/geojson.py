@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from host.errors import InputError
+from host.files.output import reading
 from host.problem.ends import Point
 from host.problem.rings import wound
 from host.problem.zones import Circle, Polygon, Zone
-from host.report.files import reading
 from host.report.marks import mark_names
 
 

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from host.evaluation import Evaluation, Evaluator, Samples
 from host.evaluation.broken import Stretch
 from host.evaluation.evaluator import FINE
+from host.files.output import replacing
 from host.report import convergence, plan_view, points, profile, reason_marks
-from host.report.files import replacing
 from host.report.frame import LEFT, NARROWEST, RIGHT, WIDTH, frame
 from host.report.limit_units import unit_of
 from host.report.palette import TROUBLE

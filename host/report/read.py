@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from host.errors import InputError
+from host.files.output import reading
 from host.problem.aircraft import DEFAULT, Aircraft
 from host.problem.aircraft import load as load_aircraft
 from host.problem.ends import Point
@@ -20,7 +21,6 @@ from host.problem.problem import Problem
 from host.problem.rules import Rules
 from host.problem.way import WayProblem
 from host.problem.zones import Zone, zone_from_dict
-from host.report.files import reading
 from host.terrain import Terrain, embedded, load
 from host.terrain.origin import at_origin
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from host.errors import InputError
-from host.report.files import reading
+from host.files.output import reading
 
 
 __all__ = ["read_csv"]

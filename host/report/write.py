@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from host.evaluation import Evaluator
+from host.files.output import remove, replacing, write_json, writing_into
 from host.planners.base import Result
-from host.report.files import remove, replacing, write_json, writing_into
 from host.report.geojson import path_document
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from host.errors import InputError
+from host.files.output import replacing
 
 
 if TYPE_CHECKING:
@@ -207,7 +208,7 @@ class Terrain:
             place = {"crs": np.array(self.crs), "origin": np.array(self.origin)}
         # Through a handle: numpy would append its suffix to a name.
         with (
-            Path(file).open("wb") if isinstance(file, str | Path) else contextlib.nullcontext(file)
+            replacing(Path(file)) if isinstance(file, str | Path) else contextlib.nullcontext(file)
         ) as binary:
             np.savez_compressed(
                 binary,

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from host.errors import InputError
 from host.evaluation import Evaluator
+from host.files.output import replacing, write_json, writing_into
 from host.mission.files.flight_plan import check_place, flight_plan
 from host.problem.problem import Problem
-from host.report.files import replacing, write_json, writing_into
 from host.report.geojson import path_document
 from host.terrain import Terrain
 

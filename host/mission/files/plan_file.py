@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from host.errors import InputError
+from host.files.output import reading
 from host.mission.files.fence import Fence, FenceCircle, FencePolygon
 from host.mission.files.flight_plan import FlightPlan, Item
 from host.problem.rings import is_number
-from host.report.files import reading
 from host.report.summary import version
 
 

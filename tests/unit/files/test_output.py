@@ -8,8 +8,7 @@ import threading
 import pytest
 
 from host.errors import InputError
-from host.report.files import (
-    is_special,
+from host.files.output import (
     output_file,
     prepare_directory,
     prepare_file,
@@ -17,6 +16,7 @@ from host.report.files import (
     replacing,
     write_json,
 )
+from host.files.special import is_special
 
 
 def names(directory):

@@ -1,0 +1,202 @@
+"""Several files of a folder replaced together: all or none."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import fcntl
+import os
+import re
+import secrets
+import time
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+
+from host import interrupts
+from host.files.disk import current
+from host.files.special import is_special, write_through
+
+
+__all__ = ["TRIAL", "beside", "replace_files"]
+
+#: Name of the file that tries whether a folder takes files.
+TRIAL = "writable"
+
+# Longest wait for another writer of the same folder, which takes moments.
+_PATIENCE_S = 10.0
+_POLL_S = 0.02
+
+
+def replace_files(
+    directory: Path, contents: Mapping[str, bytes], *, gone: Iterable[str] = ()
+) -> None:
+    """Put files into a folder and remove others: all, or nothing has changed.
+
+    The files are written beside their places and synced, then renamed into them, the last of
+    ``contents`` last. A failure puts back what was renamed or removed until then. A special file
+    stays: its content is written to it before anything is renamed. Signals wait for the end.
+
+    A process that is killed between two renames leaves older and newer files side by side, and
+    hidden ones, which the next call that writes the same names removes.
+
+    Parameters
+    ----------
+    directory : Path
+        An existing folder.
+    contents : mapping
+        Content of each file by its name.
+    gone : iterable of str
+        Names of the files to remove. One that is missing, special or a folder stays as it is.
+
+    Raises
+    ------
+    OSError
+        If the system refuses. If it also refuses to put a file back, the error says so.
+    """
+    removed = [name for name in gone if name not in contents]
+    with interrupts.held(), _locked(directory) as is_alone:
+        if is_alone:
+            _clear(directory, (*contents, *removed, TRIAL))
+        change = _Change(directory)
+        try:
+            change.stage(contents)
+            change.apply(removed)
+        except BaseException as error:
+            if change.undo() or not isinstance(error, OSError):
+                raise
+            raise OSError(
+                error.errno,
+                f"{error.strerror or error}, and not all older files could be put back",
+            ) from error
+        finally:
+            change.clear()
+
+
+def beside(place: Path) -> Path:
+    """Return a new hidden name in the folder of ``place``."""
+    return place.with_name(f".{place.name}.{secrets.token_hex(4)}")
+
+
+class _Change:
+    """The steps of a replacement, and the way back.
+
+    Parameters
+    ----------
+    directory : Path
+        The folder.
+    """
+
+    def __init__(self, directory: Path) -> None:
+        self._directory = directory
+        # The new file of each place, and the older one of each that was changed: None for none.
+        self._staged: dict[Path, Path] = {}
+        self._older: dict[Path, Path | None] = {}
+
+    def stage(self, contents: Mapping[str, bytes]) -> None:
+        """Write all files beside their places, and those that are special into these."""
+        special = []
+        for name, content in contents.items():
+            place = self._directory / name
+            if is_special(place):
+                special.append((place, content))
+                continue
+            if _is_directory(place):
+                raise IsADirectoryError(errno.EISDIR, f"{name} is a directory")
+            self._staged[place] = beside(place)
+            with current().create(self._staged[place]) as file:
+                file.write(content)
+                current().sync(file)
+        for place, content in special:
+            write_through(place, content)
+
+    def apply(self, removed: Iterable[str]) -> None:
+        """Rename the new files into their places, the last one after all else is done."""
+        staged = list(self._staged.items())
+        for place, file in staged[:-1]:
+            self._keep(place)
+            current().rename(file, place)
+        for place in (self._directory / name for name in removed):
+            if os.path.lexists(place) and not (_is_directory(place) or is_special(place)):
+                older = beside(place)
+                current().rename(place, older)
+                self._older[place] = older
+        for place, file in staged[-1:]:
+            current().rename(file, place)  # Needs no way back: nothing after it can fail.
+        # Not every file system can do it, and the files are there.
+        with contextlib.suppress(OSError):
+            current().sync_directory(self._directory)
+
+    def undo(self) -> bool:
+        """Put the older files back; return whether all are."""
+        lost = []
+        for place, older in reversed(self._older.items()):
+            try:
+                if older is not None:
+                    current().rename(older, place)
+                elif os.path.lexists(place):
+                    current().unlink(place)
+            except OSError:
+                lost.append(place)
+        for place in lost:
+            del self._older[place]  # The only copy stays.
+        return not lost
+
+    def clear(self) -> None:
+        """Remove all hidden files."""
+        for file in (*self._staged.values(), *self._older.values()):
+            if file is not None and os.path.lexists(file):
+                with contextlib.suppress(OSError):
+                    current().unlink(file)
+
+    def _keep(self, place: Path) -> None:
+        """Give the file at ``place`` a hidden name as well, so that a place is never empty."""
+        if not os.path.lexists(place):
+            self._older[place] = None
+            return
+        older = beside(place)
+        try:
+            current().link(place, older)
+        except OSError:
+            current().rename(place, older)  # A file system without links.
+        self._older[place] = older
+
+
+def _is_directory(place: Path) -> bool:
+    return place.is_dir() and not place.is_symlink()
+
+
+def _clear(directory: Path, names: Iterable[str]) -> None:
+    """Remove hidden files that writers of ``names`` left when they were killed."""
+    left = re.compile(rf"\.(?:{'|'.join(map(re.escape, names))})\.[0-9a-f]{{8}}")
+    with contextlib.suppress(OSError):
+        for file in directory.iterdir():
+            if left.fullmatch(file.name):
+                current().unlink(file)
+
+
+@contextlib.contextmanager
+def _locked(directory: Path) -> Iterator[bool]:
+    """Lock a folder in the block; yield False if another writer does not end, or locks fail."""
+    try:
+        descriptor = os.open(directory, os.O_RDONLY | os.O_DIRECTORY)
+    except OSError:
+        yield False
+        return
+    try:
+        yield _lock(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _lock(descriptor: int) -> bool:
+    deadline = time.monotonic() + _PATIENCE_S
+    while time.monotonic() < deadline:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            time.sleep(_POLL_S)
+        except OSError:
+            return False
+        else:
+            return True
+    return False

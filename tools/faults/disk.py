@@ -1,0 +1,163 @@
+"""A disk that fails at a chosen call, or whose process is killed there."""
+
+from __future__ import annotations
+
+import errno
+import io
+import os
+import random
+from pathlib import Path
+from typing import TYPE_CHECKING, BinaryIO
+
+from host.files.disk import Disk
+
+
+if TYPE_CHECKING:
+    from _typeshed import ReadableBuffer
+
+__all__ = ["FaultyDisk", "Killed"]
+
+# The errors of a full disk.
+_FULL = frozenset({errno.ENOSPC, errno.EDQUOT})
+
+
+class Killed(BaseException):
+    """The end of a process by SIGKILL or a loss of power: nothing is written after it."""
+
+
+class FaultyDisk(Disk):
+    """A real disk that counts its calls, from 1, and fails at one of them.
+
+    Each method of :class:`host.files.disk.Disk` is a call, and so is each write that a file passes
+    on to the system. A write that fails is torn: a part of its data, drawn from the seed, reaches
+    the disk. As for the kernel, a write of some bytes is no error yet; the call after it is.
+
+    Parameters
+    ----------
+    at : int, optional
+        Number of the call that fails; None counts only. A full disk fails at the first call from
+        there on that needs space: it still renames and removes.
+    error : int
+        Number of the error, a constant of :mod:`errno`; a full disk by default.
+    lasting : bool
+        Every later call fails as well.
+    kill : bool
+        Raise :class:`Killed` instead, then and at every later call.
+    seed : int
+        Of the lengths of torn writes.
+
+    Attributes
+    ----------
+    calls : list of str
+        The calls so far: their names, and the names of their files.
+    failed : bool
+        True once a call has failed, or the process is killed.
+    """
+
+    def __init__(
+        self,
+        at: int | None = None,
+        *,
+        error: int = errno.ENOSPC,
+        lasting: bool = False,
+        kill: bool = False,
+        seed: int = 0,
+    ) -> None:
+        self.calls: list[str] = []
+        self._at, self._error, self._lasting, self._kill = at, error, lasting, kill
+        self._random = random.Random(seed)
+        self._owed = False
+        self.failed = False
+
+    def create(self, path: Path) -> BinaryIO:
+        """Open a new file."""
+        self._call("create", path)
+        return io.BufferedWriter(_File(self, path, "xb"))
+
+    def append(self, path: Path) -> BinaryIO:
+        """Open a file for reading and for writing at its end."""
+        self._call("append", path)
+        return io.BufferedRandom(_File(self, path, "a+b"))
+
+    def sync(self, file: BinaryIO) -> None:
+        """Flush and sync a file."""
+        file.flush()
+        self._call("sync", Path(str(file.name)))
+        os.fsync(file.fileno())
+
+    def sync_directory(self, path: Path) -> None:
+        """Sync a folder."""
+        self._call("sync_directory", path)
+        super().sync_directory(path)
+
+    def link(self, source: Path, target: Path) -> None:
+        """Give a file a second name."""
+        self._call("link", source)
+        super().link(source, target)
+
+    def rename(self, source: Path, target: Path) -> None:
+        """Rename a file."""
+        self._call("rename", target, needs_space=False)
+        super().rename(source, target)
+
+    def unlink(self, path: Path) -> None:
+        """Remove a file."""
+        self._call("unlink", path, needs_space=False)
+        super().unlink(path)
+
+    def make_directory(self, path: Path) -> None:
+        """Make a folder."""
+        self._call("make_directory", path)
+        super().make_directory(path)
+
+    def torn(self, path: Path, size: int) -> int:
+        """Count a write of ``size`` bytes; return how many of them reach the disk.
+
+        Raises
+        ------
+        OSError, Killed
+            If none does.
+        """
+        if not self.failed and not self._owed and self._is_due(needs_space=True):
+            share = self._random.randrange(size) if size else 0
+            if share:
+                self._owed = True  # The next call fails.
+                self.calls.append(f"write {path.name}")
+                return share
+        self._call("write", path)
+        return size
+
+    def _call(self, name: str, path: Path, *, needs_space: bool = True) -> None:
+        """Count a call, and fail if it is one that does."""
+        is_due = self._owed or self._is_due(needs_space=needs_space)
+        self._owed = False
+        self.calls.append(f"{name} {path.name}")
+        if not is_due:
+            return
+        self.failed = True
+        if self._kill:
+            raise Killed
+        raise OSError(self._error, os.strerror(self._error), str(path))
+
+    def _is_due(self, *, needs_space: bool) -> bool:
+        """Return whether the next call fails."""
+        if self._at is None or len(self.calls) + 1 < self._at:
+            return False
+        if self._kill:
+            return True
+        is_needed = needs_space or self._error not in _FULL
+        return is_needed and (self._lasting or not self.failed)
+
+
+class _File(io.FileIO):
+    """A file whose writes are calls of a disk."""
+
+    def __init__(self, disk: FaultyDisk, path: Path, mode: str) -> None:
+        super().__init__(path, mode)
+        self._disk = disk
+
+    def write(self, data: ReadableBuffer, /) -> int:
+        """Write a part of ``data``, or fail; return the number of bytes."""
+        view = memoryview(data).cast("B")
+        size = self._disk.torn(Path(str(self.name)), len(view))
+        return super().write(view[:size])

@@ -192,6 +192,9 @@ class Plan:
     ) -> list[Path]:
         """Write ``summary.json``, ``terrain.npz``, ``path.geojson`` and ``path.png``.
 
+        The files of an earlier run there, those for ground stations included, are replaced or
+        removed: all, or none after an error.
+
         Parameters
         ----------
         directory : str or Path
@@ -223,7 +226,7 @@ class Plan:
             warn=warn,
             picture=picture,
             grid=grid,
-        )
+        ).files
 
 
 class Search:

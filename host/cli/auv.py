@@ -17,7 +17,8 @@ from host.cli.compiling import note_compiling_routes
 from host.cli.ending import ending
 from host.cli.output import note, print_json, print_pairs
 from host.errors import InputError
-from host.files.output import prepare_directory, write_json, writing_into
+from host.files.output import json_bytes, prepare_directory, writing_into
+from host.files.replacement import replace_files
 from host.planners.base import Stop
 from host.planners.routes.field import READINGS, Route
 from host.planners.routes.point_sampler import KINDS
@@ -99,7 +100,8 @@ def _write(
 
     written = [directory / "auv.json", directory / "auv.png"]
     with writing_into(directory):
-        write_json(written[0], summary)
+        # A picture of an earlier run would mislead.
+        replace_files(directory, {written[0].name: json_bytes(summary)}, gone=[written[1].name])
         write(field, route, summary, written[1])
     return written
 

@@ -40,6 +40,7 @@ from host.report.read import (
     summary_wind_and_step,
     summary_zones,
 )
+from host.report.run_files import verify
 from host.report.tables import read_csv
 from host.terrain import Terrain
 
@@ -63,6 +64,7 @@ def run(args: argparse.Namespace) -> int:
         pass
     summary = find_summary(file)
     if summary is not None:
+        verify(file, summary)
         wind, ds_m = summary_wind_and_step(file, summary)
         args.wind, args.ds = args.wind or wind, ds_m if args.ds is None else args.ds
         _take_rules(args, summary_rules(file, summary), told=told)

@@ -21,13 +21,10 @@ def run(args: argparse.Namespace) -> int:
     planned = read_run(file, origin=args.origin)
     directory = file.parent if args.out is None else Path(args.out)
     prepare_directory(directory)
-    feasible = planned.feasible
-    if feasible is False:
+    if planned.feasible is False:
         note("The path is not feasible; look at the files, but do not fly them.")
     notes: list[str] = []
-    written = export(
-        planned.problem, planned.path, formats, directory, notes.append, feasible=feasible
-    )
+    written = export(planned, formats, directory, notes.append)
     for sentence in notes:
         note(sentence)
     if args.json:

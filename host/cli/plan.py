@@ -17,14 +17,15 @@ from host.cli.options import own_options
 from host.cli.output import note, print_json, print_pairs, term_pairs
 from host.cli.problem import complete_options, make_mission, save_options, source_of
 from host.errors import JobError
-from host.files.output import prepare_directory, remove
+from host.files.output import prepare_directory
 from host.mission.build import planner_of
-from host.mission.files.export import FORMATS, check_formats, export, parse_formats
+from host.mission.files.export import check_formats, exported, parse_formats
 from host.mission.legs import shortcoming
 from host.mission.planning import plan_mission
 from host.planners.base import Stop
 from host.planning import Plan, Search
 from host.progress import Progress
+from host.report.write import write_report
 
 
 __all__ = ["run"]
@@ -62,10 +63,18 @@ def run(args: argparse.Namespace) -> int:
             plan = plan_mission(
                 mission, search, progress=progress.update, stop=stop, source=source_of(args)
             )
-        written = plan.save(directory, picture=args.picture, grid=args.grid, warn=note)
-        written += _export(plan, formats, directory)
+        written, summary = write_report(
+            directory,
+            plan.evaluator,
+            plan.result,
+            plan.summary,
+            note,
+            picture=args.picture,
+            grid=args.grid,
+            others=_others(plan, formats),
+        )
     if not args.json:
-        _print(plan.summary, written)
+        _print(summary, written)
     rows = []
     if searches and not plan.interrupted:
         try:
@@ -74,20 +83,18 @@ def run(args: argparse.Namespace) -> int:
             note("Interrupted; the plan is written.")
             return interrupts.status()
     if args.json:
-        print_json({**plan.summary, "beside": rows} if rows else plan.summary)
+        print_json({**summary, "beside": rows} if rows else summary)
     elif rows:
         print()
         print_beside(rows)
     return _status(plan)
 
 
-def _export(plan: Plan, formats: Sequence[str], directory: Path) -> list[Path]:
-    """Write the files of ``--write``; remove those of an earlier run, which would mislead."""
-    for name in set(FORMATS) - {"geojson", *formats}:
-        remove(directory / FORMATS[name])
-    formats = [name for name in formats if name != "geojson"]  # It is there already.
+def _others(plan: Plan, formats: Sequence[str]) -> dict[str, bytes]:
+    """Return the contents of the files of ``--write``, by their names."""
+    formats = [name for name in formats if name != "geojson"]  # Every run has it.
     feasible = plan.evaluation.feasible
-    return export(plan.evaluator.problem, plan.path, formats, directory, note, feasible=feasible)
+    return exported(plan.evaluator.problem, plan.path, formats, note, feasible=feasible)
 
 
 def _status(plan: Plan) -> int:

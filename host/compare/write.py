@@ -6,7 +6,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from host.files.output import remove, write_json, writing_into
+from host.files.output import json_bytes, writing_into
+from host.files.replacement import replace_files
 
 
 __all__ = ["write_report"]
@@ -28,13 +29,12 @@ def write_report(
     """
     numbers, picture = directory / "compare.json", directory / "compare.png"
     with writing_into(directory):
-        write_json(numbers, report)
+        replace_files(directory, {numbers.name: json_bytes(report)}, gone=[picture.name])
     try:
         from host.compare.picture import write
 
         write(report, picture)
     except Exception as error:
-        remove(picture)  # One of an earlier comparison would mislead.
         warn(f"There is no picture this time, drawing it failed: {type(error).__name__}: {error}.")
         return [numbers]
     return [numbers, picture]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import io
 import json
-import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -22,7 +21,6 @@ __all__ = [
     "prepare_directory",
     "prepare_file",
     "reading",
-    "remove",
     "replacing",
     "write_json",
     "writing_into",
@@ -64,13 +62,6 @@ def output_file(path: Path) -> Iterator[BinaryIO]:
         raise InputError(
             f"Cannot write to {str(path)!r} ({error.strerror or error}); give another file (--out)."
         ) from None
-
-
-def remove(path: Path) -> None:
-    """Remove the file at ``path`` if there is one; a special file or a directory stays."""
-    if os.path.lexists(path) and not is_special(path):
-        with contextlib.suppress(OSError):
-            current().unlink(path)
 
 
 def json_bytes(value: Any) -> bytes:

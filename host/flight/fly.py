@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from host.errors import InputError
 from host.evaluation import Evaluator
-from host.files.output import write_json
+from host.files.output import json_bytes
+from host.files.replacement import replace_files
 from host.flight.flight import Flight, fly_track
 from host.flight.judge import judge
 from host.flight.models import model_for, model_named
@@ -96,6 +97,7 @@ def save(report: FlightReport, directory: Path) -> list[Path]:
     from host.flight import picture
 
     written = [directory / "flight.json", directory / "flight.png"]
-    write_json(written[0], report.to_dict())
+    # A picture of an earlier flight would mislead.
+    replace_files(directory, {written[0].name: json_bytes(report.to_dict())}, gone=["flight.png"])
     picture.write(report, written[1])
     return written

@@ -14,15 +14,16 @@ from typing import Any
 from host.device.boards import known_config
 from host.errors import InputError, PathgeneError
 from host.evaluation import Evaluator
-from host.files.output import prepare_directory, write_json, writing_into
+from host.files.output import prepare_directory
 from host.mission.build import mission_of, search_of
-from host.mission.files.export import check_formats, export, parse_formats
+from host.mission.files.export import check_formats, exported, parse_formats
 from host.mission.keys import KEYS
 from host.mission.legs import shortcoming
 from host.mission.mission import Mission
 from host.mission.planning import plan_mission
 from host.planners.base import Result
 from host.planning import Search
+from host.report.run_files import SUMMARY, verify
 from host.report.summary import version
 from host.report.write import write_report
 from host.workers.cluster import on_cluster
@@ -210,11 +211,16 @@ def execute(
 
 
 def kept_summary(directory: Path, job: Job) -> dict[str, Any] | None:
-    """Return the summary of an earlier run of the same job in ``directory``, if there is one."""
+    """Return the summary of an earlier run of the same job in ``directory``, if there is one.
+
+    A run with a file that is altered or of another run is none.
+    """
+    file = directory / job.name / SUMMARY
     try:
-        summary: dict[str, Any] = json.loads((directory / job.name / "summary.json").read_text())
+        summary: dict[str, Any] = json.loads(file.read_text())
         same = summary["batch"]["key"] == job.key
-    except (OSError, ValueError, KeyError, TypeError):
+        verify(file, summary)
+    except (OSError, ValueError, KeyError, TypeError, InputError):
         return None
     return summary if same else None
 
@@ -232,17 +238,18 @@ def save(directory: Path, job: Job, outcome: Outcome, warn: Callable[[str], None
     folder = directory / job.name
     prepare_directory(folder)
     whole = mission_of(job.values).whole
-    files = {name: job.values.get(name) is not False for name in ("picture", "grid")}
-    # Last, so that a summary with the key stands for all files.
-    write_report(folder, Evaluator(whole), outcome.result, outcome.summary, warn, **files)
-    formats = [name for name in job.formats if name != "geojson"]  # It is there already.
+    formats = [name for name in job.formats if name != "geojson"]  # Every run has it.
     feasible = outcome.result.evaluation.feasible
-    export(whole, outcome.result.path, formats, folder, warn, feasible=feasible)
-    with writing_into(folder):
-        write_json(
-            folder / "summary.json",
-            {**outcome.summary, "batch": {"file": job.file, "key": job.key}},
-        )
+    write_report(
+        folder,
+        Evaluator(whole),
+        outcome.result,
+        {**outcome.summary, "batch": {"file": job.file, "key": job.key}},
+        warn,
+        picture=job.values.get("picture") is not False,
+        grid=job.values.get("grid") is not False,
+        others=exported(whole, outcome.result.path, formats, warn, feasible=feasible),
+    )
 
 
 def _threads(_: None, threads: int) -> int:

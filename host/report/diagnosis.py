@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from host.evaluation import Evaluator
-from host.files.output import remove, write_json, writing_into
+from host.files.output import json_bytes, writing_into
+from host.files.replacement import replace_files
 from host.planners.base import Result
 from host.report.write import write_picture
 
@@ -56,15 +57,14 @@ def write_diagnosis(
     InputError
         If the directory cannot be written to.
     """
-    written = [directory / "diagnosis.json"]
+    written, drawing = [directory / "diagnosis.json"], directory / "diagnosis.png"
     with writing_into(directory):
-        write_json(written[0], report)
-    drawing = directory / "diagnosis.png"
+        # A picture of an earlier run would mislead.
+        replace_files(directory, {written[0].name: json_bytes(report)}, gone=[drawing.name])
     reason = report["reason"]
     if reason is None or drawn is None:
-        # One of an earlier run would mislead.
-        remove(drawing)
-    elif write_picture(drawing, lambda: _scene(*drawn, reason), warn):
+        return written
+    if write_picture(drawing, lambda: _scene(*drawn, reason), warn):
         written.append(drawing)
     return written
 

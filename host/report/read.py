@@ -21,6 +21,7 @@ from host.problem.problem import Problem
 from host.problem.rules import Rules
 from host.problem.way import WayProblem
 from host.problem.zones import Zone, zone_from_dict
+from host.report.run_files import GRID, verify
 from host.terrain import Terrain, embedded, load
 from host.terrain.origin import at_origin
 
@@ -56,11 +57,14 @@ class Run:
         Waypoints, (n, 3) float64 metres, start and goal included.
     summary : dict
         The content of the file.
+    file : Path
+        The file.
     """
 
     problem: Problem
     path: NDArray[np.float64]
     summary: dict[str, Any]
+    file: Path
 
     @property
     def feasible(self) -> bool | None:
@@ -84,7 +88,8 @@ def read_run(file: Path, *, origin: tuple[float, float] | None = None) -> Run:
     Raises
     ------
     InputError
-        If the file is no summary, does not say how its path was evaluated, or states a bad value.
+        If the file is no summary, does not say how its path was evaluated, or states a bad value;
+        if a file beside it is of another run.
     """
     summary = find_summary(file)
     if summary is None:
@@ -93,6 +98,7 @@ def read_run(file: Path, *, origin: tuple[float, float] | None = None) -> Run:
         raise InputError(
             f"{file}: not a summary of a plan; give the summary.json that pathgene plan wrote."
         )
+    verify(file, summary)
     path = summary_path(file, summary)
     wind, ds_m = summary_wind_and_step(file, summary)
     terrain = summary_terrain(file, summary)
@@ -106,7 +112,7 @@ def read_run(file: Path, *, origin: tuple[float, float] | None = None) -> Run:
         ds_m=ds_m,
         **summary_rules(file, summary),
     )
-    return Run(problem, path, summary)
+    return Run(problem, path, summary, file)
 
 
 def problem_of_path(
@@ -172,7 +178,7 @@ def summary_terrain(
     """
     try:
         stated = summary["terrain"]
-        grid = file.with_name("terrain.npz")
+        grid = file.with_name(GRID)
         is_grid = source is None and grid.exists()
         is_own = source is None
         if source is None:
@@ -184,7 +190,15 @@ def summary_terrain(
             cell = east, north
     except (KeyError, TypeError, ValueError, OverflowError):
         raise InputError(f"{file}: {_UNKNOWN_PROBLEM}") from None
-    terrain = load(source, cell=cell, fill_voids=fill_voids, max_cells=max_cells)
+    try:
+        terrain = load(source, cell=cell, fill_voids=fill_voids, max_cells=max_cells)
+    except InputError as error:
+        if is_own and not is_grid and GRID in (summary.get("files") or ()):
+            raise InputError(
+                f"{grid}, the terrain of the run, is missing, and the file that it was made from "
+                f"cannot be read; put {GRID} back, or plan again. ({error})"
+            ) from None
+        raise
     return _placed(file, terrain, stated) if is_own else terrain
 
 

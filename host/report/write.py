@@ -5,20 +5,32 @@ from __future__ import annotations
 import bisect
 import itertools
 from collections.abc import Callable, Mapping
+from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from host.evaluation import Evaluator
-from host.files.output import remove, replacing, write_json, writing_into
+from host.files.output import json_bytes, writing_into
+from host.files.replacement import replace_files
 from host.planners.base import Result
 from host.report.geojson import path_document
+from host.report.run_files import DATA, GRID, PATH, PICTURE, SUMMARY, digests
 
 
 if TYPE_CHECKING:
     from host.report.picture import Scene
 
 
-__all__ = ["scene", "write_grid", "write_picture", "write_report"]
+__all__ = ["Written", "scene", "write_picture", "write_report"]
+
+
+class Written(NamedTuple):
+    """Result of :func:`write_report`."""
+
+    #: The files written.
+    files: list[Path]
+    #: Content of ``summary.json``.
+    summary: dict[str, Any]
 
 
 def write_report(
@@ -30,10 +42,12 @@ def write_report(
     *,
     picture: bool = True,
     grid: bool = True,
-) -> list[Path]:
-    """Write ``summary.json``, ``terrain.npz``, ``path.geojson`` and ``path.png``.
+    others: Mapping[str, bytes] | None = None,
+) -> Written:
+    """Write ``summary.json``, ``terrain.npz``, ``path.geojson``, others, and ``path.png``.
 
-    The picture comes last, and an error in it is only a warning: the other files are kept.
+    The files of an earlier run are replaced all or none; those that this run does not have are
+    removed with them. The picture comes last, and an error in it is only a warning.
 
     Parameters
     ----------
@@ -44,7 +58,8 @@ def write_report(
     result : Result
         Result of the run.
     summary : mapping
-        Result of :func:`host.report.summary.summarise`.
+        Result of :func:`host.report.summary.summarise`. The file has the member ``files`` besides:
+        the SHA-256 of each other file but the picture.
     warn : callable
         Receives a sentence if there is no picture.
     picture : bool
@@ -52,40 +67,25 @@ def write_report(
     grid : bool
         Write ``terrain.npz``; otherwise remove the one of an earlier run, which ``check`` would
         take for the terrain of this one.
-
-    Returns
-    -------
-    list of Path
-        The files written.
+    others : mapping, optional
+        Contents of further files by their names in :data:`host.report.run_files.DATA`.
 
     Raises
     ------
     InputError
         If the directory cannot be written to.
     """
-    terrain = evaluator.problem.terrain
-    written = [directory / name for name in ("summary.json", "terrain.npz", "path.geojson")]
+    contents = {GRID: _grid(evaluator)} if grid else {}
+    contents |= {PATH: _path(evaluator, result), **(others or {})}
+    whole = {**summary, "files": digests(contents)}
+    contents[SUMMARY] = json_bytes(whole)
     with writing_into(directory):
-        write_json(written[0], summary)
-        if grid:
-            write_grid(written[1], evaluator)
-        else:
-            remove(written.pop(1))
-        document = path_document(
-            result.path,
-            evaluator.track(result.path),
-            terrain,
-            step_m=min(terrain.dx_m, terrain.dy_m),
-            zones=evaluator.problem.zones,
-            way=evaluator.problem.way,
-        )
-        write_json(written[-1], document)
-    drawing = directory / "path.png"
-    if not picture:
-        remove(drawing)
-    elif write_picture(drawing, lambda: scene(evaluator, result, summary), warn):
+        replace_files(directory, contents, gone=(*DATA, PICTURE))
+    written = [directory / name for name in dict.fromkeys((SUMMARY, *contents))]
+    drawing = directory / PICTURE
+    if picture and write_picture(drawing, lambda: scene(evaluator, result, summary), warn):
         written.append(drawing)
-    return written
+    return Written(written, whole)
 
 
 def write_picture(file: Path, made: Callable[[], Scene], warn: Callable[[str], None]) -> bool:
@@ -94,7 +94,7 @@ def write_picture(file: Path, made: Callable[[], Scene], warn: Callable[[str], N
     Parameters
     ----------
     file : Path
-        The PNG. After an error, the one of an earlier run is removed, which would mislead.
+        The PNG.
     made : callable
         Returns the scene.
     warn : callable
@@ -105,17 +105,31 @@ def write_picture(file: Path, made: Callable[[], Scene], warn: Callable[[str], N
 
         write(made(), file)
     except Exception as error:
-        remove(file)
         warn(f"There is no picture this time, drawing it failed: {type(error).__name__}: {error}.")
         return False
     return True
 
 
-def write_grid(file: Path, evaluator: Evaluator) -> None:
-    """Write the evaluated grid: elevation (NaN over voids), dx_m, dy_m, nofly and its place."""
+def _grid(evaluator: Evaluator) -> bytes:
+    """Return the evaluated grid: elevation (NaN over voids), dx_m, dy_m, nofly and its place."""
     problem = evaluator.problem
-    with replacing(file) as binary:
-        problem.terrain.save_npz(binary, problem.nofly_raster)
+    content = BytesIO()
+    problem.terrain.save_npz(content, problem.nofly_raster)
+    return content.getvalue()
+
+
+def _path(evaluator: Evaluator, result: Result) -> bytes:
+    """Return the path as GeoJSON."""
+    problem = evaluator.problem
+    document = path_document(
+        result.path,
+        evaluator.track(result.path),
+        problem.terrain,
+        step_m=min(problem.terrain.dx_m, problem.terrain.dy_m),
+        zones=problem.zones,
+        way=problem.way,
+    )
+    return json_bytes(document)
 
 
 def scene(evaluator: Evaluator, result: Result, summary: Mapping[str, Any]) -> Scene:

@@ -10,14 +10,18 @@ from numpy.typing import NDArray
 
 from host.errors import InputError
 from host.evaluation import Evaluator
-from host.files.output import replacing, write_json, writing_into
+from host.files.output import json_bytes, writing_into
+from host.files.replacement import replace_files
 from host.mission.files.flight_plan import check_place, flight_plan
 from host.problem.problem import Problem
 from host.report.geojson import path_document
+from host.report.read import Run
+from host.report.run_files import digests
+from host.report.summary import finite
 from host.terrain import Terrain
 
 
-__all__ = ["FORMATS", "check_formats", "export", "parse_formats"]
+__all__ = ["FORMATS", "check_formats", "export", "exported", "parse_formats"]
 
 #: File that each format is written to.
 FORMATS = {
@@ -60,16 +64,15 @@ def check_formats(formats: Sequence[str], terrain: Terrain) -> None:
         check_place(terrain)
 
 
-def export(
+def exported(
     problem: Problem,
     path: NDArray[np.float64],
     formats: Sequence[str],
-    directory: Path,
     note: Callable[[str], None],
     *,
     feasible: bool | None = None,
-) -> list[Path]:
-    """Write a path in some of :data:`FORMATS`.
+) -> dict[str, bytes]:
+    """Return a path in some of :data:`FORMATS`: the contents of files by their names.
 
     Parameters
     ----------
@@ -79,23 +82,15 @@ def export(
         Waypoints, (n, 3) float64 metres, start and goal included.
     formats : sequence of str
         Keys of :data:`FORMATS`.
-    directory : Path
-        An existing folder.
     note : callable
         Receives a sentence about each thing that a file cannot say.
     feasible : bool, optional
         The verdict on the path, which ``path.plan`` states.
 
-    Returns
-    -------
-    list of Path
-        The files written.
-
     Raises
     ------
     InputError
-        If the terrain has no place on Earth and a format needs one, or the directory cannot be
-        written to.
+        If the terrain has no place on Earth and a format needs one.
     """
     from host.mission.files.kml_file import kml_text
     from host.mission.files.plan_file import plan_document
@@ -106,19 +101,60 @@ def export(
     plan = flight_plan(problem, path, feasible=feasible) if is_flown else None
     for sentence in plan.notes if plan else ():
         note(sentence)
-    written = []
+    contents = {}
+    for name in formats:
+        if name == "plan" and plan:
+            content = json_bytes(plan_document(plan))
+        elif name == "waypoints" and plan:
+            content = waypoints_text(plan).encode()
+        elif name == "kml":
+            content = kml_text(problem, path, problem.terrain.name).encode()
+        else:
+            content = json_bytes(_geojson(problem, path))
+        contents[FORMATS[name]] = content
+    return contents
+
+
+def export(
+    run: Run,
+    formats: Sequence[str],
+    directory: Path,
+    note: Callable[[str], None],
+) -> list[Path]:
+    """Write the path of a finished run in some of :data:`FORMATS`, all files or none.
+
+    In the folder of the run, its summary states the new digests.
+
+    Parameters
+    ----------
+    run : Run
+        The run.
+    formats : sequence of str
+        Keys of :data:`FORMATS`.
+    directory : Path
+        An existing folder.
+    note : callable
+        Receives a sentence about each thing that a file cannot say.
+
+    Returns
+    -------
+    list of Path
+        The files written, without the summary.
+
+    Raises
+    ------
+    InputError
+        If the terrain has no place on Earth and a format needs one, or the directory cannot be
+        written to.
+    """
+    contents = exported(run.problem, run.path, formats, note, feasible=run.feasible)
+    written = [directory / name for name in contents]
     with writing_into(directory):
-        for name in formats:
-            file = directory / FORMATS[name]
-            if name == "plan" and plan:
-                write_json(file, plan_document(plan))
-            elif name == "waypoints" and plan:
-                _write_text(file, waypoints_text(plan))
-            elif name == "kml":
-                _write_text(file, kml_text(problem, path, problem.terrain.name))
-            else:
-                write_json(file, _geojson(problem, path))
-            written.append(file)
+        stated = run.summary.get("files")
+        if stated is not None and directory.samefile(run.file.parent):
+            whole = {**run.summary, "files": {**stated, **digests(contents)}}
+            contents[run.file.name] = json_bytes(finite(whole))
+        replace_files(directory, contents)
     return written
 
 
@@ -132,8 +168,3 @@ def _geojson(problem: Problem, path: NDArray[np.float64]) -> dict[str, object]:
         zones=problem.zones,
         way=problem.way,
     )
-
-
-def _write_text(file: Path, text: str) -> None:
-    with replacing(file) as binary:
-        binary.write(text.encode())

@@ -1,5 +1,6 @@
 """All files of a run."""
 
+import hashlib
 import json
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 from host.errors import InputError
 from host.report import picture
+from host.report.run_files import DATA, verify
 from host.report.summary import summarise
 from host.report.write import scene, write_report
 from host.terrain import load
@@ -21,8 +23,8 @@ def report(make_run, tmp_path):
     summary = summarise(evaluator, result, planner="ga-pc", board=None, seed=0, source={})
     warnings = []
 
-    def write(directory=tmp_path):
-        return write_report(directory, evaluator, result, summary, warnings.append)
+    def write(directory=tmp_path, **options):
+        return write_report(directory, evaluator, result, summary, warnings.append, **options)
 
     return evaluator, summary, warnings, write
 
@@ -33,10 +35,15 @@ def names(directory):
 
 def test_writes_exactly_the_files(report, tmp_path):
     evaluator, summary, warnings, write = report
-    written = write()
+    written, whole = write()
     assert sorted(path.name for path in written) == names(tmp_path) == FILES
     assert warnings == []
-    assert json.loads((tmp_path / "summary.json").read_text()) == summary
+    assert json.loads((tmp_path / "summary.json").read_text()) == whole
+    assert whole == {**summary, "files": whole["files"]}
+    for name in ("terrain.npz", "path.geojson"):
+        content = (tmp_path / name).read_bytes()
+        assert whole["files"].pop(name) == hashlib.sha256(content).hexdigest()
+    assert whole["files"] == {}
     problem = evaluator.problem
     with np.load(tmp_path / "terrain.npz") as grid:
         assert np.array_equal(grid["elevation"], problem.terrain.elevation, equal_nan=True)
@@ -47,6 +54,18 @@ def test_writes_exactly_the_files(report, tmp_path):
     )
 
 
+def test_the_files_of_an_earlier_run_go(report, tmp_path):
+    """All that this run does not have, its picture included; those of other programs stay."""
+    *_, write = report
+    for name in (*DATA, "path.png", "notes.txt"):
+        (tmp_path / name).write_text("of an earlier run")
+    written, whole = write(picture=False, grid=False, others={"path.kml": b"kml"})
+    assert [path.name for path in written] == ["summary.json", "path.geojson", "path.kml"]
+    assert list(whole["files"]) == ["path.geojson", "path.kml"]
+    assert names(tmp_path) == ["notes.txt", "path.geojson", "path.kml", "summary.json"]
+    verify(tmp_path / "summary.json", whole)
+
+
 def test_an_error_in_the_picture_loses_only_the_picture(report, tmp_path, monkeypatch):
     *_, warnings, write = report
 
@@ -55,7 +74,7 @@ def test_an_error_in_the_picture_loses_only_the_picture(report, tmp_path, monkey
 
     monkeypatch.setattr(picture, "write", fails)
     (tmp_path / "path.png").write_text("of an earlier run")
-    written = write()
+    written, _ = write()
     assert sorted(path.name for path in written) == names(tmp_path)
     assert "path.png" not in names(tmp_path)
     assert warnings == ["There is no picture this time, drawing it failed: RuntimeError: no ink."]

@@ -8,12 +8,20 @@ import pytest
 from fastkml import KML
 
 from host.errors import InputError
-from host.mission.files.export import FORMATS, export, parse_formats
+from host.mission.files.export import FORMATS, exported, parse_formats
 from host.problem.problem import Problem
 from host.problem.way import WayProblem
 from host.problem.zones import Circle, read_zones
 from host.terrain import Terrain
 from tests.unit.mission.files.judge import agree
+
+
+def export(problem, path, formats, folder, note):
+    """Write the files; return their paths."""
+    contents = exported(problem, path, formats, note)
+    for name, content in contents.items():
+        (folder / name).write_bytes(content)
+    return [folder / name for name in contents]
 
 
 def test_geopandas_reads_the_same_path_and_zones(missions, tracks, tmp_path):

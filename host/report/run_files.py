@@ -1,0 +1,62 @@
+"""The data files of a run, and their digests in its ``summary.json``."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from host.errors import InputError
+from host.files.output import reading
+
+
+__all__ = ["DATA", "GRID", "PATH", "PICTURE", "SUMMARY", "digests", "verify"]
+
+SUMMARY, GRID, PATH, PICTURE = "summary.json", "terrain.npz", "path.geojson", "path.png"
+#: Data files that a run may have besides its summary.
+DATA = (GRID, PATH, "path.plan", "path.waypoints", "path.kml")
+
+
+def digests(contents: Mapping[str, bytes]) -> dict[str, str]:
+    """Return the SHA-256 of each content, in hexadecimal, by its name: ``files`` of a summary."""
+    return {name: hashlib.sha256(content).hexdigest() for name, content in contents.items()}
+
+
+def verify(file: Path, summary: Mapping[str, Any]) -> None:
+    """Refuse a summary beside which lies a data file that is not of its run.
+
+    A file that is missing is no error: a run is read without it, or the reader says so. A summary
+    without the member ``files``, of an earlier pathgene, says nothing about files.
+
+    Parameters
+    ----------
+    file : Path
+        The summary.
+    summary : mapping
+        Its content.
+
+    Raises
+    ------
+    InputError
+        If a file beside it is altered or of another run, or ``files`` is no table of digests.
+    """
+    if "files" not in summary:
+        return
+    stated = summary["files"]
+    if not isinstance(stated, dict) or not all(
+        isinstance(digest, str) and Path(name).name == name for name, digest in stated.items()
+    ):
+        raise InputError(f"{file}: files must be a table of the SHA-256 of each file by its name.")
+    for name in dict.fromkeys((*DATA, *stated)):
+        beside = file.with_name(name)
+        if beside.is_file() and stated.get(name) != _digest(beside):
+            raise InputError(
+                f"{beside} is not the file that the run of {file} wrote, but altered or of another "
+                "run; remove it, or plan again."
+            )
+
+
+def _digest(file: Path) -> str:
+    with reading("file", file), file.open("rb") as opened:
+        return hashlib.file_digest(opened, "sha256").hexdigest()

@@ -88,8 +88,9 @@ class _Change:
 
     def __init__(self, directory: Path) -> None:
         self._directory = directory
-        # The new file of each place, and the older one of each that was changed: None for none.
         self._staged: dict[Path, Path] = {}
+        self._hidden: list[Path] = []
+        # The older file of each place that has changed; None where there was none.
         self._older: dict[Path, Path | None] = {}
 
     def stage(self, contents: Mapping[str, bytes]) -> None:
@@ -102,7 +103,7 @@ class _Change:
                 continue
             if _is_directory(place):
                 raise IsADirectoryError(errno.EISDIR, f"{name} is a directory")
-            self._staged[place] = beside(place)
+            self._staged[place] = self._beside(place)
             with current().create(self._staged[place]) as file:
                 file.write(content)
                 current().sync(file)
@@ -113,13 +114,12 @@ class _Change:
         """Rename the new files into their places, the last one after all else is done."""
         staged = list(self._staged.items())
         for place, file in staged[:-1]:
-            self._keep(place)
+            older = self._keep(place)
             current().rename(file, place)
+            self._older[place] = older
         for place in (self._directory / name for name in removed):
             if os.path.lexists(place) and not (_is_directory(place) or is_special(place)):
-                older = beside(place)
-                current().rename(place, older)
-                self._older[place] = older
+                self._move(place, self._beside(place))
         for place, file in staged[-1:]:
             current().rename(file, place)  # Needs no way back: nothing after it can fail.
         # Not every file system can do it, and the files are there.
@@ -128,37 +128,44 @@ class _Change:
 
     def undo(self) -> bool:
         """Put the older files back; return whether all are."""
-        lost = []
+        is_whole = True
         for place, older in reversed(self._older.items()):
             try:
                 if older is not None:
                     current().rename(older, place)
-                elif os.path.lexists(place):
+                else:
                     current().unlink(place)
             except OSError:
-                lost.append(place)
-        for place in lost:
-            del self._older[place]  # The only copy stays.
-        return not lost
+                is_whole = False
+                if older is not None:
+                    self._hidden.remove(older)  # The only copy stays.
+        return is_whole
 
     def clear(self) -> None:
         """Remove all hidden files."""
-        for file in (*self._staged.values(), *self._older.values()):
-            if file is not None and os.path.lexists(file):
-                with contextlib.suppress(OSError):
-                    current().unlink(file)
+        for file in filter(os.path.lexists, self._hidden):
+            with contextlib.suppress(OSError):
+                current().unlink(file)
 
-    def _keep(self, place: Path) -> None:
-        """Give the file at ``place`` a hidden name as well, so that a place is never empty."""
+    def _keep(self, place: Path) -> Path | None:
+        """Give the file at ``place`` a hidden name, and return it; None if there is no file."""
         if not os.path.lexists(place):
-            self._older[place] = None
-            return
-        older = beside(place)
+            return None
+        older = self._beside(place)
         try:
-            current().link(place, older)
+            current().link(place, older)  # As well, so that the place is never empty.
         except OSError:
-            current().rename(place, older)  # A file system without links.
+            self._move(place, older)  # A file system without links.
+        return older
+
+    def _move(self, place: Path, older: Path) -> None:
+        """Take the file away from its place."""
+        current().rename(place, older)
         self._older[place] = older
+
+    def _beside(self, place: Path) -> Path:
+        self._hidden.append(hidden := beside(place))
+        return hidden
 
 
 def _is_directory(place: Path) -> bool:

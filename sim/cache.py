@@ -3,19 +3,28 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import fcntl
 import hashlib
 import logging
 import os
+import secrets
 import shutil
-import tempfile
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
+
+from host.errors import JobError
+from host.files.disk import current
 
 
 __all__ = ["BuildCache", "build_root", "digest"]
 
 _LOG = logging.getLogger("pathgene.build")
+
+# The file of checksums in each directory.
+_SUMS = "SHA256SUMS"
+# Random digits at the end of the name of a directory that is being built.
+_DIGITS = 8
 
 
 def build_root() -> Path:
@@ -54,11 +63,12 @@ class BuildCache:
         self.root = root
 
     def get(self, key: str, build: Callable[[Path], None]) -> Path:
-        """Return the directory of ``key``, after calling ``build`` if it does not exist yet.
+        """Return the directory of ``key``, after calling ``build`` unless it is there and whole.
 
         ``build`` fills an empty directory, which gets its final name only when ``build`` returns:
-        later calls never find the result of a build that failed or was killed. If several processes
-        need the same key, one builds and the others wait.
+        later calls never find the result of a build that failed or was killed. A file in it states
+        the SHA-256 of the others; a directory that differs from it is built anew. If several
+        processes need the same key, one builds and the others wait.
 
         Parameters
         ----------
@@ -66,27 +76,82 @@ class BuildCache:
             Name of the directory: letters, digits, ``-`` and ``_``.
         build : Callable[[Path], None]
             Fills the directory that it is called with.
+
+        Raises
+        ------
+        JobError
+            If the cache cannot be written to.
         """
         if not key.replace("-", "").replace("_", "").isalnum():
             raise ValueError(f"Key must be letters, digits, '-' and '_', not {key!r}")
         final = self.root / key
-        if final.is_dir():
+        if _is_whole(final):
             return final
-        self.root.mkdir(parents=True, exist_ok=True)
-        with self._locked(key):
-            if not final.is_dir():
-                _LOG.info("building %s; it is kept for the next time", key.rpartition("-")[0])
-                partial = Path(tempfile.mkdtemp(prefix=f"{key}.", dir=self.root))
-                try:
-                    build(partial)
-                    partial.rename(final)
-                finally:
-                    shutil.rmtree(partial, ignore_errors=True)
+        try:
+            current().make_directory(self.root)
+            with self._locked(key):
+                self._build(final, build)
+        except OSError as error:
+            raise JobError(
+                f"Cannot build in {str(self.root)!r} ({error.strerror or error}); free space or "
+                "permit writing there, or move the checkout; an installed pathgene builds in the "
+                "directory that XDG_CACHE_HOME names."
+            ) from None
         return final
+
+    def _build(self, final: Path, build: Callable[[Path], None]) -> None:
+        """Build the directory ``final``, of which this process holds the lock."""
+        # Another process may have built it meanwhile, or was killed in the middle.
+        for left in self.root.glob(f"{final.name}.{'?' * _DIGITS}"):
+            shutil.rmtree(left, ignore_errors=True)
+        if _is_whole(final):
+            return
+        name = final.name.rpartition("-")[0]
+        partial, damaged = self._beside(final), None
+        if os.path.lexists(final):
+            if not final.is_dir():
+                raise NotADirectoryError(errno.ENOTDIR, f"{final.name} is no directory")
+            _LOG.info("the files of %s are damaged", name)
+            current().rename(final, damaged := self._beside(final))
+        _LOG.info("building %s; it is kept for the next time", name)
+        try:
+            current().make_directory(partial)
+            build(partial)
+            with current().create(partial / _SUMS) as file:
+                file.write(_sums(partial))
+                current().sync(file)
+            current().rename(partial, final)
+        finally:
+            shutil.rmtree(partial, ignore_errors=True)
+            if damaged is not None:
+                shutil.rmtree(damaged, ignore_errors=True)
+
+    def _beside(self, final: Path) -> Path:
+        return self.root / f"{final.name}.{secrets.token_hex(_DIGITS // 2)}"
 
     @contextlib.contextmanager
     def _locked(self, key: str) -> Iterator[None]:
         # The lock ends with its holder; the empty file stays.
-        with (self.root / f"{key}.lock").open("w") as file:
+        with current().append(self.root / f"{key}.lock") as file:
             fcntl.flock(file, fcntl.LOCK_EX)
             yield
+
+
+def _is_whole(directory: Path) -> bool:
+    """Return whether a directory has exactly the files that it states, unchanged."""
+    try:
+        stated = (directory / _SUMS).read_bytes()
+        return stated == _sums(directory)
+    except OSError:
+        return False
+
+
+def _sums(directory: Path) -> bytes:
+    """Return the SHA-256 and the name of each file in a directory, as ``sha256sum`` does."""
+    lines = []
+    for path in sorted(directory.rglob("*")):
+        if path.is_file() and path.name != _SUMS:
+            with path.open("rb") as file:
+                digest = hashlib.file_digest(file, "sha256").hexdigest()
+            lines.append(f"{digest}  {path.relative_to(directory)}\n")
+    return "".join(lines).encode()

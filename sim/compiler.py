@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import shutil
 import signal
 import subprocess
-import threading
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
@@ -14,7 +15,14 @@ from host.errors import JobError
 from sim.cache import BuildCache, digest
 
 
-__all__ = ["CXX_FLAGS", "CXX_STANDARD", "compile_object", "compiler_version", "run_tool"]
+__all__ = [
+    "CXX_FLAGS",
+    "CXX_STANDARD",
+    "compile_object",
+    "compiler_version",
+    "end_tools",
+    "run_tool",
+]
 
 CXX_STANDARD = "-std=c++20"
 
@@ -26,6 +34,22 @@ CXX_FLAGS = (CXX_STANDARD, "-O2")
 # must find the files of its package.
 _FOREIGN_VARIABLES = frozenset({"MAKEFLAGS", "MFLAGS", "MAKELEVEL", "MAKEFILES", "VERILATOR_ROOT"})
 
+# Runs a tool in a shell, and kills both with all that the tool has started when the standard input
+# ends: when the process that holds its other end has died, by whatever signal.
+_GUARD = """exec 3<&0 < /dev/null
+(read -r _ <&3; kill -KILL 0) > /dev/null 2>&1 &
+"$@" 3<&-
+status=$?
+{ kill -KILL $!; wait $!; } 2> /dev/null
+exit $status
+"""
+
+# What tools print when a disk takes nothing.
+_NO_ROOM = ("No space left on device", "Disk quota exceeded", "Read-only file system")
+
+# Process groups of the tools that run now.
+_running: set[int] = set()
+
 
 def run_tool(
     command: Sequence[str | Path],
@@ -34,7 +58,7 @@ def run_tool(
     what: str,
     env: Mapping[str, str] | None = None,
 ) -> str:
-    """Run a tool to its end and return its output.
+    """Run a tool to its end and return its output; it ends when this process does.
 
     Parameters
     ----------
@@ -53,40 +77,59 @@ def run_tool(
         If the tool cannot be started or fails; its output is a note of the exception.
     """
     own = {name: value for name, value in os.environ.items() if name not in _FOREIGN_VARIABLES}
-    # An interrupt reaches only the main thread, which ends the whole group of its tool.
-    alone = threading.current_thread() is threading.main_thread()
+    program = shutil.which(command[0])
+    if program is None:
+        raise JobError(f"{what} needs {command[0]}, which is not an installed program.")
+    guarded, held = os.pipe()
     try:
+        # A group of its own, which no Ctrl-C reaches but ours.
         process = subprocess.Popen(
-            [str(word) for word in command],
+            ["/bin/sh", "-c", _GUARD, "sh", program, *map(str, command[1:])],
             cwd=cwd,
             env={**own, **(env or {})},
-            stdin=subprocess.DEVNULL,
+            stdin=guarded,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
             errors="replace",
-            start_new_session=alone,
+            start_new_session=True,
         )
-    except OSError as error:
-        raise JobError(
-            f"{what} needs {command[0]}, which does not start: {error.strerror}."
-        ) from None
-    with process:
-        try:
-            printed, _ = process.communicate()
-        except BaseException:
-            if alone:
-                os.killpg(process.pid, signal.SIGKILL)
-            else:
-                process.kill()
-            raise
+        with process:
+            _running.add(process.pid)
+            try:
+                printed, _ = process.communicate()
+            except BaseException:
+                _end(process.pid)
+                raise
+            finally:
+                _running.discard(process.pid)
+    finally:
+        os.close(guarded)
+        os.close(held)
     if process.returncode != 0:
         lines = printed.strip().splitlines() or ["it printed nothing"]
         first = next((line for line in lines if "error" in line.lower()), lines[-1])
-        failure = JobError(f"{what} failed with status {process.returncode}: {first.strip()}")
+        sentence = f"{what} failed with status {process.returncode}: {first.strip()}"
+        if any(reason in printed for reason in _NO_ROOM):
+            sentence = (
+                f"{sentence.rstrip('.')}; free space, or permit writing, in {str(cwd)!r} and in "
+                "the directory for temporary files, which TMPDIR names."
+            )
+        failure = JobError(sentence)
         failure.add_note(printed)
         raise failure
     return printed
+
+
+def end_tools() -> None:
+    """Kill the tools that run in all threads, with all that they have started."""
+    for group in list(_running):
+        _end(group)
+
+
+def _end(group: int) -> None:
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(group, signal.SIGKILL)
 
 
 @cache

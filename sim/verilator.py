@@ -14,7 +14,14 @@ from pathlib import Path
 
 from host.errors import JobError
 from sim.cache import BuildCache, digest
-from sim.compiler import CXX_FLAGS, CXX_STANDARD, compile_object, compiler_version, run_tool
+from sim.compiler import (
+    CXX_FLAGS,
+    CXX_STANDARD,
+    compile_object,
+    compiler_version,
+    end_tools,
+    run_tool,
+)
 
 
 __all__ = ["build_verilator", "run_verilator", "verilator_version"]
@@ -213,4 +220,8 @@ def _runtime_objects(builds: BuildCache, work: Path) -> list[Path]:
         return compile_object(builds, include / f"{name}.cpp", flags, key=verilator_version())
 
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-        return list(pool.map(compiled, _RUNTIME.findall(match[1])))
+        try:
+            return list(pool.map(compiled, _RUNTIME.findall(match[1])))
+        except BaseException:
+            end_tools()  # An interrupt reaches this thread alone.
+            raise

@@ -7,6 +7,7 @@ import dataclasses
 import ipaddress
 import socket
 
+from host import interrupts
 from host.cli.output import note, print_json, print_pairs
 from host.device.boards import board_scheme, open_board
 from host.errors import InputError, JobError
@@ -39,7 +40,7 @@ def info(args: argparse.Namespace) -> int:
 
 
 def serve(args: argparse.Namespace) -> int:
-    """Serve a simulated board until Ctrl-C or the end of its simulator."""
+    """Serve a simulated board until a signal, such as Ctrl-C, or the end of its simulator."""
     if not args.pty:
         _check_address(args.listen)
     scheme = board_scheme(args.board)
@@ -56,7 +57,7 @@ def serve(args: argparse.Namespace) -> int:
         try:
             status = board.wait()
         except KeyboardInterrupt:
-            return 0
+            return interrupts.status()
         raise JobError(
             f"The simulated board ended by itself with status {status}: "
             f"{board.log().strip() or 'it printed nothing'}."

@@ -33,6 +33,19 @@ def batch(capsys, *arguments):
     return status, *capsys.readouterr()
 
 
+def test_a_problem_with_an_altered_file_is_planned_again(files, tmp_path, capsys):
+    out = tmp_path / "out"
+    command = [files[0], "--out", out, "--jobs", "1", "--no-picture", "--json"]
+    batch(capsys, *command)
+    path = out / "one" / "path.geojson"
+    content = path.read_bytes()
+    for harm, kept in ((path.unlink, True), (lambda: path.write_bytes(content[:-9]), False)):
+        harm()
+        rows = json.loads(batch(capsys, *command)[1])["problems"]
+        assert [row["kept"] for row in rows] == [kept]
+    assert path.read_bytes() == content
+
+
 def test_plans_each_once(files, tmp_path, capsys):
     out = tmp_path / "out"
     options = ["--out", out, "--jobs", "1", "--no-picture"]

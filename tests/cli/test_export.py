@@ -1,6 +1,7 @@
 """``pathgene export``, ``pathgene plan --write`` and ``--origin``."""
 
 import json
+import shutil
 
 import pytest
 
@@ -56,6 +57,48 @@ def test_export_prints_the_files(flown, tmp_path, capsys):
     arguments = ["export", str(flown / "summary.json"), "--write", "kml", "--out", str(tmp_path)]
     assert main(arguments) == 0
     assert capsys.readouterr().out == f"written  {tmp_path / 'path.kml'}\n"
+
+
+def test_export_into_the_folder_of_the_run_keeps_it_whole(flown, tmp_path, capsys):
+    out = tmp_path / "run"
+    shutil.copytree(flown, out)
+    file = out / "summary.json"
+    before = json.loads(file.read_text())
+    assert main(["export", str(file), "--write", "waypoints,kml"]) == 0
+    after = json.loads(file.read_text())
+    assert set(after["files"]) - set(before["files"]) == {"path.waypoints"}
+    assert {**after, "files": None} == {**before, "files": None}
+    assert main(["check", "--path", str(file)]) == 0
+
+
+@pytest.mark.parametrize("command", ["check --path", "export", "fly", "upload --to udpin::0"])
+def test_a_mixture_of_two_runs_is_named(flown, tmp_path, capsys, command):
+    out = tmp_path / "run"
+    shutil.copytree(flown, out)
+    kml = out / "path.kml"
+    kml.write_text(kml.read_text().replace("Start", "start"))
+    file = out / "summary.json"
+    assert main([*command.split(" "), str(file)]) == 2
+    assert capsys.readouterr().err == (
+        f"pathgene: {kml} is not the file that the run of {file} wrote, but altered or of another "
+        "run; remove it, or plan again.\n"
+    )
+
+
+def test_a_missing_terrain_is_named_only_if_it_is_needed(flown, tmp_path, capsys):
+    out = tmp_path / "run"
+    shutil.copytree(flown, out)
+    (out / "terrain.npz").unlink()
+    file = out / "summary.json"
+    assert main(["check", "--path", str(file)]) == 0
+    summary = json.loads(file.read_text())
+    summary["terrain"]["source"] = str(tmp_path / "gone.npz")
+    file.write_text(json.dumps(summary))
+    assert main(["check", "--path", str(file)]) == 2
+    assert capsys.readouterr().err.startswith(
+        f"pathgene: {out / 'terrain.npz'}, the terrain of the run, is missing, and the file that "
+        "it was made from cannot be read; put terrain.npz back, or plan again. ("
+    )
 
 
 def test_export_warns_of_a_path_that_is_not_feasible(flown, tmp_path, capsys):

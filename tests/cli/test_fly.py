@@ -75,3 +75,12 @@ def test_missing_extra_is_one_sentence(summary, monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "jsbsim", None)
     assert main(["fly", summary()]) == 2
     assert "needs the extra pathgene[fly]: pip install" in capsys.readouterr().err
+
+
+@pytest.mark.ci
+def test_a_device_in_place_of_a_file_stays(summary, tmp_path):
+    for name in ("flight.json", "flight.png"):
+        (tmp_path / name).symlink_to("/dev/null")
+    assert main(["fly", summary()]) == 0
+    assert (tmp_path / "flight.json").is_symlink()
+    assert (tmp_path / "flight.png").is_symlink()

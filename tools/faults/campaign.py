@@ -69,7 +69,8 @@ def judge_of(board: Board) -> Judge:
 def case_of(board: Board, seed: int) -> Case:
     """Return the case of a seed; the chips take turns."""
     chips = chip_names(board)
-    return draw(seed, chips[seed % len(chips)], lambda work: judge_of(board).extent(chip, work))
+    name = chips[seed % len(chips)]
+    return draw(seed, name, lambda work: judge_of(board).extent(name, work))
 
 
 def _judge(board: Board, seeds: Sequence[int], bug: str | None) -> list[tuple[Case, Verdict]]:

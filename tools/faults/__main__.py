@@ -38,7 +38,7 @@ def main() -> int:
     for case, verdict in cases:
         campaign.add(case, verdict)
         if verdict.violation:
-            print(f"seed {case.seed} ({case.chip}): {verdict.violation}", flush=True)
+            print(f"seed {case.seed} ({case.session}): {verdict.violation}", flush=True)
             if arguments.planted:
                 cases.close()
                 break
@@ -71,7 +71,8 @@ def _listed(counts: Counter[str]) -> str:
 
 def _replay(board: Board, seed: int, bug: str | None) -> int:
     """Run a case; print it with the faults that it needs to fail."""
-    judge, case = judge_of(board), case_of(board, seed)
+    case = case_of(board, seed)
+    judge = judge_of(board, case.session)
 
     def verdict(each: Case) -> str:
         if bug is None:
@@ -81,10 +82,10 @@ def _replay(board: Board, seed: int, bug: str | None) -> int:
 
     text = verdict(case)
     if not text:
-        print(f"seed {seed} ({case.chip}): kept, with {len(case.faults)} faults drawn")
+        print(f"seed {seed} ({case.session}): kept, with {len(case.faults)} faults drawn")
         return 0
     least = shrunk(case, lambda each: bool(verdict(each)))
-    print(f"seed {seed} ({case.chip}): {text}")
+    print(f"seed {seed} ({case.session}): {text}")
     print(f"with {len(least.faults)} of {len(case.faults)} faults: {verdict(least)}")
     print(least.to_json())
     return 1

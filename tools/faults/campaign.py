@@ -13,11 +13,15 @@ from typing import Any
 
 from tools.faults.case import Case, draw
 from tools.faults.chips import Board, chip_names
-from tools.faults.judge import Judge, Verdict
+from tools.faults.disk_judge import DiskJudge
+from tools.faults.disk_sessions import DISK_SESSIONS
+from tools.faults.judge import Judge
+from tools.faults.line_judge import LineJudge
 from tools.faults.planted import planted
+from tools.faults.verdict import Verdict
 
 
-__all__ = ["Campaign", "case_of", "run"]
+__all__ = ["Campaign", "case_of", "judge_of", "run", "sessions"]
 
 #: Cases that a process takes at once.
 _CHUNK = 10
@@ -30,7 +34,7 @@ class Campaign:
     Attributes
     ----------
     sessions, outcomes, faults : Counter
-        Cases by chip, and by how they ended; faults that happened, by name.
+        Cases by session, and by how they ended; faults that happened, by name.
     violations : list of (Case, str)
         Cases in which something was not kept, and what.
     """
@@ -42,7 +46,7 @@ class Campaign:
 
     def add(self, case: Case, verdict: Verdict) -> None:
         """Add a case."""
-        self.sessions[case.chip] += 1
+        self.sessions[case.session] += 1
         self.outcomes[verdict.outcome] += 1
         self.faults += verdict.faults
         if verdict.violation:
@@ -60,24 +64,34 @@ class Campaign:
         }
 
 
+def sessions(board: Board) -> list[str]:
+    """Return the names of the sessions that are run on a kind of board, which take turns."""
+    return [*chip_names(board), *(DISK_SESSIONS if board is Board.MODEL else ())]
+
+
 @cache
-def judge_of(board: Board) -> Judge:
-    """Return this process's judge."""
-    return Judge(board)
+def _line_judge(board: Board) -> LineJudge:
+    return LineJudge(board)
+
+
+def judge_of(board: Board, session: str) -> Judge:
+    """Return this process's judge of a session."""
+    return DiskJudge() if session in DISK_SESSIONS else _line_judge(board)
 
 
 def case_of(board: Board, seed: int) -> Case:
-    """Return the case of a seed; the chips take turns."""
-    chips = chip_names(board)
-    name = chips[seed % len(chips)]
-    return draw(seed, name, lambda work: judge_of(board).extent(name, work))
+    """Return the case of a seed."""
+    names = sessions(board)
+    name = names[seed % len(names)]
+    judge = judge_of(board, name)
+    return draw(seed, name, lambda work: judge.extent(name, work))
 
 
 def _judge(board: Board, seeds: Sequence[int], bug: str | None) -> list[tuple[Case, Verdict]]:
     # What sessions tell without faults, they tell without bugs.
     cases = [case_of(board, seed) for seed in seeds]
     with planted(bug) if bug else contextlib.nullcontext():
-        return [(case, judge_of(board).judge(case)) for case in cases]
+        return [(case, judge_of(board, case.session).judge(case)) for case in cases]
 
 
 def run(

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
+import errno
 import json
 import random
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
 from tools.faults.line import LineEvent, LineFault, Way
 
 
-__all__ = ["Case", "Extent", "draw"]
+__all__ = ["Case", "DiskExtent", "DiskFault", "Extent", "draw"]
 
 #: Sessions of a chip, by the seed of what they do: their results without faults are kept.
 _WORKS = 8
@@ -32,12 +33,48 @@ class Extent:
     readings : int
         Readings of the clock.
     lines : int
-        Lines of the host's code for devices that it executes.
+        Lines of the host's code that it executes and Ctrl-C may meet.
     """
 
     bytes: dict[Way, int]
     readings: int
     lines: int
+
+
+@dataclass(frozen=True)
+class DiskExtent:
+    """How long a session that writes files is without faults.
+
+    Parameters
+    ----------
+    calls : int
+        Calls of the disk.
+    lines : int
+        As of :class:`Extent`.
+    """
+
+    calls: int
+    lines: int
+
+
+@dataclass(frozen=True)
+class DiskFault:
+    """A call of the disk that fails; see :class:`tools.faults.disk.FaultyDisk`.
+
+    Parameters
+    ----------
+    at : int
+        Number of the call, from 1.
+    error : int
+        Number of the error.
+    lasting, kill : bool
+        All later calls fail; the process is killed.
+    """
+
+    at: int
+    error: int
+    lasting: bool
+    kill: bool
 
 
 @dataclass(frozen=True)
@@ -48,8 +85,8 @@ class Case:
     ----------
     seed : int
         What it was drawn from.
-    chip : str
-        Key of :data:`tools.faults.chips.CHIPS`.
+    session : str
+        Key of :data:`tools.faults.chips.CHIPS` or :data:`tools.faults.disk_sessions.DISK_SESSIONS`.
     work : int
         Seed of what the session does.
     sessions_before : int
@@ -62,16 +99,22 @@ class Case:
         The line of the host's code, counted as they are executed, at which Ctrl-C arrives.
     resumes : bool
         After an error, the session goes on with the same chip and another link session.
+    disk : tuple of DiskFault
+        Fault of the disk in each attempt of a session that writes files; one more follows without.
+    death_after : int or None
+        Results after which a worker process is killed, in the first attempt.
     """
 
     seed: int
-    chip: str
+    session: str
     work: int
     sessions_before: int = 0
     line: tuple[LineEvent, ...] = ()
     jumps: tuple[tuple[int, float], ...] = ()
     signal_at: int | None = None
     resumes: bool = False
+    disk: tuple[DiskFault, ...] = ()
+    death_after: int | None = None
 
     def to_json(self) -> str:
         """Return the case as a line of JSON."""
@@ -86,6 +129,7 @@ class Case:
             for event in fields["line"]
         )
         fields["jumps"] = tuple((at, seconds) for at, seconds in fields["jumps"])
+        fields["disk"] = tuple(DiskFault(**fault) for fault in fields["disk"])
         return cls(**fields)
 
     @property
@@ -93,35 +137,45 @@ class Case:
         """Every fault, as the name of its field and its value; see :meth:`with_faults`."""
         found: list[tuple[str, Any]] = [("line", event) for event in self.line]
         found += [("jumps", jump) for jump in self.jumps]
-        if self.signal_at is not None:
-            found.append(("signal_at", self.signal_at))
+        found += [("disk", fault) for fault in self.disk]
+        for name in ("signal_at", "death_after"):
+            if (value := getattr(self, name)) is not None:
+                found.append((name, value))
         return found
 
     def with_faults(self, faults: list[tuple[str, Any]]) -> Case:
         """Return the case with these faults alone."""
+
+        def of(name: str) -> tuple[Any, ...]:
+            return tuple(value for each, value in faults if each == name)
+
         return dataclasses.replace(
             self,
-            line=tuple(value for name, value in faults if name == "line"),
-            jumps=tuple(value for name, value in faults if name == "jumps"),
-            signal_at=next((value for name, value in faults if name == "signal_at"), None),
+            line=of("line"),
+            jumps=of("jumps"),
+            disk=of("disk"),
+            signal_at=next(iter(of("signal_at")), None),
+            death_after=next(iter(of("death_after")), None),
         )
 
 
-def draw(seed: int, chip: str, extent_of: Any) -> Case:
+def draw(seed: int, session: str, extent_of: Callable[[int], Extent | DiskExtent]) -> Case:
     """Draw a case.
 
     Parameters
     ----------
     seed : int
         Of the draws.
-    chip : str
-        The chip.
+    session : str
+        The session.
     extent_of : callable
-        Returns the :class:`Extent` of a session from its ``work``.
+        Returns the extent of the session from its ``work``.
     """
     rng = random.Random(seed)
     work = rng.randrange(_WORKS)
-    extent: Extent = extent_of(work)
+    extent = extent_of(work)
+    if isinstance(extent, DiskExtent):
+        return _disk_case(rng, seed, session, extent)
     line: list[LineEvent] = []
     kind = rng.random()
     if kind < 0.3:
@@ -138,13 +192,34 @@ def draw(seed: int, chip: str, extent_of: Any) -> Case:
     signal_at = rng.randrange(extent.lines) if not line or rng.random() < 0.1 else None
     return Case(
         seed=seed,
-        chip=chip,
+        session=session,
         work=work,
         sessions_before=rng.choice(_SESSIONS_BEFORE),
         line=tuple(sorted(line)),
         jumps=jumps,
         signal_at=signal_at,
         resumes=rng.random() < 0.5,
+    )
+
+
+def _disk_case(rng: random.Random, seed: int, session: str, extent: DiskExtent) -> Case:
+    """Draw a case of a session that writes files."""
+    attempts = rng.choice((0, 1, 1, 1, 2, 3))
+    return Case(
+        seed=seed,
+        session=session,
+        work=0,
+        disk=tuple(
+            DiskFault(
+                at=rng.randrange(1, extent.calls + 1),
+                error=rng.choice((errno.ENOSPC, errno.ENOSPC, errno.EIO, errno.EROFS)),
+                lasting=rng.random() < 0.5,
+                kill=rng.random() < 0.4,
+            )
+            for _ in range(attempts)
+        ),
+        signal_at=rng.randrange(extent.lines) if not attempts or rng.random() < 0.2 else None,
+        death_after=rng.randrange(4) if session == "comparison" and rng.random() < 0.02 else None,
     )
 
 

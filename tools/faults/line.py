@@ -9,13 +9,13 @@ from enum import StrEnum
 from typing import Protocol
 
 from hdl.protocol import DELIMITER
+from tools.faults.verdict import HangError
 
 
 __all__ = [
     "ChipOnLine",
     "FaultyLine",
     "Frame",
-    "HangError",
     "LineEvent",
     "LineFault",
     "VirtualClock",
@@ -145,10 +145,6 @@ class VirtualClock:
         self.now_s += self._jumps.pop(self.readings, 0.0)
         self.readings += 1
         return self.now_s
-
-
-class HangError(BaseException):
-    """The host waits where it should have given up, or works without end."""
 
 
 class _OneWay:

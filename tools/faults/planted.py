@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 from typing import Any
 from unittest import mock
 
@@ -12,10 +13,13 @@ from cobs import cobs
 
 from hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, StickyError, codec
 from hdl.protocol.codec import Frame, FrameError
+from host.compare.store import RunStore
 from host.device.chip import Chip
-from host.device.link import Link
+from host.device.link import Link, LinkTimeoutError
 from host.device.map_copy import MapCopy
 from host.device.window import Request, Window
+from host.errors import InputError
+from host.files.disk import current
 from sim.model.chip import ChipModel
 
 
@@ -25,15 +29,18 @@ Patch = contextlib.AbstractContextManager[Any]
 
 
 def _lost_acknowledgement_accepted() -> Patch:
-    """Silence after the last command of a transfer counts as its acknowledgement."""
-    usual = Window.start_again
+    """Silence counts as an acknowledgement."""
+    usual = Link._exchange
 
-    def start_again(self: Window) -> None:
-        usual(self)
-        self.confirmed = max(self.confirmed, self.sent - 1)
-        self.cursor = self.confirmed
+    def exchange(self: Link, session: int, requests: Sequence[Request]) -> None:
+        with mock.patch.object(self, "attempts", 1):
+            try:
+                usual(self, session, requests)
+            except LinkTimeoutError:
+                for request in requests:
+                    request.answer = request.answer or b""
 
-    return mock.patch.object(Window, "start_again", start_again)
+    return mock.patch.object(Link, "_exchange", exchange)
 
 
 def _sequence_number_reused() -> Patch:
@@ -172,6 +179,61 @@ def _command_repeated_by_the_chip() -> Patch:
     return mock.patch.object(ChipModel, "_generate", generate)
 
 
+def _file_written_in_its_place() -> Patch:
+    """The files of a run are written where they belong, one after the other."""
+
+    def replace_files(directory: Path, contents: Any, *, gone: Any = ()) -> None:
+        for name, content in contents.items():
+            (directory / name).unlink(missing_ok=True)
+            with current().create(directory / name) as file:
+                file.write(content)
+        for name in set(gone) - set(contents):
+            (directory / name).unlink(missing_ok=True)
+
+    return mock.patch("host.report.write.replace_files", replace_files)
+
+
+def _torn_line_taken_for_whole() -> Patch:
+    """A stored run is added behind the torn line of an earlier one."""
+    usual = RunStore._read
+
+    def read(self: RunStore) -> None:
+        with mock.patch.object(self, "_file", _Unwritten(self._file)):
+            usual(self)
+
+    return mock.patch.object(RunStore, "_read", read)
+
+
+class _Unwritten:
+    """A file that takes no bytes."""
+
+    def __init__(self, file: Any) -> None:
+        self._file = file
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._file, name)
+
+    def __iter__(self) -> Iterator[bytes]:
+        return iter(self._file)
+
+    def write(self, data: bytes) -> int:
+        """Take nothing."""
+        return len(data)
+
+
+def _lost_run_counted() -> Patch:
+    """A run whose storing fails counts as stored."""
+    usual = RunStore.add
+
+    def add(self: RunStore, entrant: Any, seed: int, record: Any) -> Any:
+        try:
+            return usual(self, entrant, seed, record)
+        except InputError:
+            return record
+
+    return mock.patch.object(RunStore, "add", add)
+
+
 #: Bugs by name.
 PLANTED: dict[str, Callable[[], Patch]] = {
     function.__name__[1:].replace("_", " "): function
@@ -186,6 +248,9 @@ PLANTED: dict[str, Callable[[], Patch]] = {
         _population_kept_after_an_error,
         _no_limit_of_silence,
         _command_repeated_by_the_chip,
+        _file_written_in_its_place,
+        _torn_line_taken_for_whole,
+        _lost_run_counted,
     )
 }
 

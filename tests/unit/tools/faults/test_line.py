@@ -4,7 +4,8 @@ import contextlib
 
 import pytest
 
-from tools.faults.line import FaultyLine, HangError, LineEvent, LineFault, VirtualClock, Way
+from tools.faults.line import FaultyLine, LineEvent, LineFault, VirtualClock, Way
+from tools.faults.verdict import HangError
 
 
 FRAMES = [b"first\0", b"second\0", b"third\0"]

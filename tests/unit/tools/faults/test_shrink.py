@@ -12,7 +12,7 @@ EVENTS = tuple(LineEvent(at, Way.TO_BOARD, LineFault.DROP) for at in range(100))
 
 @pytest.mark.parametrize("needed", [(), (0,), (99,), (3, 4), (7, 50, 93)])
 def test_what_is_needed_is_left(needed):
-    case = Case(seed=1, chip="paper", work=0, line=EVENTS, jumps=((3, 5.0),), signal_at=9)
+    case = Case(seed=1, session="paper", work=0, line=EVENTS, jumps=((3, 5.0),), signal_at=9)
 
     def fails(each):
         return {event.at for event in each.line} >= set(needed)
@@ -24,6 +24,6 @@ def test_what_is_needed_is_left(needed):
 
 
 def test_faults_of_every_kind_may_be_needed():
-    case = Case(seed=1, chip="paper", work=0, line=EVENTS, jumps=((3, 5.0),), signal_at=9)
+    case = Case(seed=1, session="paper", work=0, line=EVENTS, jumps=((3, 5.0),), signal_at=9)
     least = shrunk(case, lambda each: each.jumps != () and each.signal_at is not None)
     assert least == case.with_faults([("jumps", (3, 5.0)), ("signal_at", 9)])

@@ -1,0 +1,212 @@
+"""Sessions that write files: a comparison that is resumed, and runs that replace one another."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import io
+import json
+import multiprocessing
+import tempfile
+from abc import ABC, abstractmethod
+from collections.abc import Generator, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from host.compare.digest import problem_digest
+from host.compare.entrants import parse_entrants
+from host.compare.runs import Outcome, Task, run_in_processes
+from host.compare.session import complete, kept
+from host.compare.store import RunStore
+from host.errors import InputError
+from host.evaluation import Evaluator
+from host.planners import make
+from host.planners.base import Options
+from host.problem import Problem
+from host.problem.zones import Circle
+from host.report.run_files import SUMMARY, verify
+from host.report.summary import summarise
+from host.report.write import write_report
+from host.terrain import Terrain
+from tools.faults.verdict import DifferentError
+
+
+__all__ = ["DISK_SESSIONS", "Comparison", "DiskSession", "Replacement", "in_folder"]
+
+#: Seeds of a comparison.
+_SEEDS = range(4)
+
+
+@functools.cache
+def problem() -> Problem:
+    """Return a flight over hills, around a zone."""
+    x, y = np.meshgrid(np.arange(31), np.arange(21))
+    terrain = Terrain(
+        name="hills", elevation=300 + 100 * np.sin(x / 8) * np.cos(y / 6), dx_m=200.0, dy_m=200.0
+    )
+    zones = (Circle(3000, 2000, 400),)
+    ends = (500, 500, 100), (5500, 3500, 100)
+    return Problem(terrain, *ends, zones=zones, agl=True, as_paper=True)
+
+
+class DiskSession(ABC):
+    """Work in a folder, in attempts that go on where the last one ended."""
+
+    #: Packages of ``host`` whose lines Ctrl-C may meet.
+    packages: tuple[str, ...] = ()
+
+    def prepare(self, folder: Path) -> None:
+        """Put into the folder what is there before the first attempt."""
+        return
+
+    @abstractmethod
+    def attempt(self, folder: Path, number: int, death: int | None) -> None:
+        """Do the work. ``death`` is the number of results after which a worker is killed."""
+
+    @abstractmethod
+    def check(self, folder: Path, number: int, *, is_whole: bool, may_mix: bool) -> None:
+        """Check the folder after an attempt.
+
+        Parameters
+        ----------
+        folder : Path
+            The folder.
+        number : int
+            Number of the attempt.
+        is_whole : bool
+            It ended as without faults.
+        may_mix : bool
+            A process was killed, or said that files could not be put back, since the last attempt
+            that ended as without faults.
+
+        Raises
+        ------
+        DifferentError
+            If something in the folder is wrong, or missing.
+        """
+
+
+class Comparison(DiskSession):
+    """Runs of two planners over some seeds, each stored when it ends."""
+
+    packages = ("compare", "files")
+
+    def __init__(self) -> None:
+        self._entrants = parse_entrants("ga-pc,fpa:population=8", {"generations": 2}, {})
+        self._digest = problem_digest(problem())
+
+    def attempt(self, folder: Path, number: int, death: int | None) -> None:
+        """Do the runs that are missing."""
+        execute = functools.partial(_dying, death) if death is not None else _alone
+        with RunStore(folder, self._digest) as store:
+            fields = kept(store, self._entrants, _SEEDS)
+            complete(fields, _SEEDS, store, execute, io.StringIO())
+
+    def check(self, folder: Path, number: int, *, is_whole: bool, may_mix: bool) -> None:
+        """Check that what is stored is right, and all of it there after a whole attempt."""
+        with RunStore(folder, self._digest) as store:
+            fields = kept(store, self._entrants, _SEEDS)
+        for part, right in zip(fields, self._right, strict=True):
+            for seed, record in part.records.items():
+                if _result(record) != right[seed]:
+                    raise DifferentError(f"the stored run of seed {seed} is another")
+            if is_whole and len(part.records) < len(_SEEDS):
+                raise DifferentError(f"{len(_SEEDS) - len(part.records)} runs are not stored")
+
+    @functools.cached_property
+    def _right(self) -> list[dict[int, Any]]:
+        tasks = [Task(entrant, seed) for entrant in self._entrants for seed in _SEEDS]
+        found: dict[str, dict[int, Any]] = {entrant.key: {} for entrant in self._entrants}
+        for outcome in _alone(tasks):
+            assert outcome.record is not None, outcome.failure
+            record = json.loads(json.dumps(outcome.record))
+            found[outcome.task.entrant.key][outcome.task.seed] = _result(record)
+        return list(found.values())
+
+
+def _result(record: dict[str, Any]) -> Any:
+    return record["fitness"], record["waypoints"], record["history"]
+
+
+def _alone(tasks: Sequence[Task]) -> Generator[Outcome]:
+    return run_in_processes(problem(), tasks, 1)
+
+
+def _dying(after: int, tasks: Sequence[Task]) -> Generator[Outcome]:
+    """Do tasks in two processes, and kill one of them after so many outcomes."""
+    before = multiprocessing.active_children()
+    outcomes = run_in_processes(problem(), tasks, 2)
+    with contextlib.closing(outcomes):
+        for number, outcome in enumerate(outcomes):
+            if number == after:
+                workers = [c for c in multiprocessing.active_children() if c not in before]
+                workers[0].kill()
+            yield outcome
+
+
+class Replacement(DiskSession):
+    """Runs that write their files into the same folder, each in the place of the one before."""
+
+    packages = ("files", "report")
+
+    def prepare(self, folder: Path) -> None:
+        """Write an older run."""
+        self.attempt(folder, 0, None)
+
+    def attempt(self, folder: Path, number: int, death: int | None) -> None:
+        """Write the files of a run; those of other formats differ from run to run."""
+        evaluator, results = self._results
+        result = results[number % len(results)]
+        summary = summarise(
+            evaluator, result, planner="ga-pc", board=None, seed=number, source={"name": "hills"}
+        )
+        others = {"path.plan": b"plan"} if number % 2 else {"path.kml": b"kml" * 5000}
+        write_report(folder, evaluator, result, summary, _no_warning, picture=False, others=others)
+
+    def check(self, folder: Path, number: int, *, is_whole: bool, may_mix: bool) -> None:
+        """Check that the folder has the files of one run, or says that it has not."""
+        visible = {file.name for file in folder.iterdir() if file.name[0] != "."}
+        if not visible and not is_whole:
+            return
+        if SUMMARY not in visible:
+            # The first run of a folder: nothing is there that tells of a run.
+            if may_mix:
+                return
+            raise DifferentError("files without a summary")
+        summary = json.loads((folder / SUMMARY).read_text())
+        is_mixed = visible != {*summary["files"], SUMMARY}
+        try:
+            verify(folder / SUMMARY, summary)
+        except InputError:
+            is_mixed = True
+        else:
+            # A missing file is no mixture, but nobody here has removed one.
+            if may_mix and visible < {*summary["files"], SUMMARY}:
+                raise DifferentError("a file is missing, and the summary is taken for whole")
+        if is_mixed and not may_mix:
+            raise DifferentError("files of two runs")
+        if is_whole and summary["seed"] != number:
+            raise DifferentError("files of an earlier run")
+
+    @functools.cached_property
+    def _results(self) -> tuple[Evaluator, list[Any]]:
+        evaluator = Evaluator(problem(), threads=1)
+        planner = make("ga-pc")
+        return evaluator, [planner.plan(evaluator, Options(generations=2, seed=i)) for i in (0, 1)]
+
+
+def _no_warning(text: str) -> None:
+    raise DifferentError(f"a warning: {text}")
+
+
+@contextlib.contextmanager
+def in_folder() -> Iterator[Path]:
+    """Return a new folder that is removed at the end of the block."""
+    with tempfile.TemporaryDirectory() as folder:
+        yield Path(folder)
+
+
+#: Sessions by name.
+DISK_SESSIONS: dict[str, type[DiskSession]] = {"comparison": Comparison, "files": Replacement}

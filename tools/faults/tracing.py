@@ -1,0 +1,71 @@
+"""Ctrl-C at a chosen line of the product's code, and the number of its lines."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+
+__all__ = ["counted_lines", "signalled"]
+
+_HOST = Path(__file__).parents[2] / "host"
+
+
+@contextlib.contextmanager
+def signalled(at: int | None, packages: tuple[str, ...]) -> Iterator[None]:
+    """Send Ctrl-C to this process at a line that is executed in the block.
+
+    Parameters
+    ----------
+    at : int or None
+        The line, counted as they are executed, from 0; None sends nothing.
+    packages : tuple of str
+        Packages of ``host`` whose lines count.
+    """
+    if at is None:
+        yield
+        return
+    left = iter(range(at, -1, -1))
+
+    def count() -> None:
+        if next(left, None) == 0:
+            signal.raise_signal(signal.SIGINT)
+
+    with _traced(count, packages):
+        yield
+
+
+@contextlib.contextmanager
+def counted_lines(packages: tuple[str, ...]) -> Iterator[list[int]]:
+    """Count the lines in the block; the list has their number at its end."""
+    counted = [0]
+
+    def count() -> None:
+        counted[0] += 1
+
+    with _traced(count, packages):
+        yield counted
+
+
+@contextlib.contextmanager
+def _traced(on_line: Callable[[], None], packages: tuple[str, ...]) -> Iterator[None]:
+    folders = tuple(f"{_HOST / name}/" for name in packages)
+
+    def trace(frame: FrameType, event: str, _argument: Any) -> Any:
+        if event == "call" and not frame.f_code.co_filename.startswith(folders):
+            return None
+        if event == "line":
+            on_line()
+        return trace
+
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        yield
+    finally:
+        sys.settrace(before)

@@ -204,9 +204,10 @@ def test_a_client_that_never_stops_and_never_reads(chip, data):
         works_soon(chip)
 
 
+@pytest.mark.ci
 def test_a_client_that_reads_late_loses_nothing(served):
     """Simulated time stops when nobody reads; the simulator still answers."""
-    data = random.Random(3).randbytes(600_000)
+    data = random.Random(3).randbytes(400_000)
     with connect(served) as client:
         writer = threading.Thread(target=client.sendall, args=(data,))
         writer.start()
@@ -248,6 +249,7 @@ def test_fifty_connections_at_once(chip):
             client.close()
 
 
+@pytest.mark.ci
 def test_waves_of_silent_clients_do_not_lock_others_out(chip):
     silent = []
     try:
@@ -271,8 +273,8 @@ def test_waves_of_silent_clients_do_not_lock_others_out(chip):
     [
         (["--listen", "0.0.0.0:0"], "0.0.0.0:0"),
         (["--listen", "localhost:0"], None),
-        (["--pty"], None),
-        ([], None),
+        pytest.param(["--pty"], None, marks=pytest.mark.ci),
+        pytest.param([], None, marks=pytest.mark.ci),
     ],
 )
 def test_a_board_that_others_reach_is_announced(where, warning):
@@ -291,6 +293,7 @@ def test_a_board_that_others_reach_is_announced(where, warning):
     assert [note[: len(sentence)] for note in notes] == ([sentence] if warning else [])
 
 
+@pytest.mark.ci
 def test_a_terminal_that_nobody_reads_serves_the_next_user(tmp_path):
     with start_simulated(board_url("sim", SMALL), pty=True, keep=True) as board:
         terminal = os.open(board.url, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
@@ -308,7 +311,7 @@ def test_a_terminal_that_nobody_reads_serves_the_next_user(tmp_path):
         assert time.monotonic() - begun < 2 * SOON_S
 
 
-@pytest.mark.parametrize("pty", [True, False])
+@pytest.mark.parametrize("pty", [True, pytest.param(False, marks=pytest.mark.ci)])
 def test_a_stopped_simulator_costs_the_patience(pty):
     """In the middle of an upload, and before the first answer."""
     with start_simulated(board_url("sim", CHECKING), pty=pty, keep=True) as board:

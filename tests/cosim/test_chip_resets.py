@@ -12,6 +12,7 @@ import pytest
 
 from hdl.protocol import LinkMode
 from hdl.protocol.runs import RunOptions
+from host.cli import main
 from host.device.chip import Chip
 from host.device.link import Link, LinkError
 from sim.board.scheme import start_simulated
@@ -25,6 +26,8 @@ pytestmark = pytest.mark.cosim
 PLANNER = SMALL_PLANNER.replace(clocks_per_bit=4, receive_buffer=512)
 #: Cycles at most from a byte to the reset: within a byte, within a reply, within a run.
 FAR = (40, 3_000, 40_000)
+#: Bytes of INFO and OPEN, in which one reset of four happens at least.
+OPENING_BYTES = 24
 RESET = "The board was reset or taken by another host: open it again."
 LAST_SESSION = "The last session with the board cannot be resumed: open it again."
 
@@ -123,7 +126,8 @@ def test_a_reset_at_any_moment(config, job, resets):
         expected = list(job(chip))
         size = chip.link.traffic.bytes_to_board
         for _ in range(resets):
-            moment = rng.randint(1, size), rng.randrange(rng.choice(FAR))
+            last = rng.choice((OPENING_BYTES, size, size, size))
+            moment = rng.randint(1, last), rng.randrange(rng.choice(FAR))
             board.reset_chip(*moment)
             results, cut = interrupted(port, job)
             assert results == expected[: len(results)], moment
@@ -132,6 +136,24 @@ def test_a_reset_at_any_moment(config, job, resets):
             board.reset_chip(0)
             assert list(job(session(port))) == expected, moment
     assert noticed > resets // 2
+
+
+@pytest.mark.ci
+@pytest.mark.parametrize(
+    ("config", "planner", "after_bytes"),
+    [(CHECKING, ("ga-fpga", "--generations", "1000"), 4_000), (PLANNER, ("ga-chip",), 1_500)],
+    ids=["ga-fpga", "ga-chip"],
+)
+def test_a_reset_ends_a_plan_with_a_sentence(tmp_path, capsys, config, planner, after_bytes):
+    terrain = tmp_path / "plain.npz"
+    np.savez(terrain, elevation=np.zeros((21, 21)), dx_m=100.0, dy_m=100.0)
+    with start_simulated(board_url("sim", config), keep=True) as board:
+        command = ["plan", "--terrain", terrain, "--agl", "--start", "100,100,50", "--goal",
+                   "1900,1900,50", "--board", board.url, "--planner", *planner,
+                   "--out", tmp_path / "out"]  # fmt: skip
+        board.reset_chip(after_bytes)
+        assert main(list(map(str, command))) == 1
+    assert capsys.readouterr().err.splitlines()[-1].startswith(f"pathgene: {RESET[:-1]}")
 
 
 def test_a_reset_happens_once_and_can_be_taken_back():

@@ -1,19 +1,24 @@
 """Compilation of the kernels for the CPU, and its cache on disk."""
 
+import contextlib
 import hashlib
 import inspect
+import logging
+import pickle
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import TypeVar, cast
+from typing import Any, TypeVar, cast
 
 import numba
 from numba import njit
+from numba.core.caching import IndexDataCacheFile
 
 
 __all__ = ["allocating", "compiled", "inlined", "source_stamp"]
 
 _Function = TypeVar("_Function", bound=Callable[..., object])
+_LOG = logging.getLogger("pathgene.kernels")
 _HERE = Path(__file__).resolve().parent
 
 
@@ -51,11 +56,49 @@ def _compiled(function: _Function, *, inline: bool, counted: bool = False) -> _F
     kept = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
     if kept is not None:
         stamp = source_stamp(Path(inspect.getfile(function)).resolve().parent)
-        kept._source_stamp = stamp
+        kept = _CheckedFiles(kept._cache_path, kept._index_name.removesuffix(".nbi"), stamp)
+        dispatcher._cache._cache_file = kept
         # In the version, too, which is read first: the cache of other sources may hold objects of
         # classes that no longer exist, and must not be read.
         kept._version = f"{numba.__version__} {stamp}"
     return cast(_Function, dispatcher)
+
+
+class _CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]
+    """The files in which numba keeps a kernel; one that is damaged is as good as none.
+
+    numba itself would fail for ever at a torn file, and run the code of an altered one.
+    """
+
+    def save(self, key: Any, data: Any) -> None:
+        """Keep a kernel, unless the disk takes nothing: that costs time alone."""
+        with contextlib.suppress(OSError):
+            super().save(key, data)
+
+    def _load_index(self) -> dict[Any, Any]:
+        try:
+            return cast(dict[Any, Any], super()._load_index())
+        except Exception as error:  # What pickle raises depends on the damage.
+            _LOG.info("an index of compiled kernels is damaged (%s)", type(error).__name__)
+            return {}
+
+    def _load_data(self, name: str) -> Any:
+        digest, dumped = super()._load_data(name)
+        if hashlib.sha256(dumped).digest() != digest:
+            raise ValueError("the digest differs")
+        return pickle.loads(dumped)
+
+    def load(self, key: Any) -> Any:
+        """Return a kernel that was kept, or None."""
+        try:
+            return super().load(key)
+        except Exception as error:
+            _LOG.info("a compiled kernel is damaged (%s)", type(error).__name__)
+            return None
+
+    def _save_data(self, name: str, data: Any) -> None:
+        dumped = self._dump(data)
+        super()._save_data(name, (hashlib.sha256(dumped).digest(), dumped))
 
 
 @cache

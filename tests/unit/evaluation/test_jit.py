@@ -1,11 +1,15 @@
 """The cache of compiled kernels and its invalidation."""
 
+import errno
 import importlib.util
+import logging
 import sys
+from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
 
 import pytest
+from numba.core.caching import IndexDataCacheFile
 
 from host.evaluation.jit import source_stamp
 
@@ -70,3 +74,55 @@ def test_ignores_entries_of_removed_classes(load, monkeypatch):
     assert load("x.a + x.b")(types.Pair(1, 3)) == 40
     del types.Pair
     assert load("x + 1")(1) == 20
+
+
+def files(kernel, ending):
+    return sorted(Path(kernel._cache._cache_file._cache_path).glob(f"kernel_outer*.{ending}"))
+
+
+def cut(content):
+    return content[: len(content) // 2]
+
+
+def flip(content):
+    middle = len(content) // 2
+    return content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :]
+
+
+@pytest.mark.parametrize("harm", [cut, flip, lambda content: b"", lambda content: b"text"])
+@pytest.mark.parametrize("ending", ["nbi", "nbc"])
+def test_compiles_a_damaged_kernel_anew(load, caplog, ending, harm):
+    caplog.set_level(logging.INFO, "pathgene.kernels")
+    (file,) = files_of = files(run(load), ending)
+    content = file.read_bytes()
+    file.write_bytes(harm(content))
+    damaged = run(load)
+    if ending == "nbc":  # A flipped bit of an index can be harmless.
+        assert not damaged.stats.cache_hits
+        assert len(caplog.messages) == 1
+        assert caplog.messages[0].startswith("a compiled kernel is damaged (")
+    assert sum(run(load).stats.cache_hits.values()) == 1
+    assert files(damaged, ending) == files_of
+
+
+def run(load):
+    """Import the kernels as a new process would, and use one."""
+    kernel = load("x + 1")
+    assert kernel(1) == 20
+    return kernel
+
+
+def test_a_missing_file_is_no_damage(load, caplog):
+    caplog.set_level(logging.INFO, "pathgene.kernels")
+    for file in files(run(load), "nbc"):
+        file.unlink()
+    run(load)
+    assert caplog.messages == []
+
+
+def test_a_full_disk_costs_only_time(load, monkeypatch):
+    def refuse(self, filepath):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(IndexDataCacheFile, "_open_for_write", refuse)
+    assert files(run(load), "nb?") == []

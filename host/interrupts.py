@@ -45,8 +45,13 @@ def caught() -> Iterator[None]:
     _Received.first, _Received.last_s = None, -1.0
     usual = (signal.SIG_DFL, signal.default_int_handler)
     ours = [number for number in SIGNALS if signal.getsignal(number) in usual]
-    with _handled(ours, _raise):
-        yield
+    try:
+        with _handled(ours, _raise):
+            yield
+    finally:
+        # CPython notes an interrupt that leaves exec(), with which dataclasses are made, and ends
+        # `python -m` with SIGINT for it, though it was caught. The next exec() clears the note.
+        exec("")
 
 
 @contextlib.contextmanager

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import shutil
 import sys
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -16,7 +18,7 @@ from host.cli.ending import ending
 from host.cli.options import own_options
 from host.cli.output import note, print_json, print_pairs, term_pairs
 from host.cli.problem import complete_options, make_mission, save_options, source_of
-from host.errors import JobError
+from host.errors import InputError, JobError
 from host.files.output import prepare_directory
 from host.mission.build import planner_of
 from host.mission.files.export import check_formats, exported, parse_formats
@@ -25,7 +27,7 @@ from host.mission.planning import plan_mission
 from host.planners.base import Stop
 from host.planning import Plan, Search
 from host.progress import Progress
-from host.report.write import write_report
+from host.report.write import Written, write_report
 
 
 __all__ = ["run"]
@@ -63,16 +65,7 @@ def run(args: argparse.Namespace) -> int:
             plan = plan_mission(
                 mission, search, progress=progress.update, stop=stop, source=source_of(args)
             )
-        written, summary = write_report(
-            directory,
-            plan.evaluator,
-            plan.result,
-            plan.summary,
-            note,
-            picture=args.picture,
-            grid=args.grid,
-            others=_others(plan, formats),
-        )
+        written, summary = _save(args, plan, formats, directory)
     if not args.json:
         _print(summary, written)
     rows = []
@@ -88,6 +81,39 @@ def run(args: argparse.Namespace) -> int:
         print()
         print_beside(rows)
     return _status(plan)
+
+
+def _save(args: argparse.Namespace, plan: Plan, formats: Sequence[str], directory: Path) -> Written:
+    """Write the files; if the disk refuses them, keep the plan in a temporary folder and say so."""
+
+    def write(folder: Path, *, picture: bool) -> Written:
+        return write_report(
+            folder,
+            plan.evaluator,
+            plan.result,
+            plan.summary,
+            note,
+            picture=picture,
+            grid=args.grid,
+            others=others,
+        )
+
+    others = _others(plan, formats)
+    try:
+        return write(directory, picture=args.picture)
+    except InputError as error:
+        try:
+            folder = Path(tempfile.mkdtemp(prefix="pathgene-"))
+        except OSError:
+            raise error from None
+        try:
+            write(folder, picture=False)
+        except InputError:
+            shutil.rmtree(folder, ignore_errors=True)
+            raise error from None
+        raise InputError(
+            f"{str(error).rstrip('.')}; this plan is kept in {str(folder)!r}."
+        ) from None
 
 
 def _others(plan: Plan, formats: Sequence[str]) -> dict[str, bytes]:

@@ -4,6 +4,7 @@ import errno
 import json
 import os
 import shutil
+import tempfile
 
 import pytest
 
@@ -77,9 +78,13 @@ def calls(hills, older, out):
     ],
 )
 def test_a_failing_disk_leaves_the_older_run_or_the_newer_one(
-    hills, older, tmp_path, capsys, error, lasting
+    hills, older, tmp_path, capsys, monkeypatch, error, lasting
 ):
-    ended = []
+    """Where only the folder fails, the plan is kept elsewhere."""
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(temporary))
+    ended, rescued = [], 0
     for at in range(1, calls(hills, older, tmp_path / "count") + 1):
         out = tmp_path / str(at)
         shutil.copytree(older, out)
@@ -100,10 +105,18 @@ def test_a_failing_disk_leaves_the_older_run_or_the_newer_one(
                 assert main(["check", "--path", str(out / "summary.json")]) == 2
             else:
                 assert visible == content(older)[0]
-            assert said.splitlines()[-1] == (
+            kept = list(temporary.iterdir())
+            sentence = (
                 f"pathgene: Cannot write to the directory {str(out)!r} ({reason}); give another "
-                "(--out)."
+                "(--out)"
             )
+            if kept:
+                assert not lasting
+                sentence += f"; this plan is kept in {str(kept[0])!r}"
+                assert is_newer(kept[0])
+                shutil.rmtree(kept[0])
+            assert said.splitlines()[-1] == f"{sentence}."
+            rescued += bool(kept)
         refused = any(call.startswith("unlink") for call in disk.calls[at - 1 :])
         assert not hidden or (refused and error != errno.ENOSPC)
         with using(FaultyDisk()):  # Which fails no more.
@@ -111,6 +124,7 @@ def test_a_failing_disk_leaves_the_older_run_or_the_newer_one(
         assert is_newer(out)
         assert content(out)[1] == 0
     assert set(ended) == {0, 2}
+    assert bool(rescued) != lasting
 
 
 def test_a_killed_plan_leaves_a_run_or_a_mixture_that_check_names(hills, older, tmp_path, capsys):

@@ -1,7 +1,9 @@
 """Ctrl-C and the signals with the same effect."""
 
+import os
 import signal
 import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -11,6 +13,7 @@ from host import interrupts
 from sim.compiler import run_tool
 
 
+ROOT = Path(__file__).resolve().parents[2]
 NUMBERS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT]
 
 
@@ -112,3 +115,24 @@ def has_ended(pid):
     except (FileNotFoundError, ProcessLookupError):
         return True
     return state == "Z"
+
+
+INSIDE_EXEC = """
+import sys
+from host import interrupts
+
+with interrupts.caught():
+    try:
+        exec("import os, signal; os.kill(os.getpid(), signal.SIGTERM)")
+    except KeyboardInterrupt:
+        pass
+sys.exit(interrupts.status())
+"""
+
+
+def test_an_interrupt_within_exec_keeps_its_exit_status(tmp_path):
+    """As the code of a dataclass that an import makes."""
+    (tmp_path / "inside.py").write_text(INSIDE_EXEC)
+    path = {"PYTHONPATH": f"{ROOT}:{tmp_path}"}
+    done = subprocess.run([sys.executable, "-m", "inside"], env={**os.environ, **path}, check=False)
+    assert done.returncode == 128 + signal.SIGTERM

@@ -218,6 +218,44 @@ def test_no_elaborate_is_too_long():
     assert long == {}
 
 
+# --- Files ---------------------------------------------------------------------------------------
+
+#: Methods of paths that change a disk.
+WRITING = {"mkdir", "rename", "rmdir", "symlink_to", "touch", "unlink", "write_bytes", "write_text"}
+
+
+def writing_calls(tree: ast.Module) -> list[int]:
+    """Return the lines that change a disk by a method of a path, or open a file for writing."""
+    lines = []
+    for node in ast.walk(tree):
+        match node:
+            case ast.Call(func=ast.Attribute(attr=name)) if name in WRITING:
+                lines.append(node.lineno)
+            case ast.Call(
+                func=ast.Attribute(attr="open") | ast.Name(id="open"),
+                args=[*_, ast.Constant(value=str(mode))],
+            ) if set(mode) <= set("rwaxbt+") and set(mode) & set("wax+"):
+                lines.append(node.lineno)
+    return lines
+
+
+def test_the_host_writes_through_one_disk():
+    found = {
+        f"{path}:{line}"
+        for path, tree in trees().items()
+        if path.startswith(("host/", "pathgene/")) and not path.startswith("host/files/")
+        for line in writing_calls(tree)
+    }
+    assert found == set()
+
+
+def test_calls_that_write_are_found():
+    wrong = 'path.write_text("a")\npath.open("xb")\nopen(name, "w")\npath.mkdir()'
+    right = 'path.open("rb")\npath.read_text()\nopen(name)\nboard.open("sim:")\nport.open(url)'
+    assert writing_calls(ast.parse(wrong)) == [1, 2, 3, 4]
+    assert writing_calls(ast.parse(right)) == []
+
+
 # --- Units ---------------------------------------------------------------------------------------
 
 

@@ -1,5 +1,6 @@
 """Runs on disk: kept, skipped and refused ones."""
 
+import contextlib
 import dataclasses
 import json
 
@@ -9,7 +10,9 @@ from host.compare.digest import problem_digest
 from host.compare.entrants import parse_entrants
 from host.compare.store import RunStore
 from host.errors import InputError
+from host.files.disk import using
 from host.problem.zones import Circle
+from tools.faults.disk import FaultyDisk, Killed
 
 
 RECORD = {"fitness": 1.25, "history": [[0, 1.25, 1.0]]}
@@ -69,6 +72,34 @@ def test_skips_lines_that_are_not_runs(tmp_path, entrant, line):
     (tmp_path / "runs.jsonl").write_text(f"{line}\n")
     with RunStore(tmp_path, "p") as store:
         assert store.get(entrant, 1) is None
+
+
+@pytest.mark.parametrize("options", [{}, {"lasting": True}, {"kill": True}])
+def test_a_failing_disk_loses_at_most_the_run_that_it_refuses(tmp_path, entrant, options):
+    def compare(folder):
+        """Store the runs that are missing, as a command does; return the seeds that are kept."""
+        done = []
+        with contextlib.suppress(InputError, Killed), RunStore(folder, "p") as store:
+            done += [seed for seed in range(3) if store.get(entrant, seed) is not None]
+            for seed in range(len(done), 3):
+                store.add(entrant, seed, RECORD)
+                done.append(seed)
+        return done
+
+    (tmp_path / "count").mkdir()
+    with using(disk := FaultyDisk()):
+        assert compare(tmp_path / "count") == [0, 1, 2]
+    for at in range(1, len(disk.calls) + 1):
+        folder = tmp_path / str(at)
+        folder.mkdir()
+        with using(faulty := FaultyDisk(at, seed=at, **options)):
+            done = compare(folder)
+        assert faulty.failed
+        assert len(done) < 3
+        kept = compare(folder)
+        assert kept == [0, 1, 2]
+        with RunStore(folder, "p") as store:
+            assert all(store.get(entrant, seed).items() >= RECORD.items() for seed in range(3))
 
 
 def test_refuses_runs_of_another_problem(tmp_path, entrant):

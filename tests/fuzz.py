@@ -12,80 +12,25 @@ import numpy as np
 from hdl.config import CheckerBuild
 from hdl.protocol import (
     BODY_HEADER_BYTES,
-    CheckFlag,
     Command,
-    LinkMode,
     Status,
-    check_paths_request,
-    check_request,
     counters_reply,
-    map_request,
-    pack_cells,
-    pack_paths,
-    read_request,
-    results_request,
-    start_request,
     status_reply,
-    write_request,
 )
 from hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
-from hdl.protocol.runs import RunOptions, run_request
 from host.device.map_frames import map_frames
 from sim.board.scheme import start_simulated
 from sim.model.chip import ChipModel
 from sim.model.frames import FrameReceiverModel
-from tests.chips import LINE_CYCLES, board_url, random_path
+from tests.chips import LINE_CYCLES, board_url
 from tests.faults import ByteFaults
-from tests.planner_cases import any_record, headed, record, shape
+from tests.random_requests import RandomRequests
 
 
 __all__ = ["Fuzz", "fuzz_simulated_board"]
 
 #: Commands whose replies depend on the bytes received before they run.
 _ALONE = (Command.STATUS, Command.COUNTERS, Command.CLEAR, Command.RUN)
-#: Commands of every chip.
-_COMMON_WEIGHTS = {
-    Command.STATUS: 6,
-    Command.COUNTERS: 6,
-    Command.CLEAR: 5,
-    Command.INFO: 3,
-    Command.OPEN: 3,
-}
-#: Commands of a parallel core, in front of these.
-_WEIGHTS = {
-    Command.GENERATE: 30,
-    Command.WRITE: 25,
-    Command.READ: 15,
-    Command.START: 7,
-    **_COMMON_WEIGHTS,
-}
-#: Additional commands of a chip with a checker.
-_CHECKER_WEIGHTS = {
-    Command.MAP: 8,
-    Command.CHECK: 10,
-    Command.CHECK_PATHS: 10,
-    Command.RESULTS: 4,
-}
-#: All commands of a chip with a streaming core.
-_RUN_WEIGHTS = {
-    Command.MAP: 8,
-    Command.PROBLEM: 8,
-    Command.RUN: 12,
-    Command.STOP: 4,
-    Command.BEST: 12,
-    Command.BLOCK: 8,
-    **_COMMON_WEIGHTS,
-}
-#: Values that a RUN may not have, whatever the chip.
-_WRONG_RUNS = (
-    {"islands": 3},
-    {"islands": 0, "warm": 0},
-    {"lifts": 5},
-    {"share": 17},
-    {"seeds": 1},
-    {"paths": 0},
-    {"paths": 9},
-)
 #: Looks at a run until it is over.
 _LOOKS = 10_000
 
@@ -117,11 +62,8 @@ class Fuzz:
         self._receiver = FrameReceiverModel(config)
         self._rng = random.Random(seed)
         self._faults = ByteFaults(0.01, self._rng)
-        self._draws = np.random.default_rng(seed)
-        self._weights = dict(_RUN_WEIGHTS if config.streaming_core else _WEIGHTS)
+        self._requests = RandomRequests(config, self._rng, np.random.default_rng(seed))
         self._map = []  # MAP payloads to send first.
-        if config.checks_paths:
-            self._weights |= _CHECKER_WEIGHTS
         if config.checker is not CheckerBuild.NONE:
             edge, top = config.map_size, config.blocked_altitude
             heights = np.random.default_rng(seed).integers(0, top // 2, (edge, edge))
@@ -224,14 +166,14 @@ class Fuzz:
             return encode_frame(self._body(Command.MAP, self._map.pop())), None
         if self._rewrite:
             self._rewrite = False
-            body = self._body(Command.WRITE, self._paths(0, self.config.population))
+            body = self._body(Command.WRITE, self._requests.paths(0, self.config.population))
             # The delimiter ends the rest of a broken frame.
             return b"\0" + encode_frame(body), None
         if rng.random() < 0.05:
             return bytes(rng.choices((0, 1, 2, *range(256)), k=rng.randrange(1, 12))), None
 
-        code = rng.choices(list(self._weights), self._weights.values())[0]
-        body = self._body(code, self._payload(code))
+        code = self._requests.command()
+        body = self._body(code, self._requests.payload(code))
         if rng.random() < 0.25:
             body = self._broken(body)
         data = encode_frame(body, plain=(code == Command.INFO) != (rng.random() < 0.03))
@@ -247,87 +189,6 @@ class Fuzz:
         if code == Command.OPEN:
             session = (session + 1) % 256
         return bytes((session, sequence, code)) + payload
-
-    def _payload(self, code):
-        config, rng = self.config, self._rng
-        if code == Command.START:
-            return start_request(config).pack(
-                seed=rng.getrandbits(64),
-                x=rng.randrange(config.map_size),
-                y=rng.randrange(config.map_size),
-                altitude=rng.randrange(config.blocked_altitude),
-                avoid_ground=bool(self._weights.keys() & _CHECKER_WEIGHTS) and rng.random() < 0.5,
-            )
-        if code in _CHECKER_WEIGHTS:
-            return self._checker_payload(code)
-        if self.config.streaming_core:
-            return self._run_payload(code)
-        slot = rng.randrange(config.population)
-        count = rng.randint(1, config.population - slot)
-        if code == Command.WRITE:
-            return self._paths(slot, min(count, 3))
-        if code == Command.READ:
-            return read_request(config).pack(slot=slot, count=count)
-        if code == Command.GENERATE:
-            mode = rng.choice(list(LinkMode))
-            order = rng.sample(range(config.population), config.population)
-            return bytes((mode, *(() if mode is LinkMode.POPULATION else order)))
-        return b""
-
-    def _checker_payload(self, code):
-        config, rng = self.config, self._rng
-        flags = rng.choices((0, CheckFlag.COUNT, CheckFlag.BRIEF, 3), (4, 4, 1, 1))[0]
-        if code == Command.MAP:
-            x, y = (rng.randrange(config.map_size) for _ in "xy")
-            width, height = (rng.randint(1, min(6, config.map_size - at)) for at in (x, y))
-            top = rng.choice((config.blocked_altitude // 2, config.blocked_altitude))
-            cells = [rng.randint(0, top) for _ in range(width * height)]
-            header = map_request(config).pack(x=x, y=y, width=width, height=height)
-            return header + pack_cells(config, cells)
-        if code == Command.CHECK:
-            path = random_path(config, rng, rng.randint(2, config.max_waypoints + 2))
-            return check_request(config).pack(flags=flags) + pack_paths(config, [path])
-        slot = rng.randrange(config.population)
-        count = rng.randint(1, config.population - slot)
-        if code == Command.RESULTS:
-            return results_request(config).pack(path=slot // 2, count=min(count, 2))
-        start, goal = random_path(config, rng, 2)
-        return check_paths_request(config).pack(
-            slot=slot, count=count, flags=flags, start=start, goal=goal
-        )
-
-    def _run_payload(self, code):
-        config, rng, draws = self.config, self._rng, self._draws
-        if code == Command.PROBLEM:
-            usual = record(config, draws) if rng.random() < 0.7 else any_record(config, draws)
-            return headed(config, draws, usual).pack(config)
-        if code == Command.BLOCK:
-            return shape(config, draws).pack(config)
-        if code == Command.RUN:
-            warm = rng.random() < 0.5
-            options = RunOptions(
-                seed=rng.getrandbits(64),
-                cycles=rng.randrange(1 << rng.randrange(8, 18)),
-                generations=rng.randrange(6),
-                until_feasible=rng.random() < 0.3,
-                give_up_rank=rng.randrange(config.population),
-                slopes=tuple(rng.choices(range(16), k=rng.randint(1 - warm, 2 - warm))),
-                seeds=config.population + rng.randrange(config.population),
-                lifts=rng.randrange(5),
-                share=rng.randrange(17),
-                paths=rng.randrange(1, 9),
-                warm=warm,
-            )
-            layout = run_request(config)
-            fields = layout.unpack(options.pack(config))
-            if rng.random() < 0.1:
-                fields |= rng.choice(_WRONG_RUNS)
-            return layout.pack(**fields)
-        return b""
-
-    def _paths(self, slot, count):
-        paths = [random_path(self.config, self._rng) for _ in range(count)]
-        return write_request(self.config).pack(slot=slot) + pack_paths(self.config, paths)
 
     def _broken(self, body):
         """Return ``body`` with one part changed, not always to an invalid value."""

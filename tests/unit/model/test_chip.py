@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 
 from hdl.config import Config
 from hdl.protocol import (
-    BODY_HEADER_BYTES,
     ChipState,
     Command,
     Counter,
@@ -32,6 +31,7 @@ from sim.model.chip import ChipModel
 from sim.model.core import Core
 from sim.model.mutation import Limits
 from tests.chips import SMALL, random_paths
+from tests.protocol_rules import ProtocolRules
 from tests.refusals import refusals
 
 
@@ -229,39 +229,6 @@ def test_longest_generation_restarts_with_start(host):
     assert longest == [9, 6]
 
 
-def by_the_rules(chip, body, plain, open_session, expected):
-    """Feed ``body``, check the reply, and return the next session and sequence number."""
-    session, sequence, code = body[:3]
-    answer = ask(chip, body, plain=plain)
-    if plain:
-        assert (answer is None) == (code != Command.INFO)
-        return open_session, expected
-    told_session, told_sequence, status = answer[:3]
-    status = Status(status)
-    assert told_session == session
-    assert status is Status.OK or len(answer) == BODY_HEADER_BYTES
-    if code == Command.OPEN:
-        assert (told_sequence, len(answer)) == (sequence, 3)
-        opens = session == (open_session + 1) % 256
-        assert (status is Status.OK) == (opens or session == open_session)
-        return (session, 0) if opens else (open_session, expected)
-    if session != open_session:
-        assert (status, told_sequence) == (Status.NO_SESSION, sequence)
-    elif sequence == expected:
-        assert status not in (Status.DUPLICATE, Status.OUT_OF_ORDER, Status.NO_SESSION)
-        assert told_sequence == sequence
-        if status is Status.OK:
-            return open_session, (expected + 1) % 256
-    elif sequence == (expected - 1) % 256:
-        assert status not in (Status.DUPLICATE, Status.OUT_OF_ORDER, Status.NO_SESSION)
-        assert told_sequence == sequence
-    elif (expected - sequence) % 256 in range(2, 128):
-        assert (status, told_sequence) == (Status.DUPLICATE, sequence)
-    else:
-        assert (status, told_sequence) == (Status.OUT_OF_ORDER, expected)
-    return open_session, expected
-
-
 near = st.sampled_from([0, 1, 255])
 bodies = st.builds(
     lambda session, sequence, code, payload: bytes((session, sequence, code)) + payload,
@@ -281,11 +248,11 @@ bodies = st.builds(
 @given(st.lists(st.tuples(bodies, st.booleans() | st.just(False)), max_size=30))
 def test_replies_to_any_bodies_by_the_rules(script):
     chip = ChipModel(SMALL)
-    state = 0, 0
+    rules = ProtocolRules(SMALL)
     for body, plain in script:
-        state = by_the_rules(chip, body, plain, *state)
+        rules.judge(body, plain, ask(chip, body, plain=plain))
     # The chip works as before.
-    session = (state[0] + 1) % 256
+    session = (rules.session + 1) % 256
     assert ask(chip, (session, 0, Command.OPEN)) == bytes((session, 0, Status.OK))
     whole = read_request(SMALL).pack(slot=0, count=8)
     answer = ask(chip, bytes((session, 0, Command.READ)) + whole)

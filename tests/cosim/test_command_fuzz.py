@@ -1,0 +1,55 @@
+"""Random frames with right checksums to simulated boards and the software model, byte for byte."""
+
+import collections
+
+import pytest
+
+from hdl.protocol import Status
+from tests.command_fuzz import CHIPS, fuzz, table
+from tests.frame_mix import KINDS
+from tests.run_fuzz import fuzz_during_runs
+
+
+pytestmark = pytest.mark.cosim
+
+#: Costly: a run is slow in simulated hardware.
+PLANNER = pytest.param("planner", marks=pytest.mark.ci)
+
+
+def fuzz_board(chip, seeds, frames):
+    counts = collections.Counter()
+    for seed in range(seeds):
+        counts += fuzz(chip, seed, frames, board=True)
+    print(table(counts))
+    assert counts.total() == seeds * frames
+    assert {kind for kind, _ in counts} == set(KINDS)
+    assert {status for _, status in counts} == {*Status, None} - {Status.BUSY}
+
+
+@pytest.mark.parametrize("chip", ["paper", PLANNER])
+def test_answers_as_the_model(chip):
+    """Each answer, the state that later answers show, and valid sessions among the frames."""
+    fuzz_board(chip, 1, 500)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("chip", CHIPS)
+def test_answers_to_thousands_as_the_model(chip):
+    """With the frames to runs, 20,000 of both chips."""
+    fuzz_board(chip, 6, 1500)
+
+
+@pytest.mark.parametrize(
+    ("seeds", "frames"),
+    [pytest.param(1, 200, marks=pytest.mark.ci), pytest.param(4, 500, marks=pytest.mark.long)],
+)
+def test_a_run_makes_commands_wait(seeds, frames):
+    """By the rules, in their order; what is refused changes nothing."""
+    counts = collections.Counter()
+    for seed in range(seeds):
+        counts += fuzz_during_runs(seed, frames)
+    print(table(counts))
+    assert counts.total() == seeds * frames
+    # Few are BAD_VALUE: of the commands that need not wait, a repeated RUN alone has values.
+    rare = {Status.DUPLICATE, Status.BAD_VALUE}
+    assert {status for _, status in counts} >= {*Status, None} - rare

@@ -1,0 +1,177 @@
+"""Random requests that a chip executes, of every command that it knows."""
+
+from hdl.protocol import (
+    CheckFlag,
+    Command,
+    LinkMode,
+    check_paths_request,
+    check_request,
+    map_request,
+    pack_cells,
+    pack_paths,
+    read_request,
+    results_request,
+    start_request,
+    write_request,
+)
+from hdl.protocol.runs import RunOptions, run_request
+from tests.chips import random_path
+from tests.planner_cases import any_record, headed, record, shape
+
+
+__all__ = ["RandomRequests"]
+
+#: Commands of every chip, and how often each is drawn.
+_COMMON_WEIGHTS = {
+    Command.STATUS: 6,
+    Command.COUNTERS: 6,
+    Command.CLEAR: 5,
+    Command.INFO: 3,
+    Command.OPEN: 3,
+}
+#: Commands of a parallel core, in front of these.
+_WEIGHTS = {
+    Command.GENERATE: 30,
+    Command.WRITE: 25,
+    Command.READ: 15,
+    Command.START: 7,
+    **_COMMON_WEIGHTS,
+}
+#: Additional commands of a chip with a checker.
+_CHECKER_WEIGHTS = {
+    Command.MAP: 8,
+    Command.CHECK: 10,
+    Command.CHECK_PATHS: 10,
+    Command.RESULTS: 4,
+}
+#: All commands of a chip with a streaming core.
+_RUN_WEIGHTS = {
+    Command.MAP: 8,
+    Command.PROBLEM: 8,
+    Command.RUN: 12,
+    Command.STOP: 4,
+    Command.BEST: 12,
+    Command.BLOCK: 8,
+    **_COMMON_WEIGHTS,
+}
+#: Values that a RUN may not have, whatever the chip.
+_WRONG_RUNS = (
+    {"islands": 3},
+    {"islands": 0, "warm": 0},
+    {"lifts": 5},
+    {"share": 17},
+    {"seeds": 1},
+    {"paths": 0},
+    {"paths": 9},
+)
+
+
+class RandomRequests:
+    """Source of commands and payloads.
+
+    One of ten RUNs has a value out of its range; a warm RUN and a RESULTS are refused where the
+    chip has no population and no such results. All else a chip executes, the requests of
+    :mod:`tests.planner_cases` with any values included.
+
+    Parameters
+    ----------
+    config : Config
+    rng : random.Random
+    draws : numpy.random.Generator
+        Source of problems and shapes.
+    """
+
+    def __init__(self, config, rng, draws):
+        self.config = config
+        self._rng = rng
+        self._draws = draws
+        self._weights = dict(_RUN_WEIGHTS if config.streaming_core else _WEIGHTS)
+        if config.checks_paths:
+            self._weights |= _CHECKER_WEIGHTS
+
+    def command(self):
+        """Return a command, the usual ones more often."""
+        return self._rng.choices(list(self._weights), self._weights.values())[0]
+
+    def payload(self, code):
+        """Return a payload of the command ``code``."""
+        config, rng = self.config, self._rng
+        if code == Command.START:
+            return start_request(config).pack(
+                seed=rng.getrandbits(64),
+                x=rng.randrange(config.map_size),
+                y=rng.randrange(config.map_size),
+                altitude=rng.randrange(config.blocked_altitude),
+                avoid_ground=config.checks_paths and rng.random() < 0.5,
+            )
+        if code in _CHECKER_WEIGHTS:
+            return self._checker_payload(code)
+        if self.config.streaming_core:
+            return self._run_payload(code)
+        slot = rng.randrange(config.population)
+        count = rng.randint(1, config.population - slot)
+        if code == Command.WRITE:
+            return self.paths(slot, min(count, 3))
+        if code == Command.READ:
+            return read_request(config).pack(slot=slot, count=count)
+        if code == Command.GENERATE:
+            mode = rng.choice(list(LinkMode))
+            order = rng.sample(range(config.population), config.population)
+            return bytes((mode, *(() if mode is LinkMode.POPULATION else order)))
+        return b""
+
+    def paths(self, slot, count):
+        """Return a WRITE of ``count`` paths from ``slot`` on."""
+        paths = [random_path(self.config, self._rng) for _ in range(count)]
+        return write_request(self.config).pack(slot=slot) + pack_paths(self.config, paths)
+
+    def _checker_payload(self, code):
+        config, rng = self.config, self._rng
+        flags = rng.choices((0, CheckFlag.COUNT, CheckFlag.BRIEF, 3), (4, 4, 1, 1))[0]
+        if code == Command.MAP:
+            x, y = (rng.randrange(config.map_size) for _ in "xy")
+            width, height = (rng.randint(1, min(6, config.map_size - at)) for at in (x, y))
+            top = rng.choice((config.blocked_altitude // 2, config.blocked_altitude))
+            cells = [rng.randint(0, top) for _ in range(width * height)]
+            header = map_request(config).pack(x=x, y=y, width=width, height=height)
+            return header + pack_cells(config, cells)
+        if code == Command.CHECK:
+            path = random_path(config, rng, rng.randint(2, config.max_waypoints + 2))
+            return check_request(config).pack(flags=flags) + pack_paths(config, [path])
+        slot = rng.randrange(config.population)
+        count = rng.randint(1, config.population - slot)
+        if code == Command.RESULTS:
+            return results_request(config).pack(path=slot // 2, count=min(count, 2))
+        start, goal = random_path(config, rng, 2)
+        return check_paths_request(config).pack(
+            slot=slot, count=count, flags=flags, start=start, goal=goal
+        )
+
+    def _run_payload(self, code):
+        config, rng, draws = self.config, self._rng, self._draws
+        if code == Command.PROBLEM:
+            usual = record(config, draws) if rng.random() < 0.7 else any_record(config, draws)
+            return headed(config, draws, usual).pack(config)
+        if code == Command.BLOCK:
+            return shape(config, draws).pack(config)
+        if code == Command.RUN:
+            warm = rng.random() < 0.5
+            options = RunOptions(
+                seed=rng.getrandbits(64),
+                cycles=rng.randrange(1 << rng.randrange(8, 18)),
+                generations=rng.randrange(6),
+                until_feasible=rng.random() < 0.3,
+                give_up_rank=rng.randrange(config.population),
+                slopes=tuple(rng.choices(range(16), k=rng.randint(1 - warm, 2 - warm))),
+                seeds=config.population + rng.randrange(config.population),
+                lifts=rng.randrange(5),
+                share=rng.randrange(17),
+                paths=rng.randrange(1, 9),
+                warm=warm,
+            )
+            layout = run_request(config)
+            fields = layout.unpack(options.pack(config))
+            if rng.random() < 0.1:
+                fields |= rng.choice(_WRONG_RUNS)
+            return layout.pack(**fields)
+        return b""

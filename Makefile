@@ -63,6 +63,8 @@ help:
 	@echo "make test       the tests of minutes (WORKERS= PYTEST_ARGS=)"
 	@echo "make test-ci    the costly tests: full sizes, lint, smoke tests of benchmarks"
 	@echo "make test-long  all tests: hours of random and soak runs"
+	@echo "make coverage   unit tests of the protocol and of the link: every branch of hdl/protocol and"
+	@echo "                host/device must run"
 	@echo "make verilog    synthesizable Verilog of every top, in build/verilog/"
 	@echo "make bitstream  place and route for a real board, with open tools"
 	@echo "                (BOARD=ulx3s-85f CHIP=planner|paper)"
@@ -110,6 +112,13 @@ test-ci: setup
 
 test-long: setup-long
 	@$(IN_ROOT) $(PYTEST) -m "long or not long" $(PYTEST_ARGS)
+
+# The left-out test runs 2,000 generations of what others run with fewer.
+.PHONY: coverage
+coverage: setup
+	@$(IN_ROOT) "$(BIN)/python" -m coverage run -m pytest -q -p no:cacheprovider -k "not rank-2000" \
+		tests/unit/protocol tests/unit/device
+	@$(IN_ROOT) "$(BIN)/python" -m coverage report
 
 .PHONY: verilog
 verilog: setup-plan

@@ -21,7 +21,6 @@ __all__ = [
     "info_reply",
     "info_values",
     "map_request",
-    "open_request",
     "path_record",
     "read_request",
     "recipe_reply",
@@ -37,11 +36,6 @@ __all__ = [
 _CHECKERS = (CheckerBuild.NONE, CheckerBuild.TWO_TIER, CheckerBuild.PARALLEL)
 #: Genetic cores in the order of their numbers there.
 _CORES = (GeneticCore.NONE, GeneticCore.PARALLEL, GeneticCore.STREAMING)
-
-
-def open_request(config: Config) -> Layout:
-    """Return no fields: the session is in the header."""
-    return Layout(())
 
 
 def start_request(config: Config) -> Layout:

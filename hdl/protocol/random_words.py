@@ -35,10 +35,10 @@ class RandomWordLayout:
     choice of 5 of 22 is within 7e-6.
 
     Step ``i`` of a generation carries, in the selection word, the two draws of crossover rank ``i``
-    and the two of survivor ``i``; in the mutation word, the child and the waypoint of mutator
-    ``i``. Each step after the last mutator carries the offsets of one new waypoint: first those of
-    the first candidate of every patch, then those of the second candidate of every patch, and so
-    on.
+    and the two of survivor ``i``; with the largest population they fill the word. In the mutation
+    word it carries the child and the waypoint of mutator ``i``. Each step after the last mutator
+    carries the offsets of one new waypoint: first those of the first candidate of every patch, then
+    those of the second candidate of every patch, and so on.
     """
 
     config: Config
@@ -47,13 +47,6 @@ class RandomWordLayout:
     DISTINCT_BITS = 24
     #: Width of the draw that picks a waypoint, and of each coordinate's offset.
     OFFSET_BITS = 16
-
-    def __post_init__(self) -> None:
-        if self.survivor_second[1] > WORD_BITS:
-            raise ValueError(
-                f"Config.population must leave room in a {WORD_BITS}-bit word, "
-                f"not {self.config.population!r}"
-            )
 
     @cached_property
     def rank_first(self) -> Slice:

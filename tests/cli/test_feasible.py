@@ -11,7 +11,6 @@ import host.cli.feasible
 import host.device.map_copy
 from bench.testing_trajectory import TESTING_TRAJECTORY, canyon_map
 from host.cli import main
-from host.device.checker_boards import order_board
 from host.device.checker_modes import MODES
 from host.device.map_frames import padded_map
 from sim.model.checker import TerrainModel, check_path
@@ -257,26 +256,6 @@ def test_shows_the_progress_of_the_upload_on_a_terminal(level, capsys, monkeypat
 
 
 # --- Boards --------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("url", "mode", "order", "build"),
-    [
-        ("model:", None, "model:?checker=two-tier&lanes=1", ("two-tier", 1)),
-        ("sim:", "parallel", "sim:?checker=parallel", ("parallel", 8)),
-        ("sim:?sim=icarus", "detailed", "sim:?checker=parallel&lanes=1&sim=icarus",
-         ("parallel", 1)),
-        ("model:?lanes=16", "parallel", "model:?checker=parallel&lanes=16", ("parallel", 16)),
-        ("model:?checker=parallel", None, "model:?checker=parallel", ("parallel", 8)),
-        ("model:?checker=parallel", "detailed", "model:?checker=parallel&lanes=1",
-         ("parallel", 1)),
-        ("model:?checker=two-tier", None, "model:?checker=two-tier&lanes=1", ("two-tier", 1)),
-    ],
-)  # fmt: skip
-def test_boards_are_built_for_their_mode(url, mode, order, build):
-    ordered_url, config = order_board(url, mode)
-    assert ordered_url == order
-    assert (config.checker, config.lanes) == build
 
 
 def test_a_real_board_limits_sizes_and_mode(level, capsys, monkeypatch):

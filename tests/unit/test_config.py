@@ -6,7 +6,6 @@ import re
 import pytest
 
 from hdl.config import CheckerBuild, Config, GeneticCore, MutationKind, SurvivorSelection
-from hdl.protocol.random_words import WORD_BITS, RandomWordLayout
 
 
 def test_default_has_the_papers_sizes():
@@ -144,17 +143,3 @@ def test_the_longest_path_follows_the_core_unless_it_is_given():
     assert streaming.replace(genetic=GeneticCore.PARALLEL) == Config()
     given = Config(max_waypoints=20).replace(genetic=GeneticCore.STREAMING)
     assert given.max_waypoints == 20
-
-
-def test_draws_do_not_overlap():
-    layout = RandomWordLayout(Config())
-    selection = [
-        layout.rank_first,
-        layout.rank_second,
-        layout.survivor_first,
-        layout.survivor_second,
-    ]
-    for fields in (selection, [layout.child, layout.waypoint], list(layout.offsets)):
-        edges = [edge for field in fields for edge in field]
-        assert edges == sorted(edges)
-        assert edges[-1] <= WORD_BITS

@@ -75,11 +75,13 @@ def test_other_urls_are_those_of_serial_ports(url):
         ('[project]\nname = "pathgene"\nentry-points."pathgene.boards".mine = "a:B"\n', ["mine"]),
         ('[project]\nname = "other"\nentry-points."pathgene.boards".mine = "a:B"\n', []),
         ("[tool.ruff]\n", []),
+        (None, []),
     ],
 )
 def test_reads_the_project_file_of_its_checkout_alone(text, names, tmp_path, monkeypatch):
     installed = [point.name for point in metadata.entry_points(group=GROUP)]
-    (tmp_path / "pyproject.toml").write_text(text)
+    if text is not None:
+        (tmp_path / "pyproject.toml").write_text(text)
     monkeypatch.setattr(schemes, "__file__", str(tmp_path / "host" / "device" / "schemes.py"))
     assert scheme_names() == list(dict.fromkeys([*names, *installed]))
 

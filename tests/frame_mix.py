@@ -1,5 +1,6 @@
 """Frames with a right checksum that keep or break the rules of the protocol, drawn at random."""
 
+import collections
 import random
 
 import numpy as np
@@ -64,7 +65,7 @@ class FrameMix:
         self._draws = np.random.default_rng(seed)
         self._requests = RandomRequests(config, self._rng, self._draws)
         self._fields = request_fields(config)
-        self._sent = []
+        self._sent = collections.deque(maxlen=_REMEMBERED)
         # Commands to send next, each with its distance behind the expected number.
         self._next = [(code, payload, 0) for code, payload in self._too_early()]
 
@@ -80,7 +81,7 @@ class FrameMix:
                 return self.draw()
             body, plain = getattr(self, f"_{kind}")()
         body = self._bounded(body)
-        self._sent = [*self._sent[1 - _REMEMBERED :], (body, plain)]
+        self._sent.append((body, plain))
         return kind, body, plain
 
     def paths(self):
@@ -153,7 +154,8 @@ class FrameMix:
         return body, not plain
 
     def _replay(self):
-        return self._rng.choice(self._sent[-1:] if self._rng.random() < 0.3 else self._sent)
+        latest = self._rng.random() < 0.3
+        return self._rng.choice([self._sent[-1]] if latest else self._sent)
 
     def _too_early(self):
         """Commands that ask for what there is not after a reset."""

@@ -20,6 +20,7 @@ from host.cli.problem import (
 )
 from host.errors import InputError, JobError
 from host.files.output import reading
+from host.inputs import opened
 from host.mission.build import aircraft_of, via_of
 from host.mission.keys import RULES
 from host.planning import check
@@ -60,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
     complete_options(args)
     file = Path(args.path)
     # Before anything is asked for that a summary would state.
-    with reading("path", file), file.open("rb"):
+    with reading("path", file), opened(file):
         pass
     summary = find_summary(file)
     if summary is not None:

@@ -11,8 +11,9 @@ from hdl.config import Config
 from host.device.map_frames import padded_map
 from host.errors import InputError
 from host.files.output import reading
+from host.inputs import opened
 from host.report.tables import read_csv
-from host.terrain.untrusted import UNREADABLE, read_array, require_file
+from host.terrain.untrusted import UNREADABLE, read_array
 
 
 __all__ = ["read_map", "read_points"]
@@ -30,9 +31,8 @@ def read_map(file: Path, config: Config) -> NDArray[np.uint16]:
         the map.
     """
     try:
-        require_file(file)
-        with reading("map", file), file.open("rb") as opened:
-            heights = read_array(file, opened, None)
+        with reading("map", file), opened(file) as binary:
+            heights = read_array(file, binary, None)
     except UNREADABLE:
         raise InputError(
             f"{file}: cannot be read as a numpy array; write it with numpy.save."

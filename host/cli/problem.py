@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import os
 from pathlib import Path
 from typing import Any
 
 from host.compare.entrants import planner_names
 from host.errors import InputError
+from host.inputs import exists
 from host.mission.build import end_of, mission_of, placed_at, rules_of, terrain_of, zones_of
 from host.mission.keys import RULES, TOGETHER
 from host.mission.mission import Mission
@@ -115,7 +117,7 @@ def source_of(args: argparse.Namespace) -> dict[str, Any]:
     """Return the origin of the terrain, as a summary states it."""
     path = Path(args.terrain)
     return {
-        "source": str(path.resolve()) if path.exists() else args.terrain,
+        "source": os.path.realpath(path) if exists(path) else args.terrain,
         "fill_voids": args.fill_voids,
         "cell_m": args.cell and list(args.cell),
     }

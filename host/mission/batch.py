@@ -6,6 +6,7 @@ import dataclasses
 import functools
 import hashlib
 import json
+import os
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +16,7 @@ from host.device.boards import known_config
 from host.errors import InputError, PathgeneError
 from host.evaluation import Evaluator
 from host.files.output import prepare_directory
+from host.inputs import opened, read_text
 from host.mission.build import mission_of, search_of
 from host.mission.files.export import check_formats, exported, parse_formats
 from host.mission.keys import KEYS
@@ -139,7 +141,7 @@ def names_of(files: Sequence[str]) -> list[str]:
     paths = [Path(file) for file in files]
     stems = [path.stem for path in paths]
     names = [
-        f"{path.resolve().parent.name}-{path.stem}" if stems.count(path.stem) > 1 else path.stem
+        f"{_folder(path)}-{path.stem}" if stems.count(path.stem) > 1 else path.stem
         for path in paths
     ]
     for number, name in enumerate(names):
@@ -217,7 +219,7 @@ def kept_summary(directory: Path, job: Job) -> dict[str, Any] | None:
     """
     file = directory / job.name / SUMMARY
     try:
-        summary: dict[str, Any] = json.loads(file.read_text())
+        summary: dict[str, Any] = json.loads(read_text(file))
         same = summary["batch"]["key"] == job.key
         verify(file, summary)
     except (OSError, ValueError, KeyError, TypeError, InputError):
@@ -274,9 +276,15 @@ def _plan(threads: int, task: _Task) -> Outcome:
     return Outcome(task.number, plan.summary, result, failure)
 
 
+def _folder(path: Path) -> str:
+    """Return the name of the folder that a file is in."""
+    return Path(os.path.realpath(path)).parent.name
+
+
 def _content(name: str) -> str:
     """Return a digest of a file's content; a name that is no file itself."""
     try:
-        return hashlib.sha256(Path(name).read_bytes()).hexdigest()
-    except OSError:
+        with opened(Path(name)) as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except (OSError, InputError):
         return name

@@ -11,6 +11,7 @@ from typing import Any
 
 from host.errors import InputError
 from host.files.output import output_file, reading
+from host.inputs import read_text
 from host.mission.keys import TABLES, Key, keys_of
 from host.mission.values import to_toml
 from host.problem.aircraft import PARAMETERS
@@ -36,7 +37,7 @@ def read_problem(file: Path) -> dict[str, Any]:
     """
     try:
         with reading("problem", file):
-            document = tomllib.loads(file.read_text("utf-8"))
+            document = tomllib.loads(read_text(file))
     except UnicodeDecodeError:
         raise InputError(f"{file}: not a problem file, it is not UTF-8 text.") from None
     except RecursionError:

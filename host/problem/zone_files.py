@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from host.errors import InputError
+from host.inputs import read_text
 from host.problem.geojson import Shape, shapes
 from host.problem.kml import kml_shapes
 from host.problem.qgc_fences import fence_shapes
@@ -26,7 +27,7 @@ def read_document(path: str | Path) -> Any:
         If the file cannot be read or is neither.
     """
     try:
-        text = Path(path).read_text("utf-8-sig")
+        text = read_text(Path(path), "utf-8-sig")
     except OSError as error:
         reason = error.strerror or "unknown reason"
         raise InputError(f"Cannot read no-fly file {str(path)!r}: {reason}.") from None

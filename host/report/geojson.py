@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from host.errors import InputError
 from host.files.output import reading
+from host.inputs import read_text
 from host.problem.ends import Point
 from host.problem.rings import wound
 from host.problem.zones import Circle, Polygon, Zone
@@ -138,7 +139,7 @@ def read_path(file: Path, terrain: Terrain) -> NDArray[np.float64]:
     """
     try:
         with reading("path", file):
-            document = json.loads(file.read_text("utf-8"))
+            document = json.loads(read_text(file))
     except (ValueError, RecursionError):
         raise InputError(f"{file}: not JSON; give GeoJSON, a CSV or a summary.") from None
     positions = _first_line(document)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from host.errors import InputError
 from host.files.output import reading
+from host.inputs import exists, opened, read_text
 from host.problem.aircraft import DEFAULT, Aircraft
 from host.problem.aircraft import load as load_aircraft
 from host.problem.ends import Point
@@ -93,8 +94,8 @@ def read_run(file: Path, *, origin: tuple[float, float] | None = None) -> Run:
     """
     summary = find_summary(file)
     if summary is None:
-        with reading("summary", file):
-            file.read_bytes()
+        with reading("summary", file), opened(file):
+            pass
         raise InputError(
             f"{file}: not a summary of a plan; give the summary.json that pathgene plan wrote."
         )
@@ -142,7 +143,7 @@ def find_summary(file: Path) -> dict[str, Any] | None:
     if file.suffix.lower() == ".csv":
         return None
     try:
-        document = json.loads(file.read_text("utf-8"))
+        document = json.loads(read_text(file))
     except (OSError, ValueError, RecursionError):
         return None
     is_summary = isinstance(document, dict) and "waypoints" in document
@@ -179,7 +180,7 @@ def summary_terrain(
     try:
         stated = summary["terrain"]
         grid = file.with_name(GRID)
-        is_grid = source is None and grid.exists()
+        is_grid = source is None and exists(grid)
         is_own = source is None
         if source is None:
             source = str(grid) if is_grid else str(stated["source"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from host.errors import InputError
 from host.files.output import reading
+from host.inputs import read_text
 
 
 __all__ = ["read_csv"]
@@ -28,8 +30,8 @@ def read_csv(file: Path) -> NDArray[np.float64]:
         fewer than two rows; the sentence names the line.
     """
     try:
-        with reading("path", file), file.open(newline="", encoding="utf-8-sig") as lines:
-            reader = csv.reader(lines)
+        with reading("path", file):
+            reader = csv.reader(io.StringIO(read_text(file, "utf-8-sig"), newline=""))
             rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader if row]
     except (UnicodeDecodeError, csv.Error):
         raise InputError(f"{file}: not a CSV file; give one with the header x,y,z.") from None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,9 +13,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from host.errors import InputError
+from host.inputs import exists, require_regular
 from host.terrain import embedded
 from host.terrain.grid import Terrain
-from host.terrain.untrusted import UNREADABLE, read_array, read_cells, read_values, require_file
+from host.terrain.untrusted import UNREADABLE, read_array, read_cells, read_values
 from host.terrain.voids import UNDECLARED_VOID, fill
 
 
@@ -59,7 +61,7 @@ def load(
     terrain = _load(source, cell, fill_voids, max_cells)
     is_file = source not in embedded.names()
     loading = {
-        "source": str(Path(source).resolve() if is_file else source),
+        "source": os.path.realpath(source) if is_file else str(source),
         "fill_voids": fill_voids,
         "cell_m": cell and list(cell),
     }
@@ -83,12 +85,13 @@ def _load(
             )
         return embedded.load(source)
     path = Path(source)
-    if not path.exists():
+    if not exists(path):
         raise InputError(
             f"There is no terrain {str(source)!r}: neither a file nor one of "
             f"{', '.join(embedded.names())}."
         )
-    require_file(path)
+    if not path.is_dir():  # Some formats of GDAL are folders.
+        require_regular(path)
     if path.suffix.lower() == ".npz":
         return _load_npz(path, cell, fill_voids, max_cells)
     if path.suffix.lower() == ".npy":
@@ -96,7 +99,9 @@ def _load(
     # They load GDAL, which grids in numpy's formats do not need.
     from host.terrain import place, raster
 
-    return place.to_terrain(raster.read(path, max_cells), cell=cell, fill_voids=fill_voids)
+    return place.to_terrain(
+        raster.read(path, max_cells), cell=cell, fill_voids=fill_voids, max_cells=max_cells
+    )
 
 
 def info(terrain: Terrain) -> dict[str, Any]:

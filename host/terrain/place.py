@@ -25,6 +25,7 @@ def to_terrain(
     *,
     cell: tuple[float, float] | None = None,
     fill_voids: bool = False,
+    max_cells: int | None = None,
 ) -> Terrain:
     """Turn a raster into a terrain.
 
@@ -40,6 +41,8 @@ def to_terrain(
         Sides of a cell in metres, east and north.
     fill_voids : bool
         Interpolate the voids, before any reprojection.
+    max_cells : int, optional
+        As for :func:`host.terrain.warp.to_utm`.
 
     Raises
     ------
@@ -71,7 +74,7 @@ def to_terrain(
     if fill_voids:
         raster = replace(raster, heights=fill(raster.heights))
     if raster.crs is not None and raster.crs.is_geographic:
-        raster = warp.to_utm(raster)
+        raster = warp.to_utm(raster, max_cells)
 
     rows, side = len(raster.heights), raster.transform
     if raster.crs is None and min(side.a, -side.e) < _SMALLEST_SIDE_M:

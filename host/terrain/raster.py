@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,7 +15,9 @@ from rasterio.crs import CRS
 from rasterio.errors import NotGeoreferencedWarning, RasterioError
 
 from host.errors import InputError
-from host.terrain.untrusted import require_cells
+from host.inputs import require_regular
+from host.terrain import vrt
+from host.terrain.untrusted import MAX_CELLS, require_cells
 from host.terrain.voids import UNDECLARED_VOID
 
 
@@ -87,6 +90,7 @@ def read(path: Path, max_cells: int | None = None) -> Raster:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", NotGeoreferencedWarning)
+            _require_readable(path, max(MAX_CELLS, max_cells or 0), set())
             with rasterio.open(path) as file:
                 if file.count != 1:
                     raise InputError(
@@ -104,7 +108,7 @@ def read(path: Path, max_cells: int | None = None) -> Raster:
                 band = file.read(1, masked=True)
                 scale, offset = file.scales[0], file.offsets[0]
                 transform, crs = file.transform, file.crs
-    except RasterioError:
+    except (RasterioError, OSError, ValueError):
         raise InputError(
             f"{path}: cannot be read as a raster of heights; give a GeoTIFF, an SRTM "
             ".hgt, another format that GDAL reads, or a .npy or .npz file."
@@ -113,6 +117,33 @@ def read(path: Path, max_cells: int | None = None) -> Raster:
     void = np.ma.getmaskarray(band) | ~np.isfinite(heights) | (heights == UNDECLARED_VOID)
     heights[void] = np.nan
     return Raster(path.stem, str(path), (heights * scale + offset) * unit_m, transform, crs)
+
+
+def _require_readable(path: Path, most: int, seen: set[Path]) -> None:
+    """Check that a raster and all it is made of are no devices, and have blocks of ``most`` cells.
+
+    GDAL reads a block as a whole, however few of its cells are asked for.
+
+    Raises
+    ------
+    InputError
+        If one is not.
+    OSError, ValueError, RasterioError
+        If one cannot be read.
+    """
+    seen.add(path)
+    if not path.is_dir():
+        require_regular(path)
+        for source in vrt.sources(path):
+            if source not in seen:
+                _require_readable(source, most, seen)
+    with rasterio.open(path) as file:
+        if any(rows * columns > most for rows, columns in file.block_shapes):
+            rows, columns = max(file.block_shapes, key=math.prod)
+            raise InputError(
+                f"{path}: is stored in blocks of {rows} x {columns} cells, more than "
+                f"{most:,}; write it again with smaller ones, with gdal_translate for example."
+            )
 
 
 def _vertical_unit_m(path: Path, unit: str | None) -> float:

@@ -1,7 +1,8 @@
-"""Terrain files as anybody may give them: regular files, of so many cells at most."""
+"""Terrain files as anybody may give them: of so many cells at most."""
 
 from __future__ import annotations
 
+import io
 import math
 import zipfile
 import zlib
@@ -21,21 +22,21 @@ __all__ = [
     "read_cells",
     "read_values",
     "require_cells",
-    "require_file",
 ]
 
 #: Cells of a terrain, unless the user allows more: 200 MB of heights.
 MAX_CELLS = 25_000_000
 
-#: What reading a damaged file in numpy's formats raises: NotImplementedError of an unknown
-#: compression, RuntimeError of an encrypted member, KeyError of a missing one.
+#: What reading a damaged file in numpy's formats raises: RuntimeError of an encrypted member,
+#: KeyError of a missing one, OverflowError and TypeError of an impossible shape.
 UNREADABLE = (
     OSError,
     ValueError,
     EOFError,
     KeyError,
-    NotImplementedError,
+    OverflowError,
     RuntimeError,
+    TypeError,
     zipfile.BadZipFile,
     zlib.error,
 )
@@ -44,20 +45,8 @@ UNREADABLE = (
 _CELL_BYTES, _VALUE_BYTES = 16, 1 << 16
 # Values of a member beside the cells: sides, a place.
 _MOST_VALUES = 16
-
-
-def require_file(path: Path) -> None:
-    """Check that ``path`` is no FIFO, socket or device, which would be waited for.
-
-    Raises
-    ------
-    InputError
-        If it is one.
-    """
-    if path.exists() and not (path.is_file() or path.is_dir()):
-        raise InputError(
-            f"{path}: must be a regular file, not a pipe or a device; copy it into one."
-        )
+# Bytes of the header of an array; numpy itself refuses one of 10,000.
+_HEADER_BYTES = 1 << 14
 
 
 def require_cells(path: Path, shape: tuple[int, ...], max_cells: int | None) -> None:
@@ -95,9 +84,9 @@ def read_cells(
     path: Path, archive: zipfile.ZipFile, key: str, max_cells: int | None
 ) -> NDArray[Any]:
     """Read the cells of an ``.npz``, as :func:`read_array` does."""
-    with archive.open(f"{key}.npy") as member:
+    with _member(archive, key) as member:
         require_cells(path, _shape(member, _CELL_BYTES), max_cells)
-    with archive.open(f"{key}.npy") as member:
+    with _member(archive, key) as member:
         return np.lib.format.read_array(member, allow_pickle=False)
 
 
@@ -109,23 +98,35 @@ def read_values(archive: zipfile.ZipFile, key: str) -> NDArray[Any]:
     ValueError
         If there are more than 16.
     """
-    with archive.open(f"{key}.npy") as member:
+    with _member(archive, key) as member:
         shape = _shape(member, _VALUE_BYTES)
     if math.prod(shape) > _MOST_VALUES:
         raise ValueError(f"{math.prod(shape)} values of {key}")
-    with archive.open(f"{key}.npy") as member:
+    with _member(archive, key) as member:
         return np.lib.format.read_array(member, allow_pickle=False)
 
 
+def _member(archive: zipfile.ZipFile, key: str) -> Any:
+    """Open an array of an ``.npz``, compressed as numpy does it."""
+    info = archive.getinfo(f"{key}.npy")
+    # The others could ask for gigabytes before the first byte is there.
+    if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        raise ValueError(f"compression {info.compress_type}")
+    return archive.open(info)
+
+
 def _shape(opened: Any, most_bytes: int) -> tuple[int, ...]:
-    """Return the shape that a header states; the file stands behind it."""
-    version = np.lib.format.read_magic(opened)
+    """Return the shape that a header states, whose length may be a lie."""
+    header = io.BytesIO(opened.read(_HEADER_BYTES))
+    version = np.lib.format.read_magic(header)
     read = (
         np.lib.format.read_array_header_1_0
         if version == (1, 0)
         else np.lib.format.read_array_header_2_0
     )
-    shape, _, kind = read(opened)
+    shape, _, kind = read(header)
+    if min(shape, default=0) < 0:
+        raise ValueError(f"sides {shape}")
     if kind.itemsize > most_bytes:
         raise ValueError(f"values of {kind.itemsize} bytes")
     return shape

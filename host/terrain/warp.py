@@ -14,6 +14,7 @@ from rasterio.crs import CRS
 from host.errors import InputError
 from host.terrain import geodesy
 from host.terrain.raster import Raster
+from host.terrain.untrusted import MAX_CELLS
 
 
 __all__ = ["largest_rectangle", "to_utm"]
@@ -27,7 +28,7 @@ _SIDE_DECIMALS = 2
 _WIDEST_DEG = 12.0
 _NORTHERNMOST_DEG = 84.0
 # Nodes resampled at a time: bounds the memory of a large tile.
-_BLOCK_ROWS = 256
+_BLOCK_NODES = 1 << 22
 # Degrees of the polynomials tried for the inverse projection, and the largest error in pixels.
 _DEGREES = (12, 24, 48)
 _TOLERANCE_PX = 1e-5
@@ -35,7 +36,7 @@ _TOLERANCE_PX = 1e-5
 _ROUNDING_PX = 1e-6
 
 
-def to_utm(raster: Raster) -> Raster:
+def to_utm(raster: Raster, max_cells: int | None = None) -> Raster:
     """Warp a geographic raster to the UTM zone of its centre.
 
     The cells are square, of the smaller side in zone metres of the pixel at the centre, rounded to
@@ -47,6 +48,9 @@ def to_utm(raster: Raster) -> Raster:
     ----------
     raster : Raster
         North up, at least 2 x 2 pixels.
+    max_cells : int, optional
+        Most cells of a terrain, by default :data:`host.terrain.untrusted.MAX_CELLS`. The grid may
+        have twice as many, since pixels are narrower towards the poles.
 
     Returns
     -------
@@ -56,7 +60,8 @@ def to_utm(raster: Raster) -> Raster:
     Raises
     ------
     InputError
-        If the raster is wider than 12 degrees or reaches beyond 84 degrees of latitude.
+        If the raster is wider than 12 degrees, reaches beyond 84 degrees of latitude, or its cells
+        are so much longer than wide that the grid would have too many.
     """
     rows, columns = raster.heights.shape
     side = raster.transform
@@ -75,9 +80,10 @@ def to_utm(raster: Raster) -> Raster:
         )
     zone = geodesy.utm_zone((north + south) / 2, (west + east) / 2)
     side_m = _side_m(raster, zone)
-    grid = _grid(raster, zone, side_m)
+    most = 2 * (MAX_CELLS if max_cells is None else max_cells)
+    grid = _grid(raster, zone, side_m, most)
     to_pixels = _Inverse(raster, zone, *grid)
-    heights, inside = _resample(raster.heights, *to_pixels.grid())
+    heights, inside = _resample(raster.heights, to_pixels)
     kept_rows, kept_columns = largest_rectangle(inside)
     eastings, northings = grid
     # The corner of the first pixel is half a cell from its centre.
@@ -157,10 +163,16 @@ class _Inverse:
             "out the part you need."
         )
 
-    def grid(self) -> tuple[Floats, Floats]:
-        """Column and row in pixels of every node, two ``(ny, nx)`` arrays."""
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Nodes from north to south and from west to east."""
+        return len(self._y), len(self._x)
+
+    def rows(self, block: slice) -> tuple[Floats, Floats]:
+        """Column and row in pixels of every node of some rows, two ``(n, nx)`` arrays."""
         column, row = (
-            self._evaluate(coefficients, self._x, self._y) for coefficients in self._coefficients
+            self._evaluate(coefficients, self._x, self._y[block])
+            for coefficients in self._coefficients
         )
         return column, row
 
@@ -228,8 +240,8 @@ def _side_m(raster: Raster, zone: str) -> float:
     return side_m
 
 
-def _grid(raster: Raster, zone: str, side_m: float) -> tuple[Floats, Floats]:
-    """Eastings, rising, and northings, falling, of nodes that cover the whole raster."""
+def _grid(raster: Raster, zone: str, side_m: float, most: int) -> tuple[Floats, Floats]:
+    """Eastings, rising, and northings, falling, at most ``most``, that cover the whole raster."""
     rows, columns = raster.heights.shape
     side = raster.transform
     along_x = side.c + side.a * np.linspace(0, columns, min(columns, 64) + 1)
@@ -243,26 +255,33 @@ def _grid(raster: Raster, zone: str, side_m: float) -> tuple[Floats, Floats]:
     east, north = geodesy.transform(geodesy.crs_name(raster.crs), zone, lon, lat)
     columns = math.ceil((east.max() - east.min()) / side_m)
     rows = math.ceil((north.max() - north.min()) / side_m)
+    if columns * rows > most:
+        raise InputError(
+            f"{raster.name}: in square cells of the smaller side, {side_m:g} m, it has {rows} x "
+            f"{columns}, more than {most:,}; cut it, make it coarser, or allow more (--max-cells)."
+        )
     return (
         east.min() + side_m * (np.arange(columns) + 0.5),
         north.max() - side_m * (np.arange(rows) + 0.5),
     )
 
 
-def _resample(heights: Floats, column: Floats, row: Floats) -> tuple[Floats, Bools]:
-    """Bilinear heights at pixel coordinates, and which of these lie within the raster's edges."""
+def _resample(heights: Floats, to_pixels: _Inverse) -> tuple[Floats, Bools]:
+    """Bilinear heights at all nodes, and which of these lie within the raster's edges."""
     rows, columns = heights.shape
     edge = 0.5 + _ROUNDING_PX
-    inside = (
-        (column >= -edge)
-        & (column <= columns - 1 + edge)
-        & (row >= -edge)
-        & (row <= rows - 1 + edge)
-    )
-    sampled = np.empty(column.shape)
-    for start in range(0, len(column), _BLOCK_ROWS):
-        block = slice(start, start + _BLOCK_ROWS)
-        sampled[block] = _bilinear(heights, column[block], row[block])
+    sampled, inside = np.empty(to_pixels.shape), np.empty(to_pixels.shape, dtype=bool)
+    nodes, side = to_pixels.shape
+    for start in range(0, nodes, max(1, _BLOCK_NODES // side)):
+        block = slice(start, start + max(1, _BLOCK_NODES // side))
+        column, row = to_pixels.rows(block)
+        inside[block] = (
+            (column >= -edge)
+            & (column <= columns - 1 + edge)
+            & (row >= -edge)
+            & (row <= rows - 1 + edge)
+        )
+        sampled[block] = _bilinear(heights, column, row)
     return sampled, inside
 
 

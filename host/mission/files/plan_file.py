@@ -9,6 +9,7 @@ from typing import Any
 
 from host.errors import InputError
 from host.files.output import reading
+from host.inputs import read_text
 from host.mission.files.fence import Fence, FenceCircle, FencePolygon
 from host.mission.files.flight_plan import FlightPlan, Item
 from host.problem.rings import is_number
@@ -99,7 +100,7 @@ def read_plan(file: Path) -> FlightPlan:
     """
     try:
         with reading("plan", file):
-            document = json.loads(file.read_text("utf-8"))
+            document = json.loads(read_text(file))
     except (ValueError, RecursionError):
         raise InputError(f"{file}: not JSON; give a .plan file or a summary.json.") from None
     try:

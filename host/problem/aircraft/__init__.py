@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from host.errors import InputError
+from host.inputs import exists, read_text
 
 
 __all__ = ["DEFAULT", "Aircraft", "load", "names", "parse"]
@@ -220,7 +221,7 @@ def load(name_or_toml: str | Path) -> Aircraft:
     text = str(name_or_toml)
     if text in names():
         return parse(resources.files(__name__).joinpath(f"{text}.toml").read_text("utf-8"), text)
-    if not text.endswith(".toml") and Path(text).exists():
+    if not text.endswith(".toml") and exists(text):
         raise InputError(
             f"The name of a UAV file must end in .toml, unlike {text!r}; shipped are "
             f"{', '.join(names())}."
@@ -230,7 +231,7 @@ def load(name_or_toml: str | Path) -> Aircraft:
             f"There is no UAV {text!r}; give one of {', '.join(names())}, or a .toml file."
         )
     try:
-        return parse(Path(text).read_text("utf-8"), text)
+        return parse(read_text(Path(text)), text)
     except UnicodeDecodeError:
         raise InputError(f"{text}: not a TOML file, it is not UTF-8 text.") from None
     except OSError as error:

@@ -2,6 +2,7 @@
 
 import io
 import os
+import resource
 import zipfile
 
 import numpy as np
@@ -20,9 +21,9 @@ def header(shape, kind="<f8"):
     return made.getvalue()
 
 
-def archive(file, elevation, **others):
+def archive(file, elevation, *, compression=zipfile.ZIP_DEFLATED, **others):
     """Write an ``.npz`` of the bytes of ``elevation`` and arrays."""
-    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as made:
+    with zipfile.ZipFile(file, "w", compression) as made:
         made.writestr("elevation.npy", elevation)
         for key, value in ({"dx_m": 30.0, "dy_m": 30.0} | others).items():
             member = io.BytesIO()
@@ -65,6 +66,34 @@ def test_arrays_are_refused_by_their_headers(tmp_path):
     assert "40000 x 40000 cells" in refusal(archive(tmp_path / "x.npz", header((40_000, 40_000))))
     file.write_bytes(header((2, 2), "<U100000000") + bytes(100))
     assert refusal(file, cell=(30, 30)).endswith("write it with numpy.save.")
+
+
+def test_a_header_may_lie_about_its_length(tmp_path):
+    """A member of 4 GB of zeros takes some megabytes in the archive, and no memory here."""
+    stated = b"\x93NUMPY\x02\x00" + (4_000_000_000).to_bytes(4, "little")
+    file = tmp_path / "x.npy"
+    with file.open("wb") as sparse:
+        sparse.write(stated)
+        sparse.truncate(4_000_000_100)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    assert refusal(file, cell=(30, 30)).endswith("write it with numpy.save.")
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 100_000
+
+
+@pytest.mark.parametrize("shape", [(-3, 3), (-3, -3), (0, 10**30), (3, "3")])
+def test_impossible_shapes(tmp_path, shape):
+    file = tmp_path / "x.npy"
+    file.write_bytes(header(shape) + bytes(100))
+    assert refusal(file, cell=(30, 30)).endswith("write it with numpy.save.")
+
+
+@pytest.mark.parametrize("compression", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+def test_a_compression_that_numpy_never_uses(tmp_path, compression):
+    file = tmp_path / "x.npz"
+    elevation = io.BytesIO()
+    np.save(elevation, np.zeros((3, 3)))
+    archive(file, elevation.getvalue(), compression=compression)
+    assert refusal(file).endswith("cannot be read as a numpy archive; write it with numpy.savez.")
 
 
 def test_other_members_are_as_small_as_they_should_be(tmp_path):

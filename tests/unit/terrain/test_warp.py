@@ -137,3 +137,21 @@ class TestLargestRectangle:
         row, column = np.indices((100, 100))
         usable = (column >= row // 10) & (column < 90 + row // 10)
         assert warp.largest_rectangle(usable) == (slice(0, 100), slice(9, 90))
+
+
+def test_the_grid_may_not_be_far_larger_than_the_raster(write_tif):
+    """Cells of 5 degrees by 11 cm: square ones of 11 cm would take terabytes."""
+    file = write_tif(np.ones((2, 2)), Affine(5, 0, 10, 0, -1e-6, 50), "EPSG:4326")
+    assert refusal(file) == (
+        "made: in square cells of the smaller side, 0.11 m, it has 108990 x 6513753, more than "
+        "50,000,000; cut it, make it coarser, or allow more (--max-cells)."
+    )
+
+
+def test_a_grid_in_blocks(write_tif, monkeypatch):
+    """The heights do not depend on how many rows are resampled at a time."""
+    heights = np.random.default_rng(1).uniform(0, 1000, (40, 50))
+    file = write_tif(heights, Affine(1 / 1200, 0, 8.3, 0, -1 / 1200, 46.5), "EPSG:4326")
+    whole = load(file).elevation
+    monkeypatch.setattr(warp, "_BLOCK_NODES", 200)
+    np.testing.assert_allclose(load(file).elevation, whole, rtol=0, atol=1e-6)

@@ -1,0 +1,80 @@
+"""Files that a user gives: only regular files are opened, and only so much text is read."""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
+from io import BufferedReader
+from pathlib import Path
+
+from host.errors import InputError
+
+
+__all__ = ["MOST_TEXT_BYTES", "exists", "opened", "read_text", "require_regular"]
+
+#: Bytes of a text: of a problem, an aircraft, zones, a path or a summary.
+MOST_TEXT_BYTES = 64_000_000
+
+
+def exists(path: str | Path) -> bool:
+    """Return whether there is a file or folder; False for a name that none can have."""
+    try:
+        return Path(path).exists()
+    except (OSError, ValueError):
+        return False
+
+
+def require_regular(path: Path) -> None:
+    """Check that ``path`` is a regular file, not one that would be waited for or has no end.
+
+    Raises
+    ------
+    InputError
+        If it is a FIFO, a socket or a device.
+    OSError
+        If there is no such file, it is a directory, or the system refuses.
+    """
+    try:
+        mode = path.stat().st_mode
+    except ValueError:
+        # A NUL or half a surrogate pair, which a name in a JSON or TOML file may have.
+        raise OSError(errno.EINVAL, "No file has such a name") from None
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+    if not stat.S_ISREG(mode):
+        raise InputError(
+            f"{path}: must be a regular file, not a pipe or a device; copy it into one."
+        )
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[BufferedReader]:
+    """Open a regular file for reading; raises what :func:`require_regular` does."""
+    require_regular(path)
+    with path.open("rb") as file:
+        yield file
+
+
+def read_text(path: Path, encoding: str = "utf-8") -> str:
+    """Return the text of a regular file.
+
+    Raises
+    ------
+    InputError
+        If it is no regular file, or has more than :data:`MOST_TEXT_BYTES`.
+    OSError
+        If the system refuses.
+    UnicodeDecodeError
+        If it is no text of this encoding.
+    """
+    with opened(path) as file:
+        content = file.read(MOST_TEXT_BYTES + 1)
+    if len(content) > MOST_TEXT_BYTES:
+        raise InputError(
+            f"{path}: has more than {MOST_TEXT_BYTES // 1_000_000} MB, too much for a text; give "
+            "a smaller file."
+        )
+    return content.decode(encoding)

@@ -1,0 +1,82 @@
+"""Virtual rasters: what they name is checked before GDAL opens it."""
+
+import os
+
+import numpy as np
+import pytest
+import rasterio
+
+from host.errors import InputError
+from host.terrain import load
+
+
+RASTER = (
+    '<VRTDataset rasterXSize="20" rasterYSize="20">'
+    "<GeoTransform>0,10,0,0,0,-10</GeoTransform>"
+    '<VRTRasterBand dataType="Float64" band="1"><SimpleSource>'
+    '<SourceFilename relativeToVRT="{relative}">{name}</SourceFilename><SourceBand>1</SourceBand>'
+    '<SrcRect xOff="0" yOff="0" xSize="20" ySize="20"/>'
+    '<DstRect xOff="0" yOff="0" xSize="20" ySize="20"/>'
+    "</SimpleSource></VRTRasterBand></VRTDataset>"
+)
+
+
+@pytest.fixture
+def virtual(tmp_path):
+    """Function that writes a virtual raster of a source; its name says nothing."""
+
+    def write(name, *, relative=1, file="made.tif"):
+        path = tmp_path / file
+        path.write_text(RASTER.format(name=name, relative=relative))
+        return path
+
+    return write
+
+
+def refusal(file):
+    with pytest.raises(InputError) as error:
+        load(file)
+    return str(error.value)
+
+
+def write_tif(file, **options):
+    """Write a raster of 20 x 20 heights without writing its blocks."""
+    with rasterio.open(
+        file, "w", driver="GTiff", width=20, height=20, count=1, dtype="float64", SPARSE_OK=True,
+        transform=rasterio.transform.from_origin(0, 0, 10, 10), **options,
+    ) as made:  # fmt: skip
+        if not options:
+            made.write(np.arange(400.0).reshape(1, 20, 20))
+
+
+def test_reads_a_virtual_raster(virtual, tmp_path):
+    write_tif(tmp_path / "source.tif")
+    assert load(virtual("source.tif")).highest == 399
+    assert load(virtual(tmp_path / "source.tif", relative=0)).highest == 399
+
+
+@pytest.mark.parametrize("name", ["fifo", "nested.vrt"])
+def test_a_fifo_is_not_waited_for(virtual, tmp_path, name):
+    os.mkfifo(tmp_path / "fifo")
+    virtual("fifo", file="nested.vrt")
+    assert refusal(virtual(name)) == (
+        f"{tmp_path / 'fifo'}: must be a regular file, not a pipe or a device; copy it into one."
+    )
+
+
+def test_a_source_of_huge_blocks(virtual, tmp_path):
+    """400 cells in one block of 34 GB, in a file of 266 bytes."""
+    source = tmp_path / "source.tif"
+    write_tif(source, tiled=True, blockxsize=65536, blockysize=65536, compress="deflate")
+    sentence = (
+        f"{source}: is stored in blocks of 65536 x 65536 cells, more than 25,000,000; write it "
+        "again with smaller ones, with gdal_translate for example."
+    )
+    assert refusal(source) == sentence
+    assert refusal(virtual("source.tif")) == sentence
+
+
+@pytest.mark.parametrize("name", ["made.tif", "nowhere.tif", "a&amp;b", "<"])
+def test_damaged_virtual_rasters(virtual, name):
+    file = virtual(name)
+    assert refusal(file).startswith(f"{file}: cannot be read as a raster of heights; ")

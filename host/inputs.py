@@ -1,19 +1,33 @@
-"""Files that a user gives: only regular files are opened, and only so much text is read."""
+"""Files that a user gives: only regular files are opened, and only so much text is read.
+
+Texts of JSON and TOML are parsed here, so that whatever is wrong with one is a ValueError.
+"""
 
 from __future__ import annotations
 
 import errno
+import json
 import os
 import stat
+import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from io import BufferedReader
 from pathlib import Path
+from typing import Any
 
 from host.errors import InputError
 
 
-__all__ = ["MOST_TEXT_BYTES", "exists", "opened", "read_text", "require_regular"]
+__all__ = [
+    "MOST_TEXT_BYTES",
+    "exists",
+    "opened",
+    "parse_json",
+    "parse_toml",
+    "read_text",
+    "require_regular",
+]
 
 #: Bytes of a text: of a problem, an aircraft, zones, a path or a summary.
 MOST_TEXT_BYTES = 64_000_000
@@ -78,3 +92,42 @@ def read_text(path: Path, encoding: str = "utf-8") -> str:
             "a smaller file."
         )
     return content.decode(encoding)
+
+
+def parse_json(text: str) -> Any:
+    """Return the content of a text in JSON.
+
+    Raises
+    ------
+    ValueError
+        If it is none, or nested too deeply.
+    """
+    try:
+        return json.loads(text)
+    except RecursionError:
+        raise ValueError("lists or objects are nested too deeply") from None
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """Return the content of a text in TOML.
+
+    Raises
+    ------
+    ValueError
+        If it is none, is nested too deeply, or has an integer of more than 64 bits, which TOML does
+        not demand of its readers.
+    """
+    try:
+        document = tomllib.loads(text)
+    except RecursionError:
+        raise ValueError("tables or arrays are nested too deeply") from None
+    values: list[Any] = [document]
+    while values:
+        value = values.pop()
+        if isinstance(value, dict):
+            values += value.values()
+        elif isinstance(value, list):
+            values += value
+        elif isinstance(value, int) and not -(1 << 63) <= value < 1 << 63:
+            raise ValueError("an integer has more than 64 bits")
+    return document

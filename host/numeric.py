@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import operator
 from numbers import Real
 from typing import Any
@@ -9,7 +10,15 @@ from typing import Any
 from host.errors import InputError
 
 
-__all__ = ["integer", "real"]
+__all__ = ["integer", "is_number", "real"]
+
+
+def is_number(value: Any) -> bool:
+    """Return whether ``value`` is a finite real number, within the floats, and no bool."""
+    try:
+        return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
+    except OverflowError:
+        return False
 
 
 def integer(name: str, value: Any) -> int:
@@ -36,7 +45,7 @@ def real(name: str, value: Any) -> float:
         ``name``.
     """
     try:
-        if isinstance(value, Real):
+        if isinstance(value, Real) and not isinstance(value, bool):
             return float(value)
     except OverflowError:
         pass

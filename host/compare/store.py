@@ -13,6 +13,7 @@ from host.compare.entrants import Entrant
 from host.errors import InputError
 from host.files.disk import current
 from host.files.special import is_special
+from host.inputs import parse_json
 from host.report.summary import version
 
 
@@ -123,7 +124,7 @@ class RunStore:
         line = b"\n"
         for line in self._file:
             with contextlib.suppress(ValueError, KeyError, TypeError):
-                record = json.loads(line)
+                record = parse_json(line.decode())
                 if record["problem"] != self._problem:
                     raise InputError(
                         f"The directory {str(self.path.parent)!r} holds runs of another problem; "

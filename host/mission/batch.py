@@ -16,7 +16,7 @@ from host.device.boards import known_config
 from host.errors import InputError, PathgeneError
 from host.evaluation import Evaluator
 from host.files.output import prepare_directory
-from host.inputs import opened, read_text
+from host.inputs import opened, parse_json, read_text
 from host.mission.build import mission_of, search_of
 from host.mission.files.export import check_formats, exported, parse_formats
 from host.mission.keys import KEYS
@@ -219,7 +219,7 @@ def kept_summary(directory: Path, job: Job) -> dict[str, Any] | None:
     """
     file = directory / job.name / SUMMARY
     try:
-        summary: dict[str, Any] = json.loads(read_text(file))
+        summary: dict[str, Any] = parse_json(read_text(file))
         same = summary["batch"]["key"] == job.key
         verify(file, summary)
     except (OSError, ValueError, KeyError, TypeError, InputError):

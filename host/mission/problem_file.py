@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import difflib
 import textwrap
-import tomllib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from host.errors import InputError
 from host.files.output import output_file, reading
-from host.inputs import read_text
+from host.inputs import parse_toml, read_text
 from host.mission.keys import TABLES, Key, keys_of
 from host.mission.values import to_toml
 from host.problem.aircraft import PARAMETERS
@@ -37,12 +36,10 @@ def read_problem(file: Path) -> dict[str, Any]:
     """
     try:
         with reading("problem", file):
-            document = tomllib.loads(read_text(file))
+            document = parse_toml(read_text(file))
     except UnicodeDecodeError:
         raise InputError(f"{file}: not a problem file, it is not UTF-8 text.") from None
-    except RecursionError:
-        raise InputError(f"{file}: tables or arrays are nested too deeply.") from None
-    except tomllib.TOMLDecodeError as error:
+    except ValueError as error:
         raise InputError(f"{file}: not valid TOML: {error}.") from None
     try:
         return _values(document, file.parent)

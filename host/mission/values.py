@@ -7,7 +7,6 @@ do not keep.
 from __future__ import annotations
 
 import json
-import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from host.errors import InputError
+from host.numeric import is_number
 from host.terrain.embedded import names as terrain_names
 
 
@@ -58,7 +58,7 @@ class Kind:
 
 
 def _number(value: Any, _: Path | None = None) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    if not is_number(value):
         raise ValueError
     return float(value)
 

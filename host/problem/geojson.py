@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from host.errors import InputError
-from host.problem.rings import Ring, is_number
+from host.numeric import is_number
+from host.problem.rings import Ring
 from host.terrain import Terrain
 
 
@@ -85,23 +86,27 @@ def _check_wgs84(document: dict[str, Any]) -> None:
         raise InputError("its coordinates are not WGS84 longitude and latitude; convert it first.")
 
 
-def _geometries(document: Any) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
+def _geometries(document: dict[str, Any]) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
     """Geometries and their properties of a FeatureCollection, a Feature or a bare geometry."""
-    if not isinstance(document, dict):
-        raise InputError("a feature is not a GeoJSON object.")
     if document.get("type") == "FeatureCollection":
         features = document.get("features")
         if not isinstance(features, list):
             raise InputError('a FeatureCollection must have a list of "features".')
-        for feature in features:
-            yield from _geometries(feature)
-    elif document.get("type") == "Feature":
-        geometry, properties = document.get("geometry"), document.get("properties") or {}
-        if not isinstance(geometry, dict) or not isinstance(properties, dict):
-            raise InputError('a Feature must have a "geometry".')
-        yield geometry, properties
+        yield from map(_geometry, features)
     else:
-        yield document, {}
+        yield _geometry(document)
+
+
+def _geometry(feature: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the geometry and the properties of a Feature or a bare geometry."""
+    if not isinstance(feature, dict):
+        raise InputError("a feature is not a GeoJSON object.")
+    if feature.get("type") != "Feature":
+        return feature, {}
+    geometry, properties = feature.get("geometry"), feature.get("properties") or {}
+    if not isinstance(geometry, dict) or not isinstance(properties, dict):
+        raise InputError('a Feature must have a "geometry".')
+    return geometry, properties
 
 
 def _local(points: Any, terrain: Terrain, local: bool) -> Ring:

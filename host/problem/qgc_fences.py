@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from host.errors import InputError
+from host.numeric import is_number
 from host.problem.geojson import Shape
-from host.problem.rings import Ring, is_number
+from host.problem.rings import Ring
 from host.terrain import Terrain
 
 

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Iterable, Iterator
-from numbers import Real
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from host.errors import InputError
+from host.numeric import is_number
 
 
 __all__ = [
@@ -19,7 +18,6 @@ __all__ = [
     "Ring",
     "add_edges",
     "edges",
-    "is_number",
     "nodes_inside",
     "plain",
     "require_near",
@@ -34,14 +32,6 @@ EDGE_M = 1e-6
 MOST_M = 1e9
 
 Ring = tuple[tuple[float, float], ...]
-
-
-def is_number(value: Any) -> bool:
-    """Return whether ``value`` is a finite real number, within the floats, and no bool."""
-    try:
-        return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
-    except OverflowError:
-        return False
 
 
 def require_near(kind: str, values: Iterable[float]) -> None:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from host.errors import InputError
-from host.inputs import read_text
+from host.inputs import parse_json, read_text
 from host.problem.geojson import Shape, shapes
 from host.problem.kml import kml_shapes
 from host.problem.qgc_fences import fence_shapes
@@ -38,8 +37,8 @@ def read_document(path: str | Path) -> Any:
     if text.lstrip().startswith("<"):
         return text
     try:
-        return json.loads(text)
-    except (ValueError, RecursionError) as error:
+        return parse_json(text)
+    except ValueError as error:
         raise InputError(f"No-fly file {str(path)!r} is not JSON: {error}.") from None
 
 

@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from host.errors import InputError
+from host.numeric import is_number
 from host.problem.rings import (
     Ring,
     add_edges,
-    is_number,
     nodes_inside,
     plain,
     require_near,

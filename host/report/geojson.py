@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 
 from host.errors import InputError
 from host.files.output import reading
-from host.inputs import read_text
+from host.inputs import parse_json, read_text
 from host.problem.ends import Point
 from host.problem.rings import wound
 from host.problem.zones import Circle, Polygon, Zone
@@ -139,15 +138,15 @@ def read_path(file: Path, terrain: Terrain) -> NDArray[np.float64]:
     """
     try:
         with reading("path", file):
-            document = json.loads(read_text(file))
-    except (ValueError, RecursionError):
+            document = parse_json(read_text(file))
+    except ValueError:
         raise InputError(f"{file}: not JSON; give GeoJSON, a CSV or a summary.") from None
     positions = _first_line(document)
     if positions is None:
         raise InputError(f"{file}: there is no LineString in it to take as the path.")
     try:
         points = np.array(positions, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         points = np.empty(0)
     if points.ndim != 2 or points.shape[1] != 3 or len(points) < 2:
         raise InputError(
@@ -172,11 +171,9 @@ def _first_line(document: Any) -> Any:
         return None
     if document.get("type") == "LineString":
         return document.get("coordinates")
-    if document.get("type") == "Feature":
-        return _first_line(document.get("geometry"))
     features = document.get("features")
-    for feature in features if isinstance(features, list) else []:
-        line = _first_line(feature)
-        if line is not None:
-            return line
+    for feature in features if isinstance(features, list) else [document]:
+        geometry = feature.get("geometry") if isinstance(feature, dict) else None
+        if isinstance(geometry, dict) and geometry.get("type") == "LineString":
+            return geometry.get("coordinates")
     return None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -14,7 +13,7 @@ from numpy.typing import NDArray
 
 from host.errors import InputError
 from host.files.output import reading
-from host.inputs import exists, opened, read_text
+from host.inputs import exists, opened, parse_json, read_text
 from host.problem.aircraft import DEFAULT, Aircraft
 from host.problem.aircraft import load as load_aircraft
 from host.problem.ends import Point
@@ -143,8 +142,8 @@ def find_summary(file: Path) -> dict[str, Any] | None:
     if file.suffix.lower() == ".csv":
         return None
     try:
-        document = json.loads(read_text(file))
-    except (OSError, ValueError, RecursionError):
+        document = parse_json(read_text(file))
+    except (OSError, ValueError):
         return None
     is_summary = isinstance(document, dict) and "waypoints" in document
     return document if is_summary else None

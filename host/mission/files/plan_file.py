@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from host.errors import InputError
 from host.files.output import reading
-from host.inputs import read_text
+from host.inputs import parse_json, read_text
 from host.mission.files.fence import Fence, FenceCircle, FencePolygon
 from host.mission.files.flight_plan import FlightPlan, Item
-from host.problem.rings import is_number
+from host.numeric import is_number
 from host.report.summary import version
 
 
@@ -100,8 +99,8 @@ def read_plan(file: Path) -> FlightPlan:
     """
     try:
         with reading("plan", file):
-            document = json.loads(read_text(file))
-    except (ValueError, RecursionError):
+            document = parse_json(read_text(file))
+    except ValueError:
         raise InputError(f"{file}: not JSON; give a .plan file or a summary.json.") from None
     try:
         return _plan(document)

@@ -1,20 +1,23 @@
 """Aircraft: their parameters, the ones that are shipped, and a user's own in TOML."""
 
 import math
-import tomllib
 from dataclasses import dataclass, field, fields
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from host.errors import InputError
-from host.inputs import exists, read_text
+from host.inputs import exists, parse_toml, read_text
+from host.numeric import is_number
 
 
 __all__ = ["DEFAULT", "Aircraft", "load", "names", "parse"]
 
 #: The shipped aircraft that flies where none is named.
 DEFAULT = "silver-fox"
+
+# Every number of an aircraft lies between: products of some of them are within the floats.
+_LEAST, _MOST = 1e-12, 1e12
 
 _OPTIONAL = (
     "fuel_weight_N",
@@ -101,14 +104,14 @@ class Aircraft:
             value = getattr(self, parameter)
             if value is None and parameter in _OPTIONAL:
                 continue
-            if (
-                isinstance(value, bool)
-                or not isinstance(value, int | float)
-                or not math.isfinite(value)
-                or value <= 0
-            ):
+            if not is_number(value) or value <= 0:
                 raise InputError(
                     f"UAV {self.name!r}: {parameter} must be a positive number, not {value!r}."
+                )
+            if not _LEAST <= value <= _MOST:
+                raise InputError(
+                    f"UAV {self.name!r}: {parameter} must be from {_LEAST:g} to {_MOST:g}, "
+                    f"not {value:g}."
                 )
             object.__setattr__(self, parameter, float(value))
         for parameter, most in (
@@ -248,9 +251,7 @@ def parse(toml: str, where: str) -> Aircraft:
         If the text is not TOML, or a parameter is missing, unknown or bad.
     """
     try:
-        table = tomllib.loads(toml)
-    except RecursionError:
-        raise InputError(f"{where}: tables or arrays are nested too deeply.") from None
-    except tomllib.TOMLDecodeError as error:
+        table = parse_toml(toml)
+    except ValueError as error:
         raise InputError(f"{where}: not valid TOML: {error}.") from None
     return Aircraft.from_dict(table, where)

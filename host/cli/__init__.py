@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import functools
 import importlib
 import logging
 import re
@@ -38,7 +39,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     debug = "--debug" in arguments
-    warnings.showwarning = _warn
+    # The others tell a programmer what numpy met.
+    warnings.showwarning = functools.partial(_warn, Warning if debug else UserWarning)
     with guarded(), interrupts.caught():
         logging.basicConfig(format="pathgene: %(message)s")
         logging.getLogger("pathgene").setLevel(logging.INFO)
@@ -81,6 +83,7 @@ def _parsed(arguments: list[str]) -> argparse.Namespace:
 
 
 def _warn(
+    shown: type[Warning],
     message: Warning | str,
     category: type[Warning],
     filename: str,
@@ -88,7 +91,8 @@ def _warn(
     file: TextIO | None = None,
     line: str | None = None,
 ) -> None:
-    print(f"pathgene: {message}", file=sys.stderr)
+    if issubclass(category, shown):
+        print(f"pathgene: {message}", file=sys.stderr)
 
 
 def _complain(sentence: str, debug: bool) -> None:

@@ -41,7 +41,6 @@ def note(text: str) -> None:
 
 def term_pairs(summary: dict[str, Any]) -> list[tuple[str, str]]:
     """Return the terms of a path as names and texts with units."""
-    clearance = summary["minimum_clearance_m"]
     return [
         (
             "feasible",
@@ -51,22 +50,22 @@ def term_pairs(summary: dict[str, Any]) -> list[tuple[str, str]]:
             if summary["feasible_at_ds"]
             else "no",
         ),
-        ("fitness", f"{summary['fitness']:.6f}"),
-        ("penalty", f"{summary['penalty']:.1f} m"),
-        ("  under terrain", f"{summary['distance_under_terrain_m']:.1f} m"),
-        ("  in no-fly zones", f"{summary['distance_in_nofly_m']:.1f} m"),
-        ("  too steep", f"{summary['distance_too_steep_m']:.1f} m"),
+        ("fitness", _shown(summary["fitness"], ".6f")),
+        ("penalty", _shown(summary["penalty"], ".1f", "m")),
+        ("  under terrain", _shown(summary["distance_under_terrain_m"], ".1f", "m")),
+        ("  in no-fly zones", _shown(summary["distance_in_nofly_m"], ".1f", "m")),
+        ("  too steep", _shown(summary["distance_too_steep_m"], ".1f", "m")),
         ("  impossible arcs", f"{summary['impossible_arcs']}"),
         *(
-            [("  beyond other limits", f"{summary['distance_beyond_limits_m']:.1f} m")]
+            [("  beyond other limits", _shown(summary["distance_beyond_limits_m"], ".1f", "m"))]
             if summary.get("distance_beyond_limits_m")
             else []
         ),
-        ("cost", f"{summary['cost']:.6f}"),
-        ("length", f"{summary['length_m']:.1f} m"),
-        ("mean altitude", f"{summary['mean_altitude_m']:.1f} m"),
-        ("fuel", f"{summary['fuel_N']:.4f} N"),
-        ("minimum clearance", "unknown" if clearance is None else f"{clearance:.1f} m"),
+        ("cost", _shown(summary["cost"], ".6f")),
+        ("length", _shown(summary["length_m"], ".1f", "m")),
+        ("mean altitude", _shown(summary["mean_altitude_m"], ".1f", "m")),
+        ("fuel", _shown(summary["fuel_N"], ".4f", "N")),
+        ("minimum clearance", _shown(summary["minimum_clearance_m"], ".1f", "m")),
         *_limit_pairs(summary),
         *map(_visit_pair, summary.get("visits", ())),
         ("waypoints", f"{len(summary['waypoints'])}, start and goal included"),
@@ -78,10 +77,9 @@ def _limit_pairs(summary: dict[str, Any]) -> list[tuple[str, str]]:
     limits = summary.get("limits")
     if not limits:
         return []
-    minutes, seconds = divmod(round(summary["flight_time_s"]), 60)
     worst = limits[0]
     unit = unit_of(worst["limit"])
-    pairs = [("flight time", f"{minutes} min {seconds:02} s")]
+    pairs = [("flight time", _duration(summary["flight_time_s"]))]
     if summary["fuel_left_N"] is not None:
         pairs.append(("fuel left", f"{summary['fuel_left_N']:.2f} N"))
     return [
@@ -105,5 +103,17 @@ def _visit_pair(visit: dict[str, Any]) -> tuple[str, str]:
     )
 
 
+def _duration(time_s: float | None) -> str:
+    if time_s is None:
+        return "unknown"
+    minutes, seconds = divmod(round(time_s), 60)
+    return f"{minutes} min {seconds:02} s"
+
+
 def _short(value: float | None) -> str:
-    return "unknown" if value is None else f"{value:.4g}"
+    return _shown(value, ".4g")
+
+
+def _shown(value: float | None, form: str, unit: str = "") -> str:
+    """Return a number as text; None is unknown: beyond the floats, or over a void."""
+    return "unknown" if value is None else f"{value:{form}} {unit}".rstrip()

@@ -108,6 +108,7 @@ def read(path: Path, max_cells: int | None = None) -> Raster:
                 band = file.read(1, masked=True)
                 scale, offset = file.scales[0], file.offsets[0]
                 transform, crs = file.transform, file.crs
+                _require_place(path, transform)
     except (RasterioError, OSError, ValueError):
         raise InputError(
             f"{path}: cannot be read as a raster of heights; give a GeoTIFF, an SRTM "
@@ -117,6 +118,21 @@ def read(path: Path, max_cells: int | None = None) -> Raster:
     void = np.ma.getmaskarray(band) | ~np.isfinite(heights) | (heights == UNDECLARED_VOID)
     heights[void] = np.nan
     return Raster(path.stem, str(path), (heights * scale + offset) * unit_m, transform, crs)
+
+
+def _require_place(path: Path, transform: Affine) -> None:
+    """Check that the corners of pixels are finite, and pixels no lines.
+
+    Raises
+    ------
+    InputError
+        If they are not.
+    """
+    if not all(map(math.isfinite, transform)) or transform.determinant == 0:
+        raise InputError(
+            f"{path}: its place is no grid, by the numbers {', '.join(map(str, transform[:6]))}; "
+            "write it again with the corner and the sides of its cells."
+        )
 
 
 def _require_readable(path: Path, most: int, seen: set[Path]) -> None:

@@ -7,6 +7,7 @@ import math
 import zipfile
 import zlib
 from pathlib import Path
+from tokenize import TokenError
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -35,6 +36,7 @@ UNREADABLE = (
     EOFError,
     KeyError,
     OverflowError,
+    TokenError,
     RuntimeError,
     TypeError,
     zipfile.BadZipFile,

@@ -1,0 +1,151 @@
+"""Runs bad inputs in processes of their own, with limits, and tells what each did.
+
+``python -m tests.bad_input_runs SEED FIRST LAST`` prints the numbers of the cases whose end breaks
+the rule, with what is wrong. One process imports all of the program, and forks for each case, which
+takes a hundredth of a second instead of one.
+"""
+
+import contextlib
+import io
+import json
+import os
+import resource
+import shutil
+import sys
+import tempfile
+import time
+from collections import Counter
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+
+from host.cli import main
+from tests.bad_inputs import CHECK, cases, write_base
+from tests.bad_options import Case
+
+
+__all__ = ["End", "fault", "run"]
+
+MOST_BYTES = 2 * 10**9
+MOST_S = 20.0
+
+
+@dataclass(frozen=True)
+class End:
+    """How a case ended.
+
+    Parameters
+    ----------
+    status : int
+        Exit status, or the negative number of the signal that ended it.
+    error : str
+        What it wrote to standard error.
+    seconds, bytes : float, int
+        Time, and greatest memory.
+    """
+
+    status: int
+    error: str
+    seconds: float
+    bytes: int
+
+
+def run(case: Case, folder: Path) -> End:
+    """Run a case in an empty folder beside the good files, in a forked process."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    for name, content in case.files.items():
+        (folder / name).write_bytes(content)
+    output, error = folder.with_name("stdout"), folder.with_name("stderr")
+    started_s = time.monotonic()
+    child = os.fork()
+    if not child:
+        _run_here(case, folder, output, error)
+    status, usage = _waited(child, started_s + MOST_S)
+    return End(
+        os.waitstatus_to_exitcode(status),
+        error.read_text("utf-8", "backslashreplace"),
+        time.monotonic() - started_s,
+        1024 * usage.ru_maxrss,
+    )
+
+
+def _run_here(case: Case, folder: Path, output: Path, error: Path) -> None:
+    """Run a case in this process, and end it."""
+    status = 99
+    with contextlib.suppress(BaseException):
+        os.chdir(folder)
+        for number, path, mode in (
+            (0, Path(os.devnull), os.O_RDONLY),
+            (1, output, os.O_WRONLY | os.O_CREAT | os.O_TRUNC),
+            (2, error, os.O_WRONLY | os.O_CREAT | os.O_TRUNC),
+        ):
+            os.dup2(os.open(path, mode, 0o600), number)
+        used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+        resource.setrlimit(resource.RLIMIT_AS, (used + MOST_BYTES, used + MOST_BYTES))
+        status = main(list(case.arguments))
+    sys.stderr.flush()
+    os._exit(status)
+
+
+def _waited(child: int, deadline_s: float) -> tuple[int, resource.struct_rusage]:
+    while True:
+        number, status, usage = os.wait4(child, os.WNOHANG)
+        if number:
+            return status, usage
+        if time.monotonic() > deadline_s:
+            os.kill(child, 9)
+            _, status, usage = os.wait4(child, 0)
+            return status, usage
+        time.sleep(0.002)
+
+
+def fault(case: Case, end: End) -> str | None:
+    """Return what is wrong with the end of a case, or None."""
+    # A note on an option that means nothing to the planner precedes whatever else is wrong.
+    lines = [line for line in end.error.splitlines() if not line.endswith(" and is ignored.")]
+    allowed = (0, 1, 2) if case.may_be_valid else (2,)
+    if end.status not in allowed:
+        return f"status {end.status}"
+    if any(word in end.error for word in ("Internal error", "Traceback", "internal error")):
+        return "an internal error"
+    if end.status == 2 and len(lines) != 1:
+        return f"{len(lines)} lines"
+    if end.status and not (lines and lines[-1].startswith("pathgene: ")):
+        return "no sentence"
+    if end.status == 2 and not lines[-1].endswith((".", "?")):
+        return "no end of a sentence"
+    if len(end.error) > 4000:
+        return f"{len(end.error)} characters"
+    if end.bytes > MOST_BYTES or end.seconds > MOST_S:
+        return f"{end.bytes / 1e6:.0f} MB, {end.seconds:.1f} s"
+    return None
+
+
+def tell(seed: int, first: int, last: int) -> None:
+    """Run the cases from ``first`` to before ``last``; print each fault as a line of JSON."""
+    kinds: Counter[str] = Counter()
+    with tempfile.TemporaryDirectory() as made:
+        base = Path(made, "base")
+        base.mkdir()
+        write_base(base)
+        # Loads what a case that is valid would load, and its compiled kernels.
+        (base.parent / "warm").mkdir()
+        run_in = Path.cwd()
+        os.chdir(base.parent / "warm")
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+            main(list(CHECK))
+        os.chdir(run_in)
+        for index, case in islice(enumerate(cases(seed, last)), first, None):
+            end = run(case, base.parent / "case")
+            kinds[f"{case.kind.split(',')[0]}: {end.status}"] += 1
+            wrong = fault(case, end)
+            if wrong is not None:
+                arguments = [argument[:200] for argument in case.arguments]
+                said = end.error[-2000:]
+                print(json.dumps([index, case.kind, wrong, arguments, said]), flush=True)
+    print(json.dumps(dict(sorted(kinds.items()))), flush=True)
+
+
+if __name__ == "__main__":
+    tell(*map(int, sys.argv[1:]))

@@ -1,0 +1,144 @@
+"""Bad options of the command line: numbers, unknown and contradictory options, URLs of boards."""
+
+import argparse
+import random
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+from host.cli.parser import build_parser
+
+
+__all__ = ["CHECK", "LAND", "Case", "board", "number", "numeric_options", "option"]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A command line with the files of its folder.
+
+    Parameters
+    ----------
+    kind : str
+        What is bad, in a word.
+    arguments : tuple of str
+        Those of ``pathgene``.
+    files : mapping of str to bytes
+        Content of the files by name.
+    may_be_valid : bool
+        The damage may have hit what nobody reads: a success or a failed job is right, too.
+    """
+
+    kind: str
+    arguments: tuple[str, ...]
+    files: Mapping[str, bytes] = field(default_factory=dict)
+    may_be_valid: bool = True
+
+
+LAND = "../base/land.npz"
+CHECK = ("check", "--terrain", LAND, "--path", "../base/path.csv")
+_ENDS = ("--terrain", LAND, "--start", "150,150,600", "--goal", "1850,1750,600")
+# No folder can be made there, so that a good value is not worked with: that ends with status 2, too.
+_NOWHERE = ("--out", "../base/path.csv/out")
+
+#: A good command line of each command that has numbers.
+_GOOD: Mapping[str, tuple[str, ...]] = {
+    "plan": ("plan", *_ENDS, *_NOWHERE),
+    "check": CHECK,
+    "compare": ("compare", *_ENDS, "--planners", "ga-pc", *_NOWHERE),
+    "diagnose": ("diagnose", *_ENDS, *_NOWHERE),
+    "batch": ("batch", "../base/problem.toml", *_NOWHERE),
+    "fly": ("fly", "../base/summary.json", *_NOWHERE),
+    "export": ("export", "../base/summary.json", *_NOWHERE),
+    "upload": ("upload", "../base/summary.json", "--to", "udpout:127.0.0.1:9", "--timeout", "0.01"),
+    "auv": ("auv", *_NOWHERE),
+    "terrain info": ("terrain", "info", LAND),
+    "terrain synth": ("terrain", "synth", "canyon", "--out", "../base/path.csv/x.npz"),
+}
+
+#: Texts where a number is meant.
+NUMBERS = (
+    "nan", "inf", "-inf", "-0", "0", "-1", "1e308", "-1e308", "1e-320", "9" * 400, "-" + "9" * 400,
+    "9" * 5000, "--", "", " ", "x", "0x10", "1_000", "1e400", "\u0661\u0662", "\u00b2", "\uff11",
+    "1,5", "1;5", "5 m", "\udcff", "2147483648", "18446744073709551616", "1e-9", "-2147483649",
+)  # fmt: skip
+
+
+def numeric_options() -> Iterator[tuple[str, str, int]]:
+    """Yield each command, each of its options with numbers, and how many of them it takes."""
+    for command in _GOOD:
+        parser: argparse.ArgumentParser = build_parser()
+        for word in command.split():
+            (sub,) = (a for a in parser._actions if isinstance(a, argparse._SubParsersAction))
+            parser = sub.choices[word]
+        for action in parser._actions:
+            if action.option_strings and action.type not in (None, str):
+                count = str(action.metavar).count(",") + 1
+                yield command, action.option_strings[0], count
+
+
+_NUMERIC = tuple(numeric_options())
+
+
+def number(rng: random.Random) -> Case:
+    """An odd number for one of the options that take numbers."""
+    command, option_name, count = rng.choice(_NUMERIC)
+    parts = rng.choices(("10", rng.choice(NUMBERS), rng.choice(NUMBERS)), k=count)
+    parts[rng.randrange(count)] = rng.choice(NUMBERS)
+    text = ",".join(parts)
+    given = (f"{option_name}={text}",) if rng.random() < 0.5 else (option_name, text)
+    return Case(f"number, {command} {option_name}", (*_GOOD[command], *given))
+
+
+def option(rng: random.Random) -> Case:
+    """An unknown, repeated, contradictory or misplaced option, or an odd word."""
+    command = rng.choice(list(_GOOD))
+    good = list(_GOOD[command])
+    odd = rng.choice(
+        (
+            ("--nowhere", "1"), ("-x",), ("--",), ("--", "--seed"), ("x" * 5000,), ("\udcff",),
+            ("--seed",), ("--start-geo", "46,9,100"), ("--via", "1,2,3", "--via-geo", "4,5,6"),
+            ("--as-paper", "--clearance", "5"), ("--origin", "46,9"), ("--cell", "30"),
+            ("--planner", ""), ("--planner", "ga-pc", "--beside", ","), ("--uav", ""),
+            ("--uav", "../base"), ("--terrain", ""), ("--terrain", "\udcff.tif"),
+            ("--terrain", "x" * 5000), ("--terrain", "/dev/zero"), ("--nofly", "/dev/zero"),
+            ("--path", "/dev/zero"), ("--nofly", "../base"), ("--path", "../base"), ("--path", ""),
+            ("--board", "x"), ("--write", "doc"), ("--write", ""), ("--fallback", ""), ("--seed", "1") * 3,
+            ("--scheduler", ""), ("--scheduler", "tcp://127.0.0.1:1"), ("--planners", ""),
+            ("--planners", "ga-pc,ga-pc"), ("--planners", "ga-pc:generations="),
+            ("--planners", "ga-pc:seed=1"), ("--planners", ":::"), ("--gusts", ""), ("--to", ""),
+            ("--to", "udpout:x"), ("--aircraft", ""), ("--aircraft", "/dev/zero"), ("--no-such",),
+            ("--engine", "gpu", "--planner", "astar"), ("--save-problem", ""), ("--listen", ""),
+            ("--save-problem", "../base"), ("../base/path.csv",), ("../base/summary.json",), ("",),
+            ("--out", ""), ("--out", "x" * 5000), ("--out", "/dev/null"), ("--out", "\udcff/\udcff"),
+            ("--landscape", "3"), ("--return", "--goal-heading", "400"), ("--json=1",), ("--jso",),
+        )
+    )  # fmt: skip
+    if rng.random() < 0.2:
+        del good[rng.randrange(len(good))]
+    at = len(good) if rng.random() < 0.8 else rng.randrange(1, len(good) + 1)
+    return Case(f"option, {command} {odd[0][:20]}", (*good[:at], *odd, *good[at:]))
+
+
+def board(rng: random.Random) -> Case:
+    """A URL at which no board is, or with fields that no board has."""
+    fields = "population", "map_size", "max_waypoints", "genetic", "coarse_factor", "x", "", "sim"
+    query = "&".join(
+        f"{rng.choice(fields)}={rng.choice(('33', '-1', '0', '9' * 400, 'nan', '', 'x', '1e9'))}"
+        for _ in range(rng.randint(1, 3))
+    )
+    url = rng.choice(
+        (
+            f"model:?{query}", f"model:?{query}", f"sim:?{rng.choice(('x', 'speed', ''))}=1&{query}",
+            "socket://127.0.0.1:1", "socket://", "socket://127.0.0.1:99999", "/dev/null", "/dev/full",
+            "../base", "../base/path.csv", "", " ", "x" * 5000, "\udcff", "rfc2217://127.0.0.1:1",
+            "http://127.0.0.1", "loop://?x", "hwgrep://nothing", "spy://", "://", "model", "model:x",
+            "model:?", "model:?population", "alt://", "sim", "spy:///dev/null?x=1", "socket://[",
+        )
+    )  # fmt: skip
+    arguments = rng.choice(
+        (
+            ("board", "info"),
+            ("feasible", "--map", "../base/map.npy", "--path", "../base/cells.csv"),
+            ("plan", *_ENDS, *_NOWHERE),
+        )
+    )
+    return Case(f"board, {arguments[0]}", (*arguments, "--board", url))

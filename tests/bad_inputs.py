@@ -84,14 +84,14 @@ def table() -> dict[str, Any]:
         "zones": [{"circle": [1000, 600, 150], "name": "tower"}, {"file": "../base/zones.kml"}],
         "aircraft": aircraft,
         "rules": {"clearance": 30.0, "ceiling": 2000.0, "reserve": 10.0},
-        "planner": {"planner": "ga-pc", "generations": 5, "seed": 1, "population": 16},
+        "planner": {"name": "ga-pc", "generations": 5, "seed": 1, "population": 16},
         "output": {"out": "out"},
     }
 
 
 def zones() -> dict[str, Any]:
     """Zones as GeoJSON."""
-    ring = [[9.001, 46.05], [9.004, 46.05], [9.002, 46.06], [9.001, 46.05]]
+    ring = [[9.01, 46.056], [9.013, 46.056], [9.012, 46.058], [9.01, 46.056]]
     shapes = [("Polygon", [ring]), ("MultiPolygon", [[ring]]), ("Point", [9.01, 46.055])]
     return {
         "type": "FeatureCollection",
@@ -110,7 +110,7 @@ KML = """<?xml version="1.0" encoding="UTF-8"?>
 <kml xmlns="http://www.opengis.net/kml/2.2"><Document><Placemark><name>wood</name><ExtendedData>
 <Data name="lower"><value>0</value></Data><Data name="t1"><value>60</value></Data></ExtendedData>
 <Polygon><extrude>1</extrude><altitudeMode>absolute</altitudeMode><outerBoundaryIs><LinearRing>
-<coordinates>9.001,46.05,700 9.004,46.05,700 9.002,46.06,700 9.001,46.05,700</coordinates>
+<coordinates>9.010,46.056,700 9.013,46.056,700 9.012,46.058,700 9.010,46.056,700</coordinates>
 </LinearRing></outerBoundaryIs></Polygon></Placemark><Placemark><ExtendedData>
 <Data name="radius_m"><value>90</value></Data></ExtendedData>
 <Point><coordinates>9.01,46.055</coordinates></Point></Placemark></Document></kml>
@@ -123,7 +123,7 @@ LINE = {
     "properties": {},
     "geometry": {
         "type": "LineString",
-        "coordinates": [[9.002, 46.053, 600], [9.01, 46.06, 650], [9.02, 46.066, 600]],
+        "coordinates": [[9.002, 46.056, 600], [9.01, 46.06, 650], [9.02, 46.068, 600]],
     },
 }
 RECORD = {
@@ -157,6 +157,7 @@ def write_base(folder: Path) -> None:
     (folder / "land.tif").write_bytes(raster("EPSG:32632", 100.0, (500_000.0, 5_102_100.0)))
     (folder / "path.csv").write_text(CSV)
     (folder / "zones.kml").write_text(KML)
+    (folder / "problem.toml").write_bytes(toml(table()))
     (folder / "summary.json").write_text(json.dumps(summary()))
     (folder / "map.npy").write_bytes(array(np.zeros((32, 32), np.int64)))
     (folder / "cells.csv").write_text("x,y,z\n1,1,5\n20,20,5\n")
@@ -302,15 +303,17 @@ def as_json(rng: random.Random, document: Any) -> bytes:
     return json.dumps(mutated(rng, document)).encode()
 
 
+def toml(document: dict[str, Any]) -> bytes:
+    """Return a document in TOML."""
+    lines = [f"{json.dumps(key)} = {to_toml(value)}" for key, value in document.items()]
+    return "\n".join(lines).encode("utf-8", "surrogatepass")
+
+
 def as_toml(rng: random.Random, document: dict[str, Any]) -> bytes:
     """Return the same in TOML."""
     if rng.random() < 0.05:
         return b"a = " + b"[" * 3000
-    lines = [
-        f"{json.dumps(key)} = {to_toml(value)}"
-        for key, value in mutated(rng, document, in_toml=True).items()
-    ]
-    content = "\n".join(lines).encode("utf-8", "surrogatepass")
+    content = toml(mutated(rng, document, in_toml=True))
     return damaged(rng, content) if rng.random() < 0.15 else content
 
 

@@ -49,7 +49,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _run(arguments: list[str], debug: bool) -> int:
     try:
-        parsed = _parsed(arguments)
+        parsed = _parsed(_prepared(arguments))
         if parsed.command is None:
             raise InputError("No command is given; pathgene --help lists them.")
         module, _, function = parsed.command.partition(":")
@@ -76,7 +76,7 @@ def _run(arguments: list[str], debug: bool) -> int:
 
 def _parsed(arguments: list[str]) -> argparse.Namespace:
     try:
-        return build_parser().parse_args(_join_numbers(arguments))
+        return build_parser().parse_args(arguments)
     except SystemExit:
         sys.stdout.flush()  # --help and --version end so, after they have printed.
         raise
@@ -109,10 +109,19 @@ def _shortened(word: str) -> str:
     return f"{word[:100]}...{word[-50:]}"
 
 
-def _join_numbers(arguments: list[str]) -> list[str]:
-    """Write ``--wind -3,2`` as ``--wind=-3,2``: argparse takes ``-3,2`` for an option."""
+def _prepared(arguments: list[str]) -> list[str]:
+    """Write ``--wind -3,2`` as ``--wind=-3,2``: argparse takes ``-3,2`` for an option.
+
+    Raises
+    ------
+    InputError
+        If an option has the value ``--``, which argparse takes for no value and passes on.
+    """
     joined: list[str] = []
     for argument in arguments:
+        name, _, value = argument.partition("=")
+        if value == "--":
+            raise InputError(f"Argument {name}: must have a value, not '--'; see pathgene --help.")
         if joined and _NUMBER.match(argument) and re.fullmatch(r"--[a-z-]+", joined[-1]):
             joined[-1] += f"={argument}"
         else:

@@ -1,9 +1,11 @@
-"""Standard output and standard error that may be closed, full, or without a reader."""
+"""Standard output and standard error that may be closed, full, stalled, or without a reader."""
 
 from __future__ import annotations
 
 import contextlib
 import os
+import select
+import stat
 import sys
 from collections.abc import Callable, Iterator
 from typing import Any, TextIO, cast
@@ -12,6 +14,10 @@ from host.errors import PathgeneError
 
 
 __all__ = ["OutputError", "guarded"]
+
+
+# A reader of standard error that takes nothing for so long is not waited for again.
+_PATIENCE_S = 1.0
 
 
 class OutputError(PathgeneError):
@@ -66,6 +72,70 @@ class _Guarded:
         self._tell(error)
 
 
+class _Patient:
+    """A pipe or a terminal, written without waiting for a reader that takes nothing.
+
+    A text waits a second for room. Without room the rest of it is lost, and so are all further
+    texts, at once, until there is room again.
+
+    Parameters
+    ----------
+    stream : TextIO
+        The stream; it handles everything but writing.
+    number : int
+        A descriptor of it in non-blocking mode.
+    """
+
+    def __init__(self, stream: TextIO, number: int) -> None:
+        self._stream = stream
+        self._number = number
+        self._room = select.poll()
+        self._room.register(number, select.POLLOUT)
+        self._stalled = False
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        """Write ``text``, or as much of it as there is room for."""
+        left = text.encode("utf-8", "backslashreplace")
+        while left:
+            if not self._room.poll(0 if self._stalled else 1000 * _PATIENCE_S):
+                self._stalled = True
+                break
+            try:
+                left = left[os.write(self._number, left) :]
+            except BlockingIOError:
+                self._stalled = True
+                break
+            self._stalled = False
+        return len(text)
+
+    def flush(self) -> None:
+        """Nothing is buffered."""
+
+
+@contextlib.contextmanager
+def _patient(stream: TextIO) -> Iterator[TextIO]:
+    """Give ``stream`` so that writing does not wait for a reader, where it may have one."""
+    own = None
+    # Not a stream of the system, or one of another user.
+    with contextlib.suppress(OSError):
+        number = stream.fileno()
+        if stat.S_ISFIFO(os.fstat(number).st_mode) or os.isatty(number):
+            stream.flush()
+            # Opened again: the mode of the descriptor itself is that of other processes, too.
+            flags = os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC
+            own = os.open(f"/proc/self/fd/{number}", flags)
+    if own is None:
+        yield stream
+        return
+    try:
+        yield cast(TextIO, _Patient(stream, own))
+    finally:
+        os.close(own)
+
+
 @contextlib.contextmanager
 def guarded() -> Iterator[None]:
     """Ignore errors of standard error in the block; report the first of standard output.
@@ -80,14 +150,15 @@ def guarded() -> Iterator[None]:
     stdout = before[0] or os.fdopen(1, "w", closefd=False)
     stderr = before[1] or os.fdopen(2, "w", closefd=False)
     sys.stdout = cast(TextIO, _Guarded(stdout, _refuse))
-    sys.stderr = cast(TextIO, _Guarded(stderr, lambda error: None))
-    try:
-        yield
-    finally:
-        with contextlib.suppress(OutputError):  # Too late: the exit status is chosen.
-            sys.stdout.flush()
-        sys.stderr.flush()
-        sys.stdout, sys.stderr = before
+    with _patient(stderr) as patient:
+        sys.stderr = cast(TextIO, _Guarded(patient, lambda error: None))
+        try:
+            yield
+        finally:
+            with contextlib.suppress(OutputError):  # Too late: the exit status is chosen.
+                sys.stdout.flush()
+            sys.stderr.flush()
+            sys.stdout, sys.stderr = before
 
 
 def _occupy_descriptors() -> None:

@@ -1,7 +1,10 @@
 """Standard output and error that are closed, full or without a reader."""
 
+import contextlib
 import json
 import os
+import pty
+import select
 import shlex
 import stat
 import subprocess
@@ -201,3 +204,44 @@ def test_a_terrain_to_a_fifo(tmp_path):
     assert read.stdout.startswith(b"PK")
     assert process.returncode == 0
     assert fifo.is_fifo()
+
+
+@pytest.fixture(params=["pipe", "terminal"])
+def stalled(request):
+    """Both ends of a pipe or a terminal that is full, the reader's first."""
+    reader, writer = os.pipe() if request.param == "pipe" else pty.openpty()
+    os.set_blocking(writer, False)
+    with contextlib.suppress(BlockingIOError):
+        while True:
+            os.write(writer, b"." * 4096)
+    # The mode is that of whoever has the descriptor.
+    os.set_blocking(writer, True)
+    yield reader, writer
+    os.close(reader)
+    os.close(writer)
+
+
+@contextlib.contextmanager
+def started(writer, *arguments):
+    command = [sys.executable, "-m", "host", *map(str, arguments)]
+    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=writer) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+def test_a_stalled_reader_of_progress_is_not_waited_for(stalled, hills, tmp_path):
+    with started(stalled[1], *plan(hills, tmp_path)) as process:
+        assert process.wait(timeout=120) == 0
+    assert names(tmp_path) == FILES
+
+
+def test_a_slow_reader_gets_the_sentence(stalled):
+    reader, writer = stalled
+    with started(writer, "planner") as process:
+        read = b""
+        while b"see pathgene --help" not in read:
+            assert select.select([reader], [], [], 60)[0], read[-200:]
+            read += os.read(reader, 4096)
+        assert process.wait(timeout=60) == 2

@@ -36,7 +36,15 @@ from tests.planner_cases import SMALL, ground, record, shape
 from tests.protocol_rules import ProtocolRules
 
 
-__all__ = ["CHIPS", "CommandFuzz", "answer_in", "fuzz", "plan_on_the_map", "table"]
+__all__ = [
+    "CHIPS",
+    "CommandFuzz",
+    "answer_in",
+    "fault_free",
+    "fuzz",
+    "plan_on_the_map",
+    "table",
+]
 
 #: The two kinds of chips: that of the paper with a checker, and the planner's.
 CHIPS = {

@@ -5,7 +5,8 @@ import collections
 import pytest
 
 from hdl.protocol import Status
-from tests.command_fuzz import CHIPS, fuzz, table
+from sim.model.chip import ChipModel
+from tests.command_fuzz import CHIPS, fault_free, fuzz, table
 from tests.frame_mix import KINDS
 
 
@@ -31,3 +32,12 @@ def test_answers_by_the_rules_and_works_as_before(chip, seeds, frames):
     assert {kind for kind, _ in counts} == set(KINDS)
     # No model is busy: a run is over before the next command.
     assert {status for _, status in counts} == {*Status, None} - {Status.BUSY}
+
+
+def test_a_failure_names_the_command_that_repeats_it(monkeypatch):
+    assert fault_free("paper")
+    read = ChipModel._read
+    monkeypatch.setattr(ChipModel, "_read", lambda *request: read(*request)[:-1])
+    again = r"; again by: python -m tests\.command_fuzz paper 3 500$"
+    with pytest.raises(AssertionError, match=rf"^frame 500 of seed 3, .*{again}"):
+        fuzz("paper", 3, 600)

@@ -11,11 +11,12 @@ from unittest import mock
 import numpy as np
 from cobs import cobs
 
-from hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, StickyError, codec
+from hdl.config import Config
+from hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, StickyError, codec, info_reply
 from hdl.protocol.codec import Frame, FrameError
 from host.compare.store import RunStore
 from host.device.chip import Chip
-from host.device.link import Link, LinkTimeoutError
+from host.device.link import Link, LinkError, LinkTimeoutError
 from host.device.map_copy import MapCopy
 from host.device.window import Request, Window
 from host.errors import InputError
@@ -24,6 +25,9 @@ from sim.model.chip import ChipModel
 
 
 __all__ = ["PLANTED", "planted"]
+
+#: The place of a session in the reply to INFO is the same for all chips.
+_ANY = Config()
 
 Patch = contextlib.AbstractContextManager[Any]
 
@@ -75,25 +79,21 @@ def _checksum_ignored() -> Patch:
     return mock.patch("host.device.link.decode_frame", decode)
 
 
-def _session_kept_after_an_error() -> Patch:
-    """After a call that failed, or was interrupted, the session goes on as if nothing was."""
+def _board_taken_back_in_silence() -> Patch:
+    """A board that was reset is opened again, and the command goes on there."""
     usual = Link._exchange
 
     def exchange(self: Link, session: int, requests: Sequence[Request]) -> None:
         try:
             usual(self, session, requests)
-        except BaseException:
-            self.session = session
+        except LinkTimeoutError:
             raise
+        except LinkError:
+            left = [request for request in requests if request.answer is None]
+            self.open(info_reply(_ANY).unpack(self.info())["session"], credit=self._credit)
+            usual(self, self._latest_session, left)
 
-    def reopen(self: Link) -> None:
-        if self.session is None:
-            self.open(self._latest_session, credit=self._credit)
-
-    stack = contextlib.ExitStack()
-    stack.enter_context(mock.patch.object(Link, "_exchange", exchange))
-    stack.enter_context(mock.patch.object(Link, "reopen", reopen))
-    return stack
+    return mock.patch.object(Link, "_exchange", exchange)
 
 
 def _out_of_order_confirms() -> Patch:
@@ -241,7 +241,7 @@ PLANTED: dict[str, Callable[[], Patch]] = {
         _lost_acknowledgement_accepted,
         _sequence_number_reused,
         _checksum_ignored,
-        _session_kept_after_an_error,
+        _board_taken_back_in_silence,
         _out_of_order_confirms,
         _map_known_before_it_is_acknowledged,
         _zone_known_before_it_is_acknowledged,

@@ -116,7 +116,7 @@ test-long: setup-long
 # The left-out test runs 2,000 generations of what others run with fewer.
 .PHONY: coverage
 coverage: setup
-	@$(IN_ROOT) "$(BIN)/python" -m coverage run -m pytest -q -p no:cacheprovider -k "not rank-2000" \
+	@$(IN_ROOT) "$(BIN)/python" -m coverage run -m pytest -q -p no:cacheprovider -m "not long" -k "not rank-2000" \
 		tests/unit/protocol tests/unit/device
 	@$(IN_ROOT) "$(BIN)/python" -m coverage report
 

@@ -69,11 +69,6 @@ class SocketPort:
         self._socket.setblocking(False)
 
     @property
-    def port(self) -> str:
-        """URL of the other end."""
-        return self._name
-
-    @property
     def is_open(self) -> bool:
         """True until :meth:`close` is called."""
         return self._socket.fileno() >= 0
@@ -128,21 +123,6 @@ class SocketPort:
             except OSError as error:
                 raise self._lost(error) from None
         return total
-
-    def flush(self) -> None:
-        """Do nothing: :meth:`write` sends at once."""
-
-    def reset_input_buffer(self) -> None:
-        """Discard the bytes that wait to be read."""
-        while waiting := self.in_waiting:
-            self._socket.recv(waiting)
-
-    def reset_output_buffer(self) -> None:
-        """Do nothing: :meth:`write` keeps no bytes back."""
-
-    def fileno(self) -> int:
-        """Return the descriptor, for :func:`select.select`."""
-        return self._socket.fileno()
 
     def close(self) -> None:
         """Close the connection. A second call does nothing."""

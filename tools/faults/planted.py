@@ -18,7 +18,7 @@ from host.compare.store import RunStore
 from host.device.chip import Chip
 from host.device.link import Link, LinkError, LinkTimeoutError
 from host.device.map_copy import MapCopy
-from host.device.window import Request, Window
+from host.device.window import Request
 from host.errors import InputError
 from host.files.disk import current
 from sim.model.chip import ChipModel
@@ -96,16 +96,13 @@ def _board_taken_back_in_silence() -> Patch:
     return mock.patch.object(Link, "_exchange", exchange)
 
 
-def _out_of_order_confirms() -> Patch:
-    """The command that the chip misses counts as executed when it says so."""
-    usual = Window.go_back
+def _map_believed_after_a_reset() -> Patch:
+    """A session is opened again on a board that was reset, whose map is taken for the old one."""
 
-    def go_back(self: Window, index: int) -> None:
-        usual(self, index)
-        if self.sent > index:
-            self.confirm(index)
+    def reopen(self: Link) -> None:
+        self.open(info_reply(_ANY).unpack(self.info())["session"], credit=self._credit)
 
-    return mock.patch.object(Window, "go_back", go_back)
+    return mock.patch.object(Link, "reopen", reopen)
 
 
 def _map_known_before_it_is_acknowledged() -> Patch:
@@ -242,7 +239,7 @@ PLANTED: dict[str, Callable[[], Patch]] = {
         _sequence_number_reused,
         _checksum_ignored,
         _board_taken_back_in_silence,
-        _out_of_order_confirms,
+        _map_believed_after_a_reset,
         _map_known_before_it_is_acknowledged,
         _zone_known_before_it_is_acknowledged,
         _population_kept_after_an_error,

@@ -1,5 +1,6 @@
 import json
 import socket
+import struct
 import threading
 import time
 from pathlib import Path
@@ -79,14 +80,18 @@ def test_port_write_times_out(ends):
         port.write(bytes(1 << 24))
 
 
-def test_port_discards_input(ends):
+def test_port_reports_a_reset_connection(ends):
     port, peer = ends
-    peer.sendall(b"old")
-    while port.in_waiting < 3:
-        pass
-    port.reset_input_buffer()
-    peer.sendall(b"new")
-    assert port.read(3) == b"new"
+    peer.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+    peer.close()
+    with pytest.raises(LinkError, match=r"^The board at socket://\S+ is gone: .*reset by peer"):
+        port.read()
+
+
+def test_port_says_when_it_is_closed(far_end):
+    closed = []
+    SocketPort(far_end.getsockname(), on_close=lambda: closed.append(True)).close()
+    assert closed == [True]
 
 
 def test_port_reports_a_closed_peer(ends):

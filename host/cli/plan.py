@@ -61,10 +61,14 @@ def run(args: argparse.Namespace) -> int:
     with ending(stop):
         # Every leg adds a generation 0.
         generations = mission.legs * (search.options.generations + 1) - 1
-        with contextlib.closing(Progress(sys.stderr, generations)) as progress:
-            plan = plan_mission(
-                mission, search, progress=progress.update, stop=stop, source=source_of(args)
-            )
+        try:
+            with contextlib.closing(Progress(sys.stderr, generations)) as progress:
+                plan = plan_mission(
+                    mission, search, progress=progress.update, stop=stop, source=source_of(args)
+                )
+        except KeyboardInterrupt:
+            note(f"Interrupted before a path was found; nothing is written to {directory}.")
+            return interrupts.status()
         written, summary = _save(args, plan, formats, directory)
     if not args.json:
         _print(summary, written)

@@ -9,6 +9,8 @@ import time
 
 import pytest
 
+from host.cli import main
+
 from .conftest import ENDS, ROOT
 
 
@@ -67,7 +69,7 @@ def test_a_plan_is_written_after_a_signal(hills, tmp_path, number):
     with plan(hills, tmp_path, start_new_session=True) as process:
         os.killpg(process.pid, number)
         output, error = process.communicate(timeout=60)
-    assert process.returncode == 128 + number
+    assert process.returncode == 128 + number, error
     assert error.splitlines()[-1] == "pathgene: Interrupted; the best path so far is written."
     summary = json.loads(output)
     assert (summary["interrupted"], summary["stopped_by"]) == (True, "interrupt")
@@ -90,6 +92,23 @@ def test_further_signals_during_writing_lose_nothing(hills, tmp_path):
     assert process.returncode in (128 + signal.SIGTERM, -signal.SIGTERM)
     assert sorted(entry.name for entry in tmp_path.iterdir()) == FILES
     assert json.loads((tmp_path / "summary.json").read_text())["interrupted"]
+
+
+def test_an_interrupt_before_a_path_is_found_writes_nothing(hills, tmp_path, monkeypatch, capsys):
+    def interrupted(*arguments, **options):
+        """As two signals during the first generation."""
+        os.kill(os.getpid(), signal.SIGTERM)
+        time.sleep(0.2)
+        os.kill(os.getpid(), signal.SIGTERM)
+        time.sleep(60)
+
+    monkeypatch.setattr("host.cli.plan.plan_mission", interrupted)
+    command = ["plan", "--terrain", str(hills), *ENDS, "--planner", "ga-pc", "--out", str(tmp_path)]
+    assert main(command) == 128 + signal.SIGTERM
+    assert capsys.readouterr().err.splitlines()[-1] == (
+        f"pathgene: Interrupted before a path was found; nothing is written to {tmp_path}."
+    )
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.ci

@@ -44,6 +44,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     with guarded(), interrupts.caught():
         logging.basicConfig(format="pathgene: %(message)s")
         logging.getLogger("pathgene").setLevel(logging.INFO)
+        # What GDAL says about a damaged file is in the exception, which becomes a sentence.
+        logging.getLogger("rasterio").setLevel(logging.CRITICAL)
         return _run(arguments, debug)
 
 

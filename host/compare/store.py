@@ -14,6 +14,7 @@ from host.errors import InputError
 from host.files.disk import current
 from host.files.special import is_special
 from host.inputs import parse_json
+from host.numeric import is_number
 from host.report.summary import version
 
 
@@ -26,7 +27,8 @@ class RunStore:
     """A file ``runs.jsonl`` with one JSON object per line, only ever appended to.
 
     Runs of different planners and options share the file and differ by their key; runs of another
-    problem are refused. A line cut off by a crash is skipped. One process at a time may open the
+    problem are refused. A line cut off by a crash, or with other values
+    than a run has, is skipped. One process at a time may open the
     file.
 
     Parameters
@@ -130,6 +132,25 @@ class RunStore:
                         f"The directory {str(self.path.parent)!r} holds runs of another problem; "
                         f"give another with --out, or remove {str(self.path)!r}."
                     )
+                _require_record(record)
                 self._records[record["key"], record["seed"]] = record
         if not line.endswith(b"\n"):
             self._file.write(b"\n")  # Ends the torn line.
+
+
+def _require_record(record: Record) -> None:
+    """Raise ValueError, KeyError or TypeError if a run lacks what reports say about it."""
+    history, spent = record["history"], record["history_evaluations"]
+    if not (isinstance(history, list) and isinstance(spent, list)):
+        raise TypeError("no history")
+    entries = [(number, best) for number, best, *_ in history]
+    numbers = [record[key] for key in ("fitness", "evaluations", "generations")]
+    numbers += [record["seconds"]["total"], *spent, *(best for _, best in entries)]
+    whole = [record["seed"], *(number for number, _ in entries)]
+    if not (
+        all(map(is_number, numbers))
+        and all(isinstance(number, int) for number in whole)
+        and isinstance(record["feasible"], bool)
+        and isinstance(record["key"], str)
+    ):
+        raise TypeError("no run")

@@ -15,7 +15,14 @@ from host.evaluation.jit import compiled
 from host.evaluation.laid_track import LaidTrack
 from host.evaluation.laying import is_impossible
 from host.evaluation.packed_zones import PackedZones
-from host.evaluation.strict import STACK_SHAPE, Required, extreme, is_near_end, is_off_map
+from host.evaluation.strict import (
+    STACK_SHAPE,
+    Required,
+    extreme,
+    is_near_end,
+    is_off_map,
+    track_point,
+)
 from host.evaluation.verdict import FUEL, THRUST
 from host.evaluation.zone_border import applies, holds, mark_border
 
@@ -141,9 +148,43 @@ def _inside(
     return count + 2
 
 
+@compiled
+def _meets(
+    pieces: Floats,
+    rows: int,
+    times: Floats,
+    packed: PackedZones,
+    zone: int,
+    marks: Floats,
+    places: Floats,
+) -> bool:
+    """Return whether a track is inside a zone anywhere; see :func:`within_zone`.
+
+    Most of many zones are met by none, and a loop of Python over the pieces of each would take
+    seconds.
+    """
+    for row in range(rows):
+        if pieces[row, fields.LENGTH] > 0.0:
+            count = _inside(pieces, row, times, packed, zone, marks, places)
+            for i in range(1, count):  # Sorted by insertion: most are two.
+                place, j = places[i], i
+                while j > 0 and places[j - 1] > place:
+                    places[j] = places[j - 1]
+                    j -= 1
+                places[j] = place
+            for i in range(count - 1):
+                along = 0.5 * (places[i] + places[i + 1]) * pieces[row, fields.RUN]
+                x, y, _, _ = track_point(pieces, row, along, 0.0)
+                if places[i + 1] > places[i] and holds(packed, zone, x, y):
+                    return True
+    return False
+
+
 def within_zone(track: LaidTrack, packed: PackedZones, zone: int) -> Iterator[Span]:
     """Yield the stretches of a track inside one of the packed zones with its margin."""
     marks, places = np.empty(packed.marks), np.empty(packed.marks + 2)
+    if not _meets(track.pieces, track.rows, track.times, packed, zone, marks, places):
+        return
     for row, start, length in _rows(track):
         count = _inside(track.pieces, row, track.times, packed, zone, marks, places)
         cuts = np.sort(places[:count]).tolist()

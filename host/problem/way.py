@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
+import operator
 from collections.abc import Sequence
 from typing import Any
 
+from host.errors import InputError
 from host.problem.ends import Point
 from host.problem.problem import Problem
 from host.terrain import Terrain
@@ -27,9 +30,16 @@ class WayProblem(Problem):
         Three points or more, x, y and altitude; the last may be the first.
     **options
         Those of :class:`Problem`.
+
+    Raises
+    ------
+    InputError
+        If two points that follow each other are the same, or as :class:`Problem` does.
     """
 
     def __init__(self, terrain: Terrain, way: Sequence[Point], **options: Any) -> None:
+        if any(itertools.starmap(operator.eq, itertools.pairwise(way))):
+            raise InputError("Two points of a mission that follow each other are the same.")
         object.__setattr__(self, "_way", tuple(way))
         super().__init__(terrain, way[0], way[-1], **options)
 

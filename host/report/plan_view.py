@@ -95,10 +95,13 @@ def draw(
     unit_m, unit = axis_unit(max(terrain.width_m, terrain.height_m))
     voids = _draw_land(axes, bar, problem, unit_m)
     margin_m = 0.0 if problem.rules is None else problem.rules.zone_margin_m
-    for zone in problem.zones:
-        axes.add_patch(zone_shapes.outline(zone, unit_m))
-        if margin_m:
-            zone_shapes.draw_margin(axes, zone, margin_m, unit_m)
+    if len(problem.zones) > zone_shapes.MANY:
+        axes.add_patch(zone_shapes.outline_of_all(problem.zones, unit_m))
+    else:
+        for zone in problem.zones:
+            axes.add_patch(zone_shapes.outline(zone, unit_m))
+            if margin_m:
+                zone_shapes.draw_margin(axes, zone, margin_m, unit_m)
 
     x, y = samples.x / unit_m, samples.y / unit_m
     axes.plot(

@@ -197,6 +197,8 @@ def _draw_zones(axes: Axes, along: NDArray[np.float64], problem: Problem, sample
     bottom, top = axes.get_ylim()
     for zone in problem.zones:
         inside = zone_shapes.covers(zone, samples.x, samples.y)
+        if not inside.any():
+            continue
         low = bottom if zone.lower_m is None else zone.lower_m
         high = top if zone.upper_m is None else zone.upper_m
         axes.fill_between(

@@ -325,4 +325,10 @@ def _placed(file: Path, terrain: Terrain, stated: dict[str, Any]) -> Terrain:
             f"{file}: crs must be the name of a reference system and origin two numbers, "
             f"not {crs!r} and {origin!r}."
         )
+    from host.terrain.geodesy import known_crs
+
+    try:
+        known_crs(crs)
+    except InputError as error:
+        raise InputError(f"{file}: {error}") from None
     return replace(terrain, crs=crs, origin=(east, north))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -17,9 +18,12 @@ from host.problem.zones import Circle, Polygon, Zone
 from host.report.palette import NOFLY
 
 
-__all__ = ["covers", "draw_margin", "middle", "outline", "text"]
+__all__ = ["MANY", "covers", "draw_margin", "middle", "outline", "outline_of_all", "text"]
 
 Floats = NDArray[np.float64]
+
+#: More zones are drawn together, without their margins: alone each takes some milliseconds.
+MANY = 200
 
 # Nodes along the longer side of a polygon with its margin: a node is a few pixels.
 _NODES = 256
@@ -27,15 +31,31 @@ _NODES = 256
 
 def outline(zone: Zone, unit_m: float) -> CirclePatch | PathPatch:
     """Return the patch of a zone on axes of ``unit_m`` metres per unit."""
-    style: dict[str, Any] = {
+    if isinstance(zone, Circle):
+        around = (zone.x_m / unit_m, zone.y_m / unit_m), zone.radius_m / unit_m
+        return CirclePatch(*around, linewidth=1.6, **_style())
+    return PathPatch(_path(zone, unit_m), linewidth=1.6, **_style())
+
+
+def outline_of_all(zones: Iterable[Zone], unit_m: float) -> PathPatch:
+    """Return one patch of many zones, with finer lines."""
+    paths = [_path(zone, unit_m) for zone in zones]
+    return PathPatch(Outline.make_compound_path(*paths), linewidth=0.6, **_style())
+
+
+def _style() -> dict[str, Any]:
+    return {
         "facecolor": (*to_rgb(NOFLY), 0.28),
         "edgecolor": NOFLY,
-        "linewidth": 1.6,
         "hatch": "///",
         "zorder": 4,
     }
+
+
+def _path(zone: Zone, unit_m: float) -> Outline:
+    """Return the outline of a zone."""
     if isinstance(zone, Circle):
-        return CirclePatch((zone.x_m / unit_m, zone.y_m / unit_m), zone.radius_m / unit_m, **style)
+        return Outline.circle((zone.x_m / unit_m, zone.y_m / unit_m), zone.radius_m / unit_m)
     assert isinstance(zone, Polygon)
     corners: list[tuple[float, float]] = []
     codes: list[Any] = []
@@ -44,7 +64,7 @@ def outline(zone: Zone, unit_m: float) -> CirclePatch | PathPatch:
     for ring in rings:
         corners += [(x / unit_m, y / unit_m) for x, y in (*ring, ring[0])]
         codes += [Outline.MOVETO, *[Outline.LINETO] * (len(ring) - 1), Outline.CLOSEPOLY]
-    return PathPatch(Outline(corners, codes), **style)
+    return Outline(corners, codes)
 
 
 def draw_margin(axes: Axes, zone: Zone, margin_m: float, unit_m: float) -> None:

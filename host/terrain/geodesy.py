@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+import rasterio
 from numpy.typing import NDArray
 from rasterio._err import CPLE_BaseError  # GDAL's errors; no public module has them.
 from rasterio.crs import CRS
@@ -17,7 +18,16 @@ from rasterio.warp import transform as warp_transform
 from host.errors import InputError
 
 
-__all__ = ["WGS84", "LocalFrame", "crs_name", "local_crs", "transform", "unit_m", "utm_zone"]
+__all__ = [
+    "WGS84",
+    "LocalFrame",
+    "crs_name",
+    "known_crs",
+    "local_crs",
+    "transform",
+    "unit_m",
+    "utm_zone",
+]
 
 Floats = NDArray[np.float64]
 
@@ -60,11 +70,32 @@ def local_crs(lat: float, lon: float) -> str:
 
 
 @lru_cache(maxsize=64)
+def known_crs(text: str) -> CRS:
+    """Return a reference system by its name, its WKT or its PROJ string.
+
+    Raises
+    ------
+    InputError
+        If there is none such.
+    """
+    try:
+        # In an environment GDAL raises its errors, instead of printing some of them.
+        with rasterio.Env():
+            crs = CRS.from_user_input(text)
+            crs.to_wkt()
+    except (RasterioError, CRSError, CPLE_BaseError, ValueError):
+        raise InputError(
+            f"{text[:60]!r} is no coordinate reference system; give EPSG:CODE or WKT."
+        ) from None
+    return crs
+
+
+@lru_cache(maxsize=64)
 def unit_m(crs: str) -> float:
     """Return the metres per linear unit of a projected reference system; 1 without such a unit."""
     try:
-        return float(CRS.from_user_input(crs).linear_units_factor[1])
-    except CRSError:
+        return float(known_crs(crs).linear_units_factor[1])
+    except (InputError, CRSError):
         return 1.0
 
 
@@ -153,5 +184,5 @@ def _warn_if_approximate(crs: str) -> None:
 
 
 def _datum(crs: str) -> str:
-    found = re.search(r'(?:DATUM|ENSEMBLE)\["([^"]+)"', CRS.from_user_input(crs).to_wkt())
+    found = re.search(r'(?:DATUM|ENSEMBLE)\["([^"]+)"', known_crs(crs).to_wkt())
     return found.group(1).replace("_", " ") if found else "unknown"

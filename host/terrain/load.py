@@ -194,7 +194,15 @@ def _place(
             f"{path}: 'crs' must be the name of a reference system and 'origin' the easting and "
             "northing of the south-west node in it; write both or neither."
         )
-    return str(crs.item()), (float(origin[0]), float(origin[1]))
+    name = str(crs.item())
+    try:
+        # Loads GDAL, which a grid without a place does not need.
+        from host.terrain.geodesy import known_crs
+
+        known_crs(name)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    return name, (float(origin[0]), float(origin[1]))
 
 
 def _load_npy(

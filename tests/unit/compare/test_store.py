@@ -15,7 +15,15 @@ from host.problem.zones import Circle
 from tools.faults.disk import FaultyDisk, Killed
 
 
-RECORD = {"fitness": 1.25, "history": [[0, 1.25, 1.0]]}
+RECORD = {
+    "fitness": 1.25,
+    "feasible": True,
+    "generations": 0,
+    "evaluations": 32,
+    "seconds": {"total": 0.5},
+    "history": [[0, 1.25, 1.0]],
+    "history_evaluations": [32],
+}
 
 
 @pytest.fixture
@@ -144,3 +152,33 @@ def test_digest_of_a_problem_covers_exactly_the_fitness(problem):
     assert len(digests | {problem_digest(problem)}) == len(changes) + 1
     renamed = dataclasses.replace(terrain, name="other", source="elsewhere")
     assert problem_digest(dataclasses.replace(problem, terrain=renamed)) == problem_digest(problem)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        *({key: None} for key in RECORD),
+        {"fitness": "1.25"},
+        {"fitness": float("nan")},
+        {"feasible": 1},
+        {"evaluations": 10**400},
+        {"seconds": {"total": []}},
+        {"history": [[0]]},
+        {"history": [["0", 1.25, 1.0]]},
+        {"history": {"0": 1.25}},
+        {"history_evaluations": [True]},
+        {"key": []},
+        {"seed": "3"},
+    ],
+    ids=str,
+)
+def test_a_line_of_other_values_is_skipped(tmp_path, entrant, changes):
+    """The run is done again, as that of a torn line."""
+    with RunStore(tmp_path, "p") as store:
+        line = store.add(entrant, 3, RECORD)
+    store.path.write_text(json.dumps({**line, **changes}) + "\n" + "[" * 10_000 + "\n")
+    with RunStore(tmp_path, "p") as store:
+        assert store.get(entrant, 3) is None
+        store.add(entrant, 3, RECORD)
+    with RunStore(tmp_path, "p") as store:
+        assert store.get(entrant, 3) == line

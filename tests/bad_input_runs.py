@@ -20,8 +20,9 @@ from itertools import islice
 from pathlib import Path
 
 from host.cli import main
-from tests.bad_inputs import CHECK, cases, write_base
-from tests.bad_options import Case
+from tests.bad_inputs import cases
+from tests.bad_options import CHECK, Case
+from tests.good_inputs import write_base
 
 
 __all__ = ["End", "fault", "run"]

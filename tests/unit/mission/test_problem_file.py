@@ -250,7 +250,9 @@ polygon = [[2000, 2000], [2100, 2000], [2100, 2100]]
         ("[aircraft]\nfile = 'x.toml'\nname = 'y'",
          "[aircraft] with a file must have no other key."),
         ("[terrain", "not valid TOML: "),
-        ("a = " + "[" * 3000 + "]" * 3000, "not valid TOML: tables or arrays are nested too deeply."),
+        ("a = " + "[" * 3000 + "]" * 3000,
+         "not valid TOML: tables or arrays are nested too deeply."),
+        ("a = 0x" + "f" * 5000, "not valid TOML: an integer has more than 64 bits."),
     ],
 )  # fmt: skip
 def test_refuses_bad_files(written, text, sentence):

@@ -62,7 +62,7 @@ def in_processes(
     Raises
     ------
     JobError
-        If processes die again and again.
+        If processes die again and again, or none can be started.
     """
     threads = max(1, available_cores() // jobs)
     if jobs == 1:
@@ -94,7 +94,15 @@ def _pool(jobs: int, *arguments: Any) -> Iterator[ProcessPoolExecutor]:
     """Start processes that begin with ``arguments``; kill them if an exception leaves the block."""
     # Spawned: a fork would copy the locks of threads that it does not copy.
     with interrupts.held():  # The tracker of its semaphores never sees Ctrl-C either.
-        pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), _begin, arguments)
+        try:
+            context = multiprocessing.get_context("spawn")
+            pool = ProcessPoolExecutor(jobs, context, _begin, arguments)
+        except OSError as error:
+            # Its semaphores are files in /dev/shm.
+            raise JobError(
+                f"No processes can be started here ({error.strerror or error}); give --jobs 1, or "
+                "make /dev/shm writable."
+            ) from None
     try:
         with ending_children():
             yield pool

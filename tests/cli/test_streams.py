@@ -10,6 +10,7 @@ import stat
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from .conftest import ENDS, ROOT
@@ -245,3 +246,68 @@ def test_a_slow_reader_gets_the_sentence(stalled):
             assert select.select([reader], [], [], 60)[0], read[-200:]
             read += os.read(reader, 4096)
         assert process.wait(timeout=60) == 2
+
+
+# Every command that has not been run above, and a file that it writes.
+COMMANDS = {
+    "problem new": (("problem", "new", "{out}/new.toml"), "new.toml"),
+    "problem check": (("problem", "check", "{problem}"), None),
+    "batch": (
+        ("batch", "{problem}", "--jobs", "1", "--no-picture", "--out", "{out}"),
+        "batch.json",
+    ),
+    "check": (("check", "--terrain", "{hills}", "--path", "{path}"), None),
+    "diagnose": (("diagnose", "{problem}", "--out", "{out}"), "diagnosis.json"),
+    "export": (("export", "{summary}", "--write", "geojson", "--out", "{out}"), "path.geojson"),
+    "fly": (("fly", "{summary}", "--out", "{out}"), "flight.json"),
+    "feasible": (("feasible", "--map", "{map}", "--path", "{cells}"), None),
+    "board info": (("board", "info"), None),
+    "terrain list": (("terrain", "list"), None),
+    "terrain info": (("terrain", "info", "{hills}"), None),
+    "terrain synth": (("terrain", "synth", "river", "--out", "{out}/river.npz"), "river.npz"),
+    "verilog": (("verilog", "--top", "uart", "--out", "{out}/uart.v"), "uart.v"),
+}
+
+
+@pytest.fixture(scope="module")
+def inputs(hills, pathgene, tmp_path_factory):
+    """Names of good files, one of each kind that a command reads."""
+    folder = tmp_path_factory.mktemp("inputs")
+    ends = ("--terrain", hills, "--start", "500,500,500", "--goal", "5500,3500,500")
+    planned = ("--planner", "astar", "--no-picture", "--out", folder)
+    problem = folder / "problem.toml"
+    assert pathgene("plan", *ends, *planned, "--save-problem", problem).returncode == 0
+    (folder / "path.csv").write_text("x,y,z\n500,500,500\n5500,3500,500\n")
+    np.save(folder / "map.npy", np.zeros((32, 32), np.int64))
+    (folder / "cells.csv").write_text("x,y,z\n1,1,5\n20,20,5\n")
+    return {
+        "hills": hills,
+        "problem": problem,
+        "summary": folder / "summary.json",
+        "path": folder / "path.csv",
+        "map": folder / "map.npy",
+        "cells": folder / "cells.csv",
+    }
+
+
+LOST = (">&- 2>&-", ">full 2>full", ">broken 2>broken", ">broken")
+
+
+@pytest.mark.parametrize(
+    ("name", "redirection"),
+    [
+        # Each command with one of them, in turn; all of them take minutes.
+        pytest.param(name, lost, marks=pytest.mark.ci if (i + j) % 4 == 0 else pytest.mark.long)
+        for i, name in enumerate(COMMANDS)
+        for j, lost in enumerate(LOST)
+    ],
+)
+def test_every_command_without_its_output(redirected, inputs, tmp_path, name, redirection):
+    """The job is done, its file is there, and the status tells that the output is lost."""
+    arguments, file = COMMANDS[name]
+    given = [argument.format(**inputs, out=tmp_path) for argument in arguments]
+    done = redirected(redirection, *given)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert "Traceback" not in done.stderr
+    assert "rror" not in done.stderr
+    assert file is None or (tmp_path / file).stat().st_size > 0

@@ -1,6 +1,8 @@
 """Runs in several processes, some of which die."""
 
+import errno
 import multiprocessing
+import multiprocessing.synchronize
 import sys
 
 import pytest
@@ -120,3 +122,18 @@ def test_a_lost_worker_loses_no_run(problem, entrants, distributed):
         worker.kill()
     assert found([first, *outcomes]) == found(run_in_processes(problem, tasks, 1))
     assert not new_children(before)
+
+
+def test_a_machine_without_semaphores(problem, entrants, monkeypatch):
+    """As where /dev/shm is read-only."""
+
+    def refuse(*_arguments, **_options):
+        raise OSError(errno.EROFS, "Read-only file system")
+
+    monkeypatch.setattr(multiprocessing.synchronize._multiprocessing, "SemLock", refuse)
+    with pytest.raises(JobError) as caught:
+        list(run_in_processes(problem, tasks_of(entrants, range(2)), 2))
+    assert str(caught.value) == (
+        "No processes can be started here (Read-only file system); give --jobs 1, or make "
+        "/dev/shm writable."
+    )

@@ -112,7 +112,8 @@ def fault(case: Case, end: End) -> str | None:
         return f"status {end.status}"
     if any(word in end.error for word in ("Internal error", "Traceback", "internal error")):
         return "an internal error"
-    if end.status == 2 and len(lines) != 1:
+    # A batch tells of each bad problem, and how far it is.
+    if end.status == 2 and len(lines) != 1 and case.arguments[0] != "batch":
         return f"{len(lines)} lines"
     if end.status and not (lines and lines[-1].startswith("pathgene: ")):
         return "no sentence"

@@ -132,6 +132,7 @@ def refused(capsys, *arguments):
         ),
         ([*ENDS, "--uav", "kite"], "There is no UAV 'kite'; give one of "),
         ([*ENDS, "--wind", "-30,0"], "A wind of 30 m/s is not below the airspeed of "),
+        ([*ENDS, "--ds=--"], "Argument --ds: must have a value, not '--'; see pathgene --help."),
         ([*ENDS, "--ds", "-1"], "The sampling step must be a positive number of metres, not -1."),
         ([*ENDS, "--ds", "nan"], "The sampling step must be a positive number of metres, not nan."),
         (

@@ -177,6 +177,13 @@ def test_dictionary_round_trip(name):
                 r"not 'x'\.$"
             ),
         ),
+        *(
+            (
+                TOML.replace("weight_N = 100", f"weight_N = {value}"),
+                rf"^UAV 'Mine': weight_N must be from 1e-12 to 1e\+12, not {shown}\.$",
+            )
+            for value, shown in (("1e-320", "9.99989e-321"), ("1e13", r"1e\+13"))
+        ),
         (TOML.replace('"Mine"', '" "'), r"^UAV name must be a non-empty text, not ' '\.$"),
     ],
 )

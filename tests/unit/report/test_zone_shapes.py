@@ -75,3 +75,9 @@ def test_a_hole_that_is_wider_than_two_margins_has_its_own_line():
 def test_the_margin_of_a_circle():
     (line,) = margin_lines(Circle(500.0, 400.0, 200.0), 25.0, 1000.0)
     assert np.ptp(line, axis=0) == pytest.approx(450, rel=0.01)
+
+
+def test_many_zones_are_one_patch():
+    zones = [Circle(100.0 * i, 0.0, 30.0) for i in range(50)] + [Polygon(SQUARE, (HOLE,))]
+    extents = zone_shapes.outline_of_all(zones, 10.0).get_path().get_extents()
+    np.testing.assert_allclose(extents.get_points(), [[-3, -3], [493, 3]], atol=1e-6)

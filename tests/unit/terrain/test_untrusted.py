@@ -139,3 +139,15 @@ def test_damaged_archives(tmp_path):
             except InputError as error:
                 said.add(str(error))
     assert f"{file}: cannot be read as a numpy archive; write it with numpy.savez." in said
+
+
+@pytest.mark.parametrize("crs", ["PROJCS[", "GEOGCS[]", "EPSG:999999", "", "+proj=utm +zone=99"])
+def test_a_reference_system_that_is_none(tmp_path, capfd, crs):
+    """GDAL prints nothing about it."""
+    elevation = io.BytesIO()
+    np.save(elevation, np.zeros((3, 3)))
+    file = archive(tmp_path / "x.npz", elevation.getvalue(), crs=crs, origin=(1.0, 2.0))
+    assert refusal(file) == (
+        f"{file}: {crs!r} is no coordinate reference system; give EPSG:CODE or WKT."
+    )
+    assert capfd.readouterr() == ("", "")

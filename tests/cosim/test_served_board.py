@@ -288,7 +288,7 @@ def test_a_board_that_others_reach_is_announced(where, warning):
         with open_board(url) as client:
             assert client.config == SMALL
         server.send_signal(signal.SIGINT)
-        assert server.wait(10) == 0
+        assert server.wait(10) == 128 + signal.SIGINT
     sentence = f"pathgene: Anybody who reaches {warning} can use this board, which asks for no "
     assert [note[: len(sentence)] for note in notes] == ([sentence] if warning else [])
 

@@ -15,7 +15,6 @@ from hdl.config import Config
 from hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, StickyError, codec, info_reply
 from hdl.protocol.codec import Frame, FrameError
 from host.compare.store import RunStore
-from host.device.chip import Chip
 from host.device.link import Link, LinkError, LinkTimeoutError
 from host.device.map_copy import MapCopy
 from host.device.window import Request
@@ -121,40 +120,6 @@ def _map_known_before_it_is_acknowledged() -> Patch:
     return mock.patch.object(MapCopy, "upload", upload)
 
 
-def _zone_known_before_it_is_acknowledged() -> Patch:
-    """The corners of a zone count as drawn although the chip did not answer."""
-    usual = MapCopy.blocking
-
-    @contextlib.contextmanager
-    def blocking(self: MapCopy, shape: Any) -> Iterator[None]:
-        before = self._heights.copy()
-        try:
-            with usual(self, shape):
-                yield
-        except BaseException:
-            self._heights = before
-            raise
-
-    return mock.patch.object(MapCopy, "blocking", blocking)
-
-
-def _population_kept_after_an_error() -> Patch:
-    """The host's copy of the population outlives a generation that failed."""
-    usual = Chip.load
-
-    def load(self: Chip, paths: Sequence[Sequence[int]], slot: int = 0) -> None:
-        if self._paths == [list(path) for path in paths]:
-            return
-        before = self._paths
-        try:
-            usual(self, paths, slot)
-        except BaseException:
-            self._paths = [list(path) for path in paths] if before is None else before
-            raise
-
-    return mock.patch.object(Chip, "load", load)
-
-
 def _no_limit_of_silence() -> Patch:
     """The link sends again without end."""
     usual = Link.__init__
@@ -241,8 +206,6 @@ PLANTED: dict[str, Callable[[], Patch]] = {
         _board_taken_back_in_silence,
         _map_believed_after_a_reset,
         _map_known_before_it_is_acknowledged,
-        _zone_known_before_it_is_acknowledged,
-        _population_kept_after_an_error,
         _no_limit_of_silence,
         _command_repeated_by_the_chip,
         _file_written_in_its_place,

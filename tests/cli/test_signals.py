@@ -11,7 +11,7 @@ import pytest
 
 from host.cli import main
 
-from .conftest import ENDS, ROOT
+from .conftest import ENDS, ROOT, wait_for
 
 
 FILES = ["path.geojson", "path.png", "summary.json", "terrain.npz"]
@@ -49,7 +49,7 @@ def plan(hills, out, *options, **more):
         *options,
         **more,
     )
-    assert process.stderr.readline().startswith("generation 0/")
+    wait_for(process, "generation 0/")
     return process
 
 
@@ -130,7 +130,7 @@ def test_a_plan_under_nohup_outlives_its_terminal(hills, tmp_path):
 @pytest.mark.ci
 def test_auv_is_written_after_a_signal(tmp_path):
     with started("auv", "--generations", MANY, "--out", tmp_path, "--json") as process:
-        assert process.stderr.readline().startswith("generation 1/")
+        wait_for(process, "generation 1/")
         process.send_signal(signal.SIGTERM)
         output, error = process.communicate(timeout=60)
     assert process.returncode == 128 + signal.SIGTERM

@@ -55,6 +55,8 @@ class DiskJudge(Judge):
                 death = case.death_after if is_first else None
                 end = _attempt(session, folder, number, disk, signal_at, death)
                 if disk.failed and fault is not None:
+                    if fault.kill:
+                        end = "killed"  # Whatever came after it: Ctrl-C, held back until then.
                     name = "disk: killed" if fault.kill else f"disk: {errno.errorcode[fault.error]}"
                     verdict.faults[name] += 1
                 if end != "done":

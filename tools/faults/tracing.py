@@ -36,8 +36,13 @@ def signalled(at: int | None, packages: tuple[str, ...]) -> Iterator[None]:
         if next(left, None) == 0:
             signal.raise_signal(signal.SIGINT)
 
-    with _traced(count, packages):
-        yield
+    # A process in the background may have been started deaf to Ctrl-C.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with _traced(count, packages):
+            yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 @contextlib.contextmanager

@@ -91,8 +91,9 @@ def _attempt(
             session.attempt(folder, number, death)
     except Killed:
         return "killed"
-    except KeyboardInterrupt:
-        return "interrupted"
+    except KeyboardInterrupt as error:
+        # Held back until the files were given up.
+        return "not put back" if "put back" in str(error.__context__) else "interrupted"
     except (InputError, JobError) as error:
         if not disk.failed:
             raise

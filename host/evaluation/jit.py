@@ -64,7 +64,7 @@ def _compiled(function: _Function, *, inline: bool, counted: bool = False) -> _F
     return cast(_Function, dispatcher)
 
 
-class _CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]
+class _CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]  # numba has no types.
     """The files in which numba keeps a kernel; one that is damaged is as good as none.
 
     numba itself would fail for ever at a torn file, and run the code of an altered one.

@@ -82,7 +82,7 @@ def run_tool(
         raise JobError(f"{what} needs {command[0]}, which is not an installed program.")
     guarded, held = os.pipe()
     try:
-        # A group of its own, which no Ctrl-C reaches but ours.
+        # A new process group, so that Ctrl-C on the terminal does not reach the tool.
         process = subprocess.Popen(
             ["/bin/sh", "-c", _GUARD, "sh", program, *map(str, command[1:])],
             cwd=cwd,

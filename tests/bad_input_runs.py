@@ -35,7 +35,7 @@ _DEADLINE_S = 180.0
 
 @dataclass(frozen=True)
 class End:
-    """How a case ended.
+    """End of a case.
 
     Parameters
     ----------

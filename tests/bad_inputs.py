@@ -1,6 +1,6 @@
 """Bad inputs of the command line, made at random from good ones: damaged files and odd options.
 
-A case is a command line and the files beside it. Its files are made in a folder of its own; the
+A case is a command line and the files beside it. Its files are made in a new folder; the
 good files that it refers to stand in ``../base`` (:mod:`tests.good_inputs`).
 """
 

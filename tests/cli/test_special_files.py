@@ -1,4 +1,4 @@
-"""What is no regular file is written to and stays, whichever command writes."""
+"""Every command writes to devices, FIFOs and sockets, and never replaces them."""
 
 import json
 import socket

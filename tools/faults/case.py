@@ -24,7 +24,7 @@ _SESSIONS_BEFORE = (0, 0, 0, 1, 254, 255)
 
 @dataclass(frozen=True)
 class Extent:
-    """How long a session is without faults.
+    """Extent of a session without faults.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class Extent:
 
 @dataclass(frozen=True)
 class DiskExtent:
-    """How long a session that writes files is without faults.
+    """Extent, without faults, of a session that writes files.
 
     Parameters
     ----------

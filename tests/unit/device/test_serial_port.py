@@ -146,7 +146,7 @@ def test_rfc2217_ends_its_writes_by_itself():
 
 
 class _Connection:
-    """What serial.rfc2217.PortManager writes its answers to."""
+    """The stream to which serial.rfc2217.PortManager writes its answers."""
 
     def __init__(self, peer):
         self._peer = peer

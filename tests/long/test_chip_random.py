@@ -1,8 +1,8 @@
 """Random problems over real ground: where astar finds a path, the planner on the chip does, too."""
 
-import itertools
-from collections import Counter
+from dataclasses import dataclass
 from functools import cache
+from multiprocessing import get_context
 
 import numpy as np
 import pytest
@@ -63,36 +63,54 @@ def random_problem(rng):
         return None
 
 
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a problem: whether the chip alone, and whether astar, has a path."""
+
+    case: int
+    blocked: bool
+    alone: bool
+    found: bool
+    solvable: bool
+
+
+def plan_a_case(case):
+    """Return the outcome of a random problem, with the oracle's consent; None if it is refused."""
+    evaluator = random_problem(np.random.default_rng((2026, case)))
+    if evaluator is None:
+        return None
+    flight = evaluator.problem
+    straight = evaluator.evaluate(np.array([flight.start, flight.goal]))
+    plan = Search("ga-chip", chip_ms=CHIP_MS, seed=case, fallback="astar").run(evaluator)
+    # Feasible is the strict rule's word, on the path that is reported.
+    assert plan.evaluation == evaluator.evaluate(plan.path), case
+    assert plan.evaluation.feasible or plan.reason is not None, case
+    # So does an oracle of dense samples, which shares no code with that rule.
+    if plan.evaluation.feasible:
+        assert not examine(flight, plan.path).rejected, case
+    return Outcome(
+        case,
+        blocked=straight.distance_under_terrain_m > 0 or straight.distance_in_nofly_m > 0,
+        alone=plan.evaluation.feasible and plan.fallback is None,
+        found=plan.evaluation.feasible,
+        solvable=make("astar").plan(evaluator, Options(generations=40)).evaluation.feasible,
+    )
+
+
 @pytest.mark.long
 def test_wherever_astar_finds_a_path_the_chip_plans_one_too():
-    """Takes about 20 minutes on one core."""
-    counts = Counter()
-    for case in itertools.count():
-        evaluator = random_problem(np.random.default_rng((2026, case)))
-        if evaluator is None:
-            continue
-        counts["problems"] += 1
-        flight = evaluator.problem
-        straight = evaluator.evaluate(np.array([flight.start, flight.goal]))
-        blocked = straight.distance_under_terrain_m > 0 or straight.distance_in_nofly_m > 0
-        search = Search("ga-chip", chip_ms=CHIP_MS, seed=case, fallback="astar")
-        plan = search.run(evaluator)
-        alone = plan.evaluation.feasible and plan.fallback is None
-        counts["alone"] += alone
-        # Feasible is the strict rule's word, on the path that is reported.
-        assert plan.evaluation == evaluator.evaluate(plan.path)
-        assert plan.evaluation.feasible or plan.reason is not None
-        # So does an oracle of dense samples, which shares no code with that rule.
-        if plan.evaluation.feasible:
-            assert not examine(flight, plan.path).rejected, case
-        if make("astar").plan(evaluator, Options(generations=40)).evaluation.feasible:
-            counts["solvable"] += 1
-            counts["blocked of these"] += blocked
-            counts["alone of these"] += alone
-            assert plan.evaluation.feasible, case
-        if counts["problems"] == PROBLEMS:
-            break
-    assert counts["solvable"] >= 700
-    assert counts["blocked of these"] >= 500
-    print(dict(counts))
-    assert counts["alone of these"] >= 0.98 * counts["solvable"], counts
+    """Takes about an hour on two cores."""
+    outcomes = []
+    with get_context("spawn").Pool() as pool:
+        for outcome in pool.imap(plan_a_case, range(5 * PROBLEMS)):
+            if outcome is not None:
+                outcomes.append(outcome)
+                print(len(outcomes), outcome, flush=True)
+            if len(outcomes) == PROBLEMS:
+                break
+    assert len(outcomes) == PROBLEMS
+    solvable = [outcome for outcome in outcomes if outcome.solvable]
+    assert len(solvable) >= 700
+    assert sum(outcome.blocked for outcome in solvable) >= 500
+    assert all(outcome.found for outcome in solvable)
+    assert sum(outcome.alone for outcome in solvable) >= 0.98 * len(solvable)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +41,8 @@ _BELOW_ENDS_M = 0.005
 # Places on the rim of the corridor around an end, and what they may miss of its highest surface.
 _RIM_PLACES = 3600
 _RIM_SLACK_M = 1e-3
+# Places of a terrain whose surroundings are remembered.
+_MOST_PLACES = 64
 
 
 def surface_below(terrain: Terrain, x: Floats, y: Floats) -> Floats:
@@ -48,16 +51,20 @@ def surface_below(terrain: Terrain, x: Floats, y: Floats) -> Floats:
     Off the map the nearest point of its edge stands in.
     """
     rows, columns = terrain.shape
-    heights = np.where(np.isnan(terrain.elevation), _VOID_M, terrain.elevation)
+
+    def height(row: NDArray[np.integer], column: NDArray[np.integer]) -> Floats:
+        heights: Floats = terrain.elevation[row, column]
+        return np.where(np.isnan(heights), _VOID_M, heights)
+
     gx = np.clip(x / terrain.dx_m, 0, columns - 1)
     gy = np.clip(y / terrain.dy_m, 0, rows - 1)
     column = np.minimum(gx.astype(np.intp), columns - 2)
     row = np.minimum(gy.astype(np.intp), rows - 2)
     east, north = gx - column, gy - row
-    below = (1 - east) * heights[row, column] + east * heights[row, column + 1]
-    above = (1 - east) * heights[row + 1, column] + east * heights[row + 1, column + 1]
+    below = (1 - east) * height(row, column) + east * height(row, column + 1)
+    above = (1 - east) * height(row + 1, column) + east * height(row + 1, column + 1)
     between = (1 - north) * below + north * above
-    highest = np.maximum(between, heights[terrain.nearest_nodes(x, y)])
+    highest = np.maximum(between, height(*terrain.nearest_nodes(x, y)))
     return np.where(highest > _ANY_VOID_M, np.inf, highest)
 
 
@@ -78,7 +85,8 @@ class Demand:
         Height of start and goal over the surface below.
     heights_beside_m : (float, float)
         The same over the highest surface within the corridor around; at least less its width, as a
-        cliff beside an end is no excuse for the path.
+        cliff beside an end is no excuse for the path. Where it is above the clearance, the
+        corridor may be taken for wider.
     slopes : (float, float)
         Growth of the demand by distance from start and goal.
     ends : ((float, float, float), (float, float, float))
@@ -96,8 +104,12 @@ class Demand:
         """Return the demand of a flight."""
         ends = np.array([start, goal])
         below = surface_below(terrain, ends[:, 0], ends[:, 1])
+        around = _around(terrain, rules.corridor_m)
         beside = np.array(
-            [_highest_within(terrain, x, y, rules.corridor_m) for x, y, _ in ends.tolist()]
+            [
+                around.highest_within(terrain, x, y, z - rules.clearance_m)
+                for x, y, z in ends.tolist()
+            ]
         )
         # An end beside a void is itself too low, but what it lacks is no excuse for the path.
         heights, heights_beside = (
@@ -262,29 +274,122 @@ def _floor(
     corridor_m: float,
 ) -> Floats:
     """Return the surface around each node plus the demanded clearance, NaN near voids."""
-    rows, columns = terrain.shape
-    x: Floats = np.arange(columns, dtype=np.float64)[None, :] * terrain.dx_m
-    y: Floats = np.arange(rows, dtype=np.float64)[:, None] * terrain.dy_m
+    highest = _around(terrain, corridor_m).nodes
+    floor = highest + demand.clearance_m
     half_diagonal = 0.5 * math.hypot(terrain.dx_m, terrain.dy_m)
-    heights = np.where(terrain.voids, _VOID_M, terrain.elevation)
-    required = demand.required_m(x, y, -half_diagonal, beside=True)
-    floor: Floats = _highest_around(heights, terrain, corridor_m) + required
+    # Less is demanded near the ends alone.
+    windows = [
+        _window(terrain, at, reach + 2 * half_diagonal)
+        for at, reach in zip(demand.ends, _reaches_m(demand, half_diagonal), strict=True)
+    ]
+    for rows, columns in windows:
+        x, y = _places(terrain, rows, columns)
+        required = demand.required_m(x, y, -half_diagonal, beside=True)
+        floor[rows, columns] = highest[rows, columns] + required
     # At the ends a node demands no more than the aircraft can climb from there.
-    for (at_x, at_y, z), slope, height in zip(
-        demand.ends, demand.slopes, demand.heights_beside_m, strict=True
+    for (rows, columns), (at_x, at_y, z), slope, height in zip(
+        windows, demand.ends, demand.slopes, demand.heights_beside_m, strict=True
     ):
+        x, y = _places(terrain, rows, columns)
+        there = floor[rows, columns]
         away = np.maximum(np.hypot(x - at_x, y - at_y) - half_diagonal, 0.0)
         # The raster asks for more than the rule where the ground rises from node to node.
         ramp_m = (max(demand.clearance_m - height, 0.0) + demand.clearance_m) / slope
         near = away <= _CELLS_AT_ENDS * half_diagonal + ramp_m
-        least = heights + demand.required_m(x, y, half_diagonal)
+        heights = terrain.elevation[rows, columns]
+        least = np.where(np.isnan(heights), _VOID_M, heights)
+        least = least + demand.required_m(x, y, half_diagonal)
         steepest = _SHARE_OF_CLIMB * 2.0 * slope
-        eased = np.maximum(least, np.minimum(floor, z + steepest * away))
+        eased = np.maximum(least, np.minimum(there, z + steepest * away))
         eased = np.minimum(eased, np.where(away == 0, z - _BELOW_ENDS_M, np.inf))
         # A void is not eased, unless the end itself is beside it.
-        near &= (floor < _ANY_VOID_M) | (away <= _CELLS_AT_ENDS * half_diagonal)
-        floor = np.where(near, eased, floor)
+        near &= (there < _ANY_VOID_M) | (away <= _CELLS_AT_ENDS * half_diagonal)
+        floor[rows, columns] = np.where(near, eased, there)
     return np.where(floor > _ANY_VOID_M, np.nan, floor)
+
+
+def _reaches_m(demand: Demand, half_diagonal: float) -> tuple[float, float]:
+    """Return the distances from start and goal beyond which they change nothing."""
+    start, goal = (
+        max(_CELLS_AT_ENDS * half_diagonal, 2 * half_diagonal)
+        + (max(demand.clearance_m - height, 0.0) + demand.clearance_m) / slope
+        for height, slope in zip(
+            np.minimum(demand.heights_m, demand.heights_beside_m).tolist(),
+            demand.slopes,
+            strict=True,
+        )
+    )
+    return start, goal
+
+
+def _window(terrain: Terrain, at: Point, reach_m: float) -> tuple[slice, slice]:
+    """Return rows and columns of the nodes within a distance of a point in both axes."""
+    (rows, columns), (x, y, _) = terrain.shape, at
+    south, west = (
+        max(math.floor((middle - reach_m) / side), 0)
+        for middle, side in ((y, terrain.dy_m), (x, terrain.dx_m))
+    )
+    north, east = (
+        min(math.ceil((middle + reach_m) / side) + 1, count)
+        for middle, side, count in ((y, terrain.dy_m, rows), (x, terrain.dx_m, columns))
+    )
+    return slice(south, north), slice(west, east)
+
+
+def _places(terrain: Terrain, rows: slice, columns: slice) -> tuple[Floats, Floats]:
+    """Return x of the columns, (1, n), and y of the rows, (m, 1), metres."""
+    x = np.arange(columns.start, columns.stop, dtype=np.float64)[None, :] * terrain.dx_m
+    y = np.arange(rows.start, rows.stop, dtype=np.float64)[:, None] * terrain.dy_m
+    return x, y
+
+
+class _Around:
+    """The highest surface around places of a terrain, computed once: a changed problem asks again.
+
+    Parameters
+    ----------
+    terrain : Terrain
+        The ground.
+    corridor_m : float
+        How far around.
+
+    Attributes
+    ----------
+    nodes : (ny, nx) float64, metres
+        See :func:`_highest_around`; do not write to it.
+    """
+
+    def __init__(self, terrain: Terrain, corridor_m: float) -> None:
+        self.corridor_m = corridor_m
+        # No reference to the terrain: it is the key under which this is kept.
+        heights = np.where(terrain.voids, _VOID_M, terrain.elevation)
+        self.nodes = _highest_around(heights, terrain, corridor_m)
+        self._within: dict[tuple[float, float], float] = {}
+
+    def highest_within(self, terrain: Terrain, x: float, y: float, enough_m: float) -> float:
+        """Return the highest surface around a point, metres; infinite near a void.
+
+        Where the square of the nearest node has none above ``enough_m``, its highest stands in.
+        """
+        nearest = float(self.nodes[terrain.nearest_nodes(x, y)])
+        if nearest <= enough_m:
+            return nearest
+        if (x, y) not in self._within:
+            if len(self._within) >= _MOST_PLACES:
+                self._within.clear()
+            self._within[x, y] = _highest_within(terrain, x, y, self.corridor_m)
+        return self._within[x, y]
+
+
+# The surroundings by the latest corridor of each terrain.
+_AROUND: WeakKeyDictionary[Terrain, _Around] = WeakKeyDictionary()
+
+
+def _around(terrain: Terrain, corridor_m: float) -> _Around:
+    known = _AROUND.get(terrain)
+    if known is None or known.corridor_m != corridor_m:
+        known = _AROUND[terrain] = _Around(terrain, corridor_m)
+    return known
 
 
 def _highest_around(heights: Floats, terrain: Terrain, corridor_m: float) -> Floats:

@@ -134,8 +134,12 @@ class Plan:
         zones: Iterable[Zone] = (),
         start: Sequence[float] | None = None,
         heading: float | None = None,
+        *,
+        gone: Iterable[Zone] = (),
+        goal: Sequence[float] | None = None,
+        wind: Sequence[float] | None = None,
     ) -> Plan:
-        """Plan the rest of a flight: zones have appeared, the aircraft has moved.
+        """Plan the rest of a flight: zones have come or gone, the aircraft has moved.
 
         On a board that is still open, ``ga-chip`` has the chip draw the zones and go on from its
         population, for a millisecond or two. All else is planned anew, with the same options. The
@@ -149,6 +153,12 @@ class Plan:
             x, y and altitude, metres, where the aircraft will be when it has the new path.
         heading : float, optional
             Heading there, degrees clockwise from the frame's north; free at a new start without it.
+        gone : iterable of Zone
+            Zones of the problem that are no longer there.
+        goal : (float, float, float), optional
+            Another goal.
+        wind : (float, float), optional
+            Another wind, m/s in x and y.
 
         Returns
         -------
@@ -158,8 +168,8 @@ class Plan:
         Raises
         ------
         InputError
-            If they are no zones, no point or no heading, or the start is in the ground, in a zone
-            or off the map.
+            If a value is none of these, a zone that is gone is none of the problem, or an end is in
+            the ground, in a zone or off the map.
         JobError
             If the search fails before it has a path.
         """
@@ -167,7 +177,9 @@ class Plan:
             raise InputError(
                 "Only a plan that a planner has made here can be replanned; plan the problem first."
             )
-        problem = changed_problem(self.evaluator.problem, zones, start, heading)
+        problem = changed_problem(
+            self.evaluator.problem, zones, start, heading, gone=gone, goal=goal, wind=wind
+        )
         return self.search.replan(self, Evaluator(problem, threads=self.evaluator.threads))
 
     def plot(self) -> Figure:

@@ -130,6 +130,10 @@ class MissionPlan(Plan):
         zones: Iterable[Zone] = (),
         start: Sequence[float] | None = None,
         heading: float | None = None,
+        *,
+        gone: Iterable[Zone] = (),
+        goal: Sequence[float] | None = None,
+        wind: Sequence[float] | None = None,
     ) -> Plan:
         """Refuse: a plan of several legs has no single search to go on from."""
         raise InputError(

@@ -66,11 +66,14 @@ class ProblemOnChip:
     """
 
     def __init__(self, chip: Chip, problem: Problem, grid: CornerMap) -> None:
+        self._set(chip, problem, grid)
+        self._corners = grid.corners(self._ends)
+
+    def _set(self, chip: Chip, problem: Problem, grid: CornerMap) -> None:
         self.chip, self.problem, self.grid = chip, problem, grid
         self.eased = 0
         self._record = problem_record(chip.config, problem, grid)
         self._ends = chip_ends(problem)
-        self._corners = grid.corners(self._ends)
         self._shapes: list[NoFlyShape] = []
         self._runs_before: int | None = None
 
@@ -83,31 +86,40 @@ class ProblemOnChip:
         """Return another problem over the same terrain, to go on from this one.
 
         :meth:`send` has the chip draw each new zone, and uploads what a drawing cannot do: the
-        corners beside the ends, zones with heights or times, and dents and holes of a zone.
-        Elsewhere the chip keeps the map that it has: zones that are gone stay blocked, and the
-        corners beside an earlier end stay lowered. Where an end lies off the steps of that map, the
-        other problem gets a new map, and its first run starts cold.
+        corners of zones that are gone, those beside the ends, zones with heights or times, and
+        dents and holes of a zone. Elsewhere the chip keeps the map that it has: the corners beside
+        an earlier end stay lowered. Where an end lies off the steps of that map, the other problem
+        gets a new map, and its first run starts cold.
         """
         grid = self.grid.of_problem(problem)
         if grid is None:
             return ProblemOnChip(self.chip, problem, CornerMap(self.chip.config, problem))
-        other = ProblemOnChip(self.chip, problem, grid)
-        exact, other._corners = other._corners, self._corners.copy()
+        other = ProblemOnChip.__new__(ProblemOnChip)
+        other._set(self.chip, problem, grid)
+        other._corners = self._corners.copy()
+        for zone in self.problem.zones:
+            if zone not in problem.zones:
+                other._renew(*grid.around_zone(zone))
         for zone in problem.zones:
             if zone not in self.problem.zones:
-                other._add(zone, exact)
+                other._add(zone)
         for end in other._ends:
-            around = grid.around(end)
-            other._corners[around] = exact[around]
+            other._renew(*grid.around(end))
         other._runs_before = self._runs_before
         return other
 
-    def _add(self, zone: Zone, exact: NDArray[np.uint16]) -> None:
-        """Add a new zone; ``exact`` are the corners that an upload of the whole map would have."""
+    def _renew(self, rows: slice, columns: slice) -> None:
+        """Give a part of the map the corners that an upload of the whole map would have."""
+        self._corners[rows, columns] = self.grid.corners_in(rows, columns, self._ends)
+
+    def _add(self, zone: Zone) -> None:
+        """Add a new zone."""
         limits = (zone.lower_m, zone.upper_m, zone.t0_s, zone.t1_s)
-        inside = self.grid.corners_in(zone)
+        rows, columns = self.grid.around_zone(zone)
         if any(limit is not None for limit in limits):
-            self._corners[inside] = exact[inside]
+            inside = self.grid.beside(zone, rows, columns)
+            exact = self.grid.corners_in(rows, columns, self._ends)
+            self._corners[rows, columns][inside] = exact[inside]
             return
         # Loads SciPy.
         from host.problem.no_fly_shape import no_fly_shape
@@ -119,7 +131,7 @@ class ProblemOnChip:
         rows = slice(shape.first_y, shape.last_y + 1)
         columns = slice(shape.first_x, shape.last_x + 1)
         drawn = drawn_corners(shape)
-        excess = drawn & ~inside[rows, columns]
+        excess = drawn & ~self.grid.beside(zone, rows, columns)
         # A disc is as good as its circle.
         keeps = isinstance(zone, Circle) or excess.sum() <= _MOST_EXCESS * drawn.sum()
         blocked = drawn if keeps else drawn & ~excess
@@ -136,12 +148,11 @@ class ProblemOnChip:
     def ease(self, change: int) -> None:
         """Lower the corners of the map beside start and goal more, or less, if that is possible."""
         self.eased = min(max(self.eased + change, min(EASES)), max(EASES))
-        corners = self.grid.corners(self._ends, self.eased)
         for end in self._ends:
-            around = self.grid.around(end)
-            self._corners[around] = corners[around]
-            rows, columns = around
-            self.chip.upload_map(corners[around], columns.start, rows.start)
+            rows, columns = self.grid.around(end)
+            corners = self.grid.corners_in(rows, columns, self._ends, self.eased)
+            self._corners[rows, columns] = corners
+            self.chip.upload_map(corners, columns.start, rows.start)
         self.chip.runs.set_problem(self._record)
 
     def run(

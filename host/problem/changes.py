@@ -1,4 +1,4 @@
-"""A problem after changes in flight: the aircraft has moved, zones have come."""
+"""A problem after changes in flight: zones come and go, the aircraft has moved, the wind turns."""
 
 from __future__ import annotations
 
@@ -18,28 +18,44 @@ def changed_problem(
     zones: Iterable[Zone] = (),
     start: Sequence[float] | None = None,
     heading: float | None = None,
+    *,
+    gone: Iterable[Zone] = (),
+    goal: Sequence[float] | None = None,
+    wind: Sequence[float] | None = None,
 ) -> Problem:
-    """Return the problem with zones added, another start, and the heading there.
+    """Return the problem with zones added and taken away, other ends, and another wind.
 
-    A heading of the problem itself holds for its own start alone.
+    A heading of the problem itself holds for its own start, or goal, alone.
 
     Raises
     ------
     InputError
-        If they are no zones, no point or no heading, or the problem has none with these changes.
+        If they are no zones, no point, no heading or no wind, a zone that is gone is none of the
+        problem, or there is no problem with these changes.
     """
-    given = tuple(zones) if isinstance(zones, Iterable) else (None,)
-    if not all(isinstance(zone, Zone) for zone in given):
-        raise InputError(f"The zones must be a list of no-fly zones, not {zones!r}.")
-    added = tuple(zone for zone in given if isinstance(zone, Zone) and zone not in problem.zones)
+    added = tuple(zone for zone in _listed(zones) if zone not in problem.zones)
+    taken = _listed(gone)
+    for zone in taken:
+        if zone not in problem.zones:
+            raise InputError(f"The zone that is gone is none of the problem: {zone!r}.")
     if heading is None and start is None:
         heading = problem.start_heading_deg
     if heading is not None and problem.as_paper:
         raise InputError("The evaluation of the papers knows no headings; leave the heading out.")
-    # The function that makes a problem takes three numbers as they are.
+    # The function that makes a problem takes numbers as they are.
     return dataclasses.replace(
         problem,
         start=problem.start if start is None else start,  # type: ignore[arg-type]
-        zones=problem.zones + added,
+        goal=problem.goal if goal is None else goal,  # type: ignore[arg-type]
+        zones=(*(zone for zone in problem.zones if zone not in taken), *added),
+        wind=problem.wind if wind is None else wind,  # type: ignore[arg-type]
         start_heading_deg=heading,
+        goal_heading_deg=problem.goal_heading_deg if goal is None else None,
     )
+
+
+def _listed(zones: Iterable[Zone]) -> tuple[Zone, ...]:
+    given = tuple(zones) if isinstance(zones, Iterable) else (None,)
+    if not all(isinstance(zone, Zone) for zone in given):
+        raise InputError(f"The zones must be a list of no-fly zones, not {zones!r}.")
+    return tuple(zone for zone in given if isinstance(zone, Zone))

@@ -140,25 +140,67 @@ class ChipMap:
     @functools.cached_property
     def heights(self) -> NDArray[np.uint16]:
         """Altitude steps of the cells, made when they are first needed."""
-        terrain, blocked = self._problem.surface, self._config.blocked_altitude
-        steps = np.ceil((terrain.elevation - self.base_m) / self.step_m)
+        size = self._config.map_size
+        return self.heights_in(slice(0, size), slice(0, size))
+
+    def heights_in(self, rows: slice, columns: slice) -> NDArray[np.uint16]:
+        """Return the part of :attr:`heights` in some rows and columns of the map."""
+        blocked = self._config.blocked_altitude
+        heights = np.full(
+            (rows.stop - rows.start, columns.stop - columns.start), blocked, dtype=np.uint16
+        )
+        nodes = self.nodes_of(rows, columns)
+        elevation = self._problem.surface.elevation[nodes]
+        if elevation.size == 0:
+            return heights
+        steps = np.ceil((elevation - self.base_m) / self.step_m)
         # The difference may have been rounded down to a step that lies below the ground.
-        steps += self.base_m + steps * self.step_m < terrain.elevation
-        steps = np.where(self._problem.blocked_raster, blocked, steps)
-        highest = self.highest_of(steps)
-        heights = np.full((self._config.map_size,) * 2, blocked, dtype=np.uint16)
+        steps += self.base_m + steps * self.step_m < elevation
+        steps = np.where(self._problem.blocked_raster[nodes], blocked, steps)
+        highest = self.highest_of(steps, rows, columns)
         heights[: highest.shape[0], : highest.shape[1]] = highest
         return heights
 
-    def highest_of(self, nodes: NDArray[Any]) -> NDArray[Any]:
-        """Return the highest of the nodes of each cell that has some, (rows, columns)."""
-        ny, nx = nodes.shape
-        rows = _first_nodes(ny, self._problem.terrain.dy_m, self.scale_m[1])
-        columns = _first_nodes(nx, self._problem.terrain.dx_m, self.scale_m[0])
+    def nodes_of(self, rows: slice, columns: slice) -> tuple[slice, slice]:
+        """Return rows and columns of the nodes whose nearest cells lie in a part of the map."""
+        by_row, by_column = self._first_nodes
+        (south, north), (west, east) = (
+            (
+                int(first[min(cells.start, len(first) - 1)]),
+                int(first[min(cells.stop, len(first) - 1)]),
+            )
+            for first, cells in ((by_row, rows), (by_column, columns))
+        )
+        return slice(south, north), slice(west, east)
+
+    def highest_of(self, nodes: NDArray[Any], rows: slice, columns: slice) -> NDArray[Any]:
+        """Return the highest node of each cell that has some, in a part of the map.
+
+        Parameters
+        ----------
+        nodes : ndarray
+            A value for each node of :meth:`nodes_of` that part.
+        rows, columns : slice
+            The part.
+        """
+        by_row, by_column = (
+            first[:-1][cells] - first[cells.start]
+            for first, cells in zip(self._first_nodes, (rows, columns), strict=True)
+        )
         highest: NDArray[Any] = np.maximum.reduceat(
-            np.maximum.reduceat(nodes, rows, axis=0), columns, axis=1
+            np.maximum.reduceat(nodes, by_row, axis=0), by_column, axis=1
         )
         return highest
+
+    @functools.cached_property
+    def _first_nodes(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """For each row and column of cells the first node whose nearest cell it is, and the end."""
+        terrain = self._problem.terrain
+        ny, nx = terrain.shape
+        return (
+            _first_nodes(ny, terrain.dy_m, self.scale_m[1]),
+            _first_nodes(nx, terrain.dx_m, self.scale_m[0]),
+        )
 
 
 def _scale(nodes: int, spacing_m: float, size: int) -> float:
@@ -169,6 +211,6 @@ def _scale(nodes: int, spacing_m: float, size: int) -> float:
 
 
 def _first_nodes(nodes: int, spacing_m: float, scale_m: float) -> NDArray[np.int64]:
-    """Return, for each cell of an axis, the first node whose nearest cell it is."""
+    """Return, for each cell of an axis, the first node whose nearest cell it is, and the end."""
     nearest = np.floor(np.arange(nodes) * spacing_m / scale_m + 0.5).astype(np.int64)
-    return np.flatnonzero(np.diff(nearest, prepend=-1))
+    return np.append(np.flatnonzero(np.diff(nearest, prepend=-1)), nodes)

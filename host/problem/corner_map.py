@@ -15,7 +15,7 @@ from host.problem.chip_map import ChipMap
 from host.problem.ends import Point
 from host.problem.problem import Problem
 from host.problem.zone_raster import blocked_cells
-from host.problem.zones import Zone
+from host.problem.zones import Circle, Polygon, Zone
 
 
 __all__ = ["EASES", "CornerMap", "Ease"]
@@ -54,20 +54,58 @@ class CornerMap(ChipMap):
         others around it are lowered, more for a greater ``ease``: see :data:`EASES`. A blocked cell
         counts all the same. The strict rule judges paths by the true surface.
         """
-        cells = self.heights
-        rows = np.maximum(cells[:-1], cells[1:])
-        corners = np.full_like(cells, self._config.blocked_altitude)
-        corners[:-1, :-1] = np.maximum(rows[:, :-1], rows[:, 1:])
+        whole = slice(0, self._config.map_size)
+        return self._corners_of(self.heights, whole, whole, ends, ease)
+
+    def corners_in(
+        self, rows: slice, columns: slice, ends: Iterable[Point] = (), ease: int = 0
+    ) -> NDArray[np.uint16]:
+        """Return the part of :meth:`corners` in some rows and columns, by the cells there alone."""
+        size = self._config.map_size
+        cells = self.heights_in(
+            *(slice(part.start, min(part.stop + 1, size)) for part in (rows, columns))
+        )
+        return self._corners_of(cells, rows, columns, ends, ease)
+
+    def _corners_of(
+        self,
+        cells: NDArray[np.uint16],
+        rows: slice,
+        columns: slice,
+        ends: Iterable[Point],
+        ease: int,
+    ) -> NDArray[np.uint16]:
+        """Return the corners of a part; ``cells`` has one more row and column, but at the edge."""
+        corners = np.full(
+            (rows.stop - rows.start, columns.stop - columns.start),
+            self._config.blocked_altitude,
+            dtype=np.uint16,
+        )
+        pairs = np.maximum(cells[:-1], cells[1:])
+        corners[: cells.shape[0] - 1, : cells.shape[1] - 1] = np.maximum(
+            pairs[:, :-1], pairs[:, 1:]
+        )
         for end in ends:
-            self._lower_around(end, EASES[ease], corners)
+            self._lower_around(end, EASES[ease], corners, cells, rows, columns)
         return corners
 
-    def _lower_around(self, end: Point, ease: Ease, corners: NDArray[np.uint16]) -> None:
+    def _lower_around(
+        self,
+        end: Point,
+        ease: Ease,
+        corners: NDArray[np.uint16],
+        cells: NDArray[np.uint16],
+        rows: slice,
+        columns: slice,
+    ) -> None:
         x, y, altitude = self.nearest_corner(end)
-        rows, columns = self.around(end)
-        for v in range(rows.start, rows.stop):
-            for u in range(columns.start, columns.stop):
-                four = self.heights[v : v + 2, u : u + 2].astype(np.int64)
+        beside_rows, beside_columns = self.around(end)
+        for v in range(max(beside_rows.start, rows.start), min(beside_rows.stop, rows.stop)):
+            for u in range(
+                max(beside_columns.start, columns.start), min(beside_columns.stop, columns.stop)
+            ):
+                row, column = v - rows.start, u - columns.start
+                four = cells[row : row + 2, column : column + 2].astype(np.int64)
                 highest = int(four.max())
                 if highest == self._config.blocked_altitude:
                     continue
@@ -78,7 +116,7 @@ class CornerMap(ChipMap):
                     top = max(altitude, math.ceil(mean + ease.share * (highest - mean)))
                 else:
                     continue
-                corners[v, u] = min(int(corners[v, u]), top)
+                corners[row, column] = min(int(corners[row, column]), top)
 
     def around(self, end: Point) -> tuple[slice, slice]:
         """Return rows and columns of the corners beside an end that an ease may lower."""
@@ -129,17 +167,34 @@ class CornerMap(ChipMap):
             altitude >> ALTITUDE_FRACTION,
         )
 
-    def corners_in(self, zone: Zone) -> NDArray[np.bool_]:
-        """Return the corners around which a cell meets a zone or its margin, as :meth:`corners`.
+    def around_zone(self, zone: Zone) -> tuple[slice, slice]:
+        """Return rows and columns of a part of the map with all corners beside a zone."""
+        west, south, east, north = _box(zone)
+        margin_m = self._margin_m
+        (first_x, last_x), (first_y, last_y) = (
+            (
+                min(max(math.floor((low - margin_m) / scale_m) - 2, 0), limit),
+                min(max(math.ceil((high + margin_m) / scale_m) + 2, 0), limit),
+            )
+            for low, high, scale_m, limit in zip(
+                (west, south), (east, north), self.scale_m, self.corner_limits[:2], strict=True
+            )
+        )
+        return slice(first_y, last_y + 1), slice(first_x, last_x + 1)
+
+    def beside(self, zone: Zone, rows: slice, columns: slice) -> NDArray[np.bool_]:
+        """Return the corners around which a cell meets a zone or its margin, in a part of the map.
 
         Heights and times of the zone are left aside.
         """
-        rules = self._problem.rules
-        margin_m = 0.0 if rules is None else rules.zone_margin_m
-        cells = self.highest_of(blocked_cells([zone], self._problem.terrain, margin_m))
-        rows = cells[:-1] | cells[1:]
-        corners = np.zeros((self._config.map_size,) * 2, dtype=bool)
-        corners[: len(rows), : rows.shape[1] - 1] = rows[:, :-1] | rows[:, 1:]
+        wide = slice(rows.start, rows.stop + 1), slice(columns.start, columns.stop + 1)
+        nodes = self.nodes_of(*wide)
+        blocked = blocked_cells([zone], self._problem.terrain, self._margin_m)[nodes]
+        corners = np.zeros((rows.stop - rows.start, columns.stop - columns.start), dtype=bool)
+        cells = self.highest_of(blocked, *wide)
+        pairs = cells[:-1] | cells[1:]
+        both = pairs[:, :-1] | pairs[:, 1:]
+        corners[: both.shape[0], : both.shape[1]] = both
         return corners
 
     @property
@@ -169,3 +224,22 @@ class CornerMap(ChipMap):
         half = 0.5 * np.array((*self.scale_m, 0.0))
         metres: NDArray[np.float64] = self.to_metres(corners) + half
         return metres
+
+    @property
+    def _margin_m(self) -> float:
+        rules = self._problem.rules
+        return 0.0 if rules is None else rules.zone_margin_m
+
+
+def _box(zone: Zone) -> tuple[float, float, float, float]:
+    """Return the least and greatest x and y of a zone: west, south, east, north."""
+    if isinstance(zone, Circle):
+        return (
+            zone.x_m - zone.radius_m,
+            zone.y_m - zone.radius_m,
+            zone.x_m + zone.radius_m,
+            zone.y_m + zone.radius_m,
+        )
+    assert isinstance(zone, Polygon)
+    x, y = zip(*zone.ring, strict=True)
+    return min(x), min(y), max(x), max(y)

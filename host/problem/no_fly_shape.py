@@ -24,10 +24,11 @@ def no_fly_shape(grid: CornerMap, zone: Zone) -> NoFlyShape | None:
     a disc for a circle, and for a polygon the convex hull of these corners, by 8 edges where the
     hull has more. None stands for no corner.
     """
-    corners = grid.corners_in(zone)
-    y, x = np.nonzero(corners)
+    rows, columns = grid.around_zone(zone)
+    y, x = np.nonzero(grid.beside(zone, rows, columns))
     if len(x) == 0:
         return None
+    x, y = x + columns.start, y + rows.start
     first = np.array((x.min(), y.min()))
     places = np.column_stack((x, y)) - first
     bend = np.zeros(2, dtype=np.int64)

@@ -150,6 +150,37 @@ def test_what_is_no_disc_is_exact(make_evaluator, board, search, zone):
     assert after.evaluation.feasible
 
 
+def test_zones_that_are_gone_are_free_again(make_evaluator, board, search):
+    evaluator = make_evaluator(rules=NO_MARGINS)
+    storm, moved = (Zone.circle(x, 2600, 400) for x in (4300, 4600))
+    plan = search.run(evaluator).replan(zones=[storm])
+    heights = model_of(board).checking.terrain.heights
+    ends = evaluator.problem.start, evaluator.problem.goal
+    # The moved one is drawn over what has become free.
+    plan = plan.replan(zones=[moved], gone=[storm])
+    assert plan.evaluator.problem.zones == (*evaluator.problem.zones, moved)
+    exact = CornerMap(board.config, plan.evaluator.problem).corners(ends)
+    shape = no_fly_shape(CornerMap(board.config, evaluator.problem), moved)
+    box = slice(shape.first_y, shape.last_y + 1), slice(shape.first_x, shape.last_x + 1)
+    exact[box][drawn_corners(shape)] = board.config.blocked_altitude
+    assert np.array_equal(heights, exact)
+    plan = plan.replan(gone=[moved])
+    assert np.array_equal(heights, CornerMap(board.config, evaluator.problem).corners(ends))
+    assert all(run["warm"] for run in runs_of(plan))
+    with pytest.raises(InputError, match="none of the problem"):
+        plan.replan(gone=[moved])
+
+
+def test_a_new_goal_and_another_wind_go_on_from_the_population(make_evaluator, search):
+    plan = search.run(make_evaluator(rules=NO_MARGINS))
+    goal = 0.5 * (plan.path[-1] + plan.path[-2])
+    after = plan.replan(goal=goal, wind=(0, -6))
+    assert after.evaluation.feasible
+    assert after.path[-1].tolist() == goal.tolist()
+    assert after.evaluator.problem.wind == (0.0, -6.0)
+    assert all(run["warm"] for run in runs_of(after))
+
+
 def test_a_heading_is_kept(make_evaluator, search):
     evaluator = make_evaluator(rules=NO_MARGINS)
     before = search.run(evaluator)

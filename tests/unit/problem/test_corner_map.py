@@ -125,3 +125,29 @@ def test_another_problem_has_the_same_corners_and_steps():
     assert np.array_equal(grid.heights, before)
     high = dataclasses.replace(problem, goal=(*problem.goal[:2], grid.top_m + 1))
     assert grid.of_problem(high) is None
+
+
+@pytest.mark.parametrize("shape", [(300, 260), (40, 90), (700, 400)])
+def test_a_part_of_the_map_is_as_the_whole(shape):
+    config = Config()
+    rng = np.random.default_rng(sum(shape))
+    terrain = Terrain("hills", rng.uniform(0, 60, shape), dx_m=25.0, dy_m=31.0)
+    zone = Circle(*(0.4 * np.array((terrain.width_m, terrain.height_m))), 130.0)
+    ends = (40.0, 50.0, 75.0), (terrain.width_m - 60.0, terrain.height_m - 50.0, 75.0)
+    grid = CornerMap(config, Problem(terrain, *ends, zones=(zone,), rules=Rules(clearance_m=20)))
+    whole = slice(0, config.map_size)
+    beside = grid.beside(zone, whole, whole)
+    for ease in EASES:
+        corners = grid.corners(ends, ease)
+        for _ in range(40):
+            south, west = rng.integers(0, config.map_size - 1, 2)
+            rows = slice(int(south), int(rng.integers(south + 1, config.map_size)) + 1)
+            columns = slice(int(west), int(rng.integers(west + 1, config.map_size)) + 1)
+            assert np.array_equal(
+                grid.corners_in(rows, columns, ends, ease), corners[rows, columns]
+            )
+    rows, columns = grid.around_zone(zone)
+    assert np.array_equal(grid.beside(zone, rows, columns), beside[rows, columns])
+    assert beside[rows, columns].sum() == beside.sum() > 0
+    for part in (rows, columns):
+        assert part.stop - part.start < config.map_size

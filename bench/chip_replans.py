@@ -23,24 +23,17 @@ from host.errors import InputError
 from host.evaluation import Evaluator
 from host.planners import PLANNERS, make
 from host.planners import base as planners
-from host.planners.chip_replanner import replan_options
-from host.planners.problem_on_chip import pause_s
+from host.planners.chip_time import chip_time
 from host.problem.changes import changed_problem
-from host.problem.corner_map import CornerMap
-from host.problem.no_fly_shape import no_fly_shape
 from host.problem.problem import Problem
 from host.problem.rules import Rules
 from host.problem.zones import Zone
-from sim.model.planner.drawing_cycles import drawing
 
 
 __all__ = ["ROWS", "SCENARIOS", "Row", "Scenario", "run", "scenario"]
 
 #: Scenarios of each terrain.
 SCENARIOS = 23
-_DIRECTIONS = ("bytes_to_board", "bytes_from_board")
-#: The line: bits of a second, and bits of a byte.
-_BAUD, _LINE_BITS = 3_000_000, 10
 _FLIGHT_MS = 10
 # Shares: the place of the aircraft along its path, the radius of the straight line.
 _PLACES, _RADII = (0.05, 0.6), (0.02, 0.08)
@@ -130,32 +123,6 @@ class Outcome:
     cycles: int
     drawing: int
     whole_ms: float
-
-
-@dataclass(frozen=True)
-class Look:
-    """A STATUS during a run: seconds of its request on the line, and of the reply."""
-
-    asked_s: float
-    told_s: float
-
-    def until_over(self, run_s: float, limit_s: float) -> float:
-        """Return the seconds from the beginning of a run until a look has told that it is over.
-
-        The host looks as :class:`host.planners.problem_on_chip.ProblemOnChip` does.
-        """
-        passed_s, is_over = 0.0, False
-        while not is_over:
-            is_over = passed_s + self.asked_s >= run_s
-            passed_s += self.asked_s + self.told_s
-            if not is_over:
-                passed_s += pause_s(limit_s, passed_s, self.asked_s + self.told_s)
-        return passed_s
-
-
-def _line_s(count: int) -> float:
-    """Return the seconds of bytes on the line."""
-    return count * _LINE_BITS / _BAUD
 
 
 @dataclass(frozen=True)
@@ -303,14 +270,6 @@ def _measure(task: tuple[str, str, int, dict[str, Row]]) -> list[Case]:
     flown = Evaluator(dataclasses.replace(problem(terrain), rules=of_setting.rules), threads=1)
     cases = []
     with open_board(of_setting.board) as chip:
-        before = dataclasses.replace(chip.link.traffic)
-        chip.runs.status()
-        look = Look(
-            *(
-                _line_s(getattr(chip.link.traffic, name) - getattr(before, name))
-                for name in _DIRECTIONS
-            )
-        )
         for number in range(count):
             flight = _fly(chip, flown, number)
             if not flight.evaluation.feasible:
@@ -324,7 +283,7 @@ def _measure(task: tuple[str, str, int, dict[str, Row]]) -> list[Case]:
             found = make("astar").plan(
                 evaluator, planners.Options(generations=PLANNERS["astar"].generations)
             )
-            outcomes = _outcomes(chip, look, rows, flown, evaluator, drawn.disc, number)
+            outcomes = _outcomes(chip, rows, flown, evaluator, number)
             cases.append(
                 Case(found.evaluation.fitness if found.evaluation.feasible else None, outcomes)
             )
@@ -333,17 +292,13 @@ def _measure(task: tuple[str, str, int, dict[str, Row]]) -> list[Case]:
 
 def _outcomes(
     chip: Chip,
-    look: Look,
     rows: Mapping[str, Row],
     flown: Evaluator,
     evaluator: Evaluator,
-    disc: Zone,
     number: int,
 ) -> dict[str, list[Outcome]]:
     """Plan a scenario by every row."""
     outcomes: dict[str, list[Outcome]] = {name: [] for name in rows}
-    shape = no_fly_shape(CornerMap(chip.config, flown.problem), disc)
-    cycles = 0 if shape is None else drawing(shape)
     for seed in range(max((row.seeds for row in rows.values() if not row.cold_ms), default=0)):
         # The flight again: a replan goes on from its map and its population.
         replanner = _fly(chip, flown, number).replanner
@@ -351,11 +306,11 @@ def _outcomes(
         result = replanner.replan(evaluator, planners.Options(seed=_SEEDS_APART * seed))
         for name, row in rows.items():
             if not row.cold_ms and seed < row.seeds:
-                outcomes[name].append(_outcome(chip, look, result, cycles, retries=row.retries))
+                outcomes[name].append(_outcome(result, retries=row.retries))
     for name, row in rows.items():
         if row.cold_ms:
             result = _on_chip(chip, evaluator, row.cold_ms, number)
-            outcomes[name].append(_outcome(chip, look, result, 0, retries=False))
+            outcomes[name].append(_outcome(result, retries=False))
     return outcomes
 
 
@@ -373,25 +328,16 @@ def _on_chip(chip: Chip, evaluator: Evaluator, chip_ms: int, seed: int) -> plann
     return planner.plan(evaluator, planners.Options(seed=seed, generations=generations))
 
 
-def _outcome(
-    chip: Chip, look: Look, result: planners.Result, cycles: int, *, retries: bool
-) -> Outcome:
-    """Return the outcome of the first run alone, or of all; ``cycles`` are those of the disc."""
+def _outcome(result: planners.Result, *, retries: bool) -> Outcome:
+    """Return the outcome of the first run alone, or of all."""
     assert result.hardware is not None
     runs = result.hardware["runs"]
     counted = runs if retries else runs[:1]
-    clock_hz = chip.config.clock_hz
-    line_s = _line_s(sum(sum(done["bytes"].values()) for done in counted))
-    # The model's run is over at the first look.
-    whole_s = cycles / clock_hz + line_s - len(counted) * (look.asked_s + look.told_s)
-    for number, done in enumerate(counted):
-        limit = replan_options(chip.config, 0, again=number > 0).cycles
-        whole_s += look.until_over(done["cycles"] / clock_hz, limit / clock_hz)
     return Outcome(
         result.evaluation.fitness,
         # A run follows only where the one before has found nothing.
         result.evaluation.feasible and len(counted) == len(runs),
         sum(done["cycles"] for done in counted),
-        cycles,
-        1000 * whole_s,
+        result.hardware["drawing_cycles"],
+        1000 * chip_time(result.hardware, len(counted)).whole_s,
     )

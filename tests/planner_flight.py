@@ -10,7 +10,6 @@ from hdl.protocol.planner import VALUE_BITS, NoFlyShape, PathClass
 from hdl.protocol.runs import ISLANDS, RETURNED, RunOptions, pack_best, run_request
 from sim.model.block_marks import BlockMarks
 from sim.model.planner.definition.no_fly import drawn
-from sim.model.planner.drawing_cycles import drawing
 from sim.model.planner.run import NEVER, plan
 from tests import planner_cases
 
@@ -91,7 +90,7 @@ class Flight:
             shape = NoFlyShape.unpack(config, planner_cases.shape(config, self.rng).pack(config))
             corners = np.array(drawn(shape), dtype=int).reshape(-1, 2)
             self.ground[corners[:, 1], corners[:, 0]] = config.blocked_altitude
-            assert self.chip.draw(shape) == drawing(shape) - 1
+            assert self.chip.draw(shape) == shape.drawing_cycles - 1
             self.marks.write(corners[:, 0], corners[:, 1])
 
     def _write(self, x, y):

@@ -251,6 +251,11 @@ class NoFlyShape:
     bend_x: int = 0
     bend_y: int = 0
 
+    @property
+    def drawing_cycles(self) -> int:
+        """Cycles in which the shape is offered to the drawer, up to that in which it is taken."""
+        return (self.last_x - self.first_x + 1) * (self.last_y - self.first_y + 1) + 2
+
     def pack(self, config: Config) -> bytes:
         """Return the shape as :func:`no_fly_request` lays it out.
 

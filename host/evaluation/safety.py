@@ -14,7 +14,7 @@ from host.evaluation.constants import VOID_HEIGHT_M, Constants, Floats
 from host.evaluation.kernels import scratch
 from host.evaluation.laid_track import LaidTrack
 from host.evaluation.packed_zones import pack_zones
-from host.evaluation.strict import Required
+from host.evaluation.strict import STACK_SHAPE, Required, excess_m
 from host.evaluation.zones import zone_intrusions
 from host.problem.problem import Problem
 
@@ -108,6 +108,18 @@ class StrictRule:
 
     def _scratch(self, points: int) -> tuple[Any, ...]:
         return (*scratch(points), *verdict.scratch(points, self._zones))
+
+    def off_demand_m(self, pieces: Floats) -> float:
+        """Return the metres of any track too low, too high over the surface, or off the map.
+
+        ``pieces`` is what :func:`host.evaluation.laid_pieces.lay_pieces` returns.
+        """
+        stack = np.empty(STACK_SHAPE)
+        ground, c, rows = self._ground, self._constants, len(pieces)
+        metres: float = excess_m(ground, c, self._low, self._below, pieces, rows, stack)
+        if math.isfinite(self._high.height_m):
+            metres += excess_m(ground, c, self._high, self._high, pieces, rows, stack)
+        return metres
 
     def lowest_at_m(self, track: LaidTrack) -> float:
         """Return the metres flown to the least height over the surface within the corridor."""

@@ -93,6 +93,8 @@ class ChipRuns:
                 "ease": task.eased,
                 "classes": [each.name.lower() for each in best.classes],
                 "waypoints": [len(path) for path in best.paths],
+                "limit": options.cycles,
+                "looks": task.looks,
                 "bytes": self._bytes_since(self._traffic_noted),
             }
         )
@@ -162,5 +164,8 @@ class ChipRuns:
                 "damaged": traffic.frames_damaged - before.frames_damaged,
             },
             "generations": self._generations,
+            "drawing_cycles": self._task.drawing_cycles,
+            "requests": traffic.frames_to_board - before.frames_to_board,
+            "look_bytes": dict(zip(("to_board", "from_board"), self._task.look_bytes, strict=True)),
             "runs": self._done,
         }

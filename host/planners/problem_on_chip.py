@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from collections.abc import Callable, Iterable
 
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from hdl.protocol.planner import NoFlyShape
 from hdl.protocol.runs import RunOptions
 from host.device.chip import Chip, unpack_waypoints
+from host.device.link import Traffic
 from host.device.map_copy import drawn_corners
 from host.device.runs import BestPaths, RunStatus
 from host.planners.chip_problem import chip_ends, problem_record, whole_path
@@ -60,6 +62,10 @@ class ProblemOnChip:
 
     Attributes
     ----------
+    drawing_cycles : int
+        Cycles in which the chip has drawn the zones of the latest :meth:`send`.
+    looks, look_bytes : int, (int, int)
+        Looks at the latest run, and the bytes of one to the board and from it.
     eased : int
         The ease of the corners beside start and goal: a key of
         :data:`host.problem.corner_map.EASES`.
@@ -76,6 +82,8 @@ class ProblemOnChip:
         self._ends = chip_ends(problem)
         self._shapes: list[NoFlyShape] = []
         self._runs_before: int | None = None
+        self.drawing_cycles = self.looks = 0
+        self.look_bytes = 0, 0
 
     @property
     def is_warm(self) -> bool:
@@ -141,6 +149,7 @@ class ProblemOnChip:
         """Give the chip map and record."""
         for shape in self._shapes:
             self.chip.runs.block(shape)
+        self.drawing_cycles = sum(shape.drawing_cycles for shape in self._shapes)
         self._shapes = []
         self.chip.update_map(self._corners)
         self.chip.runs.set_problem(self._record)
@@ -166,17 +175,31 @@ class ProblemOnChip:
         limit_s = options.cycles / self.chip.config.clock_hz
         runs.start(options)
         stopped = False
+        before = dataclasses.replace(self.chip.link.traffic)
+        self.looks = 1
         began = asked = time.monotonic()
-        while (status := runs.status()).running:
+        while (status := self._look(before)).running:
             if not stopped and ends(status):
                 runs.stop()
                 stopped = True
             now = time.monotonic()
             time.sleep(pause_s(limit_s, now - began, now - asked))
             asked = time.monotonic()
+            self.looks += 1
         best = runs.best()
         self._runs_before = runs.started
         return status, best
+
+    def _look(self, before: Traffic) -> RunStatus:
+        """Return the status of the run; ``before`` is the traffic until the first look."""
+        status = self.chip.runs.status()
+        if self.looks == 1:
+            traffic = self.chip.link.traffic
+            self.look_bytes = (
+                traffic.bytes_to_board - before.bytes_to_board,
+                traffic.bytes_from_board - before.bytes_from_board,
+            )
+        return status
 
     def metres(self, packed: Iterable[int]) -> NDArray[np.float64]:
         """Return a path of the chip in metres, (n, 3), start and goal included."""

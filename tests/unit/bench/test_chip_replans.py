@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bench import chip_replans
-from bench.chip_replans import ROWS, Look, scenario
+from bench.chip_replans import ROWS, scenario
 from bench.report import Options
 from bench.scenarios import problem
 from host.errors import InputError
@@ -37,18 +37,6 @@ def test_replans_are_beside_astar(monkeypatch):
         line_ms = each["whole_ms"] - (each["cycles"] + each["drawing"]) / 1e5
         # 200 to 700 bytes: no map goes over the line. A look may miss the end by a look's time.
         assert 0.7 < line_ms < 2.4
-
-
-def test_looks_at_a_run_go_on_until_one_begins_behind_its_end():
-    look = Look(asked_s=1e-5, told_s=9e-5)
-    # The pause is a hundredth of the limit.
-    assert look.until_over(0, 2e-3) == pytest.approx(1e-4)
-    assert look.until_over(0.9e-5, 2e-3) == pytest.approx(1e-4)
-    assert look.until_over(1.1e-5, 2e-3) == pytest.approx(2.2e-4)
-    # The last look before the limit would end behind it.
-    assert look.until_over(2e-3, 2e-3) == pytest.approx(2.1e-3)
-    assert look.until_over(1.9e-3, 2e-3) == pytest.approx(2.1e-3)
-    assert look.until_over(1.6e-3, 2e-3) == pytest.approx(1.78e-3)
 
 
 @pytest.mark.parametrize("number", range(8))

@@ -10,7 +10,6 @@ from hdl.planner.layouts import shape_layout
 from hdl.planner.shape_drawer import ShapeDrawer
 from hdl.protocol.planner import BEND_BITS, EDGE_BITS, EDGES, NoFlyShape, no_fly_request
 from sim.model.planner.definition.no_fly import drawn
-from sim.model.planner.drawing_cycles import drawing
 from tests.planner_cases import LARGE, SMALL, USUAL
 from tests.planner_cases import shape as any_shape
 from tests.streams import put, simulate
@@ -72,7 +71,7 @@ def check(config, shapes, pauses=(0,)):
 
     simulate(dut, bench, background=[watch])
     assert [end - begin + 1 for begin, end in zip(begun, taken, strict=True)] == [
-        drawing(shape) for shape in shapes
+        shape.drawing_cycles for shape in shapes
     ]
     assert cells == [
         (begin + 2 + number, corner)

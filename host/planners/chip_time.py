@@ -1,0 +1,89 @@
+"""Time that a plan takes a real chip and its line, from what a run on any board has counted.
+
+A look at a run that goes on costs bytes, and how often the host looks depends on the clock of the
+machine. So the looks of a real board are computed: the same counts give the same time everywhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from host.planners.problem_on_chip import pause_s
+
+
+__all__ = ["BAUD", "ChipTime", "Look", "chip_time", "line_s"]
+
+#: The line: bits a second, 33 cycles of a clock of 100 MHz each, and bits of a byte.
+BAUD = 3_000_000
+_LINE_BITS = 10
+
+
+def line_s(count: int) -> float:
+    """Return the seconds of bytes on the line."""
+    return count * _LINE_BITS / BAUD
+
+
+@dataclass(frozen=True)
+class Look:
+    """A STATUS during a run: seconds of its request on the line, and of the reply."""
+
+    asked_s: float
+    told_s: float
+
+    @staticmethod
+    def of(to_board: int, from_board: int) -> Look:
+        """Return the look of so many bytes."""
+        return Look(line_s(to_board), line_s(from_board))
+
+    def until_over(self, run_s: float, limit_s: float) -> float:
+        """Return the seconds from the beginning of a run until a look has told that it is over.
+
+        The host looks as :class:`host.planners.problem_on_chip.ProblemOnChip` does.
+        """
+        passed_s, is_over = 0.0, False
+        while not is_over:
+            is_over = passed_s + self.asked_s >= run_s
+            passed_s += self.asked_s + self.told_s
+            if not is_over:
+                passed_s += pause_s(limit_s, passed_s, self.asked_s + self.told_s)
+        return passed_s
+
+
+@dataclass(frozen=True)
+class ChipTime:
+    """Time of a plan.
+
+    Parameters
+    ----------
+    whole_s : float
+        Seconds of drawing, runs, looks and all bytes on the line, one after the other.
+    requests : int
+        Frames that wait for a reply; looks during a run count as one.
+    """
+
+    whole_s: float
+    requests: int
+
+
+def chip_time(hardware: Mapping[str, Any], runs: int | None = None) -> ChipTime:
+    """Return the time of a plan.
+
+    Parameters
+    ----------
+    hardware : mapping
+        ``hardware`` of the summary of a plan by ``ga-chip``.
+    runs : int, optional
+        Only the first runs count, as if the plan ended there; all by default.
+    """
+    clock_hz, counted = hardware["clock_hz"], hardware["runs"][:runs]
+    to_board, from_board = (hardware["look_bytes"][way] for way in ("to_board", "from_board"))
+    look = Look.of(to_board, from_board)
+    whole_s = hardware["drawing_cycles"] / clock_hz
+    for done in counted:
+        bytes_in_order = sum(done["bytes"].values()) - done["looks"] * (to_board + from_board)
+        whole_s += line_s(bytes_in_order)
+        whole_s += look.until_over(done["cycles"] / clock_hz, done["limit"] / clock_hz)
+    looks = sum(done["looks"] for done in hardware["runs"])
+    return ChipTime(whole_s, hardware["requests"] - looks + len(counted))

@@ -1,0 +1,1 @@
+"""Replanning in flight: zones appear, the goal or the wind changes, and the flight goes on."""

@@ -1,0 +1,211 @@
+"""Ways that need no planner: out of a zone, and onto a circle that is safe to stay on.
+
+Both are searched among turns of the tightest radius, each followed by a straight, and both are
+proved by the strict rule of the present air before anyone flies them.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from host.evaluation.geometry import Piece
+from host.replanning.present import Present
+from host.replanning.tracks import Pose, Track, end_of, part, pose_at, run_of
+
+
+__all__ = ["Holding", "holding_on", "shortest_way_out_m", "way_out"]
+
+# Turns looked at: every so many degrees to both sides, up to half a circle.
+_TURN_DEG = 15
+_FINE_DEG = 3
+# How far a straight out of a zone goes at most, and how exactly its end is known, metres.
+_FARTHEST_M = 20_000.0
+_BORDER_M = 0.5
+# Shares of the steepest climb that are tried, in this order.
+_CLIMBS = (0.0, 0.5, 0.9)
+# A way out goes on straight beyond the margin for so many turn radii: room to turn away.
+_BEYOND_RADII = 0.5
+# Circles: radii in turn radii, and pieces of each.
+_CIRCLES = (1.1, 1.6, 2.5)
+_QUARTERS = 4
+# Ways onto a circle: turns, degrees, and straights behind them, in turn radii.
+_WAY_TURNS_DEG = (0, 30, -30, 60, -60, 90, -90, 135, -135, 180, -180)
+_WAY_RUNS = (0.5, 2.0, 6.0)
+# Places along a track from which ways are looked at.
+_ENTRIES = 12
+
+
+@dataclass(frozen=True)
+class Holding:
+    """A circle to stay on, and the way there.
+
+    Parameters
+    ----------
+    along_m : float
+        Distance along the track at which the way leaves it.
+    way : tuple of Straight or Arc
+        From there to the circle; empty where the track touches it.
+    circle : tuple of Arc
+        Once around, level.
+    """
+
+    along_m: float
+    way: Track
+    circle: Track
+
+    def track(self, before: Track, rounds: int) -> Track:
+        """Return the track onto the circle and so many times around, from ``before`` on."""
+        return (*before, *self.way, *(self.circle * rounds))
+
+    def is_safe(self, present: Present) -> bool:
+        """Return whether way and circle are safe in the present air."""
+        return present.is_safe((*self.way, *self.circle))
+
+
+def holding_on(present: Present, track: Track, first_m: float, last_m: float) -> Holding | None:
+    """Return a circle to stay on whose way leaves a track as late as possible; None without one.
+
+    Parameters
+    ----------
+    present : Present
+        The air.
+    track : tuple of Straight or Arc
+        What is flown.
+    first_m, last_m : float
+        Distances along it between which the way may leave; the track between is safe.
+    """
+    last_m = min(last_m, run_of(track))
+    if not first_m <= last_m:
+        return None
+    entries = [last_m - (last_m - first_m) * number / (_ENTRIES - 1) for number in range(_ENTRIES)]
+    poses = [(along, pose_at(track, along)) for along in entries]
+    for along, pose in poses:
+        circle = _circle_at(present, pose)
+        if circle is not None:
+            return Holding(along, (), circle)
+    for along, pose in poses:
+        for way in _ways(present, pose):
+            if present.is_safe(way):
+                circle = _circle_at(present, end_of(way[-1]))
+                if circle is not None:
+                    return Holding(along, way, circle)
+    return None
+
+
+def _circle_at(present: Present, pose: Pose) -> Track | None:
+    """Return a level circle that a pose is tangent to and that is safe."""
+    for radii, side in itertools.product(_CIRCLES, (1, -1)):
+        circle: list[Piece] = []
+        at = pose
+        for _ in range(_QUARTERS):
+            circle.append(at.arc(radii * present.turn_radius_m, side * 2 * math.pi / _QUARTERS))
+            at = end_of(circle[-1])
+        if present.is_safe(circle):
+            return tuple(circle)
+    return None
+
+
+def _ways(present: Present, pose: Pose) -> Iterator[Track]:
+    """Yield ways from a pose onto a circle: a turn and a straight, level or climbing."""
+    for run, share, turn_deg in itertools.product(_WAY_RUNS, _CLIMBS, _WAY_TURNS_DEG):
+        yield _turn_and_straight(present, pose, turn_deg, share, run * present.turn_radius_m)
+
+
+def _turn_and_straight(
+    present: Present, pose: Pose, turn_deg: float, share: float, run_m: float
+) -> Track:
+    """Return a turn of the tightest radius and a straight; arcs turn by less than half a circle."""
+    pieces: list[Piece] = []
+    slope = share * present.climb(pose) if share else 0.0
+    at = pose
+    for _ in range(2):
+        if turn_deg:
+            pieces.append(at.arc(present.turn_radius_m, math.radians(turn_deg) / 2, slope))
+            at = end_of(pieces[-1])
+    slope = share * present.climb(at) if share else 0.0
+    pieces.append(at.straight(run_m, slope))
+    return tuple(pieces)
+
+
+def way_out(present: Present, pose: Pose) -> Track | None:
+    """Return the shortest way out of all zones and their margins that keeps the clearance.
+
+    Where none keeps it, the shortest one that stays above the ground is taken; None if there is
+    no way out at all.
+
+    Parameters
+    ----------
+    present : Present
+        The air.
+    pose : Pose
+        Where the aircraft is, and its heading.
+    """
+    found = sorted(
+        (
+            (length, share, way)
+            for share in _CLIMBS
+            for length, way in _fan(present, pose, share, _TURN_DEG, margin=True)
+        ),
+        key=lambda each: each[:2],
+    )
+    for _, _, way in found:
+        if present.off_limits_m(way) == 0:
+            return way
+    # Less than the clearance is better than a zone.
+    return min(found, key=lambda each: present.off_limits_m(each[2]))[2] if found else None
+
+
+def shortest_way_out_m(present: Present, pose: Pose) -> float:
+    """Return the length of the shortest way out of all zones, margins and ground left aside.
+
+    It is the yardstick of an escape: a turn of the tightest radius and a straight. Infinite if
+    there is none, 0 outside of the zones.
+    """
+    if not present.zones_at(pose, margin=False):
+        return 0.0
+    ways = _fan(present, pose, 0.0, _FINE_DEG, margin=False)
+    return min((length for length, _ in ways), default=math.inf)
+
+
+def _fan(
+    present: Present, pose: Pose, share: float, every_deg: float, *, margin: bool
+) -> Iterator[tuple[float, Track]]:
+    """Yield the metres to the border, and the way there and some way beyond."""
+    beyond_m = _BEYOND_RADII * present.turn_radius_m if margin else 0.0
+    best = math.inf
+    steps = round(180 / every_deg)
+    for number in sorted(range(-steps, steps + 1), key=abs):
+        ray = _turn_and_straight(present, pose, number * every_deg, share, _FARTHEST_M)
+        turn_m = run_of(ray[:-1])
+        if turn_m > best:
+            break
+        length = _leaves_m(present, ray, turn_m, margin=margin)
+        if math.isfinite(length):
+            best = min(best, length)
+            yield length, part(ray, 0.0, length + beyond_m)
+
+
+def _leaves_m(present: Present, ray: Track, turn_m: float, *, margin: bool) -> float:
+    """Return the distance along a ray at which it has left the zones that it begins in.
+
+    Zones that it enters before it has left these belong to them. Infinite where it does not end
+    outside.
+    """
+    among: set[int] = set()
+    leaves = 0.0
+    while inside := present.zones_at(pose_at(ray, leaves), margin=margin) - among:
+        among |= inside
+        low, high = leaves, turn_m + _FARTHEST_M
+        if present.in_zones_m(part(ray, high - _BORDER_M), margin=margin, among=among) > 0:
+            return math.inf
+        while high - low > _BORDER_M:
+            middle = 0.5 * (low + high)
+            if present.in_zones_m(part(ray, middle), margin=margin, among=among) > 0:
+                low = middle
+            else:
+                high = middle
+        leaves = high
+    return leaves

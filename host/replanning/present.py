@@ -1,0 +1,152 @@
+"""The air as it is known now: ground, zones, wind and goal; it judges tracks by the strict rule."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Collection, Sequence
+from functools import cached_property
+
+import numpy as np
+
+from host.evaluation.constants import COORDINATE_LIMIT_M, Floats
+from host.evaluation.geometry import Piece
+from host.evaluation.laid_pieces import lay_pieces
+from host.evaluation.problem_constants import constants_of
+from host.evaluation.safety import StrictRule
+from host.evaluation.zones import pack_zones, zone_metres
+from host.problem.ends import Point
+from host.problem.problem import Problem
+from host.problem.zones import Zone
+from host.replanning.tracks import Pose, Track, part, run_of
+
+
+__all__ = ["Present"]
+
+#: A track is judged in parts of this length where the first unsafe place is looked for, metres.
+_PART_M = 50.0
+#: Length of the piece that stands for a point, metres.
+_POINT_M = 0.01
+
+
+class Present:
+    """What is known of the air at a moment.
+
+    Less clearance is demanded near the start and the goal of the mission, and nowhere else.
+
+    Parameters
+    ----------
+    mission : Problem
+        The problem of the whole mission, with rules; its zones, goal and wind are left aside.
+    zones : sequence of Zone
+        The zones of the moment, their times counted from now.
+    goal : (float, float, float)
+        The goal of the moment. It may lie in a zone.
+    wind : (float, float)
+        The wind of the moment, m/s.
+    """
+
+    def __init__(
+        self,
+        mission: Problem,
+        zones: Sequence[Zone],
+        goal: Point,
+        wind: tuple[float, float],
+    ) -> None:
+        bare = dataclasses.replace(
+            mission, zones=(), goal=goal, wind=wind, start_heading_deg=None, goal_heading_deg=None
+        )
+        assert bare.rules is not None
+        self.mission, self.zones, self.goal, self.wind = mission, tuple(zones), goal, wind
+        self._bare = bare
+        margins = {True: bare.rules.zone_margin_m, False: 0.0}
+        self._packed = {
+            margin: [pack_zones([zone], metres) for zone in self.zones]
+            for margin, metres in margins.items()
+        }
+
+    @property
+    def turn_radius_m(self) -> float:
+        """Radius of turns over ground."""
+        return self._bare.limits.turn_radius_m
+
+    @property
+    def speeds_m_s(self) -> tuple[float, float]:
+        """Least and greatest speed over ground."""
+        airspeed, wind = self._bare.aircraft.cruise_speed_m_s, math.hypot(*self.wind)
+        return airspeed - wind, airspeed + wind
+
+    def climb(self, pose: Pose) -> float:
+        """Return the steepest climb ahead, rise over run: that of the aircraft in this wind."""
+        climbs, _ = self._bare.slope_limits(np.array([pose.east]), np.array([pose.north]))
+        return float(climbs[0])
+
+    def is_safe(self, pieces: Sequence[Piece]) -> bool:
+        """Return whether a track keeps clearance, ceilings and the margins of zones."""
+        return self.off_limits_m(pieces) == 0 and self.in_zones_m(pieces) == 0
+
+    def off_limits_m(self, pieces: Sequence[Piece]) -> float:
+        """Return the metres of a track that lie too low, too high or off the map."""
+        if not all(_is_near(piece.start) for piece in pieces):
+            return math.inf
+        ceiling = self._bare.limits.ceiling_m
+        if any(max(piece.start[2], piece.start[2] + piece.rise_m) > ceiling for piece in pieces):
+            return math.inf
+        return self._rule.off_demand_m(self._laid(pieces)[0])
+
+    def in_zones_m(
+        self,
+        pieces: Sequence[Piece],
+        *,
+        margin: bool = True,
+        among: Collection[int] | None = None,
+    ) -> float:
+        """Return the metres of a track in zones, with their ``margin`` or without.
+
+        Zones ``among`` some numbers count alone; those in two count twice.
+        """
+        rows, times = self._laid(pieces)
+        return sum(
+            zone_metres(rows, len(rows), times, packed)
+            for number, packed in enumerate(self._packed[margin])
+            if among is None or number in among
+        )
+
+    def zones_at(self, pose: Pose, *, margin: bool = True) -> set[int]:
+        """Return the numbers of the zones that a place is in."""
+        point = [pose.straight(_POINT_M)]
+        return {
+            number
+            for number in range(len(self.zones))
+            if self.in_zones_m(point, margin=margin, among=(number,)) > 0
+        }
+
+    def safe_until_m(self, pieces: Track, first_m: float) -> float:
+        """Return the distance along a track up to which it is safe from ``first_m`` on.
+
+        It is infinite where all is; otherwise the last of equal parts of up to 50 m that is safe
+        ends there.
+        """
+        length = run_of(pieces)
+        if self.is_safe(part(pieces, first_m)):
+            return math.inf
+        parts = max(math.ceil((length - first_m) / _PART_M), 1)
+        for number in range(parts):
+            begin, end = (
+                first_m + (length - first_m) * share / parts for share in (number, number + 1)
+            )
+            if not self.is_safe(part(pieces, begin, end)):
+                return begin
+        return length
+
+    @cached_property
+    def _rule(self) -> StrictRule:
+        bare = self._bare
+        return StrictRule(bare, constants_of(bare, bare.ds_m, False, False))
+
+    def _laid(self, pieces: Sequence[Piece]) -> tuple[Floats, Floats]:
+        return lay_pieces(pieces, self._bare.aircraft.cruise_speed_m_s)
+
+
+def _is_near(point: Point) -> bool:
+    return all(abs(value) < COORDINATE_LIMIT_M for value in point)

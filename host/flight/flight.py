@@ -34,6 +34,8 @@ _LOOKS = 15
 # The lead-in lasts so long: the aircraft settles, then the wind rises, then it settles again.
 _LEAD_S = 45.0
 _WIND_S = (5.0, 20.0)
+# Another wind rises in so many seconds.
+_TURN_S = 5.0
 _SHAKE_S = 25.0
 # A flight of more than this times the expected time, or this far off its track, is lost.
 _PATIENCE = 2.0
@@ -79,6 +81,28 @@ class Flown:
 
 Sample = tuple[float, ...]
 _COLUMNS = tuple(field.name for field in fields(Flown) if field.name != "arrived")
+
+
+@dataclass(frozen=True)
+class _Wind:
+    """A steady wind that becomes another one between two times."""
+
+    before: tuple[float, float]
+    after: tuple[float, float]
+    first_s: float
+    last_s: float
+
+    @property
+    def changes(self) -> bool:
+        return self.before != self.after
+
+    def at(self, time_s: float) -> tuple[float, float]:
+        share = min(max((time_s - self.first_s) / (self.last_s - self.first_s), 0.0), 1.0)
+        east, north = (
+            before + share * (after - before)
+            for before, after in zip(self.before, self.after, strict=True)
+        )
+        return east, north
 
 
 class Flight:
@@ -131,7 +155,7 @@ class Flight:
     ) -> None:
         airspeed = aircraft.cruise_speed_m_s
         self._terrain = terrain
-        self._wind = wind
+        self._wind = _Wind((0.0, 0.0), wind, *_WIND_S)
         self._shaken = False
         self._looks = 0
         # The wind blows for two thirds of the lead-in.
@@ -171,6 +195,11 @@ class Flight:
         self._guidance.follow(Route(pieces))
         self.commands = self._guidance.commands(self.state)
 
+    def turn_wind(self, wind: tuple[float, float]) -> None:
+        """Let another steady wind rise: where the air moves to, m/s in x and y."""
+        now = self.state.time_s
+        self._wind = _Wind(self._wind.at(now), wind, now, now + _TURN_S)
+
     def step(self) -> Sample:
         """Fly on for :data:`PERIOD_S`; return a sample, in the order of :class:`Flown`."""
         simulator = self._simulator
@@ -200,10 +229,9 @@ class Flight:
         if self._looks % _LOOKS == 0:
             simulator.sense_ground(self._terrain.ground(self.state.x, self.state.y))
         self._looks += 1
-        first, last = _WIND_S
-        if self._wind != (0.0, 0.0) and first <= time_s <= last + PERIOD_S:
-            share = min((time_s - first) / (last - first), 1.0)
-            simulator.blow(share * self._wind[0], share * self._wind[1])
+        wind = self._wind
+        if wind.changes and wind.first_s <= time_s <= wind.last_s + PERIOD_S:
+            simulator.blow(*wind.at(time_s))
         if time_s >= _SHAKE_S and not self._shaken:
             self._shaken = True
             simulator.shake()

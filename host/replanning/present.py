@@ -121,6 +121,11 @@ class Present:
             if self.in_zones_m(point, margin=margin, among=(number,)) > 0
         }
 
+    @property
+    def is_goal_in_zone(self) -> bool:
+        """Whether the goal is in a zone, margins left out."""
+        return bool(self.zones_at(Pose(*self.goal, 1.0, 0.0, 0.0), margin=False))
+
     def safe_until_m(self, pieces: Track, first_m: float) -> float:
         """Return the distance along a track up to which it is safe from ``first_m`` on.
 

@@ -1,0 +1,140 @@
+"""Zones, goal and wind as they change during a flight."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from host.errors import InputError
+from host.problem.ends import Point
+from host.problem.problem import Problem
+from host.problem.zones import Circle, Polygon, Zone
+from host.replanning.scenario import Event, NewZone, Placed
+
+
+__all__ = ["Airspace", "Place", "moved"]
+
+#: A drifting zone is known anew so often, seconds.
+DRIFT_S = 5.0
+
+#: x and y of what a zone is placed on: ``path`` with metres ahead, ``goal`` or ``aircraft``.
+Place = Callable[[str, float], tuple[float, float]]
+
+
+@dataclass
+class _Known:
+    zone: Zone
+    velocity: tuple[float, float]
+    since_s: float
+    origin: Zone
+
+
+@dataclass
+class Airspace:
+    """What is in the air at a time of the flight, and what was.
+
+    Parameters
+    ----------
+    mission : Problem
+        As the flight began.
+
+    Attributes
+    ----------
+    goal, wind
+        Those of now.
+    past : list of (float, tuple of Zone)
+        From which second on which zones were there, in order.
+    """
+
+    mission: Problem
+    goal: Point = field(init=False)
+    wind: tuple[float, float] = field(init=False)
+    past: list[tuple[float, tuple[Zone, ...]]] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.goal, self.wind = self.mission.goal, self.mission.wind
+        self._known = [_Known(zone, (0.0, 0.0), 0.0, zone) for zone in self.mission.zones]
+        self._count = 0
+        self.past = [(0.0, self._zones)]
+
+    def happen(self, event: Event, place: Place) -> None:
+        """Change as an event says; ``place`` tells where a placed zone is.
+
+        Raises
+        ------
+        InputError
+            If a zone that goes away is none that is there.
+        """
+        for name in event.gone:
+            if not any(known.zone.name == name for known in self._known):
+                raise InputError(f"No zone of the name {name!r} is there at {event.at_s:g} s.")
+            self._known = [known for known in self._known if known.zone.name != name]
+        for new in event.appear:
+            zone = self._made(new, place)
+            # A zone of the same name has moved.
+            self._known = [known for known in self._known if known.zone.name != zone.name]
+            self._known.append(_Known(zone, new.velocity, event.at_s, zone))
+        self.goal = self.goal if event.goal is None else event.goal
+        self.wind = self.wind if event.wind is None else event.wind
+        self._note(event.at_s)
+
+    def drift(self, time_s: float) -> bool:
+        """Move the zones that drift; return whether there are any."""
+        drifting = [known for known in self._known if known.velocity != (0.0, 0.0)]
+        for known in drifting:
+            flown_s = time_s - known.since_s
+            by = known.velocity[0] * flown_s, known.velocity[1] * flown_s
+            known.zone = moved(known.origin, *by)
+        if drifting:
+            self._note(time_s)
+        return bool(drifting)
+
+    def zones_at(self, time_s: float) -> tuple[Zone, ...]:
+        """Return the zones of now that are or will be active, their times counted from now."""
+        return tuple(
+            zone for known in self._known if (zone := _from_now(known.zone, time_s)) is not None
+        )
+
+    @property
+    def _zones(self) -> tuple[Zone, ...]:
+        return tuple(known.zone for known in self._known)
+
+    def _note(self, time_s: float) -> None:
+        self.past.append((time_s, self._zones))
+
+    def _made(self, new: NewZone, place: Place) -> Zone:
+        self._count += 1
+        name = new.name or new.shape.name if isinstance(new.shape, Zone) else new.name
+        name = name or f"pop-up {self._count}"
+        if isinstance(new.shape, Placed):
+            x, y = place(new.shape.on, new.shape.ahead_m)
+            return Circle(x, y, new.shape.radius_m, name=name)
+        return dataclasses.replace(new.shape, name=name)
+
+
+def moved(zone: Zone, east_m: float, north_m: float) -> Zone:
+    """Return a zone elsewhere."""
+    if isinstance(zone, Circle):
+        return dataclasses.replace(zone, x_m=zone.x_m + east_m, y_m=zone.y_m + north_m)
+    assert isinstance(zone, Polygon)
+    ring, *holes = (
+        tuple((x + east_m, y + north_m) for x, y in each) for each in (zone.ring, *zone.holes)
+    )
+    return dataclasses.replace(zone, ring=ring, holes=tuple(holes))
+
+
+def _from_now(zone: Zone, time_s: float) -> Zone | None:
+    """Return a zone with its times counted from ``time_s``; None once it is over."""
+    if zone.t0_s is None and zone.t1_s is None:
+        return zone
+    ends_s = math.inf if zone.t1_s is None else zone.t1_s - time_s
+    if ends_s <= 0:
+        return None
+    begins_s = 0.0 if zone.t0_s is None else max(zone.t0_s - time_s, 0.0)
+    return dataclasses.replace(
+        zone,
+        t0_s=begins_s or None,
+        t1_s=ends_s if math.isfinite(ends_s) else None,
+    )

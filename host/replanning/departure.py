@@ -1,0 +1,116 @@
+"""Where a plan begins on the present track, and how its path joins it.
+
+The planner on the chip begins with a committed straight of its own, so it plans from the track. The
+others turn at their start already, which the evaluation lays before it: a straight leads there.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from host.evaluation.geometry import Straight
+from host.problem.aircraft import Aircraft
+from host.problem.problem import Problem
+from host.replanning.present import Present
+from host.replanning.tracks import Pose, Track, part, pose_at
+
+
+__all__ = ["Departure", "depart"]
+
+# Straights that lead to a start: turn radii, and share of the steepest climb; the first that is
+# safe. Half of one that climbs may be a turn's tangent, over which its climb is lost.
+_LEADS = (1.1, 0.0), (2.0, 0.25), (2.0, 0.45)
+# A new track begins so far behind the aircraft: guidance finds its place on it, metres.
+_BACK_M = 60.0
+
+
+@dataclass(frozen=True)
+class Departure:
+    """The place where a path leaves a track.
+
+    Parameters
+    ----------
+    track : tuple of Straight or Arc
+        The present track.
+    leaves_m : float
+        Distance along it.
+    lead : Straight or None
+        From there to the start of the plan.
+    """
+
+    track: Track
+    leaves_m: float
+    lead: Straight | None
+
+    @property
+    def start(self) -> Pose:
+        """Start of the plan, and the heading there."""
+        pose = pose_at(self.track, self.leaves_m)
+        return pose if self.lead is None else pose_at((self.lead,), self.lead.run_m)
+
+    def problem(
+        self, mission: Problem, present: Present, aircraft: Aircraft, goal_heading: float | None
+    ) -> Problem:
+        """Return the problem of the rest of the flight.
+
+        Raises
+        ------
+        InputError
+            If its start or goal is in a zone, in the ground or off the map.
+        """
+        start = self.start
+        return Problem(
+            mission.terrain,
+            start.point,
+            present.goal,
+            aircraft,
+            present.zones,
+            present.wind,
+            mission.ds_m,
+            rules=mission.rules,
+            start_heading_deg=start.heading_deg,
+            goal_heading_deg=goal_heading,
+        )
+
+    def joined(self, path: Track, since_m: float) -> Track:
+        """Return the track from ``since_m`` on, and the path behind it."""
+        return (*part(self.track, since_m, self.leaves_m), *self._led(path), *path)
+
+    def whole(self, path: Track, along_m: float) -> Track:
+        """Return the new track for an aircraft at ``along_m``: it begins behind it."""
+        return self.joined(path, along_m - _BACK_M)
+
+    def _led(self, path: Track) -> Track:
+        """Return the lead up to where the path's first turn begins, and to its altitude."""
+        if self.lead is None:
+            return ()
+        first = pose_at((self.lead,), 0.0)
+        x, y, z = path[0].start
+        run_m = math.hypot(x - first.x, y - first.y)
+        return (first.straight(run_m, (z - first.z) / run_m),) if run_m > 0 else ()
+
+
+def depart(present: Present, track: Track, leaves_m: float, *, is_committed: bool) -> Departure:
+    """Return the departure of a plan.
+
+    Parameters
+    ----------
+    present : Present
+        The air.
+    track : tuple of Straight or Arc
+        The present track.
+    leaves_m : float
+        Distance along it at which the plan leaves it.
+    is_committed : bool
+        Paths of the planner begin with a straight of a turn radius or more.
+    """
+    if is_committed:
+        return Departure(track, leaves_m, None)
+    pose = pose_at(track, leaves_m)
+    leads = [
+        pose.straight(radii * present.turn_radius_m, share * present.climb(pose))
+        for radii, share in _LEADS
+    ]
+    safe = next((lead for lead in leads if present.is_safe((lead,))), leads[0])
+    return Departure(track, leaves_m, safe)

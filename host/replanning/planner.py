@@ -1,0 +1,233 @@
+"""A planner that plans during a flight, and the time that it would take there.
+
+The time is virtual: that of a planner on the chip follows from cycles and bytes, and that of a
+planner on the processor is a constant, measured once before the flight. So a flight goes the same
+way on every machine for the same constants.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+from typing import Any
+
+from host.device.chip import Chip
+from host.errors import InputError, JobError
+from host.evaluation import Evaluator
+from host.planners.chip_time import chip_time, line_s
+from host.planning import Plan, Search
+from host.problem.problem import Problem
+
+
+__all__ = ["HOST_S", "PATIENCE_S", "ROUND_TRIP_S", "Attempt", "InFlightPlanner", "PlanningTime"]
+
+#: The host's share of a plan on the chip, beside the chip: the map's changes and the strict check.
+#: Stated; ``make bench BENCH=replan`` measures it.
+HOST_S = 0.010
+#: A request and its reply through a USB port, line and chip left out. Stated: the least latency
+#: timer of usual ports.
+ROUND_TRIP_S = 0.001
+#: How long a host in the air waits for a board that is silent.
+PATIENCE_S = 0.1
+#: Time on the chip of the plan before the flight, whose population replans go on from.
+_CHIP_MS = 10
+#: A plan is expected within so many times its usual time.
+_SLACK = 1.3
+_CHIP_BUDGET_S = 0.025
+_MEASURED = 2
+_SEEDS_APART = 16
+
+
+@dataclass(frozen=True)
+class PlanningTime:
+    """Virtual seconds of a plan.
+
+    Parameters
+    ----------
+    chip_s : float
+        Cycles on the chip, and bits on the line.
+    round_trips_s : float
+        Latency of requests and replies.
+    host_s : float
+        The processor.
+    """
+
+    chip_s: float = 0.0
+    round_trips_s: float = 0.0
+    host_s: float = 0.0
+
+    @property
+    def total_s(self) -> float:
+        """All of it, one after the other."""
+        return self.chip_s + self.round_trips_s + self.host_s
+
+    def to_dict(self) -> dict[str, float]:
+        """The time in milliseconds, as in a report."""
+        return {
+            "chip_ms": 1000 * self.chip_s,
+            "round_trips_ms": 1000 * self.round_trips_s,
+            "host_ms": 1000 * self.host_s,
+            "total_ms": 1000 * self.total_s,
+        }
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """An attempt to plan.
+
+    Parameters
+    ----------
+    plan : Plan or None
+        A feasible plan; None if there is none.
+    time : PlanningTime
+        What it took.
+    planner : str
+        The planner that made it.
+    reason : str
+        Why there is none; empty with a plan.
+    hopeless : bool
+        The problem itself is refused: another seed would not help.
+    """
+
+    plan: Plan | None
+    time: PlanningTime
+    planner: str
+    reason: str = ""
+    hopeless: bool = False
+
+    def refused(self, reason: str, *, hopeless: bool = False) -> Attempt:
+        """Return the attempt without its plan, which cannot be used."""
+        return replace(self, plan=None, reason=reason, hopeless=hopeless)
+
+
+class InFlightPlanner:
+    """A planner for the time of a flight.
+
+    Parameters
+    ----------
+    name : str
+        A name in :data:`host.planners.PLANNERS`.
+    board : Chip, optional
+        An open board, for planners that run on one.
+    seed : int
+        Seed of the first plan.
+    seconds : float, optional
+        Time of a plan on the processor; measured by :meth:`prepare` by default. 0 is a planner
+        without any time, the yardstick.
+
+    Attributes
+    ----------
+    constant_s : float
+        The processor's time of a plan.
+    lost : str
+        Why the board is no longer there; empty while it is.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        board: Chip | None = None,
+        seed: int = 0,
+        seconds: float | None = None,
+    ) -> None:
+        self.name, self.board, self.seed = name, board, seed
+        self.constant_s = 0.0 if seconds is None else seconds
+        self._given = seconds
+        self.lost = ""
+        self._search = self._searching(0)
+        self._plan: Plan | None = None
+        self._usual_s = self.constant_s
+
+    @property
+    def is_on_chip(self) -> bool:
+        """The whole planner runs on the chip."""
+        return self.name == "ga-chip"
+
+    @property
+    def budget_s(self) -> float:
+        """Time within which a plan is expected: the path begins that far ahead."""
+        if self.is_on_chip:
+            return _CHIP_BUDGET_S
+        return _SLACK * self._usual_s
+
+    def prepare(self, evaluator: Evaluator) -> Plan:
+        """Plan the mission before the flight: the chip gets its map, the processor is measured.
+
+        Raises
+        ------
+        InputError, JobError
+            As those of the planner.
+        """
+        measured = []
+        count = 1 if self.board is not None or self._given is not None else _MEASURED
+        for _ in range(count):
+            began = time.perf_counter()
+            self._plan = self._search.run(evaluator)
+            measured.append(time.perf_counter() - began)
+        plan = self._plan
+        assert plan is not None
+        seconds = plan.result.seconds
+        if self._given is None:
+            self.constant_s = min(measured)
+            if self.board is not None:
+                # Of a planner on chip and host, the host's own phases.
+                self.constant_s = HOST_S if self.is_on_chip else _host_s(seconds)
+        self._usual_s = self._time(plan).total_s
+        return plan
+
+    def lose_board(self) -> None:
+        """The board is gone: every later attempt fails after the host's patience."""
+        if self.board is not None:
+            self.board.close()
+            self.lost = "The board is lost."
+
+    def attempt(self, problem: Problem, number: int) -> Attempt:
+        """Plan a changed problem; ``number`` counts the attempts since the change, from 0."""
+        waited = PlanningTime(host_s=PATIENCE_S)
+        if self.lost:
+            return Attempt(None, waited, self.name, self.lost)
+        search = self._searching(number)
+        before = self._plan
+        assert before is not None, "prepare comes first"
+        try:
+            plan = search.replan(before, Evaluator(problem, threads=1))
+        except InputError as error:
+            return Attempt(
+                None, PlanningTime(host_s=self.constant_s), self.name, str(error), hopeless=True
+            )
+        except JobError as error:
+            self.lost = str(error)
+            return Attempt(None, waited, self.name, self.lost)
+        if plan.failure is not None:
+            self.lost = plan.failure
+            return Attempt(None, waited, self.name, self.lost)
+        self._plan = plan
+        if not plan.evaluation.feasible:
+            return Attempt(None, self._time(plan), self.name, "The planner found no feasible path.")
+        return Attempt(plan, self._time(plan), self.name)
+
+    def _searching(self, number: int) -> Search:
+        options: dict[str, Any] = {"seed": self.seed + _SEEDS_APART * number}
+        if self.board is not None:
+            options["board"] = self.board
+        if self.is_on_chip:
+            options |= {"chip_ms": _CHIP_MS, "polish": "off"}
+        return Search(self.name, **options)
+
+    def _time(self, plan: Plan) -> PlanningTime:
+        hardware = plan.result.hardware
+        if hardware is None:
+            return PlanningTime(host_s=self.constant_s)
+        if self.is_on_chip:
+            taken = chip_time(hardware)
+            return PlanningTime(taken.whole_s, ROUND_TRIP_S * taken.requests, self.constant_s)
+        line = line_s(sum(hardware["bytes"].values()))
+        # A request a generation.
+        trips_s = ROUND_TRIP_S * plan.result.generations
+        return PlanningTime(plan.result.seconds["board"] + line, trips_s, self.constant_s)
+
+
+def _host_s(seconds: dict[str, float]) -> float:
+    """Return the processor's share of a plan by chip and host."""
+    return sum(seconds.get(phase, 0.0) for phase in ("evaluation", "sort", "choice", "map"))

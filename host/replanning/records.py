@@ -1,0 +1,81 @@
+"""What a flight with replans leaves behind: its tracks, and the changes with their attempts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from host.replanning.planner import Attempt
+from host.replanning.tracks import Track
+
+
+__all__ = ["Change", "Leg"]
+
+
+@dataclass
+class Change:
+    """A change of the world, and what became of it.
+
+    Parameters
+    ----------
+    at_s : float
+        Seconds since the start of the path was passed.
+    what : str
+        The change in words.
+    needed : bool
+        The track could not be flown on: a zone is on it, the goal is another, or the wind.
+    inside_m : float
+        The shortest way out of the zones that the aircraft is in; 0 outside.
+    attempts : list of (float, Attempt)
+        When each attempt began.
+    active_s : float or None
+        Seconds until the new path was known to the autopilot; None if that never was.
+    flown_m : float or None
+        Metres flown until then.
+    held : bool
+        The aircraft had to wait on a circle.
+    fitness : float or None
+        F of the new path.
+    """
+
+    at_s: float
+    what: str
+    needed: bool
+    inside_m: float = 0.0
+    attempts: list[tuple[float, Attempt]] = field(default_factory=list)
+    active_s: float | None = None
+    flown_m: float | None = None
+    held: bool = False
+    fitness: float | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The change as in ``flight.json``."""
+        return {
+            "at_s": self.at_s,
+            "what": self.what,
+            "needed": self.needed,
+            "inside_m": self.inside_m,
+            "active_ms": None if self.active_s is None else 1000 * self.active_s,
+            "flown_m": self.flown_m,
+            "held": self.held,
+            "fitness": self.fitness,
+            "attempts": [
+                {
+                    "at_s": at_s,
+                    "planner": attempt.planner,
+                    "found": attempt.plan is not None,
+                    "reason": attempt.reason or None,
+                    **attempt.time.to_dict(),
+                }
+                for at_s, attempt in self.attempts
+            ],
+        }
+
+
+@dataclass(frozen=True)
+class Leg:
+    """A track, from when on it was flown, and why: ``path``, ``holding`` or ``way-out``."""
+
+    since_s: float
+    kind: str
+    track: Track

@@ -1,0 +1,267 @@
+"""Scenarios: what happens during a flight, and when.
+
+A scenario file is TOML: a table ``[[event]]`` for each event with ``at_s``, the seconds since the
+start of the path was passed, and one or more of
+
+- ``appear``: a list of zones, each as in ``summary.json``, or a circle placed when it appears:
+  ``{on = "path", ahead_m = 800, radius_m = 150}``, ``{on = "goal", radius_m = 200}`` or
+  ``{on = "aircraft", radius_m = 100}``. A zone may have a ``name``, and a ``velocity = [vx, vy]``,
+  m/s, with which it drifts from then on.
+- ``gone``: a list of names of zones that go away;
+- ``goal``: another goal, x, y and altitude; ``wind``: another wind, m/s in x and y;
+- ``board = "lost"``: the board is gone.
+
+``autopilot = "finishes-leg"`` at the top stands for an autopilot that takes a new path only at the
+end of the straight or turn that it flies.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from host.errors import InputError
+from host.files.output import reading
+from host.inputs import parse_toml, read_text
+from host.numeric import is_number
+from host.problem.ends import Point
+from host.problem.zones import Circle, Zone, read_zones, zone_from_dict
+from host.terrain import Terrain
+
+
+__all__ = ["AUTOPILOTS", "Event", "NewZone", "Placed", "Scenario", "parse_popup", "read_scenario"]
+
+#: When an autopilot takes a new path.
+AUTOPILOTS = ("at-once", "finishes-leg")
+#: What a circle is placed on.
+_PLACES = ("path", "goal", "aircraft")
+_EVENT = ("at_s", "appear", "gone", "goal", "wind", "board")
+_OWN = ("name", "velocity")
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A circle whose place is known when it appears.
+
+    Parameters
+    ----------
+    on : str
+        ``path``, ``goal`` or ``aircraft``.
+    radius_m : float
+        Above 0.
+    ahead_m : float
+        On the path: metres ahead of the aircraft.
+    """
+
+    on: str
+    radius_m: float
+    ahead_m: float = 0.0
+
+
+@dataclass(frozen=True)
+class NewZone:
+    """A zone that appears.
+
+    Parameters
+    ----------
+    shape : Zone or Placed
+        Its place and form.
+    name : str
+        By which a later event names it; empty for none.
+    velocity : (float, float)
+        Its drift, m/s.
+    """
+
+    shape: Zone | Placed
+    name: str = ""
+    velocity: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Event:
+    """What happens at a time; see the module."""
+
+    at_s: float
+    appear: tuple[NewZone, ...] = ()
+    gone: tuple[str, ...] = ()
+    goal: Point | None = None
+    wind: tuple[float, float] | None = None
+    board_lost: bool = False
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """The events of a flight, in order of time.
+
+    Parameters
+    ----------
+    events : tuple of Event
+        In any order.
+    autopilot : str
+        One of :data:`AUTOPILOTS`.
+    """
+
+    events: tuple[Event, ...] = ()
+    autopilot: str = AUTOPILOTS[0]
+    source: str = field(default="", compare=False)
+
+    def __post_init__(self) -> None:
+        if self.autopilot not in AUTOPILOTS:
+            raise InputError(
+                f"The autopilot must be {' or '.join(AUTOPILOTS)}, not {self.autopilot!r}."
+            )
+        object.__setattr__(self, "events", tuple(sorted(self.events, key=lambda event: event.at_s)))
+
+    def __add__(self, other: Scenario) -> Scenario:
+        return Scenario((*self.events, *other.events), self.autopilot, self.source or other.source)
+
+
+def read_scenario(file: str | Path) -> Scenario:
+    """Read a scenario file.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or a key or a value is none of the above.
+    """
+    try:
+        with reading("scenario", Path(file)):
+            table = parse_toml(read_text(Path(file)))
+    except UnicodeDecodeError:
+        raise InputError(f"{file}: not a scenario, it is not UTF-8 text.") from None
+    except ValueError as error:
+        raise InputError(f"{file}: not valid TOML: {error}.") from None
+    try:
+        _no_others(table, ("event", "autopilot"), "a scenario")
+        events = table.get("event", [])
+        if not isinstance(events, list) or not events:
+            raise InputError("a scenario needs a table [[event]] at least.")
+        return Scenario(
+            tuple(_event(each) for each in events),
+            table.get("autopilot", AUTOPILOTS[0]),
+            str(file),
+        )
+    except InputError as error:
+        raise InputError(f"{file}: {error}") from None
+
+
+def parse_popup(text: str, terrain: Terrain) -> Event:
+    """Return the event of ``--popup ZONE@T``.
+
+    ZONE is ``X,Y,R``, ``ahead:M,R``, ``goal:R``, ``aircraft:R``, or a file of zones.
+
+    Raises
+    ------
+    InputError
+        If it is none of these.
+    """
+    shape, at, seconds = text.rpartition("@")
+    try:
+        time_s = float(seconds)
+        if not at or not 0 <= time_s < math.inf:
+            raise ValueError
+    except ValueError:
+        raise InputError(
+            f"--popup must be ZONE@T, T in seconds, as in 3000,2500,200@40, not {text!r}."
+        ) from None
+    kind, colon, rest = shape.partition(":")
+    try:
+        if colon and kind == "ahead":
+            ahead, radius = (float(each) for each in rest.split(","))
+            return Event(time_s, (NewZone(_placed("path", radius, ahead)),))
+        if colon and kind in ("goal", "aircraft"):
+            return Event(time_s, (NewZone(_placed(kind, float(rest))),))
+        parts = shape.split(",")
+        if len(parts) == 3:
+            x, y, radius = (float(each) for each in parts)
+            return Event(time_s, (NewZone(Circle(x, y, radius)),))
+    except ValueError:
+        pass
+    else:
+        if Path(shape).exists():
+            return Event(time_s, tuple(NewZone(zone) for zone in read_zones(shape, terrain)))
+    raise InputError(
+        f"The zone of --popup must be X,Y,R, ahead:M,R, goal:R, aircraft:R or a file of zones, not "
+        f"{shape!r}."
+    )
+
+
+def _event(table: Any) -> Event:
+    if not isinstance(table, dict):
+        raise InputError(f"an event must be a table, not {table!r}.")
+    _no_others(table, _EVENT, "an event")
+    at_s = table.get("at_s")
+    if at_s is None or not is_number(at_s) or not at_s >= 0:
+        raise InputError(f"an event needs at_s, seconds from the start, not {at_s!r}.")
+    if len(table) == 1:
+        raise InputError(f"the event at {at_s:g} s says nothing; give one of {_named(_EVENT[1:])}.")
+    board = table.get("board")
+    if board not in (None, "lost"):
+        raise InputError(f'board can only be "lost", not {board!r}.')
+    goal, wind = (
+        None if table.get(key) is None else _numbers(key, table[key], count)
+        for key, count in (("goal", 3), ("wind", 2))
+    )
+    return Event(
+        float(at_s),
+        tuple(_new_zone(zone) for zone in _list("appear", table.get("appear", []))),
+        tuple(_name(name) for name in _list("gone", table.get("gone", []))),
+        goal,  # type: ignore[arg-type]
+        wind,  # type: ignore[arg-type]
+        board == "lost",
+    )
+
+
+def _new_zone(table: Any) -> NewZone:
+    if not isinstance(table, dict):
+        raise InputError(f"a zone that appears must be a table, not {table!r}.")
+    name = _name(table.get("name", ""))
+    east, north = _numbers("velocity", table.get("velocity", (0.0, 0.0)), 2)
+    if "on" in table:
+        _no_others(table, (*_OWN, "on", "ahead_m", "radius_m"), "a placed zone")
+        ahead = table.get("ahead_m", 0.0)
+        if not is_number(ahead):
+            raise InputError(f"ahead_m must be a number of metres, not {ahead!r}.")
+        shape: Zone | Placed = _placed(table["on"], table.get("radius_m"), ahead)
+    else:
+        shape = zone_from_dict({key: table[key] for key in table if key != "velocity"})
+    return NewZone(shape, name, (east, north))
+
+
+def _placed(on: Any, radius_m: Any, ahead_m: Any = 0.0) -> Placed:
+    if on not in _PLACES:
+        raise InputError(f"a zone can be placed on {_named(_PLACES)}, not on {on!r}.")
+    if not is_number(radius_m) or not float(radius_m) > 0:
+        raise InputError(f"the radius of a placed zone must be above 0 m, not {radius_m!r}.")
+    return Placed(on, float(radius_m), float(ahead_m))
+
+
+def _numbers(key: str, value: Any, count: int) -> tuple[float, ...]:
+    if not isinstance(value, Sequence) or len(value) != count or not all(map(is_number, value)):
+        raise InputError(f"{key} must be {count} numbers, not {value!r}.")
+    return tuple(map(float, value))
+
+
+def _list(key: str, value: Any) -> list[Any]:
+    if not isinstance(value, list):
+        raise InputError(f"{key} must be a list, not {value!r}.")
+    return value
+
+
+def _name(value: Any) -> str:
+    if not isinstance(value, str):
+        raise InputError(f"the name of a zone must be a text, not {value!r}.")
+    return value
+
+
+def _no_others(table: Mapping[str, Any], known: Sequence[str], what: str) -> None:
+    for key in table:
+        if key not in known:
+            raise InputError(f"{what} has no key {key!r}; it takes {_named(known)}.")
+
+
+def _named(words: Sequence[str]) -> str:
+    return f"{', '.join(words[:-1])} and {words[-1]}"

@@ -1,0 +1,491 @@
+"""A flight during which the world changes: plans, loiters and ways out, in virtual time.
+
+Simulated seconds advance by what planning costs (:mod:`host.replanning.planner`). A plan begins at
+a point of the present track that the aircraft will reach within the time that the planner is given,
+with the heading there; the flight goes on along it as soon as it is known. Until then, and where
+there is none, the aircraft follows what it has. Before that stops being safe it turns onto a circle
+that is proved safe, and plans on from there.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from host.errors import InputError
+from host.evaluation import Evaluator
+from host.flight.flight import PERIOD_S, Flight, Sample
+from host.flight.judge import surface_below
+from host.flight.models import FlightModel, model_for
+from host.problem.aircraft import Aircraft
+from host.problem.problem import Problem
+from host.replanning.airspace import DRIFT_S, Airspace
+from host.replanning.departure import Departure, depart
+from host.replanning.evasion import Holding, holding_on, shortest_way_out_m, way_out
+from host.replanning.planner import Attempt, InFlightPlanner, PlanningTime
+from host.replanning.present import Present
+from host.replanning.records import Change, Leg
+from host.replanning.scenario import Event, Scenario
+from host.replanning.tracks import Pose, Track, end_of, part, pose_at, run_of
+
+
+__all__ = ["Session"]
+
+#: Time of a decision that needs no plan: onto a circle, or out of a zone. Virtual seconds.
+REACTION_S = 0.02
+# A new track begins so far behind the aircraft: guidance finds its place on it, metres.
+_BACK_M = 60.0
+# A plan begins at least so far ahead, metres.
+_AHEAD_M = 2.0
+# Straights behind a way out, in turn radii: the first that is safe.
+_ON_RADII = 6.0, 3.0, 1.0
+# Attempts in a row, and the pause behind them, seconds.
+_IN_A_ROW, _PAUSE_S = 4, 3.0
+# Rounds of a circle that a track has, and the longest stay on it, seconds.
+_ROUNDS = 60
+_MOST_HOLDING_S = 300.0
+# How often a circle is looked for while all is well, how far ahead, seconds.
+_READY_S, _READY_AHEAD_S = 5.0, 60.0
+# The same while one is needed, and the pause where only a circle helps.
+_URGENT_S, _WAIT_S = 0.5, 0.25
+# Share of the fuel that an aircraft that has none left is taken to have: figures must be positive.
+_LEAST_FUEL = 1e-6
+# A better path is taken where no other must be, if it is this much shorter.
+_GAIN = 0.01
+_LOST_M = 3000.0
+
+
+@dataclass(frozen=True)
+class _Pending:
+    """An attempt under way: known at ``ready_s``; its path leaves the track at ``leaves_m``."""
+
+    ready_s: float
+    attempt: Attempt
+    leaves_m: float
+    track: Track | None
+
+
+class Session:
+    """A flight of a planned path in which things happen.
+
+    Parameters
+    ----------
+    mission : Problem
+        The problem of the path, with rules.
+    path : array_like
+        Its waypoints, (n, 3) metres.
+    planner : InFlightPlanner
+        Plans during the flight; it has been prepared.
+    scenario : Scenario
+        What happens. :meth:`happen` adds to it while the flight goes on.
+    fallback : InFlightPlanner, optional
+        Takes over where the board of ``planner`` is lost; prepared, too.
+    gusts, seed
+        As for :class:`host.flight.flight.Flight`.
+    say : callable, optional
+        Receives a sentence on each decision.
+
+    Attributes
+    ----------
+    time_s : float
+        Seconds since the start of the path was passed.
+    samples : list of Sample
+        The flight, every :data:`host.flight.flight.PERIOD_S`, from the start of the path on.
+    legs : list of Leg
+    changes : list of Change
+    ended : str
+        Empty while it goes on: ``arrived``, ``holding``, ``crashed`` or ``lost``.
+
+    Raises
+    ------
+    InputError
+        If the problem is as paper or has via points, the aircraft has no flight model, or JSBSim is
+        missing.
+    """
+
+    def __init__(
+        self,
+        mission: Problem,
+        path: Any,
+        planner: InFlightPlanner,
+        scenario: Scenario,
+        *,
+        fallback: InFlightPlanner | None = None,
+        model: FlightModel | None = None,
+        gusts: str = "none",
+        seed: int = 0,
+        say: Callable[[str], object] = lambda _: None,
+    ) -> None:
+        if mission.rules is None:
+            raise InputError(
+                "Replanning in flight needs headings, which the evaluation of the papers does not "
+                "know; plan without --as-paper."
+            )
+        if len(mission.way) > 2:
+            raise InputError(
+                "Replanning in flight takes plans from a start to a goal, not missions with via "
+                "points; plan one leg."
+            )
+        for event in scenario.events:
+            # Refused before the flight, not in it.
+            dataclasses.replace(
+                mission,
+                zones=(),
+                goal=event.goal or mission.goal,
+                wind=event.wind or mission.wind,
+                goal_heading_deg=None,
+            )
+        self.mission, self.scenario = mission, scenario
+        self._planner, self._fallback, self._say = planner, fallback, say
+        self._airspace = Airspace(mission)
+        self._track: Track = Evaluator(mission, threads=1).track(path).pieces
+        self.flight = Flight(
+            self._track,
+            mission.terrain,
+            mission.aircraft,
+            model or model_for(mission.aircraft),
+            wind=mission.wind,
+            gusts=gusts,
+            seed=seed,
+        )
+        self.samples: list[Sample] = []
+        self.legs: list[Leg] = []
+        self.changes: list[Change] = []
+        self.ended = ""
+        self._events = list(scenario.events)
+        self._present = self._look(0.0)
+        self._change: Change | None = None
+        self._pending: _Pending | None = None
+        self._holding: Holding | None = None
+        self._unsafe_m = math.inf
+        self._retry_s = self._next_ready_s = 0.0
+        self._next_drift_s = math.inf
+        self._number = 0
+        self._held_since_s: float | None = None
+        self._out_m = self._burnt_N = 0.0
+        self._ready_looks = self._ready_found = 0
+        self._take_off()
+        self._fly("path", self._track, follow=False)
+
+    # --- What others see ------------------------------------------------------------------------
+
+    @property
+    def time_s(self) -> float:
+        """Seconds since the start of the path was passed."""
+        return len(self.samples) * PERIOD_S
+
+    @property
+    def airspace(self) -> Airspace:
+        """Zones, goal and wind of now, and of before."""
+        return self._airspace
+
+    @property
+    def kind(self) -> str:
+        """What is flown now: ``path``, ``holding`` or ``way-out``."""
+        return self.legs[-1].kind
+
+    @property
+    def ready_share(self) -> float:
+        """Share of the looks while all was well at which a safe circle was there."""
+        return self._ready_found / self._ready_looks if self._ready_looks else 1.0
+
+    def happen(self, event: Event) -> None:
+        """Let something happen now."""
+        self._events.insert(0, dataclasses.replace(event, at_s=self.time_s))
+
+    def run(self) -> None:
+        """Fly to the end."""
+        while not self.ended:
+            self.step()
+
+    def step(self) -> None:
+        """Fly on for :data:`host.flight.flight.PERIOD_S`, with what happens and is decided then."""
+        now = self.time_s
+        while self._events and self._events[0].at_s <= now:
+            self._happen(self._events.pop(0), now)
+        if now >= self._next_drift_s:
+            self._next_drift_s = now + DRIFT_S
+            if self._airspace.drift(now):
+                self._changed(now, "a zone has drifted", must=False)
+        if self._pending is not None and now >= self._pending.ready_s:
+            self._settle(self._pending, now)
+        if self._change is not None and self._pending is None and now >= self._retry_s:
+            self._plan(self._change, now)
+        self._keep_safe(now)
+        sample = self.flight.step()
+        self.samples.append(sample)
+        self._burnt_N += (
+            self.flight.state.power_W
+            * PERIOD_S
+            * self.mission.aircraft.specific_fuel_consumption_N_per_Ws
+        )
+        self._end(sample)
+
+    # --- What happens ---------------------------------------------------------------------------
+
+    def _happen(self, event: Event, now: float) -> None:
+        words = []
+        if event.board_lost:
+            self._planner.lose_board()
+            words.append("the board is lost")
+        changed = event.appear or event.gone or event.goal is not None or event.wind is not None
+        if changed:
+            event = dataclasses.replace(event, at_s=now)
+            self._airspace.happen(event, self._place)
+            words += [f"{len(event.appear)} zones appear"] if len(event.appear) > 1 else []
+            words += ["a zone appears"] if len(event.appear) == 1 else []
+            words += ["a zone is gone"] if event.gone else []
+            words += ["the goal is another"] if event.goal is not None else []
+            words += ["the wind turns"] if event.wind is not None else []
+        if any(new.velocity != (0.0, 0.0) for new in event.appear):
+            self._next_drift_s = now + DRIFT_S
+        if event.wind is not None:
+            self.flight.turn_wind(event.wind)
+        what = " and ".join(words)
+        if changed:
+            self._changed(now, what, must=event.goal is not None or event.wind is not None)
+        else:
+            self._say(f"{now:.1f} s: {what}.")
+
+    def _changed(self, now: float, what: str, *, must: bool) -> None:
+        """Note a change, and plan anew where the track can no longer be flown, or need not be."""
+        self._present = self._look(now)
+        self._unsafe_m = self._present.safe_until_m(self._track, self._along_m)
+        pose = self._pose(0.0)
+        inside_m = shortest_way_out_m(self._present, pose)
+        needed = must or math.isfinite(self._unsafe_m) or self.kind != "path"
+        change = Change(now, what, needed, inside_m)
+        earlier = self._change
+        if earlier is not None and earlier.needed and earlier.active_s is None:
+            # The plan for the earlier change has not come; this one takes its place.
+            change.needed = True
+        self.changes.append(change)
+        self._change, self._pending = change, None
+        self._number, self._retry_s, self._next_ready_s = 0, now, now
+        self._holding = None
+        self._say(f"{now:.1f} s: {what}{'' if needed else '; the path is not concerned'}.")
+
+    def _place(self, on: str, ahead_m: float) -> tuple[float, float]:
+        if on == "goal":
+            return self._airspace.goal[:2]
+        if on == "aircraft":
+            return self.flight.state.x, self.flight.state.y
+        pose = pose_at(self._track, self._along_m + ahead_m)
+        return pose.x, pose.y
+
+    def _look(self, now: float) -> Present:
+        air = self._airspace
+        return Present(self.mission, air.zones_at(now), air.goal, air.wind)
+
+    # --- Planning -------------------------------------------------------------------------------
+
+    def _plan(self, change: Change, now: float) -> None:
+        """Begin an attempt."""
+        planner = self._active_planner(now)
+        leaves_m = self._leaves_m(planner.budget_s)
+        if self.kind != "way-out" and self._present.zones_at(self._pose(self._reach_m)):
+            self._leave_zone(now)
+        if self.kind == "way-out":
+            leaves_m = max(self._leaves_m(planner.budget_s), self._out_m)
+        elif leaves_m > self._unsafe_m:
+            # From there no path is safe; one from the circle may be.
+            self._retry_s = now + _WAIT_S
+            return
+        departure = depart(self._present, self._track, leaves_m, is_committed=planner.is_on_chip)
+        attempt = self._attempted(planner, departure)
+        track: Track | None = None
+        if attempt.plan is not None:
+            path = attempt.plan.evaluator.track(attempt.plan.path).pieces
+            since_m = leaves_m if self.kind == "way-out" else self._along_m
+            ahead = departure.joined(path, since_m)
+            if not self._present.is_safe(ahead):
+                attempt = attempt.refused("The way to the new path is not safe.")
+            elif not change.needed and not self._is_better(ahead):
+                attempt = attempt.refused("The new path is no better.", hopeless=True)
+            else:
+                track = departure.whole(path, self._along_m)
+        change.attempts.append((now, attempt))
+        self._number += 1
+        self._pending = _Pending(now + attempt.time.total_s, attempt, leaves_m, track)
+
+    def _attempted(self, planner: InFlightPlanner, departure: Departure) -> Attempt:
+        heading = self.mission.goal_heading_deg
+        try:
+            problem = departure.problem(
+                self.mission,
+                self._present,
+                self._fuelled,
+                heading if self._present.goal == self.mission.goal else None,
+            )
+        except InputError as error:
+            # No time: the host refuses it itself. Another start may do, no other goal.
+            is_hopeless = self._present.is_goal_in_zone
+            return Attempt(None, PlanningTime(), planner.name, str(error), hopeless=is_hopeless)
+        return planner.attempt(problem, self._number)
+
+    @property
+    def _fuelled(self) -> Aircraft:
+        """The aircraft with the fuel that is left."""
+        aircraft = self.mission.aircraft
+        if aircraft.fuel_weight_N is None:
+            return aircraft
+        burnt = min(self._burnt_N, (1 - _LEAST_FUEL) * aircraft.fuel_weight_N)
+        return dataclasses.replace(
+            aircraft,
+            weight_N=aircraft.weight_N - burnt,
+            fuel_weight_N=aircraft.fuel_weight_N - burnt,
+        )
+
+    def _active_planner(self, now: float) -> InFlightPlanner:
+        planner = self._planner
+        if planner.lost and self._fallback is not None and self._number > 0:
+            self._say(f"{now:.1f} s: {planner.lost} {self._fallback.name} plans in its place.")
+            self._planner, self._fallback = self._fallback, None
+        return self._planner
+
+    def _settle(self, pending: _Pending, now: float) -> None:
+        """Take what an attempt has found."""
+        self._pending = None
+        change = self._change
+        assert change is not None
+        attempt = pending.attempt
+        if pending.track is None or self._along_m > pending.leaves_m:
+            reason = attempt.reason or "The path came too late."
+            self._say(f"{now:.2f} s: no new path: {reason}")
+            if attempt.hopeless:
+                self._retry_s = math.inf
+                if not change.needed:
+                    self._change = None
+            elif self._number % _IN_A_ROW == 0:
+                self._retry_s = now + _PAUSE_S
+            return
+        assert attempt.plan is not None
+        # The guidance takes it at its next look, which is not the planner's time.
+        change.active_s = pending.ready_s - change.at_s
+        change.fitness = attempt.plan.evaluation.fitness
+        state = self.flight.state
+        change.flown_m = math.hypot(state.east_m_s, state.north_m_s) * change.active_s
+        self._change = None
+        self._fly("path", pending.track)
+        self._say(
+            f"{now:.2f} s: a new path by {attempt.planner} after {1000 * change.active_s:.1f} ms "
+            f"and {change.flown_m:.2f} m."
+        )
+
+    def _is_better(self, track: Track) -> bool:
+        """Tell whether a track is worth leaving a safe one for."""
+        left = run_of(part(self._track, self._along_m))
+        return run_of(track) < (1 - _GAIN) * left
+
+    # --- Where it begins ------------------------------------------------------------------------
+
+    @property
+    def _along_m(self) -> float:
+        return self.flight.commands.place.along_m
+
+    def _leaves_m(self, budget_s: float) -> float:
+        """Return the distance along the track at which a plan begins."""
+        fastest = self._present.speeds_m_s[1]
+        leaves_m = self._along_m + fastest * (budget_s + PERIOD_S) + _AHEAD_M
+        if self.scenario.autopilot == "finishes-leg":
+            ends = 0.0
+            for piece in self._track:
+                ends += piece.run_m
+                if ends >= leaves_m:
+                    return ends
+        return leaves_m
+
+    def _pose(self, ahead_m: float) -> Pose:
+        return pose_at(self._track, self._along_m + ahead_m)
+
+    @property
+    def _reach_m(self) -> float:
+        """Metres flown until a decision that needs no plan."""
+        return self._present.speeds_m_s[1] * (REACTION_S + PERIOD_S)
+
+    # --- Without a plan -------------------------------------------------------------------------
+
+    def _leave_zone(self, now: float) -> None:
+        """Fly out of the zone that the aircraft is in, the shortest way, if there is one."""
+        leaves_m = self._along_m + self._reach_m
+        way = way_out(self._present, pose_at(self._track, leaves_m))
+        if way is None:
+            return
+        self._say(f"{now:.1f} s: in a zone; the shortest way out is {run_of(way):.0f} m.")
+        before = part(self._track, self._along_m - _BACK_M, leaves_m)
+        self._out_m = run_of((*before, *way))
+        end = end_of(way[-1])
+        on = [(end.straight(radii * self._present.turn_radius_m),) for radii in _ON_RADII]
+        behind = next((each for each in on if self._present.is_safe(each)), ())
+        self._fly("way-out", (*before, *way, *behind))
+
+    def _keep_safe(self, now: float) -> None:
+        """Turn onto a circle before the track stops being safe; look for one while it is."""
+        if self.kind == "holding":
+            return
+        if self.kind == "way-out":
+            first_m, last_m, every_s = self._out_m, run_of(self._track), _URGENT_S
+        elif self._change is not None and self._change.needed:
+            first_m, last_m, every_s = 0.0, self._unsafe_m, _URGENT_S
+        else:
+            far_m = _READY_AHEAD_S * self._present.speeds_m_s[1]
+            first_m, last_m, every_s = 0.0, self._along_m + far_m, _READY_S
+        first_m = max(first_m, self._along_m + self._reach_m)
+        if self._holding is not None and self._holding.along_m < self._along_m + self._reach_m:
+            if every_s == _URGENT_S:
+                self._enter(self._holding, now)
+                return
+            self._holding = None
+        if self._holding is None and now >= self._next_ready_s:
+            self._next_ready_s = now + every_s
+            self._holding = holding_on(self._present, self._track, first_m, last_m)
+            if every_s == _READY_S:
+                self._ready_looks += 1
+                self._ready_found += self._holding is not None
+
+    def _enter(self, holding: Holding, now: float) -> None:
+        self._say(f"{now:.1f} s: no new path yet; onto a circle that is safe.")
+        before = part(self._track, self._along_m - _BACK_M, holding.along_m)
+        self._fly("holding", holding.track(before, _ROUNDS))
+        self._held_since_s = now
+        if self._change is not None:
+            self._change.held = True
+
+    # --- Flying ---------------------------------------------------------------------------------
+
+    def _take_off(self) -> None:
+        """Fly the lead-in, up to the start of the path."""
+        while self._along_m < 0:
+            self.flight.step()
+
+    def _fly(self, kind: str, track: Track, *, follow: bool = True) -> None:
+        self._track = track
+        if follow:
+            self.flight.follow(track)
+        self.legs.append(Leg(self.time_s, kind, track))
+        self._unsafe_m = math.inf
+        self._holding = None
+        self._held_since_s = None
+        self._next_ready_s = self.time_s
+
+    def _end(self, sample: Sample) -> None:
+        _, x, y, z = sample[:4]
+        if not all(map(math.isfinite, sample)) or abs(sample[5]) > _LOST_M:
+            self.ended = "lost"
+        elif z < float(surface_below(self.mission.terrain, np.array([x]), np.array([y]))[0]):
+            self.ended = "crashed"
+        elif self.kind == "path" and self._along_m >= self.flight.route.length_m:
+            self.ended = "arrived"
+        elif self._held_since_s is not None and not self._events:
+            self.ended = "holding" if self.time_s - self._held_since_s > _MOST_HOLDING_S else ""
+
+
+def _one(x: float, y: float) -> Any:
+    import numpy as np
+
+    return np.array([x]), np.array([y])

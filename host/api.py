@@ -163,7 +163,7 @@ def check(problem: Problem, path: ArrayLike) -> Evaluation:
         If the path is no array of real numbers, has another shape or other ends than the problem,
         or a coordinate is not finite or too large.
     """
-    from host.planning import check
+    from host.checking import check
 
     return check(problem, path).evaluation
 

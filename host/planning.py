@@ -1,4 +1,4 @@
-"""Plan a problem and check a path: the part that the command line and the Python API share."""
+"""Plan a problem: the part that the command line and the Python API share."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from host.device.boards import url_of
 from host.errors import InputError
@@ -23,10 +23,8 @@ from host.planners.base import Options, Progress, Result, Stop
 from host.planners.default import named_or_default
 from host.planners.options import DEFAULT_BOARD
 from host.problem.changes import changed_problem
-from host.problem.problem import Problem
 from host.problem.zones import Zone
-from host.report.summary import describe_problem, summarise, terms, version
-from host.report.via import Visit, visits
+from host.report.summary import summarise
 from host.report.write import scene, write_report
 
 
@@ -35,7 +33,7 @@ if TYPE_CHECKING:
 
     from host.diagnosis import Reason
 
-__all__ = ["FALLBACKS", "Check", "Plan", "Search", "check", "evaluator_of"]
+__all__ = ["FALLBACKS", "Plan", "Search"]
 
 
 #: What may follow where a planner finds no feasible path.
@@ -365,98 +363,3 @@ class Search:
         if stop is not None and stop.requested:
             return dataclasses.replace(plan, result=interrupted(result))
         return dataclasses.replace(plan, reason=found.reason)
-
-
-@dataclass(frozen=True)
-class Check:
-    """The evaluation of a given path.
-
-    Parameters
-    ----------
-    evaluator : Evaluator
-        Evaluates paths of the problem.
-    path : ndarray
-        Waypoints, (n, 3) float64 metres, start and goal included.
-    evaluation : Evaluation
-        Terms of the path.
-    source : mapping
-        Origin of the terrain.
-    """
-
-    evaluator: Evaluator
-    path: NDArray[np.float64]
-    evaluation: Evaluation
-    source: Mapping[str, Any] = field(default_factory=dict)
-
-    @property
-    def report(self) -> dict[str, Any]:
-        """The output of ``pathgene check --json``: plain JSON values, every number finite."""
-        return {
-            "pathgene": version(),
-            **terms(self.evaluation),
-            "waypoints": self.path.tolist(),
-            **describe_problem(self.evaluator, self.source),
-            **({"visits": [visit.to_dict() for visit in self.visits]} if self.visits else {}),
-        }
-
-    @cached_property
-    def visits(self) -> list[Visit]:
-        """The least distance between the path and each via point of the problem."""
-        return visits(self.evaluator, self.path)
-
-
-def check(problem: Problem, path: ArrayLike, *, source: Mapping[str, Any] | None = None) -> Check:
-    """Evaluate a path of a problem.
-
-    Parameters
-    ----------
-    problem : Problem
-        Terrain, ends, aircraft, zones and wind.
-    path : array_like
-        Waypoints, (n, 3) metres, start and goal included.
-    source : mapping, optional
-        Origin of the terrain for the report; by default the one that the terrain states.
-
-    Raises
-    ------
-    InputError
-        If the path is no array of real numbers, has another shape or other ends than the problem,
-        or a coordinate is not finite or too large.
-    """
-    evaluator = evaluator_of(problem)
-    waypoints = _waypoints(path)
-    try:
-        evaluation = evaluator.evaluate(waypoints)
-    except ValueError as error:
-        raise InputError(f"{error}.") from None
-    return Check(
-        evaluator,
-        waypoints,
-        evaluation,
-        problem.terrain.loading if source is None else source,
-    )
-
-
-def evaluator_of(problem: Problem) -> Evaluator:
-    """Return the evaluator of a problem.
-
-    Raises
-    ------
-    InputError
-        If it is none, or its costs have nothing to be relative to.
-    """
-    if not isinstance(problem, Problem):
-        raise InputError(
-            f"The problem must be a Problem, not of the type {type(problem).__name__}."
-        )
-    return Evaluator(problem)
-
-
-def _waypoints(path: ArrayLike) -> NDArray[np.float64]:
-    """Return a user's path as a new array of float64, of any shape."""
-    try:
-        if np.asarray(path).dtype.kind in "iufO":
-            return np.array(path, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        pass
-    raise InputError("The path must be rows of three real numbers: x, y and altitude.")

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from host.checking import check
 from host.cli.compiling import note_compiling
 from host.cli.output import print_json, print_pairs, term_pairs
 from host.cli.problem import (
@@ -23,7 +24,6 @@ from host.files.output import reading
 from host.inputs import opened
 from host.mission.build import aircraft_of, via_of
 from host.mission.keys import RULES
-from host.planning import check
 from host.problem.aircraft import Aircraft
 from host.problem.ends import Point
 from host.problem.ends import end_point as end_point_of

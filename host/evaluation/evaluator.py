@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from concurrent.futures import ThreadPoolExecutor
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -83,13 +84,6 @@ class Evaluator:
         self.bilinear = bool(bilinear)
         self.isa = bool(isa)
 
-        elevation = problem.surface.elevation
-        self._has_voids = bool(np.isnan(problem.terrain.elevation).any())
-        ground = np.where(np.isnan(elevation), VOID_HEIGHT_M, elevation).ravel()
-        self._zoned = np.where(problem.nofly_raster.ravel(), np.nan, ground)
-        # Above a roof is below it, upside down.
-        roof = [] if problem.roof is None else [-problem.roof.ravel()]
-        self._ground = np.concatenate((ground, *roof))
         # Numba, which compiles the kernels, is loaded with the first evaluator.
         from host.evaluation import kernels
 
@@ -102,6 +96,25 @@ class Evaluator:
 
             self._strict = StrictRule(problem, self._constants)
         self._pool: ThreadPoolExecutor | None = None
+
+    @cached_property
+    def _ground(self) -> Floats:
+        """The surface of the search, and the negated roof, if there is one."""
+        problem = self.problem
+        elevation = problem.surface.elevation
+        ground = np.where(np.isnan(elevation), VOID_HEIGHT_M, elevation).ravel()
+        # Above a roof is below it, upside down.
+        return ground if problem.roof is None else np.concatenate((ground, -problem.roof.ravel()))
+
+    @cached_property
+    def _zoned(self) -> Floats:
+        """The surface of the search, NaN in no-fly zones."""
+        nofly = self.problem.nofly_raster.ravel()
+        return np.where(nofly, np.nan, self._ground[: len(nofly)])
+
+    @cached_property
+    def _has_voids(self) -> bool:
+        return bool(np.isnan(self.problem.terrain.elevation).any())
 
     @property
     def kernel_arguments(self) -> tuple[Floats, Floats, Constants]:

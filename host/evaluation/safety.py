@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from host.evaluation.packed_zones import pack_zones
 from host.evaluation.strict import STACK_SHAPE, Required, excess_m
 from host.evaluation.zones import zone_intrusions
 from host.problem.problem import Problem
+from host.terrain import Terrain
 
 
 __all__ = ["Limit", "StrictRule"]
@@ -52,8 +54,7 @@ class StrictRule:
         self._problem, self._rules = problem, rules
         # The terrain alone is looked at, and never by samples.
         self._constants = constants._replace(sampled=0, roofed=0)
-        elevation = problem.terrain.elevation
-        self._ground: Floats = np.where(np.isnan(elevation), VOID_HEIGHT_M, elevation).ravel()
+        self._ground = _ground(problem.terrain)
         self._demand = demand = problem.demand
         ends: tuple[float, ...] = ()
         for (x, y, _), height, slope in zip(
@@ -264,6 +265,20 @@ class StrictRule:
             yield _least("turn", radius, allowed, track.flown_m(*at))
             if limits.stall_speed_m_s > 0:
                 yield _least("stall", speed, limits.stall_speed_m_s, track.flown_m(*at))
+
+
+# The ground of a terrain as the kernels take it: a changed problem has the same.
+_GROUNDS: WeakKeyDictionary[Terrain, Floats] = WeakKeyDictionary()
+
+
+def _ground(terrain: Terrain) -> Floats:
+    """Return the flat raster of a terrain, very high at voids; do not write to it."""
+    ground = _GROUNDS.get(terrain)
+    if ground is None:
+        heights = terrain.elevation
+        ground = np.where(np.isnan(heights), VOID_HEIGHT_M, heights).ravel()
+        _GROUNDS[terrain] = ground
+    return ground
 
 
 def _least(name: str, worst: float, allowed: float, at_m: float) -> _Scored:

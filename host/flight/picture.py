@@ -24,7 +24,7 @@ from host.report.palette import FLOWN, GROUND, PATH, TEXT, halo
 if TYPE_CHECKING:
     from host.flight.report import FlightReport
 
-__all__ = ["draw", "write"]
+__all__ = ["draw", "layout", "write"]
 
 # Inches: height of the figure, and the margins of titles and legend.
 _HEIGHT, _TOP, _BOTTOM = 7.6, 1.25, 1.05
@@ -44,7 +44,7 @@ def write(report: FlightReport, file: Path) -> None:
 def draw(report: FlightReport) -> Figure:
     """Return the figure: the map beside profile and errors."""
     terrain = report.problem.terrain
-    figure, plan, bar, profile, errors = _layout(terrain.width_m / terrain.height_m)
+    figure, plan, bar, profile, errors = layout(terrain.width_m / terrain.height_m)
     samples = report.track.sample(max(report.track.length_m / _POINTS, 1.0))
     legend = plan_view.draw(
         plan,
@@ -73,7 +73,7 @@ def draw(report: FlightReport) -> Figure:
     return figure
 
 
-def _layout(aspect: float) -> tuple[Figure, Axes, Axes, Axes, Axes]:
+def layout(aspect: float) -> tuple[Figure, Axes, Axes, Axes, Axes]:
     """Return the figure and the axes of map, colour bar, profile and errors."""
     aspect = min(max(aspect, NARROWEST), _WIDEST)
     room = _HEIGHT - _TOP - _BOTTOM

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from host.checking import evaluator_of
 from host.mission.mission import Mission
 from host.mission.planning import plan_mission
 from host.planners.arguments import require_functions
 from host.planners.base import Progress, Stop
-from host.planning import Plan, Search, evaluator_of
+from host.planning import Plan, Search
 from host.problem.problem import Problem
 
 

@@ -77,7 +77,8 @@ class ChipReplanner:
         """
         run = Run(evaluator, options)
         problem = evaluator.problem
-        run.record(0, run.fitness([np.array([problem.start, problem.goal])]))
+        # The strict rule needs no raster of the search.
+        run.record(0, run.fitness([np.array([problem.start, problem.goal])], strict=True))
         try:
             with run.phase("map"):
                 task = self._task.changed(problem)

@@ -27,11 +27,12 @@ from host.problem.problem import Problem
 from host.replanning.airspace import DRIFT_S, Airspace
 from host.replanning.departure import Departure, depart
 from host.replanning.evasion import Holding, holding_on, shortest_way_out_m, way_out
+from host.replanning.pilot import Pilot
 from host.replanning.planner import Attempt, InFlightPlanner, PlanningTime
 from host.replanning.present import Present
-from host.replanning.records import Change, Leg
+from host.replanning.records import Change
 from host.replanning.scenario import Event, Scenario
-from host.replanning.tracks import Pose, Track, end_of, part, pose_at, run_of
+from host.replanning.tracks import Track, end_of, part, pose_at, run_of
 
 
 __all__ = ["Session"]
@@ -92,12 +93,12 @@ class Session:
 
     Attributes
     ----------
-    time_s : float
-        Seconds since the start of the path was passed.
-    samples : list of Sample
-        The flight, every :data:`host.flight.flight.PERIOD_S`, from the start of the path on.
-    legs : list of Leg
+    pilot : Pilot
+        The flight so far.
+    airspace : Airspace
+        Zones, goal and wind of now, and of before.
     changes : list of Change
+        What has happened.
     ended : str
         Empty while it goes on: ``arrived``, ``holding``, ``crashed`` or ``lost``.
 
@@ -142,10 +143,10 @@ class Session:
             )
         self.mission, self.scenario = mission, scenario
         self._planner, self._fallback, self._say = planner, fallback, say
-        self._airspace = Airspace(mission)
-        self._track: Track = Evaluator(mission, threads=1).track(path).pieces
-        self.flight = Flight(
-            self._track,
+        self.airspace = Airspace(mission)
+        track: Track = Evaluator(mission, threads=1).track(path).pieces
+        flight = Flight(
+            track,
             mission.terrain,
             mission.aircraft,
             model or model_for(mission.aircraft),
@@ -153,8 +154,7 @@ class Session:
             gusts=gusts,
             seed=seed,
         )
-        self.samples: list[Sample] = []
-        self.legs: list[Leg] = []
+        self.pilot = Pilot(flight, track, mission.aircraft.specific_fuel_consumption_N_per_Ws)
         self.changes: list[Change] = []
         self.ended = ""
         self._events = list(scenario.events)
@@ -163,40 +163,23 @@ class Session:
         self._pending: _Pending | None = None
         self._holding: Holding | None = None
         self._unsafe_m = math.inf
-        self._retry_s = self._next_ready_s = 0.0
+        self._out_m = 0.0
+        self._retry_s = self._next_look_s = 0.0
         self._next_drift_s = math.inf
         self._number = 0
         self._held_since_s: float | None = None
-        self._out_m = self._burnt_N = 0.0
-        self._ready_looks = self._ready_found = 0
-        self._take_off()
-        self._fly("path", self._track, follow=False)
+        self._looks = self._found = 0
 
     # --- What others see ------------------------------------------------------------------------
 
     @property
-    def time_s(self) -> float:
-        """Seconds since the start of the path was passed."""
-        return len(self.samples) * PERIOD_S
-
-    @property
-    def airspace(self) -> Airspace:
-        """Zones, goal and wind of now, and of before."""
-        return self._airspace
-
-    @property
-    def kind(self) -> str:
-        """What is flown now: ``path``, ``holding`` or ``way-out``."""
-        return self.legs[-1].kind
-
-    @property
     def ready_share(self) -> float:
         """Share of the looks while all was well at which a safe circle was there."""
-        return self._ready_found / self._ready_looks if self._ready_looks else 1.0
+        return self._found / self._looks if self._looks else 1.0
 
     def happen(self, event: Event) -> None:
         """Let something happen now."""
-        self._events.insert(0, dataclasses.replace(event, at_s=self.time_s))
+        self._events.insert(0, dataclasses.replace(event, at_s=self.pilot.time_s))
 
     def run(self) -> None:
         """Fly to the end."""
@@ -205,26 +188,19 @@ class Session:
 
     def step(self) -> None:
         """Fly on for :data:`host.flight.flight.PERIOD_S`, with what happens and is decided then."""
-        now = self.time_s
+        now = self.pilot.time_s
         while self._events and self._events[0].at_s <= now:
             self._happen(self._events.pop(0), now)
         if now >= self._next_drift_s:
             self._next_drift_s = now + DRIFT_S
-            if self._airspace.drift(now):
+            if self.airspace.drift(now):
                 self._changed(now, "a zone has drifted", must=False)
         if self._pending is not None and now >= self._pending.ready_s:
             self._settle(self._pending, now)
         if self._change is not None and self._pending is None and now >= self._retry_s:
             self._plan(self._change, now)
         self._keep_safe(now)
-        sample = self.flight.step()
-        self.samples.append(sample)
-        self._burnt_N += (
-            self.flight.state.power_W
-            * PERIOD_S
-            * self.mission.aircraft.specific_fuel_consumption_N_per_Ws
-        )
-        self._end(sample)
+        self._end(self.pilot.step())
 
     # --- What happens ---------------------------------------------------------------------------
 
@@ -236,7 +212,7 @@ class Session:
         changed = event.appear or event.gone or event.goal is not None or event.wind is not None
         if changed:
             event = dataclasses.replace(event, at_s=now)
-            self._airspace.happen(event, self._place)
+            self.airspace.happen(event, self._place)
             words += [f"{len(event.appear)} zones appear"] if len(event.appear) > 1 else []
             words += ["a zone appears"] if len(event.appear) == 1 else []
             words += ["a zone is gone"] if event.gone else []
@@ -245,7 +221,7 @@ class Session:
         if any(new.velocity != (0.0, 0.0) for new in event.appear):
             self._next_drift_s = now + DRIFT_S
         if event.wind is not None:
-            self.flight.turn_wind(event.wind)
+            self.pilot.flight.turn_wind(event.wind)
         what = " and ".join(words)
         if changed:
             self._changed(now, what, must=event.goal is not None or event.wind is not None)
@@ -255,10 +231,9 @@ class Session:
     def _changed(self, now: float, what: str, *, must: bool) -> None:
         """Note a change, and plan anew where the track can no longer be flown, or need not be."""
         self._present = self._look(now)
-        self._unsafe_m = self._present.safe_until_m(self._track, self._along_m)
-        pose = self._pose(0.0)
-        inside_m = shortest_way_out_m(self._present, pose)
-        needed = must or math.isfinite(self._unsafe_m) or self.kind != "path"
+        self._unsafe_m = self._present.safe_until_m(self.pilot.track, self.pilot.along_m)
+        inside_m = shortest_way_out_m(self._present, self.pilot.pose())
+        needed = must or math.isfinite(self._unsafe_m) or self.pilot.kind != "path"
         change = Change(now, what, needed, inside_m)
         earlier = self._change
         if earlier is not None and earlier.needed and earlier.active_s is None:
@@ -266,20 +241,20 @@ class Session:
             change.needed = True
         self.changes.append(change)
         self._change, self._pending = change, None
-        self._number, self._retry_s, self._next_ready_s = 0, now, now
+        self._number, self._retry_s, self._next_look_s = 0, now, now
         self._holding = None
         self._say(f"{now:.1f} s: {what}{'' if needed else '; the path is not concerned'}.")
 
     def _place(self, on: str, ahead_m: float) -> tuple[float, float]:
         if on == "goal":
-            return self._airspace.goal[:2]
+            return self.airspace.goal[:2]
         if on == "aircraft":
-            return self.flight.state.x, self.flight.state.y
-        pose = pose_at(self._track, self._along_m + ahead_m)
+            return self.pilot.flight.state.x, self.pilot.flight.state.y
+        pose = self.pilot.pose(ahead_m)
         return pose.x, pose.y
 
     def _look(self, now: float) -> Present:
-        air = self._airspace
+        air = self.airspace
         return Present(self.mission, air.zones_at(now), air.goal, air.wind)
 
     # --- Planning -------------------------------------------------------------------------------
@@ -288,27 +263,29 @@ class Session:
         """Begin an attempt."""
         planner = self._active_planner(now)
         leaves_m = self._leaves_m(planner.budget_s)
-        if self.kind != "way-out" and self._present.zones_at(self._pose(self._reach_m)):
+        if self.pilot.kind != "way-out" and self._present.zones_at(self.pilot.pose(self._reach_m)):
             self._leave_zone(now)
-        if self.kind == "way-out":
+        if self.pilot.kind == "way-out":
             leaves_m = max(self._leaves_m(planner.budget_s), self._out_m)
         elif leaves_m > self._unsafe_m:
             # From there no path is safe; one from the circle may be.
             self._retry_s = now + _WAIT_S
             return
-        departure = depart(self._present, self._track, leaves_m, is_committed=planner.is_on_chip)
+        departure = depart(
+            self._present, self.pilot.track, leaves_m, is_committed=planner.is_on_chip
+        )
         attempt = self._attempted(planner, departure)
         track: Track | None = None
         if attempt.plan is not None:
             path = attempt.plan.evaluator.track(attempt.plan.path).pieces
-            since_m = leaves_m if self.kind == "way-out" else self._along_m
+            since_m = leaves_m if self.pilot.kind == "way-out" else self.pilot.along_m
             ahead = departure.joined(path, since_m)
             if not self._present.is_safe(ahead):
                 attempt = attempt.refused("The way to the new path is not safe.")
             elif not change.needed and not self._is_better(ahead):
                 attempt = attempt.refused("The new path is no better.", hopeless=True)
             else:
-                track = departure.whole(path, self._along_m)
+                track = departure.whole(path, self.pilot.along_m)
         change.attempts.append((now, attempt))
         self._number += 1
         self._pending = _Pending(now + attempt.time.total_s, attempt, leaves_m, track)
@@ -334,7 +311,7 @@ class Session:
         aircraft = self.mission.aircraft
         if aircraft.fuel_weight_N is None:
             return aircraft
-        burnt = min(self._burnt_N, (1 - _LEAST_FUEL) * aircraft.fuel_weight_N)
+        burnt = min(self.pilot.burnt_N, (1 - _LEAST_FUEL) * aircraft.fuel_weight_N)
         return dataclasses.replace(
             aircraft,
             weight_N=aircraft.weight_N - burnt,
@@ -354,7 +331,7 @@ class Session:
         change = self._change
         assert change is not None
         attempt = pending.attempt
-        if pending.track is None or self._along_m > pending.leaves_m:
+        if pending.track is None or self.pilot.along_m > pending.leaves_m:
             reason = attempt.reason or "The path came too late."
             self._say(f"{now:.2f} s: no new path: {reason}")
             if attempt.hopeless:
@@ -368,8 +345,7 @@ class Session:
         # The guidance takes it at its next look, which is not the planner's time.
         change.active_s = pending.ready_s - change.at_s
         change.fitness = attempt.plan.evaluation.fitness
-        state = self.flight.state
-        change.flown_m = math.hypot(state.east_m_s, state.north_m_s) * change.active_s
+        change.flown_m = self.pilot.ground_speed_m_s * change.active_s
         self._change = None
         self._fly("path", pending.track)
         self._say(
@@ -379,29 +355,22 @@ class Session:
 
     def _is_better(self, track: Track) -> bool:
         """Tell whether a track is worth leaving a safe one for."""
-        left = run_of(part(self._track, self._along_m))
+        left = run_of(part(self.pilot.track, self.pilot.along_m))
         return run_of(track) < (1 - _GAIN) * left
 
     # --- Where it begins ------------------------------------------------------------------------
 
-    @property
-    def _along_m(self) -> float:
-        return self.flight.commands.place.along_m
-
     def _leaves_m(self, budget_s: float) -> float:
         """Return the distance along the track at which a plan begins."""
         fastest = self._present.speeds_m_s[1]
-        leaves_m = self._along_m + fastest * (budget_s + PERIOD_S) + _AHEAD_M
+        leaves_m = self.pilot.along_m + fastest * (budget_s + PERIOD_S) + _AHEAD_M
         if self.scenario.autopilot == "finishes-leg":
             ends = 0.0
-            for piece in self._track:
+            for piece in self.pilot.track:
                 ends += piece.run_m
                 if ends >= leaves_m:
                     return ends
         return leaves_m
-
-    def _pose(self, ahead_m: float) -> Pose:
-        return pose_at(self._track, self._along_m + ahead_m)
 
     @property
     def _reach_m(self) -> float:
@@ -412,12 +381,12 @@ class Session:
 
     def _leave_zone(self, now: float) -> None:
         """Fly out of the zone that the aircraft is in, the shortest way, if there is one."""
-        leaves_m = self._along_m + self._reach_m
-        way = way_out(self._present, pose_at(self._track, leaves_m))
+        leaves_m = self.pilot.along_m + self._reach_m
+        way = way_out(self._present, pose_at(self.pilot.track, leaves_m))
         if way is None:
             return
         self._say(f"{now:.1f} s: in a zone; the shortest way out is {run_of(way):.0f} m.")
-        before = part(self._track, self._along_m - _BACK_M, leaves_m)
+        before = part(self.pilot.track, self.pilot.along_m - _BACK_M, leaves_m)
         self._out_m = run_of((*before, *way))
         end = end_of(way[-1])
         on = [(end.straight(radii * self._present.turn_radius_m),) for radii in _ON_RADII]
@@ -426,31 +395,31 @@ class Session:
 
     def _keep_safe(self, now: float) -> None:
         """Turn onto a circle before the track stops being safe; look for one while it is."""
-        if self.kind == "holding":
+        if self.pilot.kind == "holding":
             return
-        if self.kind == "way-out":
-            first_m, last_m, every_s = self._out_m, run_of(self._track), _URGENT_S
+        if self.pilot.kind == "way-out":
+            first_m, last_m, every_s = self._out_m, run_of(self.pilot.track), _URGENT_S
         elif self._change is not None and self._change.needed:
             first_m, last_m, every_s = 0.0, self._unsafe_m, _URGENT_S
         else:
             far_m = _READY_AHEAD_S * self._present.speeds_m_s[1]
-            first_m, last_m, every_s = 0.0, self._along_m + far_m, _READY_S
-        first_m = max(first_m, self._along_m + self._reach_m)
-        if self._holding is not None and self._holding.along_m < self._along_m + self._reach_m:
+            first_m, last_m, every_s = 0.0, self.pilot.along_m + far_m, _READY_S
+        first_m = max(first_m, self.pilot.along_m + self._reach_m)
+        if self._holding is not None and self._holding.along_m < self.pilot.along_m + self._reach_m:
             if every_s == _URGENT_S:
                 self._enter(self._holding, now)
                 return
             self._holding = None
-        if self._holding is None and now >= self._next_ready_s:
-            self._next_ready_s = now + every_s
-            self._holding = holding_on(self._present, self._track, first_m, last_m)
+        if self._holding is None and now >= self._next_look_s:
+            self._next_look_s = now + every_s
+            self._holding = holding_on(self._present, self.pilot.track, first_m, last_m)
             if every_s == _READY_S:
-                self._ready_looks += 1
-                self._ready_found += self._holding is not None
+                self._looks += 1
+                self._found += self._holding is not None
 
     def _enter(self, holding: Holding, now: float) -> None:
         self._say(f"{now:.1f} s: no new path yet; onto a circle that is safe.")
-        before = part(self._track, self._along_m - _BACK_M, holding.along_m)
+        before = part(self.pilot.track, self.pilot.along_m - _BACK_M, holding.along_m)
         self._fly("holding", holding.track(before, _ROUNDS))
         self._held_since_s = now
         if self._change is not None:
@@ -458,20 +427,11 @@ class Session:
 
     # --- Flying ---------------------------------------------------------------------------------
 
-    def _take_off(self) -> None:
-        """Fly the lead-in, up to the start of the path."""
-        while self._along_m < 0:
-            self.flight.step()
-
-    def _fly(self, kind: str, track: Track, *, follow: bool = True) -> None:
-        self._track = track
-        if follow:
-            self.flight.follow(track)
-        self.legs.append(Leg(self.time_s, kind, track))
+    def _fly(self, kind: str, track: Track) -> None:
+        self.pilot.follow(kind, track)
         self._unsafe_m = math.inf
-        self._holding = None
-        self._held_since_s = None
-        self._next_ready_s = self.time_s
+        self._holding = self._held_since_s = None
+        self._next_look_s = self.pilot.time_s
 
     def _end(self, sample: Sample) -> None:
         _, x, y, z = sample[:4]
@@ -479,13 +439,8 @@ class Session:
             self.ended = "lost"
         elif z < float(surface_below(self.mission.terrain, np.array([x]), np.array([y]))[0]):
             self.ended = "crashed"
-        elif self.kind == "path" and self._along_m >= self.flight.route.length_m:
+        elif self.pilot.kind == "path" and self.pilot.has_arrived:
             self.ended = "arrived"
         elif self._held_since_s is not None and not self._events:
-            self.ended = "holding" if self.time_s - self._held_since_s > _MOST_HOLDING_S else ""
-
-
-def _one(x: float, y: float) -> Any:
-    import numpy as np
-
-    return np.array([x]), np.array([y])
+            held_s = self.pilot.time_s - self._held_since_s
+            self.ended = "holding" if held_s > _MOST_HOLDING_S else ""

@@ -67,6 +67,7 @@ def draw(
     reasons: Sequence[tuple[str, float, float]] = (),
     *,
     wind: tuple[float, float] | None = None,
+    window: tuple[float, float, float, float] | None = None,
 ) -> list[Line2D | Patch]:
     """Draw the map of ``problem`` with ``path`` on ``axes``, in kilometres or metres.
 
@@ -90,10 +91,15 @@ def draw(
         Reasons to write beside the path, each with its x and y in metres.
     wind : (float, float), optional
         The wind of the arrow, m/s; by default that of the problem.
+    window : (float, float, float, float), optional
+        West, south, east and north of the part that is shown, metres; all by default.
     """
     terrain = problem.terrain
     unit_m, unit = axis_unit(max(terrain.width_m, terrain.height_m))
     voids = _draw_land(axes, bar, problem, unit_m)
+    if window is not None:
+        west, south, east, north = (edge / unit_m for edge in window)
+        axes.set(xlim=(west, east), ylim=(south, north))
     margin_m = 0.0 if problem.rules is None else problem.rules.zone_margin_m
     if len(problem.zones) > zone_shapes.MANY:
         axes.add_patch(zone_shapes.outline_of_all(problem.zones, unit_m))

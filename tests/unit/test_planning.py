@@ -7,10 +7,11 @@ import sys
 import numpy as np
 import pytest
 
+from host.checking import check
 from host.errors import InputError
 from host.mission.plan import plan
 from host.planners import PLANNERS
-from host.planning import Search, check
+from host.planning import Search
 from host.problem import aircraft
 from host.problem.problem import Problem
 from host.terrain import Terrain

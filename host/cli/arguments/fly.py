@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from host.cli.arguments.base import Commands, add_command, numbers
+from host.planners.options import DEFAULT_BOARD
 
 
 __all__ = ["add_fly"]
@@ -15,11 +16,13 @@ def add_fly(commands: Commands) -> None:
         "fly",
         "fly:run",
         "Fly a planned path in a flight-dynamics model and judge the flight",
-        "pathgene fly out/plan/summary.json --wind 8,0 --gusts light",
+        "pathgene fly out/plan/summary.json --gusts light --popup ahead:1500,300@40",
         usage="[OPTIONS] SUMMARY",
         notes="It needs the extra pathgene[fly]. The exit status is 1 where the flight breaks the "
         "ground, a zone or half the clearance, all as the summary states them; a plan made with "
-        "--as-paper is judged without a clearance.",
+        "--as-paper is judged without a clearance. With --popup or --scenario the planner plans "
+        "anew in flight, in simulated time: chip cycles, bits on the line, and the processor's "
+        "seconds.",
     )
     parser.add_argument("summary", metavar="SUMMARY", help="summary.json of a plan")
     parser.add_argument(
@@ -46,5 +49,31 @@ def add_fly(commands: Commands) -> None:
     parser.add_argument(
         "--out",
         metavar="DIR",
-        help="folder of flight.json and flight.png (default: that of SUMMARY)",
+        help="folder of flight.json, flight.png and flight.gif (default: that of SUMMARY)",
+    )
+    group = parser.add_argument_group("replanning in flight")
+    group.add_argument(
+        "--popup",
+        metavar="ZONE@T",
+        action="append",
+        default=[],
+        help="zone that appears T seconds after the start: X,Y,R; ahead:M,R on the path, M metres "
+        "ahead of the aircraft; goal:R; aircraft:R; or a file of zones; may be repeated",
+    )
+    group.add_argument(
+        "--scenario", metavar="FILE.toml", help="what happens during the flight; see docs"
+    )
+    group.add_argument(
+        "--planner",
+        metavar="NAME",
+        help="planner that plans during the flight (default: the one of the board; ga-chip)",
+    )
+    group.add_argument(
+        "--board", metavar="URL", default=DEFAULT_BOARD, help="its board (default %(default)s)"
+    )
+    group.add_argument(
+        "--planner-seconds",
+        metavar="S",
+        type=float,
+        help="time of a plan on the processor (default: measured before the flight)",
     )

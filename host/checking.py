@@ -1,0 +1,115 @@
+"""Check a given path: the part that the command line and the Python API share."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from host.errors import InputError
+from host.evaluation import Evaluation, Evaluator
+from host.problem.problem import Problem
+from host.report.summary import describe_problem, terms, version
+from host.report.via import Visit, visits
+
+
+__all__ = ["Check", "check", "evaluator_of"]
+
+
+@dataclass(frozen=True)
+class Check:
+    """The evaluation of a given path.
+
+    Parameters
+    ----------
+    evaluator : Evaluator
+        Evaluates paths of the problem.
+    path : ndarray
+        Waypoints, (n, 3) float64 metres, start and goal included.
+    evaluation : Evaluation
+        Terms of the path.
+    source : mapping
+        Origin of the terrain.
+    """
+
+    evaluator: Evaluator
+    path: NDArray[np.float64]
+    evaluation: Evaluation
+    source: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def report(self) -> dict[str, Any]:
+        """The output of ``pathgene check --json``: plain JSON values, every number finite."""
+        return {
+            "pathgene": version(),
+            **terms(self.evaluation),
+            "waypoints": self.path.tolist(),
+            **describe_problem(self.evaluator, self.source),
+            **({"visits": [visit.to_dict() for visit in self.visits]} if self.visits else {}),
+        }
+
+    @cached_property
+    def visits(self) -> list[Visit]:
+        """The least distance between the path and each via point of the problem."""
+        return visits(self.evaluator, self.path)
+
+
+def check(problem: Problem, path: ArrayLike, *, source: Mapping[str, Any] | None = None) -> Check:
+    """Evaluate a path of a problem.
+
+    Parameters
+    ----------
+    problem : Problem
+        Terrain, ends, aircraft, zones and wind.
+    path : array_like
+        Waypoints, (n, 3) metres, start and goal included.
+    source : mapping, optional
+        Origin of the terrain for the report; by default the one that the terrain states.
+
+    Raises
+    ------
+    InputError
+        If the path is no array of real numbers, has another shape or other ends than the problem,
+        or a coordinate is not finite or too large.
+    """
+    evaluator = evaluator_of(problem)
+    waypoints = _waypoints(path)
+    try:
+        evaluation = evaluator.evaluate(waypoints)
+    except ValueError as error:
+        raise InputError(f"{error}.") from None
+    return Check(
+        evaluator,
+        waypoints,
+        evaluation,
+        problem.terrain.loading if source is None else source,
+    )
+
+
+def evaluator_of(problem: Problem) -> Evaluator:
+    """Return the evaluator of a problem.
+
+    Raises
+    ------
+    InputError
+        If it is none, or its costs have nothing to be relative to.
+    """
+    if not isinstance(problem, Problem):
+        raise InputError(
+            f"The problem must be a Problem, not of the type {type(problem).__name__}."
+        )
+    return Evaluator(problem)
+
+
+def _waypoints(path: ArrayLike) -> NDArray[np.float64]:
+    """Return a user's path as a new array of float64, of any shape."""
+    try:
+        if np.asarray(path).dtype.kind in "iufO":
+            return np.array(path, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        pass
+    raise InputError("The path must be rows of three real numbers: x, y and altitude.")

@@ -1,0 +1,124 @@
+"""A planned path flown while things happen: prepared, flown, judged, written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+
+from numpy.typing import ArrayLike
+
+from hdl.config import GeneticCore
+from host.device.boards import entered
+from host.device.chip import Chip
+from host.evaluation import Evaluator
+from host.files.output import json_bytes
+from host.files.replacement import replace_files
+from host.planners import PLANNERS
+from host.problem.problem import Problem
+from host.replanning.outcome import judge
+from host.replanning.planner import InFlightPlanner
+from host.replanning.report import Replanned
+from host.replanning.scenario import Scenario
+from host.replanning.session import Session
+
+
+__all__ = ["FALLBACK", "fly_scenario", "on_board", "save"]
+
+#: The planner on the processor that takes over where a board is lost.
+FALLBACK = "astar"
+_CORES = {"ga-chip": GeneticCore.STREAMING, "ga-fpga": GeneticCore.PARALLEL}
+
+
+def on_board(planner: str, board: str) -> AbstractContextManager[Chip | None]:
+    """Return a context manager of the board that a planner needs; of None without.
+
+    Raises
+    ------
+    InputError, JobError
+        As those of :func:`host.device.boards.open_board`.
+    """
+    if "board" not in PLANNERS[planner].options:
+        return nullcontext()
+    return entered(board, core=_CORES[planner])
+
+
+def fly_scenario(
+    mission: Problem,
+    path: ArrayLike,
+    scenario: Scenario,
+    *,
+    planner: str,
+    board: str,
+    seconds: float | None = None,
+    gusts: str = "none",
+    seed: int = 0,
+    say: Callable[[str], object] = lambda _: None,
+) -> Replanned:
+    """Fly a path of ``mission`` while a scenario happens.
+
+    Parameters
+    ----------
+    mission : Problem
+        The problem that the path was planned for, by the rules of safe flight.
+    path : array_like
+        Its waypoints, (n, 3) metres.
+    scenario : Scenario
+        What happens.
+    planner : str
+        Plans during the flight.
+    board : str
+        URL of its board; not looked at by a planner without one.
+    seconds : float, optional
+        The processor's time of a plan; measured before the flight by default.
+    gusts, seed
+        Turbulence, and the seed of it and of the planner.
+    say : callable, optional
+        Receives a sentence on each decision.
+
+    Raises
+    ------
+    InputError
+        If the scenario, the planner or the board is bad, or the plan cannot be replanned.
+    JobError
+        If the board cannot be started.
+    """
+    evaluator = Evaluator(mission, threads=1)
+    with on_board(planner, board) as chip:
+        plans = InFlightPlanner(planner, board=chip, seed=seed, seconds=seconds)
+        plans.prepare(evaluator)
+        fallback = None
+        if chip is not None and any(event.board_lost for event in scenario.events):
+            fallback = InFlightPlanner(FALLBACK, seed=seed)
+            fallback.prepare(evaluator)
+        session = Session(
+            mission,
+            path,
+            plans,
+            scenario,
+            fallback=fallback,
+            gusts=gusts,
+            seed=seed,
+            say=say,
+        )
+        session.run()
+        return Replanned(
+            session, judge(session), planner, board if chip else None, plans.constant_s
+        )
+
+
+def save(report: Replanned, directory: Path) -> list[Path]:
+    """Write ``flight.json``, ``flight.png`` and ``flight.gif``; return their paths."""
+    # Loads matplotlib, which flying does not need.
+    from host.replanning import animation, picture
+
+    written = [directory / f"flight.{ending}" for ending in ("json", "png", "gif")]
+    # Pictures of an earlier flight would mislead.
+    replace_files(
+        directory,
+        {written[0].name: json_bytes(report.to_dict())},
+        gone=[file.name for file in written[1:]],
+    )
+    picture.write(report, written[1])
+    animation.write(report, written[2])
+    return written

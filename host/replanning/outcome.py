@@ -1,0 +1,204 @@
+"""Verdict on a flight with replans: by the flight alone, and the zones of each moment."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.flight.flight import PERIOD_S
+from host.flight.judge import SHARE, demanded_m, surface_below
+from host.problem.rings import edges
+from host.problem.zones import Circle, Polygon, Zone
+from host.replanning.session import Session
+
+
+__all__ = ["WAY_OUT_SHARE", "Outcome", "judge", "zone_distance_m"]
+
+Floats = NDArray[np.float64]
+
+#: A zone that appears over the aircraft is left within so many times the shortest way out.
+WAY_OUT_SHARE = 1.1
+# Slack of the way out: what is flown between two looks of the guidance, and the reaction, metres.
+_WAY_OUT_SLACK_M = 10.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """What became of a flight.
+
+    Parameters
+    ----------
+    ended : str
+        ``arrived``, ``holding``: on a safe circle, with no path to the goal; ``crashed`` or
+        ``lost``.
+    alive : bool
+        It touched neither ground nor zone, and did not get lost.
+    kept : bool
+        It is alive, arrived, and kept half of the demanded clearance everywhere.
+    breaks : list of str
+        Sentences on what was not kept.
+    flight_time_s : float
+        From the start of the path to the end.
+    clearance_flown_m : float
+        Least height over the surface.
+    clearance_share : float
+        Least share of the demanded clearance; infinite where none is demanded.
+    zone_distance_m : float
+        Least distance from a zone, without its margin, that the aircraft was not in when it
+        appeared; infinite without zones.
+    cross_track_max_m : float
+        Largest distance to the side of what was flown.
+    ready_share : float
+        Share of the looks at which a safe circle was within reach.
+    """
+
+    ended: str
+    alive: bool
+    kept: bool
+    breaks: list[str]
+    flight_time_s: float
+    clearance_flown_m: float
+    clearance_share: float
+    zone_distance_m: float
+    cross_track_max_m: float
+    ready_share: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """The outcome as a table."""
+        return asdict(self)
+
+
+def judge(session: Session) -> Outcome:
+    """Return the verdict on a flight that has ended."""
+    problem = session.mission
+    flown = np.array(session.pilot.samples, dtype=np.float64)
+    x, y, z = flown[:, 1], flown[:, 2], flown[:, 3]
+    clearance = z - surface_below(problem.terrain, x, y)
+    demanded = demanded_m(problem, x, y)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shares = np.where(demanded > 0, clearance / demanded, math.inf)
+    lowest = int(np.nanargmin(clearance))
+    share = float(np.nanmin(shares))
+    touched = []
+    if session.ended == "lost":
+        touched.append("The aircraft is lost: it cannot follow its track.")
+    if clearance[lowest] < 0:
+        touched.append(
+            f"The flight is {-clearance[lowest]:.1f} m under the ground at "
+            f"({x[lowest]:.0f}, {y[lowest]:.0f}) after {PERIOD_S * lowest:.0f} s."
+        )
+    in_zones, distance = _zones(session, flown)
+    touched += in_zones
+    breaks = list(touched)
+    if session.ended == "holding":
+        breaks.append("The aircraft waits on a safe circle: no path to the goal was found.")
+    if 0 <= share < SHARE:
+        worst = int(np.nanargmin(shares))
+        breaks.append(
+            f"The flight keeps {clearance[worst]:.1f} m of a clearance of {demanded[worst]:.1f} m "
+            f"at ({x[worst]:.0f}, {y[worst]:.0f})."
+        )
+    return Outcome(
+        ended=session.ended,
+        alive=not touched,
+        kept=not breaks,
+        breaks=breaks,
+        flight_time_s=session.pilot.time_s,
+        clearance_flown_m=float(clearance[lowest]),
+        clearance_share=share,
+        zone_distance_m=distance,
+        cross_track_max_m=float(np.abs(flown[:, 5]).max()),
+        ready_share=session.ready_share,
+    )
+
+
+def _zones(session: Session, flown: Floats) -> tuple[list[str], float]:
+    """Return sentences on zones entered, and the least distance from all others."""
+    seconds: Floats = np.arange(len(flown), dtype=np.float64) * PERIOD_S
+    past = session.airspace.past
+    ends = [since for since, _ in past[1:]] + [math.inf]
+    breaks, least = [], math.inf
+    entered_before: set[str] = set()
+    for (since, zones), end in zip(past, ends, strict=True):
+        during = np.flatnonzero((seconds >= since) & (seconds < end))
+        if not len(during):
+            continue
+        entered_now: set[str] = set()
+        for number, zone in enumerate(zones, 1):
+            name = zone.name or f"zone {number}"
+            distances = _active_distance_m(zone, flown[during], seconds[during])
+            inside = distances < 0
+            if inside[0] and (name in entered_before or _appears(session, since)):
+                out = int(np.argmin(inside)) if not inside.all() else len(inside)
+                steps = np.hypot(*np.diff(flown[during[: out + 1], 1:3], axis=0).T)
+                way_m, shortest_m = float(steps.sum()), _shortest_m(session, since)
+                if way_m > WAY_OUT_SHARE * shortest_m + _WAY_OUT_SLACK_M:
+                    breaks.append(
+                        f"The zone {name!r} is left after {way_m:.0f} m, where the shortest way "
+                        f"out is {shortest_m:.0f} m."
+                    )
+                if out == len(inside):
+                    entered_now.add(name)
+                # How far away it is says nothing where it appeared over the aircraft.
+                inside, distances = inside[out:], distances[:0]
+            if inside.any():
+                first = during[len(during) - len(inside) + int(np.argmax(inside))]
+                breaks.append(
+                    f"The flight enters the no-fly zone {name!r} after {seconds[first]:.0f} s."
+                )
+            elif len(distances):
+                least = min(least, float(distances.min()))
+        entered_before = entered_now
+    return breaks, least
+
+
+def _appears(session: Session, since_s: float) -> bool:
+    """Tell whether zones were new at a time of a change."""
+    return any(abs(change.at_s - since_s) < PERIOD_S for change in session.changes)
+
+
+def _shortest_m(session: Session, since_s: float) -> float:
+    """Return the shortest way out of the zones at the time of a change, metres."""
+    return max(
+        (change.inside_m for change in session.changes if abs(change.at_s - since_s) < PERIOD_S),
+        default=0.0,
+    )
+
+
+def _active_distance_m(zone: Zone, flown: Floats, seconds: Floats) -> Floats:
+    """Return the distances of samples from a zone; infinite where it does not apply."""
+    distance = zone_distance_m(zone, flown[:, 1], flown[:, 2])
+    for values, low, high in (
+        (flown[:, 3], zone.lower_m, zone.upper_m),
+        (seconds, zone.t0_s, zone.t1_s),
+    ):
+        if low is not None:
+            distance = np.where(values >= low, distance, math.inf)
+        if high is not None:
+            distance = np.where(values <= high, distance, math.inf)
+    return distance
+
+
+def zone_distance_m(zone: Zone, x: Floats, y: Floats) -> Floats:
+    """Return the horizontal distances of points from the border of a zone, negative inside."""
+    if isinstance(zone, Circle):
+        near: Floats = np.hypot(x - zone.x_m, y - zone.y_m) - zone.radius_m
+        return near
+    assert isinstance(zone, Polygon)
+    nearest = np.full(len(x), math.inf)
+    inside = np.zeros(len(x), dtype=bool)
+    for ring in (zone.ring, *zone.holes):
+        for xa, ya, xb, yb in edges(ring):
+            dx, dy = xb - xa, yb - ya
+            length = dx * dx + dy * dy
+            along = np.clip(((x - xa) * dx + (y - ya) * dy) / length, 0, 1) if length else 0.0
+            nearest = np.minimum(nearest, np.hypot(x - xa - along * dx, y - ya - along * dy))
+            between = (ya <= y) != (yb <= y)
+            if between.any():
+                border = xa + (y[between] - ya) * (dx / dy)
+                inside[between] ^= x[between] < border
+    return np.where(inside, -nearest, nearest)

@@ -1,0 +1,88 @@
+"""The aircraft in the air: the track that it follows, those that it followed, and what it flew."""
+
+from __future__ import annotations
+
+import math
+
+from host.flight.flight import PERIOD_S, Flight, Sample
+from host.replanning.records import Leg
+from host.replanning.tracks import Pose, Track, pose_at
+
+
+__all__ = ["Pilot"]
+
+
+class Pilot:
+    """Flies along a track that can be replaced at any time.
+
+    Parameters
+    ----------
+    flight : Flight
+        At its beginning; it is flown up to the start of its track.
+    track : tuple of Straight or Arc
+        Its track.
+    consumption : float
+        Specific fuel consumption, newtons per watt second.
+
+    Attributes
+    ----------
+    samples : list of Sample
+        The flight, every :data:`host.flight.flight.PERIOD_S`, from the start of the track on.
+    legs : list of Leg
+    track : tuple of Straight or Arc
+        What is followed.
+    burnt_N : float
+        Fuel burnt.
+    """
+
+    def __init__(self, flight: Flight, track: Track, consumption: float) -> None:
+        self.flight, self.track = flight, track
+        self._consumption = consumption
+        self.burnt_N = 0.0
+        self.samples: list[Sample] = []
+        self.legs = [Leg(0.0, "path", track)]
+        while self.along_m < 0:
+            flight.step()
+
+    @property
+    def time_s(self) -> float:
+        """Seconds since the start of the first track was passed."""
+        return len(self.samples) * PERIOD_S
+
+    @property
+    def kind(self) -> str:
+        """What is flown now: ``path``, ``holding`` or ``way-out``."""
+        return self.legs[-1].kind
+
+    @property
+    def along_m(self) -> float:
+        """Distance along the track, metres."""
+        return self.flight.commands.place.along_m
+
+    @property
+    def has_arrived(self) -> bool:
+        """The end of the track is reached."""
+        return self.along_m >= self.flight.route.length_m
+
+    @property
+    def ground_speed_m_s(self) -> float:
+        """Speed over ground."""
+        state = self.flight.state
+        return math.hypot(state.east_m_s, state.north_m_s)
+
+    def pose(self, ahead_m: float = 0.0) -> Pose:
+        """Return the pose of the track so far ahead of the aircraft."""
+        return pose_at(self.track, self.along_m + ahead_m)
+
+    def follow(self, kind: str, track: Track) -> None:
+        """Go on along another track, from its point nearest to the aircraft."""
+        self.track = track
+        self.flight.follow(track)
+        self.legs.append(Leg(self.time_s, kind, track))
+
+    def step(self) -> Sample:
+        """Fly on for :data:`host.flight.flight.PERIOD_S`; return the sample."""
+        sample = self.flight.step()
+        self.samples.append(sample)
+        self.burnt_N += self.flight.state.power_W * PERIOD_S * self._consumption
+        return sample

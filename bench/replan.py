@@ -1,0 +1,309 @@
+"""Replans in flight: 1,000 scenarios flown in JSBSim with every planner, beside a yardstick.
+
+The yardstick is ``astar`` told at the same instant, from the same state and heading, and without
+any planning time: what it survives can be survived. Results are kept as they come, so that an
+interrupted run goes on where it was.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from statistics import mean
+from typing import Any
+
+import numpy as np
+
+from bench.kept import Kept, measure
+from bench.replan_scenarios import KINDS, draw_mission, draw_scenario
+from bench.report import Options, Report
+from bench.scenarios import missing
+from host.device.chip import Chip
+from host.errors import InputError, JobError
+from host.evaluation import Evaluator
+from host.files.output import prepare_directory
+from host.planning import Plan
+from host.problem.problem import Problem
+from host.replanning import picture
+from host.replanning.fly import FALLBACK, on_board
+from host.replanning.outcome import judge
+from host.replanning.planner import InFlightPlanner
+from host.replanning.report import Replanned
+from host.replanning.session import Session
+
+
+__all__ = ["ROWS", "SCENARIOS", "fly_row", "run"]
+
+#: Scenarios of a run.
+SCENARIOS = 1_000
+#: The yardstick's row.
+YARDSTICK = "yardstick"
+#: Rows: planner, board, and how many of the scenarios, one of so many.
+ROWS: dict[str, tuple[str, str, int]] = {
+    YARDSTICK: ("astar", "", 1),
+    "ga-chip, model:": ("ga-chip", "model:?genetic=streaming", 1),
+    "ga-chip, sim:": ("ga-chip", "sim:?genetic=streaming", 10),
+    "astar": ("astar", "", 10),
+    "fpa-2opt": ("fpa-2opt", "", 10),
+    "ga-fpga, model:": ("ga-fpga", "model:", 10),
+}
+# Scenarios of a task, so that a board is opened for several.
+_BATCH = 12
+_STORE = Path("build/bench/replans.json")
+_PICTURES = Path("build/bench/replans")
+_WORST = 10
+_SOURCES = (
+    "bench/replan.py",
+    "bench/replan_scenarios.py",
+    "hdl/config.py",
+    "hdl/protocol",
+    "host/device",
+    "host/evaluation",
+    "host/flight",
+    "host/planners",
+    "host/problem",
+    "host/replanning",
+    "host/terrain",
+    "sim/model",
+)
+Result = dict[str, Any]
+
+
+def run(options: Options) -> Report:
+    """Fly the scenarios, the first ``--seeds`` of them; ``--only`` names rows.
+
+    Raises
+    ------
+    InputError
+        If no row has that in its name.
+    """
+    rows = {name: row for name, row in ROWS.items() if options.only in name or name == YARDSTICK}
+    if options.only and len(rows) == 1 and options.only not in YARDSTICK:
+        raise InputError(f"No row has {options.only!r} in its name; there are {', '.join(ROWS)}.")
+    count = SCENARIOS if options.seeds == Options.seeds else options.seeds
+    _STORE.parent.mkdir(parents=True, exist_ok=True)
+    kept = Kept(_STORE, *_SOURCES)
+    tasks = []
+    for name, (_, _, every) in rows.items():
+        numbers = [
+            number
+            for number in range(count)
+            if number // len(KINDS) % every == 0 and kept.get(name, str(number)) is None
+        ]
+        tasks += [
+            (name, numbers[first : first + _BATCH]) for first in range(0, len(numbers), _BATCH)
+        ]
+    print(f"replan: {sum(len(task[1]) for task in tasks)} flights", file=sys.stderr, flush=True)
+
+    def keep(task: tuple[str, list[int]], results: list[Result]) -> str:
+        name, numbers = task
+        for number, result in zip(numbers, results, strict=True):
+            kept.keep(name, str(number), result)
+        return f"{name}, {numbers[0]} to {numbers[-1]}"
+
+    measure("replan", tasks, fly_row, keep)
+    return _report(kept, rows, count)
+
+
+def fly_row(name: str, numbers: Sequence[int]) -> list[Result]:
+    """Fly scenarios by the planner of a row; return the results."""
+    planner, board, _ = ROWS[name]
+    results = []
+    with ExitStack() as stack:
+        chip = stack.enter_context(on_board(planner, board)) if board else None
+        first_chip = chip
+        if planner != "ga-chip":
+            first_chip = stack.enter_context(on_board("ga-chip", "model:?genetic=streaming"))
+        for number in numbers:
+            if chip is not None and chip.closed:
+                chip = stack.enter_context(on_board(planner, board))
+                first_chip = chip if planner == "ga-chip" else first_chip
+            assert first_chip is not None
+            results.append(_fly(name, number, chip, first_chip))
+    return results
+
+
+def _fly(name: str, number: int, chip: Chip | None, first_chip: Chip) -> Result:
+    """Fly one scenario."""
+    mission = draw_mission(number)
+    evaluator = Evaluator(mission, threads=1)
+    first = _first_plan(evaluator, first_chip, number)
+    if not first.evaluation.feasible:
+        return {"flown": False}
+    assert first.evaluation.flight_time_s is not None
+    drawn = draw_scenario(number, mission, first.evaluation.flight_time_s)
+    report = _flown(name, number, mission, evaluator, first, chip, drawn.scenario)
+    if isinstance(report, str):
+        return {"flown": True, "error": report, "alive": False, "ended": "error"}
+    outcome = report.outcome
+    return {
+        "flown": True,
+        "kind": drawn.kind,
+        "terrain": drawn.terrain,
+        "alive": outcome.alive,
+        "ended": outcome.ended,
+        "breaks": outcome.breaks,
+        "clearance": round(outcome.clearance_flown_m, 2),
+        "share": round(min(outcome.clearance_share, 1e6), 3),
+        "zone": None if math.isinf(outcome.zone_distance_m) else round(outcome.zone_distance_m, 2),
+        "ready": round(outcome.ready_share, 3),
+        "changes": [_change(change.to_dict()) for change in report.session.changes],
+    }
+
+
+def _first_plan(evaluator: Evaluator, chip: Chip, number: int) -> Plan:
+    """Return the plan that is flown, the same for every planner."""
+    return InFlightPlanner("ga-chip", board=chip, seed=number).prepare(evaluator)
+
+
+def _flown(
+    name: str,
+    number: int,
+    mission: Problem,
+    evaluator: Evaluator,
+    first: Plan,
+    chip: Chip | None,
+    scenario: Any,
+) -> Replanned | str:
+    planner, board, _ = ROWS[name]
+    plans = InFlightPlanner(
+        planner, board=chip, seed=number, seconds=0.0 if name == YARDSTICK else None
+    )
+    try:
+        plans.prepare(evaluator)
+        fallback = None
+        if any(event.board_lost for event in scenario.events):
+            fallback = InFlightPlanner(FALLBACK, seconds=plans.constant_s if chip is None else None)
+            fallback.prepare(evaluator)
+        session = Session(mission, first.path, plans, scenario, fallback=fallback)
+        session.run()
+    except (InputError, JobError) as error:
+        return str(error)
+    return Replanned(session, judge(session), planner, board or None, plans.constant_s)
+
+
+def _change(change: dict[str, Any]) -> Result:
+    attempts = change["attempts"]
+    return {
+        "needed": change["needed"],
+        "active_ms": change["active_ms"],
+        "flown_m": change["flown_m"],
+        "held": change["held"],
+        "fitness": change["fitness"],
+        "attempts": len(attempts),
+        **{
+            key: sum(attempt[key] for attempt in attempts)
+            for key in ("chip_ms", "round_trips_ms", "host_ms")
+        },
+    }
+
+
+def _report(kept: Kept, rows: dict[str, tuple[str, str, int]], count: int) -> Report:
+    report = Report(
+        f"Replans in flight: {count} scenarios",
+        (
+            "planner",
+            "flown",
+            "survived of what the yardstick survives",
+            "new path after ms, p50 / p99 / most",
+            "metres flown, p50 / p99 / most",
+            "chip and line ms, p99",
+            "waited on a circle",
+            "least clearance, m",
+            "least zone distance, m",
+            "mean F of new paths",
+        ),
+        notes=[
+            "Time and metres from the change to the new path at the autopilot, of changes that",
+            "need one and where it came without waiting on a circle. Chip and line: of those whose",
+            "first attempt found it. Survived: neither ground nor zone touched, a zone over the",
+            "aircraft left within 1.1 times the shortest way, arrived where the yardstick does.",
+            *missing(),
+        ],
+    )
+    yardstick = _results(kept, YARDSTICK, count)
+    failures = []
+    for name in rows:
+        results = _results(kept, name, count)
+        if not results:
+            continue
+        report.rows.append((name, *_cells(results, yardstick)))
+        failures += [
+            (name, number, result)
+            for number, result in results.items()
+            if not _survives(result, yardstick.get(number)) and _can(yardstick.get(number))
+        ]
+    report.data["failures"] = [
+        {"row": name, "scenario": number, **result} for name, number, result in failures
+    ]
+    _draw_worst(failures)
+    return report
+
+
+def _results(kept: Kept, name: str, count: int) -> dict[int, Result]:
+    found = {number: kept.get(name, str(number)) for number in range(count)}
+    return {number: result for number, result in found.items() if result and result["flown"]}
+
+
+def _can(yardstick: Result | None) -> bool:
+    return yardstick is not None and yardstick["alive"]
+
+
+def _survives(result: Result, yardstick: Result | None) -> bool:
+    if not result["alive"]:
+        return False
+    return yardstick is None or yardstick["ended"] != "arrived" or result["ended"] == "arrived"
+
+
+def _cells(results: dict[int, Result], yardstick: dict[int, Result]) -> tuple[object, ...]:
+    possible = [number for number in results if _can(yardstick.get(number))]
+    survived = [number for number in possible if _survives(results[number], yardstick.get(number))]
+    told = [result for result in results.values() if "error" not in result]
+    changes = [change for result in told for change in result["changes"] if change["needed"]]
+    prompt = [
+        change for change in changes if change["active_ms"] is not None and not change["held"]
+    ]
+    fitness = [change["fitness"] for change in changes if change["fitness"] is not None]
+    chip = [change["chip_ms"] for change in prompt if change["attempts"] == 1]
+    zones = [result["zone"] for result in told if result["zone"] is not None]
+    return (
+        len(results),
+        f"{len(survived)} of {len(possible)} ({100 * len(survived) / max(len(possible), 1):.1f} %)",
+        _three([change["active_ms"] for change in prompt], 1),
+        _three([change["flown_m"] for change in prompt], 2),
+        f"{np.percentile(chip, 99):.2f}" if any(chip) else "-",
+        f"{sum(change['held'] for change in changes)} of {len(changes)}",
+        f"{min(result['clearance'] for result in told):.1f}" if told else "-",
+        f"{min(zones):.1f}" if zones else "-",
+        f"{mean(fitness):.4f}" if fitness else "-",
+    )
+
+
+def _three(values: Sequence[float], digits: int) -> str:
+    if not values:
+        return "-"
+    parts = (np.percentile(values, 50), np.percentile(values, 99), max(values))
+    return " / ".join(f"{value:.{digits}f}" for value in parts)
+
+
+def _draw_worst(failures: Sequence[tuple[str, int, Result]]) -> None:
+    """Draw the worst flights of the chip's model: those that failed."""
+    worst = [each for each in failures if each[0] == "ga-chip, model:"][:_WORST]
+    if not worst:
+        return
+    prepare_directory(_PICTURES)
+    for name, number, _ in worst:
+        planner, board, _ = ROWS[name]
+        mission = draw_mission(number)
+        evaluator = Evaluator(mission, threads=1)
+        with on_board(planner, board) as chip:
+            assert chip is not None
+            first = _first_plan(evaluator, chip, number)
+            assert first.evaluation.flight_time_s is not None
+            drawn = draw_scenario(number, mission, first.evaluation.flight_time_s)
+            report = _flown(name, number, mission, evaluator, first, chip, drawn.scenario)
+        if isinstance(report, Replanned):
+            picture.write(report, _PICTURES / f"{number:04d}.png")

@@ -14,7 +14,6 @@ from host.device.chip import Chip
 from host.evaluation import Evaluator
 from host.files.output import json_bytes
 from host.files.replacement import replace_files
-from host.planners import PLANNERS
 from host.problem.problem import Problem
 from host.replanning.outcome import judge
 from host.replanning.planner import InFlightPlanner
@@ -27,6 +26,7 @@ __all__ = ["FALLBACK", "fly_scenario", "on_board", "save"]
 
 #: The planner on the processor that takes over where a board is lost.
 FALLBACK = "astar"
+#: The core of the board of each planner that has one.
 _CORES = {"ga-chip": GeneticCore.STREAMING, "ga-fpga": GeneticCore.PARALLEL}
 
 
@@ -38,7 +38,8 @@ def on_board(planner: str, board: str) -> AbstractContextManager[Chip | None]:
     InputError, JobError
         As those of :func:`host.device.boards.open_board`.
     """
-    if "board" not in PLANNERS[planner].options:
+    # A planner that there is not is refused by the search.
+    if planner not in _CORES:
         return nullcontext()
     return entered(board, core=_CORES[planner])
 

@@ -150,7 +150,7 @@ def _zones(session: Session, flown: Floats) -> tuple[list[str], float]:
                 breaks.append(
                     f"The flight enters the no-fly zone {name!r} after {seconds[first]:.0f} s."
                 )
-            elif len(distances):
+            if len(distances):
                 least = min(least, float(distances.min()))
         entered_before = entered_now
     return breaks, least

@@ -161,7 +161,7 @@ def parse_popup(text: str, terrain: Terrain) -> Event:
     shape, at, seconds = text.rpartition("@")
     try:
         time_s = float(seconds)
-        if not at or not 0 <= time_s < math.inf:
+        if not shape or not at or not 0 <= time_s < math.inf:
             raise ValueError
     except ValueError:
         raise InputError(

@@ -412,6 +412,8 @@ class Session:
             self._holding = None
         if self._holding is None and now >= self._next_look_s:
             self._next_look_s = now + every_s
+            if first_m >= min(last_m, run_of(self.pilot.track)):
+                return
             self._holding = holding_on(self._present, self.pilot.track, first_m, last_m)
             if every_s == _READY_S:
                 self._looks += 1

@@ -1,0 +1,134 @@
+"""Ways out of zones, and circles to stay on: safe by the present air, short and late."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from host.evaluation import Evaluator
+from host.problem.problem import Problem
+from host.problem.rules import Rules
+from host.problem.zones import Circle, Polygon
+from host.replanning.evasion import holding_on, shortest_way_out_m, way_out
+from host.replanning.present import Present
+from host.replanning.tracks import Pose, end_of, part, pose_at, run_of
+from host.terrain import Terrain
+
+
+def present(mission, *zones):
+    return Present(mission, zones, mission.goal, (0.0, 0.0))
+
+
+def brute_way_out_m(zone, pose, radius):
+    """Return the shortest turn and straight out of a circle, by small steps."""
+    best = math.inf
+    for side in (1, -1):
+        x, y, east, north, flown = pose.x, pose.y, pose.east, pose.north, 0.0
+        while flown < math.pi * radius:
+            away = np.array((x - zone.x_m, y - zone.y_m))
+            along = away @ (east, north)
+            left = -along + math.sqrt(max(along**2 - away @ away + zone.radius_m**2, 0.0))
+            best = min(best, flown + left)
+            if away @ away > zone.radius_m**2:
+                best = min(best, flown)
+                break
+            step = 0.5
+            turn = side * step / radius
+            east, north = (
+                east * math.cos(turn) - north * math.sin(turn),
+                north * math.cos(turn) + east * math.sin(turn),
+            )
+            x, y, flown = x + step * east, y + step * north, flown + step
+    return best
+
+
+def test_the_shortest_way_out_is_that_of_small_steps(mission):
+    rng = np.random.default_rng(8)
+    for _ in range(25):
+        zone = Circle(4000.0, 4500.0, float(rng.uniform(60, 900)))
+        angle, share = rng.uniform(0, 2 * math.pi), math.sqrt(rng.uniform(0, 1))
+        turn = rng.uniform(0, 2 * math.pi)
+        pose = Pose(
+            4000.0 + share * zone.radius_m * math.cos(angle),
+            4500.0 + share * zone.radius_m * math.sin(angle),
+            260.0,
+            math.cos(turn),
+            math.sin(turn),
+            0.0,
+        )
+        air = present(mission, zone)
+        expected = brute_way_out_m(zone, pose, air.turn_radius_m)
+        assert shortest_way_out_m(air, pose) == pytest.approx(expected, rel=0.01, abs=3)
+        way = way_out(air, pose)
+        assert pose_at(way, 0).point == pytest.approx(pose.point)
+        assert air.is_safe((end_of(way[-1]).straight(1.0),))
+        inside = air.in_zones_m(way, margin=False)
+        assert inside <= 1.1 * expected + 5
+    assert shortest_way_out_m(air, Pose(100.0, 4500.0, 260.0, 1.0, 0.0, 0.0)) == 0
+
+
+def test_a_way_out_of_two_zones_leaves_both(mission):
+    air = present(
+        mission,
+        Circle(4000.0, 4500.0, 300.0),
+        Polygon([(4200, 4200), (5000, 4200), (5000, 4900), (4200, 4900)]),
+    )
+    way = way_out(air, Pose(4150.0, 4500.0, 260.0, 1.0, 0.0, 0.0))
+    end = end_of(way[-1])
+    assert air.zones_at(end) == set()
+    # West is nearer than through the polygon.
+    assert run_of(way) < 1000
+
+
+def test_a_circle_is_entered_as_late_as_possible_and_is_safe(mission, straight):
+    track = Evaluator(mission, threads=1).track(straight).pieces
+    air = present(mission, Circle(4000.0, 4500.0, 200.0))
+    last = air.safe_until_m(track, 0.0)
+    holding = holding_on(air, track, 300.0, last)
+    assert 300 <= holding.along_m <= last
+    assert holding.is_safe(air)
+    assert run_of(holding.circle) == pytest.approx(2 * math.pi * 1.1 * air.turn_radius_m)
+    whole = holding.track(part(track, 0.0, holding.along_m), 2)
+    # It is flown without a corner, and ends where a round began.
+    for before, after in itertools.pairwise(whole):
+        assert end_of(before).point == pytest.approx(after.start, abs=1e-6)
+        heading = end_of(before).east, end_of(before).north
+        assert heading == pytest.approx(after.heading, abs=1e-9)
+    assert end_of(whole[-1]).point == pytest.approx(end_of(whole[-5]).point, abs=1e-6)
+    assert holding_on(air, track, 500.0, 400.0) is None
+
+
+def test_in_a_narrow_valley_the_circle_lies_above(mission):
+    """No level circle fits between the walls, which a climbing way leaves behind."""
+    y, _ = np.mgrid[:151, :151]
+    walls = np.where(np.abs(y - 75) > 2, 160.0, 100.0)
+    valley = Terrain("valley", walls, dx_m=60.0, dy_m=60.0)
+    inside = Problem(
+        valley,
+        (1500.0, 4500.0, 150.0),
+        (6500.0, 4500.0, 150.0),
+        mission.aircraft,
+        rules=Rules(),
+    )
+    air = present(inside)
+    track = (Pose(1500.0, 4500.0, 150.0, 1.0, 0.0, 0.0).straight(4000.0),)
+    holding = holding_on(air, track, 200.0, 2500.0)
+    assert holding.is_safe(air)
+    assert holding.way
+    assert holding.circle[0].start[2] > 185
+
+
+def test_between_walls_too_high_there_is_none(mission):
+    y, _ = np.mgrid[:151, :151]
+    walls = np.where(np.abs(y - 75) > 2, 4000.0, 100.0)
+    canyon = Terrain("canyon", walls, dx_m=60.0, dy_m=60.0)
+    inside = Problem(
+        canyon,
+        (1500.0, 4500.0, 150.0),
+        (6500.0, 4500.0, 150.0),
+        mission.aircraft,
+        rules=Rules(),
+    )
+    track = (Pose(1500.0, 4500.0, 150.0, 1.0, 0.0, 0.0).straight(4000.0),)
+    assert holding_on(present(inside), track, 200.0, 1500.0) is None

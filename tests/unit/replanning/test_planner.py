@@ -1,0 +1,104 @@
+"""Planners in flight: attempts, their virtual time, and a board that is lost."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from host.device.boards import open_board
+from host.evaluation import Evaluator
+from host.planners.chip_time import chip_time
+from host.problem.changes import changed_problem
+from host.problem.zones import Circle
+from host.replanning.planner import HOST_S, PATIENCE_S, ROUND_TRIP_S, InFlightPlanner, PlanningTime
+
+
+def changed(mission):
+    """A zone on the straight path, and the aircraft on its way."""
+    return changed_problem(
+        mission, [Circle(4000.0, 4500.0, 300.0)], (2000.0, 4500.0, 250.0), heading=90.0
+    )
+
+
+def test_the_time_on_the_chip_follows_from_cycles_and_bytes(on_chip, mission):
+    attempt = on_chip.attempt(changed(mission), 0)
+    assert attempt.reason == ""
+    assert attempt.plan.evaluation.feasible
+    assert attempt.plan.path[0].tolist() == [2000.0, 4500.0, 250.0]
+    taken = chip_time(attempt.plan.result.hardware)
+    assert attempt.time == PlanningTime(taken.whole_s, taken.requests * ROUND_TRIP_S, HOST_S)
+    assert 0.001 < attempt.time.chip_s < 0.004
+    assert attempt.time.total_s < 0.020
+    # Nothing of it is the clock of this machine.
+    assert attempt.plan.result.hardware["runs"][0]["warm"]
+    assert on_chip.budget_s == 0.025
+
+
+def test_another_attempt_has_another_seed(on_chip, mission):
+    paths = {
+        tuple(on_chip.attempt(changed(mission), number).plan.path.ravel()) for number in range(3)
+    }
+    assert len(paths) > 1
+
+
+def test_a_planner_on_the_processor_takes_a_constant(on_processor, mission):
+    planner = on_processor(0.25)
+    attempt = planner.attempt(changed(mission), 0)
+    assert attempt.plan.evaluation.feasible
+    assert attempt.time == PlanningTime(host_s=0.25)
+    assert planner.budget_s == pytest.approx(1.3 * 0.25)
+    measured = InFlightPlanner("astar")
+    measured.prepare(Evaluator(mission, threads=1))
+    assert 0 < measured.constant_s < 60
+    assert measured.attempt(changed(mission), 0).time.total_s == measured.constant_s
+
+
+def test_where_there_is_no_path_the_reason_is_said(on_processor, mission):
+    wall = Circle(4000.0, 4500.0, 60.0)
+    closed = dataclasses.replace(
+        mission,
+        rules=dataclasses.replace(mission.rules, ceiling_m=260.0),
+        zones=[Circle(4000.0, y, 400.0) for y in np.arange(0.0, 9001.0, 500.0)] + [wall],
+    )
+    attempt = on_processor(0.1).attempt(closed, 0)
+    assert attempt.plan is None
+    assert attempt.reason
+    refused = attempt.refused("Too late.", hopeless=True)
+    assert (refused.reason, refused.hopeless, refused.time) == ("Too late.", True, attempt.time)
+
+
+def test_a_lost_board_costs_the_patience_of_the_host(mission):
+    with open_board("model:?genetic=streaming") as board:
+        planner = InFlightPlanner("ga-chip", board=board)
+        planner.prepare(Evaluator(mission, threads=1))
+        planner.lose_board()
+        attempt = planner.attempt(changed(mission), 0)
+        assert attempt.plan is None
+        assert (attempt.reason, attempt.time.total_s) == ("The board is lost.", PATIENCE_S)
+
+
+def test_a_board_that_really_fails_is_noticed(mission, monkeypatch):
+    with open_board("model:?genetic=streaming") as board:
+        planner = InFlightPlanner("ga-chip", board=board)
+        planner.prepare(Evaluator(mission, threads=1))
+
+        def fail(data):
+            raise OSError("the cable is out")
+
+        monkeypatch.setattr(board.link._transport, "write", fail)
+        attempt = planner.attempt(changed(mission), 0)
+        assert attempt.plan is None
+        assert planner.lost == attempt.reason != ""
+        assert planner.attempt(changed(mission), 1).reason == planner.lost
+
+
+def test_the_time_of_chip_and_host_together(mission):
+    with open_board("model:") as board:
+        planner = InFlightPlanner("ga-fpga", board=board)
+        plan = planner.prepare(Evaluator(mission, threads=1))
+        attempt = planner.attempt(changed(mission), 0)
+    assert attempt.time.round_trips_s == pytest.approx(
+        ROUND_TRIP_S * (attempt.plan or plan).result.generations, rel=0.2
+    )
+    assert attempt.time.chip_s > 0.01
+    assert 0 < attempt.time.host_s < 60

@@ -19,8 +19,9 @@ from host.evaluation.broken import Stretch
 from host.evaluation.evaluator import FINE
 from host.files.output import replacing
 from host.report import convergence, plan_view, points, profile, reason_marks
+from host.report.along import broken_samples
+from host.report.along import why as why_not
 from host.report.frame import LEFT, NARROWEST, RIGHT, WIDTH, frame
-from host.report.limit_units import unit_of
 from host.report.palette import TROUBLE
 from host.report.via import visits
 
@@ -80,7 +81,7 @@ def draw(scene: Scene) -> Figure:
     terrain = scene.evaluator.problem.terrain
     rows, columns = terrain.elevation.shape
     aspect = columns * terrain.dx_m / (rows * terrain.dy_m)
-    why = "" if scene.evaluation.feasible else _why(scene)
+    why = "" if scene.evaluation.feasible else why_not(scene.reason, scene.evaluation.limits)
     lines = textwrap.wrap(why, 125, max_lines=2, placeholder=" ...")
     figure, (plan, bar, altitudes, *rest) = _layout(
         aspect, _TOP + _LINE * len(lines), searched=bool(scene.history)
@@ -89,7 +90,7 @@ def draw(scene: Scene) -> Figure:
     # The samples of the verdict, so that the picture does not contradict it.
     samples, _ = scene.evaluator.track(scene.path).midpoints(scene.evaluator.ds_m / FINE)
     stretches = scene.evaluator.broken(scene.path)
-    trouble = _trouble(scene.evaluator, samples, stretches)
+    trouble = broken_samples(scene.evaluator, samples, stretches)
     reasons = _reasons(samples, stretches)
     legend = plan_view.draw(
         plan,
@@ -128,21 +129,6 @@ def draw(scene: Scene) -> Figure:
             weight="bold",
         )
     return figure
-
-
-def _why(scene: Scene) -> str:
-    """Return why a path is not feasible; empty for a given path as paper."""
-    if sentence := scene.reason.get("sentence"):
-        return f"No path: {sentence}"
-    if not scene.evaluation.limits:
-        return ""
-    worst = scene.evaluation.limits[0]
-    name = worst["limit"]
-    unit = unit_of(name)
-    return (
-        f"Not feasible: {name} is {worst['worst']:,.1f} {unit}, "
-        f"allowed {worst['allowed']:,.1f} {unit}, after {worst['at_m'] / 1000:.2f} km"
-    )
 
 
 def _reasons(samples: Samples, stretches: Sequence[Stretch]) -> list[tuple[str, int]]:
@@ -205,20 +191,3 @@ def _layout(aspect: float, top: float, *, searched: bool) -> tuple[Figure, list[
     return figure, [
         figure.add_axes((x / WIDTH, y / height, w / WIDTH, h / height)) for x, y, w, h in places
     ]
-
-
-def _trouble(
-    evaluator: Evaluator, samples: Samples, stretches: Sequence[Stretch]
-) -> NDArray[np.bool_]:
-    """Return which samples break a limit; as paper, are in the ground, a void or a zone."""
-    problem = evaluator.problem
-    if not problem.as_paper:
-        broken = np.zeros(len(samples.s), dtype=bool)
-        for each in stretches:
-            broken |= (samples.s >= each.from_m) & (samples.s <= each.to_m)
-            middle = np.searchsorted(samples.s, 0.5 * (each.from_m + each.to_m))
-            broken[min(int(middle), len(broken) - 1)] = True
-        return broken
-    zone = problem.nofly_raster[problem.terrain.nearest_nodes(samples.x, samples.y)]
-    trouble: NDArray[np.bool_] = np.isnan(samples.ground) | (samples.clearance < 0) | zone
-    return trouble

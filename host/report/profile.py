@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from host.evaluation import Evaluator, Samples
 from host.problem.problem import Problem
 from host.report import points, zone_shapes
+from host.report.along import surface_and_demand
 from host.report.axes import LEGEND, finish
 from host.report.palette import BAND, GROUND, NOFLY, PATH, TEXT, TROUBLE, VOID, halo
 from host.report.placing import label
@@ -73,7 +74,7 @@ def draw(
     if problem.rules is None:
         ground = samples.ground
     else:
-        ground, band = _surface_and_band(evaluator, samples)
+        ground, _, band = surface_and_demand(evaluator, samples)
     ceilings = _ceilings(problem, ground)
     low, top = _heights(samples, ground, ceilings)
     axes.set_xlim(0, along[-1])
@@ -164,32 +165,6 @@ def _heights(
     shown = max((top for top in tops if top <= most), default=high)
     margin = max(1.0, 0.12 * (shown - low))
     return low - margin, shown + (3.2 if ceilings else 2.2) * margin
-
-
-def _surface_and_band(
-    evaluator: Evaluator, samples: Samples
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the surface below the track, and the lowest altitude that the rules demand there.
-
-    The corridor is looked at along five lines; the verdict looks everywhere.
-    """
-    from host.problem.surface import surface_below
-
-    problem = evaluator.problem
-    assert problem.rules is not None
-    dx, dy = np.gradient(samples.x), np.gradient(samples.y)
-    run = np.maximum(np.hypot(dx, dy), 1e-9)
-    highest = np.full(len(samples.x), -np.inf)
-    for share in (-1.0, -0.5, 0.0, 0.5, 1.0):
-        aside = share * problem.rules.corridor_m
-        x, y = samples.x - aside * dy / run, samples.y + aside * dx / run
-        highest = np.maximum(highest, surface_below(problem.terrain, x, y))
-    surface = surface_below(problem.terrain, samples.x, samples.y)
-    required = problem.demand.required_m(samples.x, samples.y)
-    return (
-        np.where(np.isfinite(surface), surface, np.nan),
-        np.where(np.isfinite(highest), highest + required, np.nan),
-    )
 
 
 def _draw_zones(axes: Axes, along: NDArray[np.float64], problem: Problem, samples: Samples) -> None:

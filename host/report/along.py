@@ -1,0 +1,115 @@
+"""Facts along a track, for the picture and the page: surface, demand, broken limits, the reason."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.evaluation import Evaluator, Samples
+from host.evaluation.broken import Stretch
+from host.report.limit_units import unit_of
+
+
+__all__ = ["broken_limits", "broken_samples", "surface_and_demand", "why"]
+
+Floats = NDArray[np.float64]
+
+# Lines along which the corridor is looked at, as shares of its half width; the verdict looks
+# everywhere.
+_LINES = (-1.0, -0.5, 0.0, 0.5, 1.0)
+
+
+def surface_and_demand(evaluator: Evaluator, samples: Samples) -> tuple[Floats, Floats, Floats]:
+    """Return the surface under a track, the highest within the corridor, and the demand.
+
+    Parameters
+    ----------
+    evaluator : Evaluator
+        Holds the problem.
+    samples : Samples
+        The track, k samples.
+
+    Returns
+    -------
+    tuple of ndarray
+        The surface below; the highest surface within the corridor, along five lines; the lowest
+        altitude that the rules allow. All (k,) float64 metres, NaN over a void. As paper the first
+        two are the ground of the samples, and nothing is demanded: NaN.
+    """
+    problem = evaluator.problem
+    if problem.rules is None:
+        return samples.ground, samples.ground, np.full(len(samples.s), np.nan)
+    from host.problem.surface import surface_below
+
+    dx, dy = np.gradient(samples.x), np.gradient(samples.y)
+    run = np.maximum(np.hypot(dx, dy), 1e-9)
+    highest = np.full(len(samples.x), -np.inf)
+    for share in _LINES:
+        aside = share * problem.rules.corridor_m
+        x, y = samples.x - aside * dy / run, samples.y + aside * dx / run
+        highest = np.maximum(highest, surface_below(problem.terrain, x, y))
+    surface = surface_below(problem.terrain, samples.x, samples.y)
+    required = problem.demand.required_m(samples.x, samples.y)
+    return (
+        np.where(np.isfinite(surface), surface, np.nan),
+        np.where(np.isfinite(highest), highest, np.nan),
+        np.where(np.isfinite(highest), highest + required, np.nan),
+    )
+
+
+def broken_samples(
+    evaluator: Evaluator, samples: Samples, stretches: Sequence[Stretch]
+) -> NDArray[np.bool_]:
+    """Return which samples break a limit; as paper, are in the ground, a void or a zone."""
+    problem = evaluator.problem
+    if not problem.as_paper:
+        broken = np.zeros(len(samples.s), dtype=bool)
+        for each in stretches:
+            broken |= (samples.s >= each.from_m) & (samples.s <= each.to_m)
+            middle = np.searchsorted(samples.s, 0.5 * (each.from_m + each.to_m))
+            broken[min(int(middle), len(broken) - 1)] = True
+        return broken
+    zone = problem.nofly_raster[problem.terrain.nearest_nodes(samples.x, samples.y)]
+    trouble: NDArray[np.bool_] = np.isnan(samples.ground) | (samples.clearance < 0) | zone
+    return trouble
+
+
+def broken_limits(evaluator: Evaluator, path: Floats, samples: Samples) -> list[Stretch]:
+    """Return the stretches of a path that break a limit, with or without rules.
+
+    As paper, they are the runs of samples in the ground, a void or a zone, as one limit ``safety``.
+    """
+    if not evaluator.problem.as_paper:
+        return evaluator.broken(path)
+    broken = broken_samples(evaluator, samples, ())
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], broken, [False])).astype(np.int8)))
+    return [
+        Stretch("safety", float(samples.s[first]), float(samples.s[last - 1]))
+        for first, last in edges.reshape(-1, 2).tolist()
+    ]
+
+
+def why(reason: Mapping[str, Any], limits: Sequence[Mapping[str, Any]] | None) -> str:
+    """Return why a path is not feasible; empty for a given path as paper.
+
+    Parameters
+    ----------
+    reason : mapping
+        The ``reason`` of a summary: why a planner found no path; empty for a path that was given.
+    limits : sequence of mapping or None
+        The ``limits`` of a summary, the nearest first; None as paper.
+    """
+    if sentence := reason.get("sentence"):
+        return f"No path: {sentence}"
+    if not limits:
+        return ""
+    worst = limits[0]
+    name = worst["limit"]
+    unit = unit_of(name)
+    return (
+        f"Not feasible: {name} is {worst['worst']:,.1f} {unit}, "
+        f"allowed {worst['allowed']:,.1f} {unit}, after {worst['at_m'] / 1000:.2f} km"
+    )

@@ -1,0 +1,28 @@
+"""Views of a plan in a browser: 3-D terrain, map and altitude profile, without any network.
+
+``scene.py`` turns a problem or a plan into plain JSON. The ES modules of this folder draw it, each
+in an element that it is given, on any page; ``page.py`` makes one file of all of them. The views
+share their calls::
+
+    const scene = readScene(json)                       // scene.js: decodes the arrays
+    const view = new TerrainView(element, scene)        // view.js: three.js, from "nicegui-scene"
+    const map = new TerrainMap(element, scene)          // map.js: canvas with hillshade
+    const profile = new Profile(element, scene)         // profile.js: altitude along one track
+
+    view.setPaths([{points, colour, opacity}, ...])     // points: [[x, y, z], ...], metres
+    view.setZones(zones)                                // as in scene.zones
+    view.setPoints(points)                              // as in scene.points
+    view.setAircraft({x, y, z, heading_deg} or null)    // heading clockwise from north
+    view.mark({x, y, z} or null)                        // the place that all views show
+    view.dispose()
+
+``TerrainMap`` has all of these too, and what drawing on it needs: ``metresAt(event)``,
+``pixelsAt(x, y)``, ``overlays`` (a Set of functions (context, map), called last in each drawing),
+``panning`` (false leaves drags to the page), ``redraw()`` and ``onPoint`` (called with metres, or
+null, as the pointer moves). ``Profile`` has ``setTrack(track or null)``, ``setZones(zones)``,
+``mark(metres flown or null)``, ``onMark`` (called with a row of ``at(track, s)`` of scene.js, or
+null) and ``dispose()``. A scene that has paths is drawn with them from the start.
+
+Colours come from CSS variables of the element (``--path``, ``--nofly``, ``--text`` and so on, see
+page.css), with defaults; call ``redraw()`` when they change.
+"""

@@ -1,0 +1,317 @@
+"""The scene of a problem or a plan: plain JSON that the views of a browser draw.
+
+Lengths are metres in the terrain's local frame: x east, y north of its south-west node, altitudes
+above the datum of the terrain. Arrays are base64 of little-endian numbers. The keys of a scene:
+
+``title``, ``subtitle``
+    Texts; empty for a problem without a plan.
+``verdict``
+    ``{"feasible": true, false or null, "sentence": why not, or empty}``.
+``terrain``
+    ``name``; ``rows``, ``columns`` of the mesh and ``width_m``, ``height_m`` between its outermost
+    nodes; ``heights``, uint16 row by row from the south-west, each ``low_m + step_m * value``, and
+    65535 a void; ``nodes``, rows and columns of the whole terrain, and ``thinned``, true if the
+    mesh has fewer: a node of it is then the highest of those around it, and a void if one of them
+    is; ``vertical``, the factor by which the 3-D view exaggerates heights; ``crs`` or null.
+``points``
+    Start, via points, goal and return in the order of the flight: ``kind`` (``start``, ``via``,
+    ``goal``, ``return``), ``name``, ``x``, ``y``, ``z``, ``ground_m`` (null over a void).
+``zones``
+    ``name``, ``text`` (name, limits and times in lines), ``rings`` (the outline and then its
+    holes, [x, y] without the closing corner; a circle as a polygon), ``lower_m``, ``upper_m``,
+    ``t0_s``, ``t1_s`` (each may be null), ``circle`` (``x``, ``y``, ``radius_m``, or null).
+``zones_left_out``
+    Number of zones that are not drawn, the smallest ones, because there are too many.
+``paths``
+    The plan's path, or none: ``name``; ``waypoints`` [[x, y, z], ...]; ``track``, the smoothed
+    path, with ``length_m``, ``samples`` (k) and the float32 arrays (k,) ``s`` (metres flown),
+    ``x``, ``y``, ``z``, ``ground`` (the surface below, NaN over a void), ``clearance`` (height
+    over the highest surface within the corridor) and ``demanded`` (least altitude that the rules
+    allow, NaN as paper); ``broken``, stretches that break a limit: ``limit``, ``from_m``, ``to_m``.
+``figures``
+    The main figures of the summary: ``key`` of the summary, ``label``, ``value`` as it stands
+    there, ``text`` with its unit.
+``ceilings``
+    Of the rules and the aircraft: ``name``, ``altitude_m``, ``agl`` (true: above the surface).
+"""
+
+from __future__ import annotations
+
+import base64
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.evaluation import Evaluator, Samples
+from host.problem.problem import Problem
+from host.problem.zones import Circle, Polygon, Zone
+from host.report.along import broken_limits, surface_and_demand, why
+from host.report.marks import mark_names
+from host.terrain import Terrain
+from host.web.figures import captions, figures
+
+
+__all__ = ["path_scene", "plan_scene", "problem_scene", "terrain_scene", "zones_scene"]
+
+Floats = NDArray[np.float64]
+
+#: Most nodes of the mesh along a side.
+MOST_NODES = 512
+# Value of a void, and the values below it that heights have.
+_VOID, _VALUES = 65535, 65534
+# Samples of a track: the ends of its pieces are samples besides.
+_SAMPLES = 1500
+# Corners of the polygon around a circle.
+_CIRCLE_CORNERS = 72
+# Most corners of all zones, so that the page keeps its size.
+_MOST_CORNERS = 60_000
+# A relief of less than this share of the longer side is exaggerated, by one of these factors.
+_RELIEF = 0.1
+_FACTORS = (1.0, 1.5, 2.0, 3.0)
+
+
+def problem_scene(problem: Problem) -> dict[str, Any]:
+    """Return the scene of a problem without a path."""
+    zones = zones_scene(problem.zones)
+    return {
+        "title": problem.terrain.name,
+        "subtitle": "",
+        "verdict": {"feasible": None, "sentence": ""},
+        "terrain": terrain_scene(problem.terrain),
+        "points": _points(problem),
+        "zones": zones,
+        "zones_left_out": len(problem.zones) - len(zones),
+        "paths": [],
+        "figures": [],
+        "ceilings": _ceilings(problem),
+    }
+
+
+def plan_scene(evaluator: Evaluator, path: Floats, summary: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the scene of a plan.
+
+    Parameters
+    ----------
+    evaluator : Evaluator
+        Holds the problem.
+    path : ndarray
+        Waypoints, (n, 3) float64 metres, start and goal included.
+    summary : mapping
+        The content of ``summary.json``: the verdict and the figures are its own.
+    """
+    title, subtitle = captions(summary)
+    feasible = summary.get("feasible")
+    reason = summary.get("reason")
+    sentence = ""
+    if feasible is False:
+        sentence = why(reason or {}, summary.get("limits"))
+    name = str(summary.get("planner") or "path")
+    least_m = summary.get("minimum_clearance_m")
+    return {
+        **problem_scene(evaluator.problem),
+        "title": title,
+        "subtitle": subtitle,
+        "verdict": {"feasible": feasible, "sentence": sentence},
+        "paths": [path_scene(evaluator, path, name, least_m=least_m)],
+        "figures": figures(summary),
+    }
+
+
+def terrain_scene(terrain: Terrain) -> dict[str, Any]:
+    """Return the mesh of a terrain, of at most :data:`MOST_NODES` nodes along a side."""
+    mesh = _thinned(terrain.elevation)
+    low_m, high_m = terrain.lowest, terrain.highest
+    step_m = (high_m - low_m) / _VALUES or 1.0
+    solid = np.where(np.isnan(mesh), low_m, mesh)
+    values = np.where(np.isnan(mesh), _VOID, np.rint((solid - low_m) / step_m))
+    rows, columns = mesh.shape
+    return {
+        "name": terrain.name,
+        "nodes": list(terrain.shape),
+        "rows": rows,
+        "columns": columns,
+        "thinned": mesh.shape != terrain.shape,
+        "width_m": terrain.width_m,
+        "height_m": terrain.height_m,
+        "low_m": low_m,
+        "high_m": high_m,
+        "step_m": step_m,
+        "heights": _base64(values, "<u2"),
+        "vertical": _vertical(terrain),
+        "crs": terrain.crs,
+    }
+
+
+def zones_scene(zones: Iterable[Zone]) -> list[dict[str, Any]]:
+    """Return zones in their order, without the smallest of too many; see ``zones`` above."""
+    from host.report.zone_shapes import text
+
+    whole = [(zone, _rings(zone)) for zone in zones]
+    kept: set[int] = set()
+    corners = 0
+    for index in sorted(range(len(whole)), key=lambda index: -_extent_m(whole[index][1][0])):
+        corners += sum(map(len, whole[index][1]))
+        if corners > _MOST_CORNERS and kept:
+            break
+        kept.add(index)
+    return [
+        {
+            "name": zone.name,
+            "text": text(zone),
+            "rings": rings,
+            "circle": (
+                {"x": zone.x_m, "y": zone.y_m, "radius_m": zone.radius_m}
+                if isinstance(zone, Circle)
+                else None
+            ),
+            "lower_m": zone.lower_m,
+            "upper_m": zone.upper_m,
+            "t0_s": zone.t0_s,
+            "t1_s": zone.t1_s,
+        }
+        for index, (zone, rings) in enumerate(whole)
+        if index in kept
+    ]
+
+
+def path_scene(
+    evaluator: Evaluator, path: Floats, name: str, *, least_m: float | None = None
+) -> dict[str, Any]:
+    """Return a path with its smoothed track; see ``paths`` above.
+
+    Parameters
+    ----------
+    evaluator : Evaluator
+        Holds the problem.
+    path : ndarray
+        Waypoints, (n, 3) float64 metres, start and goal included.
+    name : str
+        Name of the path.
+    least_m : float, optional
+        Its least clearance, which the sample at that place gets.
+    """
+    track = evaluator.track(path)
+    samples = track.sample(max(track.length_m, 1.0) / _SAMPLES)
+    lowest_m = evaluator.lowest_at_m(path)
+    if lowest_m is not None:
+        samples = _with_sample_at(samples, lowest_m)
+    ground, highest, demanded = surface_and_demand(evaluator, samples)
+    clearance = samples.z - highest
+    if lowest_m is not None and least_m is not None:
+        clearance[np.searchsorted(samples.s, lowest_m)] = least_m
+    columns = {
+        "s": samples.s,
+        "x": samples.x,
+        "y": samples.y,
+        "z": samples.z,
+        "ground": ground,
+        "clearance": clearance,
+        "demanded": demanded,
+    }
+    return {
+        "name": name,
+        "waypoints": path.tolist(),
+        "track": {
+            "length_m": track.length_m,
+            "samples": len(samples.s),
+            **{key: _base64(column, "<f4") for key, column in columns.items()},
+            "broken": [
+                {"limit": each.limit, "from_m": each.from_m, "to_m": each.to_m}
+                for each in broken_limits(evaluator, path, samples)
+            ],
+        },
+    }
+
+
+def _thinned(heights: Floats) -> Floats:
+    """Return the highest of the nodes around each node of the mesh; NaN where one is a void."""
+    for axis, nodes in enumerate(heights.shape):
+        if nodes <= MOST_NODES:
+            continue
+        places = np.linspace(0, nodes - 1, MOST_NODES)
+        first = np.ceil((places[:-1] + places[1:]) / 2).astype(np.intp)
+        heights = np.maximum.reduceat(heights, np.concatenate(([0], first)), axis=axis)
+    return heights
+
+
+def _vertical(terrain: Terrain) -> float:
+    """Return the factor that makes a low relief visible."""
+    relief = (terrain.highest - terrain.lowest) / max(terrain.width_m, terrain.height_m)
+    return next((f for f in _FACTORS if f * relief >= _RELIEF), _FACTORS[-1])
+
+
+def _points(problem: Problem) -> list[dict[str, Any]]:
+    """Return the points that the path visits."""
+    from host.problem.surface import surface_below
+
+    names = mark_names(problem.way)
+    x, y, _ = np.array(problem.way, dtype=np.float64).T
+    ground = surface_below(problem.terrain, x, y).tolist()
+    return [
+        {
+            "kind": name.split()[0].lower(),
+            "name": name,
+            "x": point[0],
+            "y": point[1],
+            "z": point[2],
+            "ground_m": below if math.isfinite(below) else None,
+        }
+        for name, point, below in zip(names, problem.way, ground, strict=True)
+    ]
+
+
+def _ceilings(problem: Problem) -> list[dict[str, Any]]:
+    """Return the ceilings that hold; none as paper."""
+    if problem.rules is None:
+        return []
+    stated = (
+        ("ceiling", problem.rules.ceiling_m, False),
+        ("service ceiling", problem.aircraft.service_ceiling_m, False),
+        ("ceiling above ground", problem.rules.ceiling_agl_m, True),
+    )
+    return [
+        {"name": name, "altitude_m": altitude, "agl": agl}
+        for name, altitude, agl in stated
+        if altitude is not None
+    ]
+
+
+def _rings(zone: Zone) -> list[list[list[float]]]:
+    """Return the outline of a zone and then its holes, to the decimetre."""
+    if isinstance(zone, Circle):
+        angles = np.linspace(0, 2 * np.pi, _CIRCLE_CORNERS, endpoint=False)
+        around = np.stack((np.cos(angles), np.sin(angles)), axis=1) * zone.radius_m
+        return [np.round(around + np.array((zone.x_m, zone.y_m)), 1).tolist()]
+    if not isinstance(zone, Polygon):
+        raise TypeError(f"No outline for a zone of the type {type(zone).__name__}")
+    return [_drawn(np.array(ring)) for ring in (zone.ring, *zone.holes)]
+
+
+def _drawn(ring: Floats) -> list[list[float]]:
+    """Return a ring to the decimetre, its corners thinned if it alone has too many."""
+    every = math.ceil(len(ring) / (_MOST_CORNERS // 10))
+    rounded: list[list[float]] = np.round(ring[::every], 1).tolist()
+    return rounded
+
+
+def _extent_m(ring: list[list[float]]) -> float:
+    """Return the longer side of the box around a ring."""
+    return float(np.ptp(np.array(ring), axis=0).max())
+
+
+def _with_sample_at(samples: Samples, at_m: float) -> Samples:
+    """Return samples with one more, between its neighbours, unless there is one."""
+    place = int(np.searchsorted(samples.s, at_m))
+    if place < len(samples.s) and samples.s[place] == at_m:
+        return samples
+    columns = (samples.s, samples.x, samples.y, samples.z, samples.ground, samples.clearance)
+    return Samples(
+        *(np.insert(column, place, np.interp(at_m, samples.s, column)) for column in columns)
+    )
+
+
+def _base64(values: NDArray[Any], kind: str) -> str:
+    return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode("ascii")

@@ -61,10 +61,10 @@ def captions(summary: Mapping[str, Any]) -> tuple[str, str]:
         by += f" on the board {board}"
     if fallback := summary.get("fallback"):
         by += f", {'in part ' if summary.get('legs') else ''}by its fallback {fallback}"
-    parts = [f"Planned by {by}", str(named["uav"].get("name", "")), f"seed {summary.get('seed')}"]
+    parts = [f"planned by {by}", str(named["uav"].get("name", "")), f"seed {summary.get('seed')}"]
     if wind := summary.get("wind"):
         east, north = wind
         if east or north:
             parts.append(f"wind {east:g} m/s to the east, {north:g} m/s to the north")
     parts.append(f"pathgene {summary.get('pathgene')}")
-    return title, "; ".join(part for part in parts if part)
+    return title, " · ".join(part for part in parts if part)

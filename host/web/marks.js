@@ -1,0 +1,73 @@
+// Marks and texts that map, profile and 3-D view draw alike.
+
+const COLOURS = { start: "start", via: "start", goal: "goal", return: "start" };
+const RIM = "#22272b";
+
+/** Draw start (disc), via point (diamond), goal (star) or return (ring) of a size in pixels. */
+export function drawPoint(context, kind, x, y, size, colours) {
+  context.save();
+  context.translate(x, y);
+  context.beginPath();
+  if (kind === "via") corners(context, 4, size, size);
+  else if (kind === "goal") corners(context, 10, 1.35 * size, 0.58 * size);
+  else context.arc(0, 0, 0.8 * size, 0, 2 * Math.PI);
+  Object.assign(context, { lineWidth: 1.5, strokeStyle: RIM, lineJoin: "round" });
+  context.fillStyle = colours[COLOURS[kind]];
+  if (kind !== "return") context.fill();
+  context.stroke();
+  context.restore();
+}
+
+/** Draw an aircraft seen from above, its nose `heading_deg` clockwise from the top. */
+export function drawAircraft(context, x, y, heading_deg, size) {
+  context.save();
+  context.translate(x, y);
+  context.rotate((heading_deg * Math.PI) / 180);
+  context.beginPath();
+  for (const [east, north] of [[0, 1], [0.7, -0.8], [0, -0.4], [-0.7, -0.8]]) {
+    context.lineTo(east * size, -north * size);
+  }
+  context.closePath();
+  Object.assign(context, { lineWidth: 3, strokeStyle: "#ffffff", fillStyle: "#d55e00" });
+  context.lineJoin = "round";
+  context.stroke();
+  context.fill();
+  context.restore();
+}
+
+/** Draw the ring of the marked place. */
+export function drawMark(context, x, y, colours) {
+  context.beginPath();
+  context.arc(x, y, 6, 0, 2 * Math.PI);
+  Object.assign(context, { lineWidth: 6.5, strokeStyle: "#ffffff", fillStyle: "#ffffff" });
+  context.stroke();
+  context.fill();
+  Object.assign(context, { lineWidth: 3, strokeStyle: RIM });
+  context.stroke();
+  context.beginPath();
+  context.arc(x, y, 2.2, 0, 2 * Math.PI);
+  context.fillStyle = colours.trouble;
+  context.fill();
+}
+
+/** Draw lines of text around a place, with a rim that parts them from what lies below. */
+export function drawText(context, text, x, y, { colour, rim, align = "center", bold = false }) {
+  context.font = `${bold ? "600 " : ""}12px system-ui, sans-serif`;
+  Object.assign(context, { textAlign: align, textBaseline: "middle", lineJoin: "round" });
+  Object.assign(context, { lineWidth: 3.5, strokeStyle: rim, fillStyle: colour });
+  const lines = text.split("\n");
+  lines.forEach((line, i) => {
+    const height = y + 15 * (i - (lines.length - 1) / 2);
+    context.strokeText(line, x, height);
+    context.fillText(line, x, height);
+  });
+}
+
+function corners(context, count, outer, inner) {
+  for (let i = 0; i < count; i++) {
+    const angle = (2 * Math.PI * i) / count;
+    const radius = i % 2 ? inner : outer;
+    context.lineTo(radius * Math.sin(angle), -radius * Math.cos(angle));
+  }
+  context.closePath();
+}

@@ -1,0 +1,116 @@
+"""The page of a plan: one HTML file that shows it in any browser, without any network."""
+
+from __future__ import annotations
+
+import base64
+import html
+import json
+import re
+from collections.abc import Mapping
+from importlib import metadata, resources
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import NDArray
+
+from host.errors import InputError
+from host.evaluation import Evaluator
+from host.web.scene import plan_scene
+
+
+__all__ = ["MODULES", "page_of", "require_library", "three_js"]
+
+#: ES modules of this folder that a page imports.
+MODULES = (
+    "canvas.js",
+    "lines.js",
+    "map.js",
+    "marks.js",
+    "profile.js",
+    "relief.js",
+    "scene.js",
+    "solids.js",
+    "view.js",
+)
+# Name that the modules import three.js by, as pages of NiceGUI do, and its file in the wheel.
+_LIBRARY = "nicegui-scene"
+_LIBRARY_FILE = "nicegui/elements/scene/dist/index.js"
+_NEEDED = "The page needs three.js of the extra: pip install 'pathgene[desk]' (--write html)."
+
+
+def page_of(evaluator: Evaluator, path: NDArray[Any], summary: Mapping[str, Any]) -> str:
+    """Return the page of a plan.
+
+    Parameters
+    ----------
+    evaluator : Evaluator
+        Holds the problem.
+    path : ndarray
+        Waypoints, (n, 3) float64 metres, start and goal included.
+    summary : mapping
+        The content of ``summary.json``.
+
+    Raises
+    ------
+    InputError
+        If the extra ``desk``, whose three.js the page contains, is not installed.
+    """
+    library = three_js()
+    scene = plan_scene(evaluator, path, summary)
+    imports = {_LIBRARY: library, **{name: _own(name) for name in MODULES}}
+    parts = {
+        "title": html.escape(scene["title"]),
+        "subtitle": html.escape(scene["subtitle"]),
+        "style": _text("page.css"),
+        # Inside a script only "<" can end it.
+        "scene": json.dumps(scene, allow_nan=False).replace("<", "\\u003c"),
+        "imports": json.dumps({"imports": {key: _url(text) for key, text in imports.items()}}),
+        "program": _own("page.js"),
+    }
+    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _text("page.html"))
+
+
+def require_library() -> None:
+    """Refuse to make a page where the extra ``desk`` is missing; call it before the work.
+
+    Raises
+    ------
+    InputError
+        If it is missing.
+    """
+    _library_file()
+
+
+def three_js() -> str:
+    """Return three.js and its OrbitControls as one ES module, from the wheel of NiceGUI.
+
+    Raises
+    ------
+    InputError
+        If the extra ``desk`` is not installed.
+    """
+    return _library_file().read_text(encoding="utf-8")
+
+
+def _library_file() -> Path:
+    # Found by the record of the wheel: an import of NiceGUI takes a second.
+    try:
+        file = Path(str(metadata.distribution("nicegui").locate_file(_LIBRARY_FILE)))
+    except metadata.PackageNotFoundError:
+        raise InputError(_NEEDED) from None
+    if not file.is_file():
+        raise InputError(_NEEDED)
+    return file
+
+
+def _text(name: str) -> str:
+    return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
+
+
+def _own(name: str) -> str:
+    """Return a module of ours; a module in a URL of data knows no folder, so bare names import."""
+    return re.sub(r'from "\./(\w+\.js)"', r'from "\1"', _text(name))
+
+
+def _url(text: str) -> str:
+    return "data:text/javascript;base64," + base64.b64encode(text.encode()).decode("ascii")

@@ -54,6 +54,7 @@ def set_up(level: str, venv: Path, root: Path) -> None:
     if level != "plan":
         check_libpython(python)
         require_for_tests("iverilog", "for the tests on a second simulator")
+        require_for_tests("chromium", "for the tests of pages in a browser")
     if level == "long":
         require_for_tests("dieharder", "for the battery of random tests")
     say(f"done in {time.monotonic() - start:.0f} s")

@@ -6,9 +6,11 @@ import argparse
 from pathlib import Path
 
 from host.cli.output import note, print_json, print_pairs
+from host.evaluation import Evaluator
 from host.files.output import prepare_directory
 from host.mission.files.export import export, parse_formats
 from host.report.read import read_run
+from host.web.page import page_of
 
 
 __all__ = ["run"]
@@ -24,7 +26,11 @@ def run(args: argparse.Namespace) -> int:
     if planned.feasible is False:
         note("The path is not feasible; look at the files, but do not fly them.")
     notes: list[str] = []
-    written = export(planned, formats, directory, notes.append)
+
+    def page() -> str:
+        return page_of(Evaluator(planned.problem), planned.path, planned.summary)
+
+    written = export(planned, formats, directory, notes.append, page=page)
     for sentence in notes:
         note(sentence)
     if args.json:

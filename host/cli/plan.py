@@ -28,6 +28,7 @@ from host.planners.base import Stop
 from host.planning import Plan, Search
 from host.progress import Progress
 from host.report.write import Written, write_report
+from host.web.page import page_of, require_library
 
 
 __all__ = ["run"]
@@ -51,6 +52,8 @@ def run(args: argparse.Namespace) -> int:
     formats = parse_formats(args.write) if args.write else ()
     mission = make_mission(args)
     check_formats(formats, mission.problem.terrain)
+    if "html" in formats:
+        require_library()
     if args.save_problem is not None:
         save_options(args, Path(args.save_problem))
     directory = Path(args.out)
@@ -124,7 +127,14 @@ def _others(plan: Plan, formats: Sequence[str]) -> dict[str, bytes]:
     """Return the contents of the files of ``--write``, by their names."""
     formats = [name for name in formats if name != "geojson"]  # Every run has it.
     feasible = plan.evaluation.feasible
-    return exported(plan.evaluator.problem, plan.path, formats, note, feasible=feasible)
+    return exported(
+        plan.evaluator.problem,
+        plan.path,
+        formats,
+        note,
+        feasible=feasible,
+        page=lambda: page_of(plan.evaluator, plan.path, plan.summary),
+    )
 
 
 def _status(plan: Plan) -> int:

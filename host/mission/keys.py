@@ -404,8 +404,8 @@ KEYS: tuple[Key, ...] = (
         "output",
         "write",
         TEXT,
-        "also write the path for other programs: some of plan, waypoints and kml, separated by "
-        "commas",
+        "also write the path for other programs: some of plan, waypoints, kml and html, separated "
+        "by commas",
         "none",
         '"plan,kml"',
         "--write",

@@ -15,7 +15,7 @@ __all__ = ["DATA", "GRID", "PATH", "PICTURE", "SUMMARY", "digests", "verify"]
 
 SUMMARY, GRID, PATH, PICTURE = "summary.json", "terrain.npz", "path.geojson", "path.png"
 #: Data files that a run may have besides its summary.
-DATA = (GRID, PATH, "path.plan", "path.waypoints", "path.kml")
+DATA = (GRID, PATH, "path.plan", "path.waypoints", "path.kml", "path.html")
 
 
 def digests(contents: Mapping[str, bytes]) -> dict[str, str]:

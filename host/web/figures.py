@@ -33,7 +33,7 @@ _FIGURES: tuple[tuple[str, str, Callable[[float], str]], ...] = (
     ("flight_time_s", "Flight time", _duration),
     ("minimum_clearance_m", "Least clearance", _metres),
     ("clearance_m", "Clearance asked", _metres),
-    ("max_height_agl_m", "Greatest height above ground", _metres),
+    ("max_height_agl_m", "Greatest height", _metres),
     ("mean_altitude_m", "Mean altitude", _metres),
     ("fuel_N", "Fuel burned", _newtons),
     ("fuel_left_N", "Fuel left", _newtons),
@@ -44,12 +44,26 @@ _FIGURES: tuple[tuple[str, str, Callable[[float], str]], ...] = (
 
 
 def figures(summary: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the main figures of a summary: ``key``, ``label``, ``value``, ``text``."""
-    return [
+    """Return the main figures of a summary: ``key``, ``label``, ``value``, ``text``.
+
+    The legs of a mission follow with their lengths; the key of the first is ``legs.0.length_m``.
+    """
+    found = [
         {"key": key, "label": label, "value": summary[key], "text": text(summary[key])}
         for key, label, text in _FIGURES
         if isinstance(summary.get(key), int | float)
     ]
+    for number, leg in enumerate(summary.get("legs") or ()):
+        length_m = leg["length_m"] if leg["planned"] else None
+        found.append(
+            {
+                "key": f"legs.{number}.length_m",
+                "label": f"Leg {number + 1}",
+                "value": length_m,
+                "text": "not planned" if length_m is None else _distance(length_m),
+            }
+        )
+    return found
 
 
 def captions(summary: Mapping[str, Any]) -> tuple[str, str]:

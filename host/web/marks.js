@@ -1,9 +1,9 @@
 // Marks and texts that map, profile and 3-D view draw alike.
 
-const COLOURS = { start: "start", via: "start", goal: "goal", return: "start" };
+const COLOURS = { start: "start", via: "start", goal: "goal", return: "back" };
 const RIM = "#22272b";
 
-/** Draw start (disc), via point (diamond), goal (star) or return (ring) of a size in pixels. */
+/** Draw start (disc), via point (diamond), goal (star) or return (white disc) of a size in pixels. */
 export function drawPoint(context, kind, x, y, size, colours) {
   context.save();
   context.translate(x, y);
@@ -13,7 +13,7 @@ export function drawPoint(context, kind, x, y, size, colours) {
   else context.arc(0, 0, 0.8 * size, 0, 2 * Math.PI);
   Object.assign(context, { lineWidth: 1.5, strokeStyle: RIM, lineJoin: "round" });
   context.fillStyle = colours[COLOURS[kind]];
-  if (kind !== "return") context.fill();
+  context.fill();
   context.stroke();
   context.restore();
 }

@@ -100,6 +100,7 @@ function explain() {
     ["earth", "ground"],
     Number.isFinite(track.demanded.find(Number.isFinite)) && ["band", "clearance demanded"],
     scene.zones.length && ["nofly", "no-fly zone"],
+    terrain.heights.some(Number.isNaN) && ["void", "void: no data, not to be flown over"],
     track.broken.length && ["trouble", "breaks a limit"],
   ].filter(Boolean);
   const entries = legend.map(([colour, text]) => {

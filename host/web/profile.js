@@ -264,17 +264,15 @@ export class Profile {
   }
 
   nameCeilings(context, colours) {
-    const right = this.canvas.width - RIGHT - 6;
+    const right = this.canvas.width - RIGHT - 18;
+    const style = { colour: colours.text, rim: colours.paper, align: "right" };
+    const above = [];
     for (const { text, heights } of this.ceilings) {
       const last = heights.findLast(Number.isFinite);
-      const height = Math.max(this.top(last ?? this.high) - 9, TOP + 8);
-      const label = last > this.high ? `↑ ${text}` : text;
-      drawText(context, label, right, height, {
-        colour: colours.text,
-        rim: colours.paper,
-        align: "right",
-      });
+      if (last < this.high) drawText(context, text, right, this.top(last) - 9, style);
+      else above.push(text);
     }
+    if (above.length) drawText(context, `↑ ${above.join(", ")}`, right, TOP + 8, style);
   }
 
   drawMarked(context, height, colours) {

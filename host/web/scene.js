@@ -166,6 +166,7 @@ const DEFAULTS = {
   line: "#0a4f8f",
   start: "#009e73",
   goal: "#f0b400",
+  back: "#ffffff",
   nofly: "#a3246b",
   trouble: "#df1f1a",
   band: "#f0b400",

@@ -42,6 +42,8 @@ export class TerrainView {
     this.layers = {};
     this.sprites = new Set();
     this.frame = 0;
+    // True until the reader has moved the view: then each size gets a first view of its own.
+    this.untouched = true;
     this.shown = {
       paths: drawnPaths(scene),
       zones: scene.zones,
@@ -82,9 +84,10 @@ export class TerrainView {
     for (const name of Object.keys(this.shown)) this.build(name);
   }
 
-  /** Return to the first view, from the south and above, with the whole map in it. */
+  /** Return to the first view, from the south and above, with map and paths in it. */
   reset() {
-    const { width_m, height_m, high_m, low_m } = this.data.terrain;
+    const { width_m, height_m, low_m } = this.data.terrain;
+    const high_m = this.highest(false);
     const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((i) =>
       this.place(i & 1 ? width_m : 0, i & 2 ? height_m : 0, i & 4 ? high_m : low_m),
     );
@@ -105,6 +108,7 @@ export class TerrainView {
     }
     this.controls.target.copy(target);
     this.controls.update();
+    this.untouched = true;
     this.request();
   }
 
@@ -147,11 +151,11 @@ export class TerrainView {
       maxDistance: 9,
     });
     this.controls.addEventListener("change", () => this.request());
+    this.controls.addEventListener("start", () => (this.untouched = false));
     this.node.addEventListener("keydown", (event) => this.pressed(event));
     this.observer = new ResizeObserver(() => this.resize());
     this.observer.observe(this.element);
     this.resize();
-    this.reset();
   }
 
   resize() {
@@ -160,6 +164,7 @@ export class TerrainView {
     this.renderer.setSize(width, height);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
+    if (this.untouched) this.reset();
     // A canvas is blank after its size has changed: draw before the browser shows it.
     this.render();
   }
@@ -201,6 +206,7 @@ export class TerrainView {
     };
     if (!keys[event.key]) return;
     event.preventDefault();
+    this.untouched = false;
     keys[event.key]();
     this.controls.update();
     this.request();
@@ -285,18 +291,25 @@ export class TerrainView {
   }
 
   addZones(group, zones) {
-    const { low_m, high_m, vertical } = this.data.terrain;
-    const heights = this.shown.paths.flatMap(({ points }) => points.map(([, , z]) => z));
-    const limits = zones.flatMap(({ lower_m, upper_m }) => [lower_m ?? low_m, upper_m ?? low_m]);
-    const highest = [...heights, ...limits].reduce((a, b) => Math.max(a, b), high_m);
+    const { low_m, vertical } = this.data.terrain;
     const box = {
       bottom_m: low_m - FOOT / (vertical * this.unit),
-      top_m: highest + 0.08 / (vertical * this.unit),
+      top_m: this.highest(true) + 0.08 / (vertical * this.unit),
     };
     const colour = this.colours.nofly;
     const body = zonesOf(zones, this.place, box, colour);
     body.renderOrder = 2;
     group.add(body, outlinesOf(zones, this.place, box, colour));
+  }
+
+  /** Return the greatest altitude of land and paths, and perhaps of the limits of zones, metres. */
+  highest(withZones) {
+    const { paths, points, zones } = this.shown;
+    const heights = paths.flatMap((path) => path.points.map(([, , z]) => z));
+    heights.push(...points.map(({ z }) => z));
+    const limits = zones.flatMap(({ lower_m, upper_m }) => [lower_m, upper_m]);
+    if (withZones) heights.push(...limits.filter((limit) => limit !== null));
+    return heights.reduce((a, b) => Math.max(a, b), this.data.terrain.high_m);
   }
 
   addPath(group, path) {

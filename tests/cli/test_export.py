@@ -135,7 +135,7 @@ def test_an_unknown_format_is_one_sentence(flown, hills, tmp_path, capsys, comma
     else:
         assert main(["export", str(flown / "summary.json"), "--write", "plan,gpx"]) == 2
     assert capsys.readouterr().err == (
-        "pathgene: There is no file format 'gpx'; give some of plan, waypoints, kml, geojson "
+        "pathgene: There is no file format 'gpx'; give some of plan, waypoints, kml, geojson, html "
         "(--write).\n"
     )
 

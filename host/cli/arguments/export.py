@@ -23,8 +23,8 @@ def add_export(commands: Commands) -> None:
         "--write",
         metavar="LIST",
         default="plan,waypoints,kml",
-        help="some of plan (QGroundControl), waypoints (QGC WPL 110, Mission Planner), kml and "
-        "geojson (default %(default)s)",
+        help="some of plan (QGroundControl), waypoints (QGC WPL 110, Mission Planner), kml, "
+        "geojson and html, a page for any browser (default %(default)s)",
     )
     parser.add_argument(
         "--out", metavar="DIR", help="directory to write to (default that of the summary)"

@@ -56,8 +56,8 @@ def add_plan(commands: Commands) -> None:
         "--write",
         metavar="LIST",
         default="",
-        help="also write path.plan, path.waypoints and path.kml, as in plan,waypoints,kml: see "
-        "pathgene export",
+        help="also write path.plan, path.waypoints, path.kml and path.html, as in plan,kml,html: "
+        "see pathgene export",
     )
     group.add_argument(
         "--picture",

@@ -1,4 +1,4 @@
-"""Files of a planned path for ground stations and viewers."""
+"""Files of a planned path for ground stations, viewers and browsers."""
 
 from __future__ import annotations
 
@@ -29,10 +29,11 @@ FORMATS = {
     "waypoints": "path.waypoints",
     "kml": "path.kml",
     "geojson": "path.geojson",
+    "html": "path.html",
 }
 
-# GeoJSON has local metres as well.
-_WITHOUT_PLACE = ("geojson",)
+# They have local metres as well.
+_WITHOUT_PLACE = ("geojson", "html")
 
 
 def parse_formats(text: str) -> tuple[str, ...]:
@@ -71,6 +72,7 @@ def exported(
     note: Callable[[str], None],
     *,
     feasible: bool | None = None,
+    page: Callable[[], str] | None = None,
 ) -> dict[str, bytes]:
     """Return a path in some of :data:`FORMATS`: the contents of files by their names.
 
@@ -86,6 +88,8 @@ def exported(
         Receives a sentence about each thing that a file cannot say.
     feasible : bool, optional
         The verdict on the path, which ``path.plan`` states.
+    page : callable, optional
+        Makes ``path.html``; ``html`` among the formats needs it.
 
     Raises
     ------
@@ -107,10 +111,14 @@ def exported(
             content = json_bytes(plan_document(plan))
         elif name == "waypoints" and plan:
             content = waypoints_text(plan).encode()
+        elif name == "html" and page:
+            content = page().encode()
         elif name == "kml":
             content = kml_text(problem, path, problem.terrain.name).encode()
-        else:
+        elif name == "geojson":
             content = json_bytes(_geojson(problem, path))
+        else:
+            raise ValueError(f"The format {name!r} needs the function that makes it")
         contents[FORMATS[name]] = content
     return contents
 
@@ -120,6 +128,8 @@ def export(
     formats: Sequence[str],
     directory: Path,
     note: Callable[[str], None],
+    *,
+    page: Callable[[], str] | None = None,
 ) -> list[Path]:
     """Write the path of a finished run in some of :data:`FORMATS`, all files or none.
 
@@ -135,6 +145,8 @@ def export(
         An existing folder.
     note : callable
         Receives a sentence about each thing that a file cannot say.
+    page : callable, optional
+        As for :func:`exported`.
 
     Returns
     -------
@@ -147,7 +159,7 @@ def export(
         If the terrain has no place on Earth and a format needs one, or the directory cannot be
         written to.
     """
-    contents = exported(run.problem, run.path, formats, note, feasible=run.feasible)
+    contents = exported(run.problem, run.path, formats, note, feasible=run.feasible, page=page)
     written = [directory / name for name in contents]
     with writing_into(directory):
         stated = run.summary.get("files")

@@ -104,7 +104,8 @@ def test_refuses_an_unknown_format(text):
     with pytest.raises(InputError) as refusal:
         parse_formats(text)
     assert str(refusal.value) == (
-        f"There is no file format {name!r}; give some of plan, waypoints, kml, geojson (--write)."
+        f"There is no file format {name!r}; give some of plan, waypoints, kml, geojson, html "
+        "(--write)."
     )
 
 
@@ -112,7 +113,7 @@ def test_needs_a_place_on_earth(tmp_path):
     terrain = Terrain("canyon", np.zeros((21, 21)), 100.0, 100.0)
     problem = Problem(terrain, (100, 100, 90), (1900, 1900, 90))
     path = np.array([problem.start, problem.goal])
-    for name in set(FORMATS) - {"geojson"}:
+    for name in set(FORMATS) - {"geojson", "html"}:
         with pytest.raises(InputError) as refusal:
             export(problem, path, [name], tmp_path, pytest.fail)
         assert str(refusal.value) == (

@@ -23,6 +23,7 @@ __all__ = ["MODULES", "page_of", "require_library", "three_js"]
 #: ES modules of this folder that a page imports.
 MODULES = (
     "canvas.js",
+    "eye.js",
     "lines.js",
     "map.js",
     "marks.js",

@@ -1,25 +1,24 @@
 // The 3-D view: terrain, zones, paths, points, aircraft and the marked place, by three.js.
 
-import { OrbitControls, THREE } from "nicegui-scene";
+import { THREE } from "nicegui-scene";
 
+import { Eye, FIELD_DEG } from "./eye.js";
 import { fatLine } from "./lines.js";
 import { drawMark, drawPoint, drawText } from "./marks.js";
 import { reliefOf } from "./relief.js";
-import { clamp, colourOf, coloursOf, drawnPaths, groundAt } from "./scene.js";
+import { colourOf, coloursOf, drawnPaths, groundAt } from "./scene.js";
 import { curtain, ground, outlinesOf, segments, sides, zonesOf } from "./solids.js";
 
-const FIELD_DEG = 38;
 // The longer side of the map in the scene's units, and how far its sides reach below the land.
 const SIDE = 2;
 const FOOT = 0.05;
-// Direction to the eye of the first view, and the part of the view that the map fills.
-const FROM = new THREE.Vector3(-0.16, -0.78, 0.6).normalize();
-const FILLED = 0.93;
-const KEY_DEG = 5;
-const ZOOM_STEP = 1.2;
 // Pixels of the pictures of points, drawn twice as fine.
 const SPRITE = 64;
 const AIRCRAFT_PIXELS = 15;
+// A movement is smooth if frames wait no longer, and has ended after so long without one.
+const [SMOOTH_MS, REST_MS] = [50, 400];
+// Part of the pixels along a side that a movement gets on a machine without a graphics card.
+const COARSE = 0.6;
 
 /** A 3-D view of a decoded scene in an element that has a size of its own. */
 export class TerrainView {
@@ -34,16 +33,14 @@ export class TerrainView {
     this.unit = SIDE / Math.max(scene.terrain.width_m, scene.terrain.height_m);
     this.place = this.place.bind(this);
     this.renderer = new THREE.WebGLRenderer({ antialias: true, alpha: true });
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio || 1, 2));
     this.screen = new THREE.Vector2(1, 1);
     this.world = new THREE.Scene();
-    this.camera = new THREE.PerspectiveCamera(FIELD_DEG, 1, 0.005, 40);
-    this.camera.up.set(0, 0, 1);
     this.layers = {};
     this.sprites = new Set();
     this.frame = 0;
-    // True until the reader has moved the view: then each size gets a first view of its own.
-    this.untouched = true;
+    this.moving = false;
+    // How long frames have waited for those before them, on the mean of the last ones.
+    this.waited_ms = 0;
     this.shown = {
       paths: drawnPaths(scene),
       zones: scene.zones,
@@ -53,6 +50,7 @@ export class TerrainView {
     };
     this.attach();
     this.redraw();
+    this.resize();
   }
 
   setPaths(paths) {
@@ -84,38 +82,20 @@ export class TerrainView {
     for (const name of Object.keys(this.shown)) this.build(name);
   }
 
-  /** Return to the first view, from the south and above, with map and paths in it. */
-  reset() {
+  /** Return the corners of a box around map and paths, in the scene's units. */
+  box() {
     const { width_m, height_m, low_m } = this.data.terrain;
     const high_m = this.highest(false);
-    const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((i) =>
+    return [0, 1, 2, 3, 4, 5, 6, 7].map((i) =>
       this.place(i & 1 ? width_m : 0, i & 2 ? height_m : 0, i & 4 ? high_m : low_m),
     );
-    const target = new THREE.Vector3(...this.place(width_m / 2, height_m / 2, low_m));
-    let distance = 2 * SIDE;
-    // Each round moves the eye over the ground and away, until the corners just fit.
-    for (let round = 0; round < 12; round++) {
-      this.camera.position.copy(target).addScaledVector(FROM, distance);
-      this.camera.lookAt(target);
-      this.camera.updateMatrixWorld();
-      const seen = corners.map((corner) => new THREE.Vector3(...corner).project(this.camera));
-      const [left, right] = range(seen.map(({ x }) => x));
-      const [low, high] = range(seen.map(({ y }) => y));
-      const reach = distance * Math.tan((FIELD_DEG * Math.PI) / 360);
-      target.x += ((left + right) / 2) * reach * this.camera.aspect;
-      target.y += ((low + high) / 2) * reach;
-      distance *= Math.max((right - left) / 2 / FILLED, (high - low) / 2 / FILLED);
-    }
-    this.controls.target.copy(target);
-    this.controls.update();
-    this.untouched = true;
-    this.request();
   }
 
   dispose() {
     cancelAnimationFrame(this.frame);
+    clearTimeout(this.rest);
     this.observer.disconnect();
-    this.controls.dispose();
+    this.eye.dispose();
     for (const name of Object.keys(this.layers)) this.clear(name);
     this.renderer.dispose();
     this.renderer.forceContextLoss();
@@ -142,41 +122,50 @@ export class TerrainView {
       this.element.style.position = "relative";
     }
     this.element.append(this.node);
-    this.controls = new OrbitControls(this.camera, this.node);
-    Object.assign(this.controls, {
-      enableDamping: true,
-      dampingFactor: 0.15,
-      maxPolarAngle: 0.485 * Math.PI,
-      minDistance: 0.05,
-      maxDistance: 9,
-    });
-    this.controls.addEventListener("change", () => this.request());
-    this.controls.addEventListener("start", () => (this.untouched = false));
-    this.node.addEventListener("keydown", (event) => this.pressed(event));
+    this.eye = new Eye(this.node, () => this.request(true), () => this.box());
     this.observer = new ResizeObserver(() => this.resize());
     this.observer.observe(this.element);
-    this.resize();
   }
 
   resize() {
     const [width, height] = [this.element.clientWidth || 1, this.element.clientHeight || 1];
     this.screen.set(width, height);
     this.renderer.setSize(width, height);
-    this.camera.aspect = width / height;
-    this.camera.updateProjectionMatrix();
-    if (this.untouched) this.reset();
+    this.eye.fit(width, height);
     // A canvas is blank after its size has changed: draw before the browser shows it.
     this.render();
   }
 
-  /** Draw with the next frame. */
-  request() {
-    this.frame ||= requestAnimationFrame(() => {
+  /** Draw with the next frame; `moving` tells a movement of the eye from another change. */
+  request(moving = false) {
+    this.moving ||= moving;
+    if (this.frame) return;
+    const asked = performance.now();
+    this.frame = requestAnimationFrame(() => {
       this.frame = 0;
+      this.pace(performance.now() - asked);
       // Turns on for a while after the pointer has let go; asks for a frame as long as it does.
-      this.controls.update();
+      this.eye.update();
       this.render();
     });
+  }
+
+  /** Draw coarsely in a movement that is not smooth, and finely when it has ended. */
+  pace(waited_ms) {
+    this.waited_ms = (this.waited_ms + waited_ms) / 2;
+    const coarse = this.moving && this.waited_ms > SMOOTH_MS;
+    this.moving = false;
+    if (coarse !== this.coarse) this.refine(!coarse);
+    clearTimeout(this.rest);
+    if (coarse) this.rest = setTimeout(() => this.request(), REST_MS);
+  }
+
+  /** Take all triangles and pixels, or few of them. */
+  refine(fine) {
+    this.coarse = !fine;
+    this.land.userData.draw(fine);
+    const ratio = Math.min(devicePixelRatio || 1, 2);
+    this.renderer.setPixelRatio(fine ? ratio : COARSE * ratio);
   }
 
   render() {
@@ -185,64 +174,10 @@ export class TerrainView {
     for (const sprite of this.sprites) sprite.scale.setScalar(SPRITE * pixel);
     const { aircraft } = this.layers;
     for (const body of aircraft?.children ?? []) {
-      const distance = body.position.distanceTo(this.camera.position);
+      const distance = body.position.distanceTo(this.eye.camera.position);
       body.scale.setScalar(AIRCRAFT_PIXELS * pixel * distance);
     }
-    this.renderer.render(this.world, this.camera);
-  }
-
-  pressed(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const act = event.shiftKey ? this.slide.bind(this) : this.turn.bind(this);
-    const keys = {
-      ArrowLeft: () => act(-1, 0),
-      ArrowRight: () => act(1, 0),
-      ArrowUp: () => act(0, 1),
-      ArrowDown: () => act(0, -1),
-      "+": () => this.dolly(1 / ZOOM_STEP),
-      "=": () => this.dolly(1 / ZOOM_STEP),
-      "-": () => this.dolly(ZOOM_STEP),
-      0: () => this.reset(),
-    };
-    if (!keys[event.key]) return;
-    event.preventDefault();
-    this.untouched = false;
-    keys[event.key]();
-    this.controls.update();
-    this.request();
-  }
-
-  /** Turn around the target by steps of KEY_DEG to the east and upwards. */
-  turn(east, up) {
-    const { controls, camera } = this;
-    const step = (KEY_DEG * Math.PI) / 180;
-    const offset = camera.position.clone().sub(controls.target);
-    const distance = offset.length();
-    const azimuth = Math.atan2(offset.y, offset.x) + east * step;
-    const polar = Math.acos(offset.z / distance) - up * step;
-    const tilt = clamp(polar, 0.01, controls.maxPolarAngle);
-    const [flat, height] = [distance * Math.sin(tilt), distance * Math.cos(tilt)];
-    offset.set(flat * Math.cos(azimuth), flat * Math.sin(azimuth), height);
-    camera.position.copy(controls.target).add(offset);
-  }
-
-  /** Move over the ground by steps to the right and ahead. */
-  slide(right, ahead) {
-    const { controls, camera } = this;
-    const offset = camera.position.clone().sub(controls.target);
-    const step = 0.05 * offset.length();
-    const forward = offset.setZ(0).normalize().negate();
-    const move = new THREE.Vector3(forward.y, -forward.x, 0).multiplyScalar(right * step);
-    move.addScaledVector(forward, ahead * step);
-    controls.target.add(move);
-    camera.position.add(move);
-  }
-
-  dolly(factor) {
-    const { controls, camera } = this;
-    const offset = camera.position.clone().sub(controls.target).multiplyScalar(factor);
-    offset.clampLength(controls.minDistance, controls.maxDistance);
-    camera.position.copy(controls.target).add(offset);
+    this.renderer.render(this.world, this.eye.camera);
   }
 
   show(name, value) {
@@ -281,8 +216,10 @@ export class TerrainView {
     const group = this.clear("land");
     const skin = new THREE.CanvasTexture(reliefOf(terrain));
     skin.colorSpace = THREE.SRGBColorSpace;
-    skin.anisotropy = this.renderer.capabilities.getMaxAnisotropy();
-    group.add(ground(terrain, this.place, skin), sides(terrain, this.place, -FOOT, this.colours.earth));
+    skin.anisotropy = Math.min(2, this.renderer.capabilities.getMaxAnisotropy());
+    this.land = ground(terrain, this.place, skin);
+    this.refine(true);
+    group.add(this.land, sides(terrain, this.place, -FOOT, this.colours.earth));
     const north = this.sprite((context) => {
       drawText(context, "N", 0, 0, { colour: this.colours.text, rim: this.colours.paper, bold: true });
     });
@@ -402,9 +339,4 @@ export class TerrainView {
     this.sprites.add(sprite);
     return sprite;
   }
-}
-
-/** Return the least and the greatest of some numbers. */
-function range(values) {
-  return [Math.min(...values), Math.max(...values)];
 }

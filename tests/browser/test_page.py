@@ -74,6 +74,7 @@ def test_all_views_draw_and_the_pointer_over_the_profile_marks_them(opened):
     assert metres_of(after["height"]) == pytest.approx(altitude - ground, abs=5)
 
 
+@pytest.mark.ci
 def test_the_keyboard_does_all_that_the_pointer_does(opened):
     page = opened("mission")
     page.locator("#altitude canvas").focus()

@@ -12,7 +12,20 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 PACKAGES = ("hdl", "host", "pathgene", "sim")
-DATA = {".cpp", ".hpp", ".json", ".npz", ".toml", ".typed", ".v", ".vlt", ".xml"}
+DATA = {
+    ".cpp",
+    ".css",
+    ".hpp",
+    ".html",
+    ".js",
+    ".json",
+    ".npz",
+    ".toml",
+    ".typed",
+    ".v",
+    ".vlt",
+    ".xml",
+}
 
 
 @pytest.fixture(scope="module")

@@ -22,8 +22,9 @@ BESIDE ?= ga-fpga,astar
 SEED ?= 1
 OUT ?= out/plan
 
-# Turbulence of `make fly`.
+# Turbulence of `make fly`, and what happens in it.
 GUSTS ?= light
+SCENARIO ?= examples/storm.toml
 
 # Options of `make sim` (default: all benches on both simulators), `make bench`, `make formal`
 # (default: all proofs), `make faults` and `make test`; chip of `make bitstream`.
@@ -58,7 +59,8 @@ help:
 	@echo "make plan       plan over real terrain by the planner on the chip, in the simulated board,"
 	@echo "                and with the paper's ga-fpga and with astar beside it"
 	@echo "                (TERRAIN= START= GOAL= NOFLY_CIRCLES= BOARD= BESIDE= SEED= OUT=)"
-	@echo "make fly        the same, then fly the path in a flight-dynamics model (and GUSTS=)"
+	@echo "make fly        the same, then fly the path in a flight-dynamics model, with zones that"
+	@echo "                appear, replanned by the chip (and GUSTS= SCENARIO=)"
 	@echo "make setup      install what the tests need, once"
 	@echo "make test       the tests of minutes (WORKERS= PYTEST_ARGS=)"
 	@echo "make test-ci    the costly tests: full sizes, lint, smoke tests of benchmarks"
@@ -94,7 +96,8 @@ plan: setup-plan
 
 .PHONY: fly
 fly: setup plan
-	@$(IN_ROOT) "$(BIN)/pathgene" fly "$(OUT)/summary.json" --gusts "$(GUSTS)" --seed "$(SEED)"
+	@$(IN_ROOT) "$(BIN)/pathgene" fly "$(OUT)/summary.json" --gusts "$(GUSTS)" --seed "$(SEED)" \
+		--scenario "$(SCENARIO)" --planner ga-chip --board "$(BOARD)"
 
 .PHONY: setup-long
 setup-long:

@@ -9,7 +9,7 @@ from host.replanning.planner import Attempt
 from host.replanning.tracks import Track
 
 
-__all__ = ["Change", "Leg"]
+__all__ = ["Change", "Leg", "Pending"]
 
 
 @dataclass
@@ -70,6 +70,16 @@ class Change:
                 for at_s, attempt in self.attempts
             ],
         }
+
+
+@dataclass(frozen=True)
+class Pending:
+    """An attempt under way: known at ``ready_s``; its path leaves the track at ``leaves_m``."""
+
+    ready_s: float
+    attempt: Attempt
+    leaves_m: float
+    track: Track | None
 
 
 @dataclass(frozen=True)

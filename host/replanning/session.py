@@ -12,7 +12,6 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -30,7 +29,7 @@ from host.replanning.evasion import Holding, holding_on, shortest_way_out_m, way
 from host.replanning.pilot import Pilot
 from host.replanning.planner import Attempt, InFlightPlanner, PlanningTime
 from host.replanning.present import Present
-from host.replanning.records import Change
+from host.replanning.records import Change, Pending
 from host.replanning.scenario import Event, Scenario
 from host.replanning.tracks import Track, end_of, part, pose_at, run_of
 
@@ -59,16 +58,6 @@ _LEAST_FUEL = 1e-6
 # A better path is taken where no other must be, if it is this much shorter.
 _GAIN = 0.01
 _LOST_M = 3000.0
-
-
-@dataclass(frozen=True)
-class _Pending:
-    """An attempt under way: known at ``ready_s``; its path leaves the track at ``leaves_m``."""
-
-    ready_s: float
-    attempt: Attempt
-    leaves_m: float
-    track: Track | None
 
 
 class Session:
@@ -160,7 +149,7 @@ class Session:
         self._events = list(scenario.events)
         self._present = self._look(0.0)
         self._change: Change | None = None
-        self._pending: _Pending | None = None
+        self._pending: Pending | None = None
         self._holding: Holding | None = None
         self._unsafe_m = math.inf
         self._out_m = 0.0
@@ -194,7 +183,7 @@ class Session:
         if now >= self._next_drift_s:
             self._next_drift_s = now + DRIFT_S
             if self.airspace.drift(now):
-                self._changed(now, "a zone has drifted", must=False)
+                self._drifted(now)
         if self._pending is not None and now >= self._pending.ready_s:
             self._settle(self._pending, now)
         if self._change is not None and self._pending is None and now >= self._retry_s:
@@ -224,14 +213,29 @@ class Session:
             self.pilot.flight.turn_wind(event.wind)
         what = " and ".join(words)
         if changed:
+            self._update(now)
             self._changed(now, what, must=event.goal is not None or event.wind is not None)
         else:
             self._say(f"{now:.1f} s: {what}.")
 
-    def _changed(self, now: float, what: str, *, must: bool) -> None:
-        """Note a change, and plan anew where the track can no longer be flown, or need not be."""
+    def _drifted(self, now: float) -> None:
+        """Take up where zones have drifted to; it is a change only where it concerns the track."""
+        self._update(now)
+        change = self._change
+        if change is not None and change.needed:
+            # Its plan is sought already, and now with the zones where they are.
+            self._pending, self._retry_s = None, min(self._retry_s, now)
+        elif math.isfinite(self._unsafe_m):
+            self._changed(now, "a zone has drifted", must=False)
+
+    def _update(self, now: float) -> None:
+        """Know the air of now, and how far the track is safe in it."""
         self._present = self._look(now)
         self._unsafe_m = self._present.safe_until_m(self.pilot.track, self.pilot.along_m)
+        self._holding, self._next_look_s = None, now
+
+    def _changed(self, now: float, what: str, *, must: bool) -> None:
+        """Note a change, and plan anew where the track can no longer be flown, or need not be."""
         inside_m = shortest_way_out_m(self._present, self.pilot.pose())
         needed = must or math.isfinite(self._unsafe_m) or self.pilot.kind != "path"
         change = Change(now, what, needed, inside_m)
@@ -241,8 +245,7 @@ class Session:
             change.needed = True
         self.changes.append(change)
         self._change, self._pending = change, None
-        self._number, self._retry_s, self._next_look_s = 0, now, now
-        self._holding = None
+        self._number, self._retry_s = 0, now
         self._say(f"{now:.1f} s: {what}{'' if needed else '; the path is not concerned'}.")
 
     def _place(self, on: str, ahead_m: float) -> tuple[float, float]:
@@ -288,7 +291,7 @@ class Session:
                 track = departure.whole(path, self.pilot.along_m)
         change.attempts.append((now, attempt))
         self._number += 1
-        self._pending = _Pending(now + attempt.time.total_s, attempt, leaves_m, track)
+        self._pending = Pending(now + attempt.time.total_s, attempt, leaves_m, track)
 
     def _attempted(self, planner: InFlightPlanner, departure: Departure) -> Attempt:
         heading = self.mission.goal_heading_deg
@@ -325,7 +328,7 @@ class Session:
             self._planner, self._fallback = self._fallback, None
         return self._planner
 
-    def _settle(self, pending: _Pending, now: float) -> None:
+    def _settle(self, pending: Pending, now: float) -> None:
         """Take what an attempt has found."""
         self._pending = None
         change = self._change

@@ -10,6 +10,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.path import Path as Outline
+from matplotlib.transforms import Affine2D
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -29,15 +31,16 @@ __all__ = ["frames", "write"]
 Floats = NDArray[np.float64]
 
 # Inches, and dots an inch, of a frame.
-_WIDTH, _HEIGHT, _DPI = 8.0, 6.4, 90
+_WIDTH, _HEIGHT, _DPI = 8.0, 6.6, 80
 # Frames of the whole flight, and how long each is shown; a change is shown for longer.
-_FRAMES, _FRAME_MS, _PAUSE_MS = 90, 80, 1600
-_COLOURS = 96
+_FRAMES, _FRAME_MS, _PAUSE_MS = 72, 100, 1600
+_COLOURS = 64
 # Colours that are kept, and the height of their bands in the palette's picture, dots.
 _LINES = (PATH, FLOWN, START, GOAL, NOFLY, TEXT, "white")
 _BAND = 40
 # The aircraft's mark, dots.
-_MARK = 13
+_MARK = 15
+_AIRCRAFT = Outline([(1.0, 0.0), (-0.8, 0.6), (-0.45, 0.0), (-0.8, -0.6), (1.0, 0.0)])
 
 
 def write(report: Replanned, file: Path) -> None:
@@ -171,10 +174,9 @@ def _draw_moment(
     )
     drawn += plan.plot(*(flown[::5] / unit_m).T, color=FLOWN, linewidth=1.8, zorder=7)
     east, north = flown[-1] - flown[max(len(flown) - 15, 0)]
-    turn = math.degrees(math.atan2(north, east)) - 90
     drawn += plan.plot(
         *(flown[-1:] / unit_m).T,
-        marker=(3, 0, turn),
+        marker=_AIRCRAFT.transformed(Affine2D().rotate(math.atan2(north, east))),
         markersize=_MARK,
         color=TEXT,
         markeredgecolor="white",

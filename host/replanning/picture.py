@@ -137,6 +137,9 @@ def window(report: Replanned, axes: Axes) -> tuple[float, float, float, float]:
     aspect = box.width / box.height
     height = max(size[1], size[0] / aspect, _LEAST_M)
     half = 0.5 * np.array((height * aspect, height))
+    # Beyond the edge of the map there is nothing to see.
+    land = np.array((session.mission.terrain.width_m, session.mission.terrain.height_m))
+    middle = np.where(2 * half < land, np.clip(middle, half, land - half), 0.5 * land)
     (west, south), (east, north) = (middle - half).tolist(), (middle + half).tolist()
     return west, south, east, north
 

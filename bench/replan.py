@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.kept import Kept, measure
+from bench.kept import Kept, measure, paste
 from bench.replan_scenarios import KINDS, draw_mission, draw_scenario
 from bench.report import Options, Report
 from bench.scenarios import missing
@@ -53,6 +53,7 @@ ROWS: dict[str, tuple[str, str, int]] = {
 # Scenarios of a task, so that a board is opened for several.
 _BATCH = 12
 _STORE = Path("build/bench/replans.json")
+_PAGE = Path(__file__).resolve().parents[1] / "docs" / "replanning.md"
 _PICTURES = Path("build/bench/replans")
 _WORST = 10
 _SOURCES = (
@@ -74,6 +75,8 @@ Result = dict[str, Any]
 
 def run(options: Options) -> Report:
     """Fly the scenarios, the first ``--seeds`` of them; ``--only`` names rows.
+
+    The tables of all rows are written to docs/replanning.md.
 
     Raises
     ------
@@ -105,6 +108,8 @@ def run(options: Options) -> Report:
         return f"{name}, {numbers[0]} to {numbers[-1]}"
 
     measure("replan", tasks, fly_row, keep)
+    if not options.only:
+        paste(_PAGE, "replan", _report(kept, ROWS, count).text())
     return _report(kept, rows, count)
 
 

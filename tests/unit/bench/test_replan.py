@@ -1,0 +1,85 @@
+"""Scenarios of replans, and the table of a few of them."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from bench import replan, replan_scenarios
+from bench.replan import ROWS, YARDSTICK, fly_row, run
+from bench.replan_scenarios import KINDS, draw_mission, draw_scenario, terrain_of
+from bench.report import Options
+from host.errors import InputError
+
+
+@pytest.fixture
+def canyon(monkeypatch):
+    """All scenarios over one map."""
+    monkeypatch.setattr(replan_scenarios, "terrains", lambda: ["canyon"])
+
+
+def test_every_kind_comes_on_every_map_in_turn():
+    numbers = range(9 * len(KINDS))
+    pairs = {(KINDS[number % len(KINDS)], terrain_of(number)) for number in numbers}
+    maps = {terrain for _, terrain in pairs}
+    assert len(pairs) == len(KINDS) * len(maps)
+
+
+def test_scenarios_follow_from_their_number(canyon):
+    for number in range(len(KINDS)):
+        mission = draw_mission(number)
+        way = math.dist(mission.start[:2], mission.goal[:2])
+        assert 3_000 <= way <= 7_000
+        drawn = draw_scenario(number, mission, 250.0)
+        again = draw_scenario(number, draw_mission(number), 250.0)
+        assert (drawn.kind, drawn.scenario) == (again.kind, again.scenario)
+        first = drawn.scenario.events[0]
+        assert 25 <= first.at_s <= 150
+        dataclasses.replace(mission, goal=first.goal or mission.goal, zones=())
+    others = {draw_mission(number).start for number in range(5)}
+    assert len(others) == 5
+
+
+def test_what_cannot_be_survived_does_not_count():
+    arrived = {"alive": True, "ended": "arrived"}
+    holding = {"alive": True, "ended": "holding"}
+    dead = {"alive": False, "ended": "arrived"}
+    told = {"changes": [], "zone": None, "clearance": 30.0}
+    yardstick = {0: arrived, 1: holding, 2: dead, 3: arrived}
+    results = {0: arrived, 1: holding, 2: dead, 3: holding}
+    cells = replan._cells({number: {**each, **told} for number, each in results.items()}, yardstick)
+    assert cells[1] == "2 of 3 (66.7 %)"
+
+
+@pytest.mark.ci  # Starts processes that fly.
+def test_a_run_is_kept_and_pasted(canyon, tmp_path, monkeypatch):
+    page = tmp_path / "page.md"
+    page.write_text("<!-- tables of BENCH=replan -->\n<!-- end of BENCH=replan -->\n")
+    monkeypatch.setattr(replan, "_STORE", tmp_path / "replans.json")
+    monkeypatch.setattr(replan, "_PAGE", page)
+    rows = {name: ROWS[name] for name in (YARDSTICK, "ga-chip, model:")}
+    monkeypatch.setattr(replan, "ROWS", rows)
+    report = run(Options(seeds=3))
+    assert [row[:2] for row in report.rows] == [(YARDSTICK, 3), ("ga-chip, model:", 3)]
+    assert report.text() in page.read_text()
+    chip = report.rows[1]
+    assert chip[2].startswith("3 of 3")
+    p50, _, most = (float(each) for each in chip[3].split(" / "))
+    assert 5 < p50 <= most < 25
+    monkeypatch.setattr(replan, "fly_row", lambda *task: pytest.fail("measured again"))
+    assert run(Options(seeds=3)).rows == report.rows
+
+
+@pytest.mark.ci  # Flies.
+def test_the_verilog_flies_as_its_model_does(canyon):
+    """The same scenario: all figures are equal, also the virtual time."""
+    model, verilog = (fly_row(name, [3])[0] for name in ("ga-chip, model:", "ga-chip, sim:"))
+    assert model == verilog
+    assert model["alive"]
+    assert np.isfinite([change["active_ms"] for change in model["changes"]]).all()
+
+
+def test_a_row_that_is_none_is_refused():
+    with pytest.raises(InputError, match="No row has 'none' in its name"):
+        run(Options(only="none"))

@@ -11,6 +11,7 @@ import numpy as np
 from bench.chip_runs import terrains
 from bench.scenarios import problem
 from host.errors import InputError
+from host.evaluation.reference import problem_utopia
 from host.problem.aircraft import load
 from host.problem.problem import Problem
 from host.problem.rules import Rules
@@ -97,9 +98,12 @@ def draw_mission(number: int) -> Problem:
             for end, height in zip((start, goal), heights, strict=True)
         )
         try:
-            return Problem(terrain, first, last, load("silver-fox"), zones, rules=Rules())
+            mission = Problem(terrain, first, last, load("silver-fox"), zones, rules=Rules())
+            # Costs are relative to the straight line; a steep glide has none.
+            problem_utopia(mission)
         except InputError:
             continue
+        return mission
     raise AssertionError
 
 

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 from host.flight.flight import PERIOD_S, Flight, Sample
+from host.problem.aircraft import Aircraft
 from host.replanning.records import Leg
 from host.replanning.tracks import Pose, Track, pose_at
 
 
 __all__ = ["Pilot"]
+
+# Share of the fuel that is always left.
+_LEAST_FUEL = 1e-6
 
 
 class Pilot:
@@ -21,8 +26,8 @@ class Pilot:
         At its beginning; it is flown up to the start of its track.
     track : tuple of Straight or Arc
         Its track.
-    consumption : float
-        Specific fuel consumption, newtons per watt second.
+    aircraft : Aircraft
+        As it began.
 
     Attributes
     ----------
@@ -35,9 +40,9 @@ class Pilot:
         Fuel burnt.
     """
 
-    def __init__(self, flight: Flight, track: Track, consumption: float) -> None:
+    def __init__(self, flight: Flight, track: Track, aircraft: Aircraft) -> None:
         self.flight, self.track = flight, track
-        self._consumption = consumption
+        self._aircraft = aircraft
         self.burnt_N = 0.0
         self.samples: list[Sample] = []
         self.legs = [Leg(0.0, "path", track)]
@@ -65,6 +70,20 @@ class Pilot:
         return self.along_m >= self.flight.route.length_m
 
     @property
+    def aircraft(self) -> Aircraft:
+        """The aircraft with the fuel that is left."""
+        began = self._aircraft
+        if began.fuel_weight_N is None:
+            return began
+        # Its figures must be positive, also where no fuel is left.
+        burnt = min(self.burnt_N, (1 - _LEAST_FUEL) * began.fuel_weight_N)
+        return dataclasses.replace(
+            began,
+            weight_N=began.weight_N - burnt,
+            fuel_weight_N=began.fuel_weight_N - burnt,
+        )
+
+    @property
     def ground_speed_m_s(self) -> float:
         """Speed over ground."""
         state = self.flight.state
@@ -84,5 +103,6 @@ class Pilot:
         """Fly on for :data:`host.flight.flight.PERIOD_S`; return the sample."""
         sample = self.flight.step()
         self.samples.append(sample)
-        self.burnt_N += self.flight.state.power_W * PERIOD_S * self._consumption
+        consumption = self._aircraft.specific_fuel_consumption_N_per_Ws
+        self.burnt_N += self.flight.state.power_W * PERIOD_S * consumption
         return sample

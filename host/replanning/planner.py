@@ -86,7 +86,7 @@ class Attempt:
     reason : str
         Why there is none; empty with a plan.
     hopeless : bool
-        The problem itself is refused: another seed would not help.
+        Neither another seed nor another start would help.
     """
 
     plan: Plan | None
@@ -196,9 +196,8 @@ class InFlightPlanner:
         try:
             plan = search.replan(before, Evaluator(problem, threads=1))
         except InputError as error:
-            return Attempt(
-                None, PlanningTime(host_s=self.constant_s), self.name, str(error), hopeless=True
-            )
+            # From another start there may be one.
+            return Attempt(None, PlanningTime(host_s=self.constant_s), self.name, str(error))
         except JobError as error:
             self.lost = str(error)
             return Attempt(None, waited, self.name, self.lost)

@@ -21,7 +21,6 @@ from host.evaluation import Evaluator
 from host.flight.flight import PERIOD_S, Flight, Sample
 from host.flight.judge import surface_below
 from host.flight.models import FlightModel, model_for
-from host.problem.aircraft import Aircraft
 from host.problem.problem import Problem
 from host.replanning.airspace import DRIFT_S, Airspace
 from host.replanning.departure import Departure, depart
@@ -53,11 +52,11 @@ _MOST_HOLDING_S = 300.0
 _READY_S, _READY_AHEAD_S = 5.0, 60.0
 # The same while one is needed, and the pause where only a circle helps.
 _URGENT_S, _WAIT_S = 0.5, 0.25
-# Share of the fuel that an aircraft that has none left is taken to have: figures must be positive.
-_LEAST_FUEL = 1e-6
 # A better path is taken where no other must be, if it is this much shorter.
 _GAIN = 0.01
 _LOST_M = 3000.0
+# Samples between two looks at the ground below: the judge looks at all of them.
+_GROUND_LOOKS = 10
 
 
 class Session:
@@ -143,7 +142,7 @@ class Session:
             gusts=gusts,
             seed=seed,
         )
-        self.pilot = Pilot(flight, track, mission.aircraft.specific_fuel_consumption_N_per_Ws)
+        self.pilot = Pilot(flight, track, mission.aircraft)
         self.changes: list[Change] = []
         self.ended = ""
         self._events = list(scenario.events)
@@ -299,7 +298,7 @@ class Session:
             problem = departure.problem(
                 self.mission,
                 self._present,
-                self._fuelled,
+                self.pilot.aircraft,
                 heading if self._present.goal == self.mission.goal else None,
             )
         except InputError as error:
@@ -307,19 +306,6 @@ class Session:
             is_hopeless = self._present.is_goal_in_zone
             return Attempt(None, PlanningTime(), planner.name, str(error), hopeless=is_hopeless)
         return planner.attempt(problem, self._number)
-
-    @property
-    def _fuelled(self) -> Aircraft:
-        """The aircraft with the fuel that is left."""
-        aircraft = self.mission.aircraft
-        if aircraft.fuel_weight_N is None:
-            return aircraft
-        burnt = min(self.pilot.burnt_N, (1 - _LEAST_FUEL) * aircraft.fuel_weight_N)
-        return dataclasses.replace(
-            aircraft,
-            weight_N=aircraft.weight_N - burnt,
-            fuel_weight_N=aircraft.fuel_weight_N - burnt,
-        )
 
     def _active_planner(self, now: float) -> InFlightPlanner:
         planner = self._planner
@@ -438,11 +424,15 @@ class Session:
         self._holding = self._held_since_s = None
         self._next_look_s = self.pilot.time_s
 
+    def _is_below_ground(self, x: float, y: float, z: float) -> bool:
+        surface = surface_below(self.mission.terrain, np.array([x]), np.array([y]))
+        return z < float(surface[0])
+
     def _end(self, sample: Sample) -> None:
         _, x, y, z = sample[:4]
         if not all(map(math.isfinite, sample)) or abs(sample[5]) > _LOST_M:
             self.ended = "lost"
-        elif z < float(surface_below(self.mission.terrain, np.array([x]), np.array([y]))[0]):
+        elif len(self.pilot.samples) % _GROUND_LOOKS == 0 and self._is_below_ground(x, y, z):
             self.ended = "crashed"
         elif self.pilot.kind == "path" and self.pilot.has_arrived:
             self.ended = "arrived"

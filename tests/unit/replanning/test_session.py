@@ -69,6 +69,17 @@ def test_a_slow_planner_plans_from_where_the_aircraft_will_be(mission, straight,
     assert outcome.cross_track_max_m < 8
 
 
+def test_the_fuel_that_is_left_counts(mission, straight, on_processor):
+    session, _, _ = fly(mission, straight, on_processor(0.1))
+    before, after = mission.aircraft, session.pilot.aircraft
+    burnt = before.fuel_weight_N - after.fuel_weight_N
+    assert burnt == pytest.approx(before.weight_N - after.weight_N)
+    planned = Evaluator(mission, threads=1).evaluate(straight).fuel_N
+    assert burnt == pytest.approx(planned, rel=0.1)
+    session.pilot.burnt_N = 1e9
+    assert 0 < session.pilot.aircraft.fuel_weight_N < 1e-3
+
+
 def test_the_same_constants_give_the_same_flight(mission, straight, on_processor):
     event = Event(30.0, (NewZone(Circle(4500.0, 4500.0, 300.0)),))
     first, second = (

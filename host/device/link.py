@@ -84,6 +84,8 @@ class Traffic:
         Damaged frames received and discarded.
     frames_repeated : int
         Frames repeated because their answer was missing.
+    exchanges : int
+        Requests, and transfers of many commands, that have waited for their answers.
     waiting_s : float
         Seconds spent waiting for bytes from the board.
     """
@@ -94,6 +96,7 @@ class Traffic:
     frames_from_board: int = 0
     frames_damaged: int = 0
     frames_repeated: int = 0
+    exchanges: int = 0
     waiting_s: float = 0.0
 
 
@@ -289,6 +292,7 @@ class Link:
             if self.session is None:
                 raise LinkError("No session with the board is open; open the board again.")
             session, self.session = self.session, None
+            self.traffic.exchanges += 1
             try:
                 self._exchange(session, missing)
             except RefusedError:

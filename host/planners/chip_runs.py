@@ -165,7 +165,7 @@ class ChipRuns:
             },
             "generations": self._generations,
             "drawing_cycles": self._task.drawing_cycles,
-            "requests": traffic.frames_to_board - before.frames_to_board,
+            "exchanges": traffic.exchanges - before.exchanges,
             "look_bytes": dict(zip(("to_board", "from_board"), self._task.look_bytes, strict=True)),
             "runs": self._done,
         }

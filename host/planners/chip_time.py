@@ -59,12 +59,12 @@ class ChipTime:
     ----------
     whole_s : float
         Seconds of drawing, runs, looks and all bytes on the line, one after the other.
-    requests : int
-        Frames that wait for a reply; looks during a run count as one.
+    exchanges : int
+        Requests, and transfers of the map, that wait for replies; looks at a run count as one.
     """
 
     whole_s: float
-    requests: int
+    exchanges: int
 
 
 def chip_time(hardware: Mapping[str, Any], runs: int | None = None) -> ChipTime:
@@ -86,4 +86,4 @@ def chip_time(hardware: Mapping[str, Any], runs: int | None = None) -> ChipTime:
         whole_s += line_s(bytes_in_order)
         whole_s += look.until_over(done["cycles"] / clock_hz, done["limit"] / clock_hz)
     looks = sum(done["looks"] for done in hardware["runs"])
-    return ChipTime(whole_s, hardware["requests"] - looks + len(counted))
+    return ChipTime(whole_s, hardware["exchanges"] - looks + len(counted))

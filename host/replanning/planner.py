@@ -223,7 +223,7 @@ class InFlightPlanner:
             return PlanningTime(host_s=self.constant_s)
         if self.is_on_chip:
             taken = chip_time(hardware)
-            return PlanningTime(taken.whole_s, ROUND_TRIP_S * taken.requests, self.constant_s)
+            return PlanningTime(taken.whole_s, ROUND_TRIP_S * taken.exchanges, self.constant_s)
         line = line_s(sum(hardware["bytes"].values()))
         # A request a generation.
         trips_s = ROUND_TRIP_S * plan.result.generations

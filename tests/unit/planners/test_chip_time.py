@@ -27,7 +27,7 @@ def test_a_plan_takes_drawing_runs_looks_and_bytes():
     hardware = {
         "clock_hz": 100_000_000,
         "drawing_cycles": 1_000,
-        "requests": 11,
+        "exchanges": 11,
         "look_bytes": {"to_board": 8, "from_board": 42},
         "runs": [run, run],
     }
@@ -36,8 +36,8 @@ def test_a_plan_takes_drawing_runs_looks_and_bytes():
     time = chip_time(hardware)
     assert time.whole_s == pytest.approx(1e-5 + 2 * each)
     # Of the looks at a run, one counts.
-    assert time.requests == 11 - 6 + 2
+    assert time.exchanges == 11 - 6 + 2
     # The clock of the machine, which decides how often the host looks, does not count.
     more = [{**run, "looks": 9, "bytes": {"to_board": 160 + 6 * 8, "from_board": 90 + 6 * 42}}] * 2
-    assert chip_time({**hardware, "requests": 23, "runs": more}) == time
+    assert chip_time({**hardware, "exchanges": 23, "runs": more}) == time
     assert chip_time(hardware, 1).whole_s == pytest.approx(1e-5 + each)

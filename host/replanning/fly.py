@@ -18,7 +18,7 @@ from host.problem.problem import Problem
 from host.replanning.outcome import judge
 from host.replanning.planner import InFlightPlanner
 from host.replanning.report import Replanned
-from host.replanning.scenario import Scenario
+from host.replanning.scenario import Scenario, check_mission
 from host.replanning.session import Session
 
 
@@ -84,6 +84,7 @@ def fly_scenario(
     JobError
         If the board cannot be started.
     """
+    check_mission(mission, scenario)
     evaluator = Evaluator(mission, threads=1)
     with on_board(planner, board) as chip:
         plans = InFlightPlanner(planner, board=chip, seed=seed, seconds=seconds)

@@ -17,6 +17,7 @@ end of the straight or turn that it flies.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -28,11 +29,21 @@ from host.files.output import reading
 from host.inputs import parse_toml, read_text
 from host.numeric import is_number
 from host.problem.ends import Point
+from host.problem.problem import Problem
 from host.problem.zones import Circle, Zone, read_zones, zone_from_dict
 from host.terrain import Terrain
 
 
-__all__ = ["AUTOPILOTS", "Event", "NewZone", "Placed", "Scenario", "parse_popup", "read_scenario"]
+__all__ = [
+    "AUTOPILOTS",
+    "Event",
+    "NewZone",
+    "Placed",
+    "Scenario",
+    "check_mission",
+    "parse_popup",
+    "read_scenario",
+]
 
 #: When an autopilot takes a new path.
 AUTOPILOTS = ("at-once", "finishes-leg")
@@ -146,6 +157,35 @@ def read_scenario(file: str | Path) -> Scenario:
         )
     except InputError as error:
         raise InputError(f"{file}: {error}") from None
+
+
+def check_mission(mission: Problem, scenario: Scenario) -> None:
+    """Refuse what cannot be replanned, or a scenario that has no such goals or winds.
+
+    Raises
+    ------
+    InputError
+        If the problem is as paper or has via points, or a goal or a wind is bad.
+    """
+    if mission.rules is None:
+        raise InputError(
+            "Replanning in flight needs headings, which the evaluation of the papers does not "
+            "know; plan without --as-paper."
+        )
+    if len(mission.way) > 2:
+        raise InputError(
+            "Replanning in flight takes plans from a start to a goal, not missions with via "
+            "points; plan one leg."
+        )
+    for event in scenario.events:
+        # Refused before the flight, not in it.
+        dataclasses.replace(
+            mission,
+            zones=(),
+            goal=event.goal or mission.goal,
+            wind=event.wind or mission.wind,
+            goal_heading_deg=None,
+        )
 
 
 def parse_popup(text: str, terrain: Terrain) -> Event:

@@ -29,7 +29,7 @@ from host.replanning.pilot import Pilot
 from host.replanning.planner import Attempt, InFlightPlanner, PlanningTime
 from host.replanning.present import Present
 from host.replanning.records import Change, Pending
-from host.replanning.scenario import Event, Scenario
+from host.replanning.scenario import Event, Scenario, check_mission
 from host.replanning.tracks import Track, end_of, part, pose_at, run_of
 
 
@@ -110,25 +110,7 @@ class Session:
         seed: int = 0,
         say: Callable[[str], object] = lambda _: None,
     ) -> None:
-        if mission.rules is None:
-            raise InputError(
-                "Replanning in flight needs headings, which the evaluation of the papers does not "
-                "know; plan without --as-paper."
-            )
-        if len(mission.way) > 2:
-            raise InputError(
-                "Replanning in flight takes plans from a start to a goal, not missions with via "
-                "points; plan one leg."
-            )
-        for event in scenario.events:
-            # Refused before the flight, not in it.
-            dataclasses.replace(
-                mission,
-                zones=(),
-                goal=event.goal or mission.goal,
-                wind=event.wind or mission.wind,
-                goal_heading_deg=None,
-            )
+        check_mission(mission, scenario)
         self.mission, self.scenario = mission, scenario
         self._planner, self._fallback, self._say = planner, fallback, say
         self.airspace = Airspace(mission)

@@ -71,11 +71,12 @@ def place(tmp_path_factory):
     (place / "path.csv").write_text("x,y,z\n1200,1200,600\n7000,9000,600\n14000,14000,600\n")
     (place / "out" / "plan").mkdir(parents=True)
     summary = {
-        "waypoints": [(1200, 1200, 600), (7000, 9000, 600), (14000, 14000, 600)],
+        "waypoints": [(1200, 1200, 500), (7000, 9000, 500), (14000, 14000, 500)],
         "terrain": {"source": "tile.tif", "fill_voids": False, "cell_m": None},
         "wind": (0, 0),
         "ds_m": 50,
-        "as_paper": True,
+        "as_paper": False,
+        "rules": {},
     }
     (place / "out" / "plan" / "summary.json").write_text(json.dumps(summary))
     return place

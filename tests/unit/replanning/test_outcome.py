@@ -37,8 +37,8 @@ def test_distances_from_zones_are_those_of_shapely():
 
 
 def test_a_way_out_that_is_too_long_is_seen(mission, straight, on_chip):
-    over = Scenario((Event(60.0, (NewZone(Placed("aircraft", 350.0)),)),))
-    session = Session(mission, straight, on_chip, over)
+    covering = Scenario((Event(60.0, (NewZone(Placed("aircraft", 350.0)),)),))
+    session = Session(mission, straight, on_chip, covering)
     session.run()
     assert judge(session).alive
     (change,) = session.changes

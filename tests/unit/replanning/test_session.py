@@ -89,8 +89,8 @@ def test_the_same_constants_give_the_same_flight(mission, straight, on_processor
 
 
 def test_a_zone_over_the_aircraft_is_left_the_shortest_way(mission, straight, on_chip):
-    over = NewZone(Placed("aircraft", 350.0))
-    session, outcome, said = fly(mission, straight, on_chip, Event(60.0, (over,)))
+    above = NewZone(Placed("aircraft", 350.0))
+    session, outcome, said = fly(mission, straight, on_chip, Event(60.0, (above,)))
     assert outcome.kept
     assert any("way out" in text for text in said)
     assert session.changes[0].inside_m == pytest.approx(350, abs=1)

@@ -86,8 +86,10 @@ class Evaluation:
 
     def to_dict(self) -> dict[str, Any]:
         """The terms as plain JSON values; as paper without those of the rules."""
-        table = dataclasses.asdict(self)
-        return table if self.limits is not None else {name: table[name] for name in _AS_PAPER}
+        if self.limits is None:
+            return {name: getattr(self, name) for name in _AS_PAPER}
+        # Not `asdict`, which copies each value of thousands of zones.
+        return {**vars(self), "limits": [dict(limit) for limit in self.limits]}
 
 
 _AS_PAPER = tuple(

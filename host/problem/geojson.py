@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from itertools import islice
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,8 +29,8 @@ class Shape(NamedTuple):
     properties: dict[str, Any]
 
 
-def shapes(document: Any, terrain: Terrain) -> Iterator[Shape]:
-    """Yield the points and polygons of GeoJSON; a multi-polygon is several polygons.
+def shapes(document: Any, terrain: Terrain) -> list[Shape]:
+    """Return the points and polygons of GeoJSON; a multi-polygon is several polygons.
 
     The path in a ``path.geojson`` is left out, so that its zones can be read.
 
@@ -55,12 +56,18 @@ def shapes(document: Any, terrain: Terrain) -> Iterator[Shape]:
                 "the terrain has no coordinate reference system, so give the zones in "
                 'local metres and add the member "crs_local": true.'
             )
+    found = list(_shapes(document, local))
+    return found if local else _placed(found, terrain)
+
+
+def _shapes(document: dict[str, Any], local: bool) -> Iterator[Shape]:
+    """Yield the shapes at the positions of the file."""
     for geometry, properties in _geometries(document):
         if properties.get("kind") in NOT_ZONES:
             continue
         kind, coordinates = geometry.get("type"), geometry.get("coordinates")
         if kind == "Point":
-            yield Shape("Point", (_local([coordinates], terrain, local),), properties)
+            yield Shape("Point", (_positions([coordinates], local),), properties)
         elif kind in ("Polygon", "MultiPolygon"):
             polygons = [coordinates] if kind == "Polygon" else coordinates
             if not isinstance(polygons, list):
@@ -68,8 +75,7 @@ def shapes(document: Any, terrain: Terrain) -> Iterator[Shape]:
             for rings in polygons:
                 if not isinstance(rings, list) or not rings:
                     raise InputError(f"a {kind} must have at least one ring.")
-                placed = tuple(_local(ring, terrain, local) for ring in rings)
-                yield Shape("Polygon", placed, properties)
+                yield Shape("Polygon", tuple(_positions(ring, local) for ring in rings), properties)
         else:
             raise InputError(
                 "a geometry must be a Polygon, a MultiPolygon or a Point with "
@@ -109,22 +115,30 @@ def _geometry(feature: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     return geometry, properties
 
 
-def _local(points: Any, terrain: Terrain, local: bool) -> Ring:
-    """Positions of the file as x, y in the terrain's frame, metres."""
+def _positions(points: Any, local: bool) -> Ring:
+    """Return positions of the file, whose heights are ignored."""
     if not isinstance(points, list) or not all(
         isinstance(point, list) and len(point) >= 2 and all(map(is_number, point[:2]))
         for point in points
     ):
         raise InputError("a position must be a list of two finite numbers.")
     pairs = tuple((float(point[0]), float(point[1])) for point in points)
-    if local:
-        return pairs
     for longitude, latitude in pairs:
-        if abs(longitude) > 180 or abs(latitude) > 90:
+        if not local and (abs(longitude) > 180 or abs(latitude) > 90):
             raise InputError(
                 f"({longitude:g}, {latitude:g}) is no WGS84 longitude and latitude; "
                 'for local metres add the member "crs_local": true.'
             )
+    return pairs
+
+
+def _placed(found: list[Shape], terrain: Terrain) -> list[Shape]:
+    """Move shapes from WGS84 into the terrain's frame, all at once: each call takes a while."""
+    pairs = [pair for shape in found for ring in shape.rings for pair in ring]
     longitudes, latitudes = np.array(pairs).reshape(-1, 2).T
     x, y = terrain.to_local(latitudes, longitudes)
-    return tuple(zip(x.tolist(), y.tolist(), strict=True))
+    local = zip(x.tolist(), y.tolist(), strict=True)
+    return [
+        shape._replace(rings=tuple(tuple(islice(local, len(ring))) for ring in shape.rings))
+        for shape in found
+    ]

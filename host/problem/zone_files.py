@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -42,7 +42,7 @@ def read_document(path: str | Path) -> Any:
         raise InputError(f"No-fly file {str(path)!r} is not JSON: {error}.") from None
 
 
-def document_shapes(document: Any, terrain: Terrain) -> Iterator[Shape]:
+def document_shapes(document: Any, terrain: Terrain) -> Iterable[Shape]:
     """Return the zones of a document as points and polygons in the terrain's local frame.
 
     See :func:`host.problem.kml.kml_shapes`, :func:`host.problem.qgc_fences.fence_shapes` and

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +15,7 @@ from host.errors import InputError
 from host.files.output import reading
 from host.inputs import parse_json, read_text
 from host.problem.ends import Point
-from host.problem.rings import wound
+from host.problem.rings import Ring, wound
 from host.problem.zones import Circle, Polygon, Zone
 from host.report.marks import mark_names
 
@@ -70,7 +71,7 @@ def path_document(
         _feature("LineString", corners, {"kind": "waypoints"}),
         _feature("LineString", flown, {"kind": "smoothed track", "length_m": track.length_m}),
         *_marks(path[[0, -1]].tolist() if way is None else way, terrain),
-        *(_zone(zone, terrain) for zone in zones),
+        *_zones(zones, terrain),
     ]
     return document
 
@@ -92,17 +93,28 @@ def heights_datum(terrain: Terrain) -> str:
     return f"AMSL (the datum of the terrain {terrain.name!r}, which its file does not name)"
 
 
-def _zone(zone: Zone, terrain: Terrain) -> dict[str, Any]:
-    properties = {"kind": "zone", **zone.limits}
+def _zones(zones: Sequence[Zone], terrain: Terrain) -> Iterator[dict[str, Any]]:
+    """Yield zones as features; their positions are moved all at once, each call takes a while."""
+    rings = [ring for zone in zones for ring in _rings(zone)]
+    corners = np.array([corner for ring in rings for corner in ring]).reshape(-1, 2)
+    positions = iter(_positions(corners, terrain))
+    for zone in zones:
+        placed = [list(islice(positions, len(ring))) for ring in _rings(zone)]
+        properties = {"kind": "zone", **zone.limits}
+        if isinstance(zone, Circle):
+            yield _feature("Point", placed[0][0], properties | {"radius_m": zone.radius_m})
+        else:
+            yield _feature("Polygon", placed, properties)
+
+
+def _rings(zone: Zone) -> Sequence[Ring]:
+    """Return the closed rings of a zone, metres; of a circle its centre."""
     if isinstance(zone, Circle):
-        ((east, north),) = _positions(np.array([(zone.x_m, zone.y_m)]), terrain)
-        return _feature("Point", [east, north], properties | {"radius_m": zone.radius_m})
-    if isinstance(zone, Polygon):
-        # Outer rings counter-clockwise, holes clockwise, as RFC 7946 wants them.
-        rings = [wound(zone.ring, left=True), *(wound(hole, left=False) for hole in zone.holes)]
-        closed = [_positions(np.array((*ring, ring[0])), terrain) for ring in rings]
-        return _feature("Polygon", closed, properties)
-    raise TypeError(f"No GeoJSON for a zone of the type {type(zone).__name__}")
+        return [((zone.x_m, zone.y_m),)]
+    assert isinstance(zone, Polygon)
+    # Outer rings counter-clockwise, holes clockwise, as RFC 7946 wants them.
+    rings = [wound(zone.ring, left=True), *(wound(hole, left=False) for hole in zone.holes)]
+    return [(*ring, ring[0]) for ring in rings]
 
 
 def _positions(points: NDArray[np.float64], terrain: Terrain) -> list[list[float]]:

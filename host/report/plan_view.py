@@ -101,11 +101,13 @@ def draw(
         west, south, east, north = (edge / unit_m for edge in window)
         axes.set(xlim=(west, east), ylim=(south, north))
     margin_m = 0.0 if problem.rules is None else problem.rules.zone_margin_m
-    if len(problem.zones) > zone_shapes.MANY:
-        axes.add_patch(zone_shapes.outline_of_all(problem.zones, unit_m))
+    # As artists: `add_patch` looks for the limits of each curve, and the axes have theirs.
+    many = len(problem.zones) > zone_shapes.MANY
+    if many:
+        axes.add_artist(zone_shapes.outline_of_all(problem.zones, unit_m))
     else:
         for zone in problem.zones:
-            axes.add_patch(zone_shapes.outline(zone, unit_m))
+            axes.add_artist(zone_shapes.outline(zone, unit_m))
             if margin_m:
                 zone_shapes.draw_margin(axes, zone, margin_m, unit_m)
 
@@ -151,7 +153,7 @@ def draw(
     ]
     texts += [
         (text, zone_shapes.middle(zone), {"color": NOFLY, "fontsize": 8.5, "zorder": 11})
-        for zone in problem.zones
+        for zone in (() if many else problem.zones)
         if (text := zone_shapes.text(zone)) and f"zone {zone.name}" not in named
     ]
     for text, (at_x, at_y), style in texts:

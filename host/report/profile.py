@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 from matplotlib.patches import Patch
 from matplotlib.text import Text
@@ -170,23 +171,26 @@ def _heights(
 def _draw_zones(axes: Axes, along: NDArray[np.float64], problem: Problem, samples: Samples) -> None:
     """Draw the zones that the track crosses as blocks of their heights."""
     bottom, top = axes.get_ylim()
-    for zone in problem.zones:
-        inside = zone_shapes.covers(zone, samples.x, samples.y)
-        if not inside.any():
+    blocks = []
+    for zone, inside in zone_shapes.crossed(problem.zones, samples.x, samples.y):
+        # A limit beyond the graph needs no place of its own there.
+        low = bottom if zone.lower_m is None else max(zone.lower_m, 2 * bottom - top)
+        high = top if zone.upper_m is None else min(zone.upper_m, 2 * top - bottom)
+        if low > top or high < bottom:
             continue
-        low = bottom if zone.lower_m is None else zone.lower_m
-        high = top if zone.upper_m is None else zone.upper_m
-        axes.fill_between(
-            along,
-            low,
-            high,
-            where=inside,
-            facecolor=(*to_rgb(NOFLY), 0.25),
-            edgecolor=NOFLY,
-            hatch="///",
-            linewidth=0.8,
-            zorder=1.5,
-        )
+        for first, end in _runs(inside):
+            left, right = along[first], along[end - 1]
+            blocks.append([(left, low), (right, low), (right, high), (left, high)])
+    # One collection: each alone would take milliseconds, and there may be thousands.
+    drawn = PolyCollection(
+        blocks,
+        facecolor=(*to_rgb(NOFLY), 0.25),
+        edgecolor=NOFLY,
+        hatch="///",
+        linewidth=0.8,
+        zorder=1.5,
+    )
+    axes.add_collection(drawn, autolim=False)
 
 
 def _shade(
@@ -196,11 +200,10 @@ def _shade(
     colour: str,
 ) -> None:
     """Shade the intervals ``where`` holds, from bottom to top."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], where, [False])).astype(np.int8)))
-    for first, last in edges.reshape(-1, 2):
+    for first, end in _runs(where):
         axes.axvspan(
             along[first],
-            along[last - 1],
+            along[end - 1],
             facecolor=colour,
             alpha=0.3,
             hatch="///",
@@ -208,6 +211,12 @@ def _shade(
             edgecolor=colour,
             linewidth=0,
         )
+
+
+def _runs(where: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Return the first index and the index behind the last of each run of True, (n, 2)."""
+    edges = np.diff(np.concatenate(([False], where, [False])).astype(np.int8))
+    return np.flatnonzero(edges).reshape(-1, 2)
 
 
 def _mark_clearance(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,12 +18,16 @@ from host.problem.zones import Circle, Polygon, Zone
 from host.report.palette import NOFLY
 
 
-__all__ = ["MANY", "covers", "draw_margin", "middle", "outline", "outline_of_all", "text"]
+__all__ = ["MANY", "crossed", "draw_margin", "middle", "outline", "outline_of_all", "text"]
 
 Floats = NDArray[np.float64]
 
-#: More zones are drawn together, without their margins: alone each takes some milliseconds.
+#: More zones are drawn together, without their margins and texts, which take milliseconds each and
+#: hide the map.
 MANY = 200
+
+# Points of a track that are compared with the boxes of zones as one.
+_STRETCH = 128
 
 # Nodes along the longer side of a polygon with its margin: a node is a few pixels.
 _NODES = 256
@@ -37,9 +41,15 @@ def outline(zone: Zone, unit_m: float) -> CirclePatch | PathPatch:
     return PathPatch(_path(zone, unit_m), linewidth=1.6, **_style())
 
 
-def outline_of_all(zones: Iterable[Zone], unit_m: float) -> PathPatch:
+def outline_of_all(zones: Sequence[Zone], unit_m: float) -> PathPatch:
     """Return one patch of many zones, with finer lines."""
-    paths = [_path(zone, unit_m) for zone in zones]
+    circles = [(zone.x_m, zone.y_m, zone.radius_m) for zone in zones if isinstance(zone, Circle)]
+    paths = [_path(zone, unit_m) for zone in zones if not isinstance(zone, Circle)]
+    if circles:
+        unit, around = Outline.unit_circle(), np.array(circles)[:, None] / unit_m
+        corners = around[..., :2] + around[..., 2:] * np.asarray(unit.vertices)
+        assert unit.codes is not None
+        paths.append(Outline(corners.reshape(-1, 2), np.tile(unit.codes, len(circles))))
     return PathPatch(Outline.make_compound_path(*paths), linewidth=0.6, **_style())
 
 
@@ -148,10 +158,52 @@ def middle(zone: Zone) -> tuple[float, float]:
     return x, y
 
 
-def covers(zone: Zone, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
+def crossed(
+    zones: Sequence[Zone], x: Floats, y: Floats
+) -> Iterator[tuple[Zone, NDArray[np.bool_]]]:
+    """Yield the zones within whose outline a track comes, each with the points that are inside.
+
+    Parameters
+    ----------
+    zones : sequence of Zone
+        The zones; they are yielded in their order.
+    x, y : ndarray
+        Points of the track in the order of the flight, (k,) float64 metres.
+
+    Yields
+    ------
+    Zone, ndarray
+        The zone, and whether each point is within its outline, (k,) bool.
+    """
+    if not zones:
+        return
+    # Most of many zones are nowhere near the track, which their boxes tell at once.
+    lows, highs = map(np.array, zip(*map(_box, zones), strict=True))
+    near = np.ones((len(zones), -(-len(x) // _STRETCH)), dtype=bool)
+    for axis, places in enumerate((x, y)):
+        first = np.arange(0, len(x), _STRETCH)
+        near &= lows[:, axis, None] <= np.maximum.reduceat(places, first)
+        near &= highs[:, axis, None] >= np.minimum.reduceat(places, first)
+    for at in np.flatnonzero(near.any(axis=1)).tolist():
+        inside = _covers(zones[at], x, y)
+        if inside.any():
+            yield zones[at], inside
+
+
+def _box(zone: Zone) -> tuple[Floats, Floats]:
+    """Return the lowest and the highest x and y of a zone, metres."""
+    if isinstance(zone, Circle):
+        centre = np.array((zone.x_m, zone.y_m))
+        return centre - zone.radius_m, centre + zone.radius_m
+    assert isinstance(zone, Polygon)
+    ring = np.array(zone.ring)
+    return ring.min(axis=0), ring.max(axis=0)
+
+
+def _covers(zone: Zone, x: Floats, y: Floats) -> NDArray[np.bool_]:
     """Return which points are within the outline of a zone."""
     if isinstance(zone, Circle):
-        return np.asarray(np.hypot(x - zone.x_m, y - zone.y_m) <= zone.radius_m)
+        return np.asarray((x - zone.x_m) ** 2 + (y - zone.y_m) ** 2 <= zone.radius_m**2)
     assert isinstance(zone, Polygon)
     inside = np.zeros(len(x), dtype=bool)
     for ring in (zone.ring, *zone.holes):

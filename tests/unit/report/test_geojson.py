@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from host.errors import InputError
-from host.problem.zones import read_zones
+from host.problem.zones import Circle, Polygon, read_zones
 from host.report.geojson import heights_datum, path_document, read_path
 from host.terrain import Terrain
 
@@ -89,6 +89,34 @@ def test_zones_are_read_back_in_local_metres(make_run, tmp_path):
     circle, polygon = read_zones(written(tmp_path, document), terrain)
     assert circle == problem.zones[0]
     assert set(polygon.ring) == set(problem.zones[1].ring)
+
+
+def test_many_zones_on_earth_are_each_read_back_in_its_place(make_run, tmp_path):
+    evaluator, result = make_run(**UTM)
+    terrain = evaluator.problem.terrain
+    square, hole = ((0.0, 0.0), (900.0, 0.0), (900.0, 900.0)), ((700.0, 100.0), (800.0, 100.0))
+    zones = [Circle(37.0 * i, 11.0 * i, 5.0 + i, name=f"zone {i}") for i in range(100)]
+    zones[40:40] = [
+        Polygon(square, ((*hole, (800.0, 200.0)),)),
+        Polygon(square[::-1], name="plain"),
+    ]
+    track = evaluator.track(result.path)
+    document = path_document(result.path, track, terrain, step_m=50.0, zones=zones)
+    again = read_zones(written(tmp_path, document), terrain)
+    assert [type(zone) for zone in again] == [type(zone) for zone in zones]
+    for zone, read in zip(zones, again, strict=True):
+        assert read.name == zone.name
+        if isinstance(zone, Circle):
+            found = (read.x_m, read.y_m, read.radius_m)
+            assert found == pytest.approx((zone.x_m, zone.y_m, zone.radius_m), abs=1e-3)
+        else:
+            assert len(read.holes) == len(zone.holes)
+            for before, after in zip(
+                (zone.ring, *zone.holes), (read.ring, *read.holes), strict=True
+            ):
+                apart = np.hypot(*(np.array(before)[:, None] - np.array(after)).T)
+                assert len(after) == len(before)
+                assert apart.min(axis=0).max() < 1e-3
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ from host.diagnosis import diagnose
 from host.evaluation import Evaluator
 from host.mission.mission import Mission
 from host.problem.problem import Problem
-from host.problem.zones import Polygon
+from host.problem.zones import Circle, Polygon
 from host.report import palette, plan_view
 from host.report.picture import Scene, draw, write
 from host.report.placing import label
@@ -180,6 +180,28 @@ def test_marks_the_ring_and_the_place_of_a_diagnosis(kind):
     on_map = [text.get_text() for text in figure.axes[0].texts]
     assert "W" not in on_map
     assert on_map.count("zone W") == (kind == "closed")
+
+
+def test_many_zones_are_one_patch_without_texts():
+    terrain = Terrain("made", np.full((40, 40), 100.0), 100.0, 100.0)
+    ends = (500.0, 500.0, 200.0), (3000.0, 3000.0, 200.0)
+    evaluators = [
+        Evaluator(
+            Problem(terrain, *ends, zones=[Circle(20.0 * i, 3500.0, 9.0, name="Z")] * count),
+            threads=1,
+        )
+        for i, count in enumerate((200, 201))
+    ]
+    drawn = [
+        draw(Scene(evaluator, np.array(ends), evaluator.evaluate(np.array(ends)), [], "T", "s"))
+        for evaluator in evaluators
+    ]
+    few, many = (len(figure.axes[0].patches) for figure in drawn)
+    assert few - many == 199 + 200, "each of few zones, and its margin"
+    assert ["Z" in [text.get_text() for text in fig.axes[0].texts] for fig in drawn] == [
+        True,
+        False,
+    ]
 
 
 @pytest.fixture

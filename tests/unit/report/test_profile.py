@@ -98,23 +98,39 @@ def test_zones_are_blocks_of_their_heights_where_the_track_crosses_them(make_run
     )
     profile, evaluator, path = profile_of(make_run, zones=zones)
     samples = evaluator.track(path).sample(1.0)
-    blocks = [
-        patch for patch in profile.collections if patch.get_hatch() == "///" and patch.get_paths()
-    ]
-    assert len(blocks) == 2
-    for block, zone, low, high in (
-        (blocks[0], zones[0], 300.0, 700.0),
-        (blocks[1], zones[1], *profile.get_ylim()),
+    parts = blocks(profile)
+    # The hole parts the block of the polygon in two.
+    assert len(parts) == 3
+    for blocked, zone, low, high in (
+        (parts[:1], zones[0], 300.0, 700.0),
+        (parts[1:], zones[1], *profile.get_ylim()),
     ):
         inside = zone_holds(zone, samples.x, samples.y)
         borders = np.flatnonzero(np.diff(inside.astype(int)))
-        parts = [outline.get_extents() for outline in block.get_paths()]
-        # The hole parts the block of the polygon in two.
-        assert len(parts) == len(borders) / 2 == (1 if zone is zones[0] else 2)
-        for part, (first, last) in zip(parts, borders.reshape(-1, 2), strict=True):
+        for part, (first, last) in zip(blocked, borders.reshape(-1, 2), strict=True):
             at = (part.x0, part.x1)
             assert at == pytest.approx((samples.s[first] / 1000, samples.s[last] / 1000), abs=0.02)
             assert (part.y0, part.y1) == pytest.approx((low, high))
+
+
+def blocks(profile):
+    """Return the boxes of the zones, in the units of the graph."""
+    (drawn,) = [patch for patch in profile.collections if patch.get_hatch() == "///"]
+    return [outline.get_extents() for outline in drawn.get_paths()]
+
+
+def test_heights_of_zones_beyond_the_graph(make_run):
+    """A block ends near the graph, however high its zone; a zone beside the graph has none."""
+    zones = (
+        Circle(3300.0, 1800.0, 250.0, lower_m=-1e308, upper_m=1e308),
+        Circle(3300.0, 1800.0, 250.0, upper_m=-5000.0),
+        Circle(3300.0, 1800.0, 250.0, lower_m=90_000.0),
+    )
+    profile, *_ = profile_of(make_run, zones=zones)
+    (part,) = blocks(profile)
+    bottom, top = profile.get_ylim()
+    assert part.y0 <= bottom < top <= part.y1
+    assert part.height <= 3.01 * (top - bottom)
 
 
 def zone_holds(zone, x, y):

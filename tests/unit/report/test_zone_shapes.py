@@ -81,3 +81,32 @@ def test_many_zones_are_one_patch():
     zones = [Circle(100.0 * i, 0.0, 30.0) for i in range(50)] + [Polygon(SQUARE, (HOLE,))]
     extents = zone_shapes.outline_of_all(zones, 10.0).get_path().get_extents()
     np.testing.assert_allclose(extents.get_points(), [[-3, -3], [493, 3]], atol=1e-6)
+
+
+def test_many_zones_look_as_each_alone():
+    rng = np.random.default_rng(1)
+    zones = [Circle(*rng.uniform(0, 900, 2), rng.uniform(5, 80)) for _ in range(40)]
+    zones += [Polygon(tuple((100 * x, 100 * y) for x, y in SQUARE), (tuple(HOLE),))]
+    points = rng.uniform(0, 90, (3000, 2))
+    together = zone_shapes.outline_of_all(zones, 10.0).get_path().contains_points(points)
+    x, y = 10 * points.T
+    alone = np.array([zone.covers(x, y).diagonal() for zone in zones]).any(axis=0)
+    # A circle is drawn as eight curves, so a point on its border may differ.
+    assert np.mean(together != alone) < 0.002
+
+
+def test_zones_that_a_track_crosses():
+    """Exactly those of which a point is inside, in their order, whatever the number of points."""
+    rng = np.random.default_rng(2)
+    zones = [Circle(*rng.uniform(0, 900, 2), rng.uniform(1, 60)) for _ in range(300)]
+    zones[50:50] = [Polygon(SQUARE, (HOLE,)), Polygon(NOTCHED), Polygon(((5, 5), (6, 5), (5, 6)))]
+    for count in (1, 127, 128, 129, 1000):
+        along = np.linspace(0, 900, count)
+        x, y = along, 450 + 300 * np.sin(along / 90)
+        found = list(zone_shapes.crossed(zones, x, y))
+        inside = [zone.covers(x, y).diagonal() for zone in zones]
+        expected = [zone for zone, held in zip(zones, inside, strict=True) if held.any()]
+        assert [id(zone) for zone, _ in found] == [id(zone) for zone in expected]
+        for (_, got), held in zip(found, [held for held in inside if held.any()], strict=True):
+            np.testing.assert_array_equal(got, held)
+    assert list(zone_shapes.crossed([], x, y)) == []

@@ -31,6 +31,8 @@ __all__ = ["FINE", "Evaluator"]
 FINE = 8
 # Ends this close are equal: coordinates may have passed through a text file.
 _SAME_POINT_M = 1e-6
+# Four times as many as a problem may have from start to goal: paths go around.
+_MOST_SAMPLES = 2_000_000
 # Fewest paths for a thread: below, a second thread costs more than it saves.
 _PATHS_PER_THREAD = 16
 
@@ -134,7 +136,8 @@ class Evaluator:
         Raises
         ------
         InputError
-            If a coordinate is not finite, or beyond 10,000 km.
+            If a coordinate is not finite, or beyond 10,000 km, or the path makes more than two
+            million samples.
         ValueError
             If the path has the wrong shape or other ends than the problem.
         """
@@ -154,16 +157,9 @@ class Evaluator:
         cost = kernels.cost_of(self._constants, altitude, fuel)
 
         track = self.track(path)
-        ends = path[[0, -1]]
-        clearance = np.concatenate(
-            (
-                track.midpoints(self.ds_m / FINE)[0].clearance,
-                ends[:, 2]
-                - ground_below(
-                    self.problem.terrain, ends[:, 0], ends[:, 1], bilinear=self.bilinear
-                ),
-            )
-        )
+        x, y, z = path[[0, -1]].T
+        ground = ground_below(self.problem.terrain, x, y, bilinear=self.bilinear)
+        clearance = np.append(z - ground, track.least_clearance_m(self.ds_m / FINE))
         return Evaluation(
             feasible=penalty == 0 and penalty_fine == 0,
             feasible_at_ds=penalty == 0,
@@ -349,6 +345,13 @@ class Evaluator:
             raise InputError(
                 "The path has a coordinate beyond 10,000 km, which is on no map; give "
                 "it in metres of the terrain's local frame."
+            )
+        length_m = float(np.hypot.reduce(np.diff(path, axis=0), axis=1).sum())
+        if length_m > _MOST_SAMPLES * self.ds_m:
+            raise InputError(
+                f"The path is {length_m / 1000:,.0f} km long, of which a sampling step of "
+                f"{self.ds_m:g} m makes more than {_MOST_SAMPLES:,} samples; correct the path, or "
+                f"increase the step to {1.1 * length_m / _MOST_SAMPLES:.2g} m."
             )
         for name, point, wanted in (
             ("start", path[0], self.problem.start),

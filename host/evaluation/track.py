@@ -14,6 +14,9 @@ from host.terrain import Terrain
 
 __all__ = ["Samples", "SmoothedTrack", "ground_below"]
 
+# Samples that are looked at together where only one of them counts.
+_BLOCK = 1 << 18
+
 
 @dataclass(frozen=True)
 class Samples:
@@ -103,6 +106,20 @@ class SmoothedTrack:
             self._samples(np.concatenate(along), np.concatenate(points)),
             np.concatenate(weights),
         )
+
+    def least_clearance_m(self, ds_m: float) -> float:
+        """Return the least clearance of :meth:`midpoints`, metres; NaN where all are over voids.
+
+        It takes the memory of some hundred thousand samples, however many there are.
+        """
+        least = math.nan
+        for piece in self.pieces:
+            parts = math.ceil(piece.length_m / ds_m)
+            for first in range(0, parts, _BLOCK):
+                fractions = (np.arange(first, min(first + _BLOCK, parts)) + 0.5) / parts
+                clearance = self._samples(fractions, piece.points(fractions)).clearance
+                least = float(np.fmin.reduce(clearance, initial=least))
+        return least
 
     def _samples(self, along: NDArray[np.float64], points: NDArray[np.float64]) -> Samples:
         x, y, z = np.ascontiguousarray(points.T)

@@ -1,5 +1,6 @@
 """The evaluator: populations, threads, feasibility at two steps, clearance, bad arguments."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -208,6 +209,15 @@ def test_refuses_a_bad_path(problem, method):
         r"frame\.$",
     ):
         call(np.array([problem.start, (0, 1e8, 400), problem.goal]))
+    far = np.array([problem.start, (0, 9e6, 400), (9e6, 9e6, 400), problem.goal])
+    call(far)
+    problem = dataclasses.replace(problem, ds_m=10.0)
+    with pytest.raises(
+        InputError,
+        match=r"^The path is 30,721 km long, of which a sampling step of 10 m makes more than "
+        r"2,000,000 samples; correct the path, or increase the step to 17 m\.$",
+    ):
+        Evaluator(problem, threads=1).evaluate(far)
 
 
 @pytest.mark.parametrize(

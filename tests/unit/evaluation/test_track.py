@@ -1,5 +1,6 @@
 """The smoothed track as points, and the closed forms against it."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -57,6 +58,26 @@ def test_ground_and_clearance_are_those_of_the_nearest_node():
     ):
         assert ground == ROUGH.elevation[math.floor(y / 125 + 0.5), math.floor(x / 100 + 0.5)]
         assert clearance == z - ground
+
+
+@pytest.mark.parametrize("step_m", [3.0, 0.007])
+def test_the_least_clearance_is_that_of_all_samples(step_m):
+    """A million of them need several blocks."""
+    track = EVALUATOR.track(path((4000, 1000, 450), (4500, 3000, 600)))
+    assert track.least_clearance_m(step_m) == track.midpoints(step_m)[0].clearance.min()
+
+
+def test_the_least_clearance_is_not_over_voids():
+    heights = ROUGH.elevation.copy()
+    heights[:, 10:] = np.nan
+    void = Terrain("void", heights, 100.0, 125.0)
+    track = dataclasses.replace(EVALUATOR.track(path((4000, 1000, 450))), terrain=void)
+    clearance = track.midpoints(5.0)[0].clearance
+    assert np.isnan(clearance).any()
+    assert track.least_clearance_m(5.0) == np.nanmin(clearance)
+    beyond = dataclasses.replace(track, pieces=track.pieces[-1:])
+    assert np.isnan(beyond.midpoints(5.0)[0].clearance).all()
+    assert math.isnan(beyond.least_clearance_m(5.0))
 
 
 @pytest.mark.parametrize("step", [0, -1.0, math.nan, math.inf])

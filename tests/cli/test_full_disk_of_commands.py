@@ -1,0 +1,89 @@
+"""Every command that writes, on a disk that is full from each of its calls on."""
+
+import errno
+import json
+import os
+
+import pytest
+
+from host.cli import main
+from host.files.disk import using
+from tests.cli.conftest import ENDS
+from tools.faults.disk import FaultyDisk
+
+
+pytestmark = pytest.mark.ci
+
+#: The commands besides ``plan``, and the files that they write.
+COMMANDS = {
+    "compare": (
+        ("compare", "--terrain", "{hills}", *ENDS, "--planners", "ga-pc,astar", "--runs", "1",
+         "--generations", "2", "--jobs", "1", "--out", "{out}"),
+        {"compare.json", "compare.png", "runs.jsonl"},
+    ),
+    "auv": (("auv", "--generations", "1", "--out", "{out}"), {"auv.json", "auv.png"}),
+    "batch": (
+        ("batch", "{problem}", "--jobs", "1", "--no-picture", "--out", "{out}"),
+        {"batch.json", "problem/path.geojson", "problem/summary.json", "problem/terrain.npz"},
+    ),
+    "diagnose": (("diagnose", "{problem}", "--out", "{out}"), {"diagnosis.json"}),
+    "export": (("export", "{summary}", "--write", "geojson", "--out", "{out}"), {"path.geojson"}),
+    "fly": (("fly", "{summary}", "--out", "{out}"), {"flight.json", "flight.png"}),
+    "problem new": (("problem", "new", "{out}/new.toml"), {"new.toml"}),
+    "terrain synth": (("terrain", "synth", "river", "--out", "{out}/river.npz"), {"river.npz"}),
+    "verilog": (("verilog", "--top", "uart", "--out", "{out}/uart.v"), {"uart.v"}),
+}  # fmt: skip
+PICTURES = {"compare.png"}
+
+
+@pytest.fixture(scope="module")
+def inputs(hills, tmp_path_factory):
+    """Names of good files that the commands read."""
+    folder = tmp_path_factory.mktemp("inputs")
+    problem = folder / "problem.toml"
+    ends = ("--terrain", str(hills), "--start", "500,500,500", "--goal", "5500,3500,500")
+    made = ("--planner", "astar", "--no-picture", "--out", str(folder))
+    assert main(["plan", *ends, *made, "--save-problem", str(problem)]) == 0
+    return {"hills": hills, "problem": problem, "summary": folder / "summary.json"}
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_full_disk_is_one_sentence(inputs, tmp_path, capsys, name):
+    arguments, files = COMMANDS[name]
+
+    def run(out, disk):
+        out.mkdir()
+        with using(disk):
+            status = main([argument.format(**inputs, out=out) for argument in arguments])
+        return status, capsys.readouterr().err.splitlines()
+
+    counted = FaultyDisk()
+    status, _ = run(tmp_path / "count", counted)
+    assert status == 0
+    folder = tmp_path / "count"
+    whole = {file.relative_to(folder).as_posix() for file in folder.rglob("*") if file.is_file()}
+    assert whole == files
+    full = os.strerror(errno.ENOSPC)
+    ended = set()
+    for at in range(1, len(counted.calls) + 1):
+        out = tmp_path / str(at)
+        status, said = run(out, FaultyDisk(at, lasting=True, seed=at))
+        left = {file.relative_to(out).as_posix() for file in out.rglob("*") if file.is_file()}
+        assert not [file for file in left if file.rpartition("/")[2].startswith(".")]
+        sentences = [line for line in said if line.startswith("pathgene: ")]
+        if status == 0:
+            # A picture that is missing is no failure of all commands.
+            assert left == whole or (left == {*whole} - PICTURES and len(sentences) == 1)
+            assert len(sentences) == (left != whole)
+        else:
+            (sentence,) = sentences
+            assert (status, sentence) == (2, said[-1])
+            assert sentence.startswith("pathgene: Cannot write to ")
+            assert f"({full})" in sentence
+            assert sentence.endswith(".")
+            assert left < whole
+        ended.add(status)
+        for file in left:
+            if file.endswith(".json"):
+                json.loads((out / file).read_text())
+    assert ended == {0, 2}

@@ -13,6 +13,9 @@ import sys
 import numpy as np
 import pytest
 
+from tests.chips import SMALL, board_url
+from tests.unit.mission.files.mavsdk_autopilot import Autopilot
+
 from .conftest import ENDS, ROOT
 
 
@@ -266,6 +269,9 @@ COMMANDS = {
     "terrain info": (("terrain", "info", "{hills}"), None),
     "terrain synth": (("terrain", "synth", "river", "--out", "{out}/river.npz"), "river.npz"),
     "verilog": (("verilog", "--top", "uart", "--out", "{out}/uart.v"), "uart.v"),
+    "upload": (("upload", "{summary}", "--to", "{autopilot}"), None),
+    # The URL is lost, so nobody could use the board: it ends.
+    "board serve": (("board", "serve", "--board", "{board}"), None),
 }
 
 
@@ -274,13 +280,16 @@ def inputs(hills, pathgene, tmp_path_factory):
     """Names of good files, one of each kind that a command reads."""
     folder = tmp_path_factory.mktemp("inputs")
     ends = ("--terrain", hills, "--start", "500,500,500", "--goal", "5500,3500,500")
-    planned = ("--planner", "astar", "--no-picture", "--out", folder)
+    planned = ("--planner", "astar", "--origin", "46.1,7.6", "--no-picture", "--out", folder)
     problem = folder / "problem.toml"
     assert pathgene("plan", *ends, *planned, "--save-problem", problem).returncode == 0
     (folder / "path.csv").write_text("x,y,z\n500,500,500\n5500,3500,500\n")
     np.save(folder / "map.npy", np.zeros((32, 32), np.int64))
     (folder / "cells.csv").write_text("x,y,z\n1,1,5\n20,20,5\n")
-    return {
+    autopilot = Autopilot()
+    yield {
+        "autopilot": autopilot.address,
+        "board": board_url("sim", SMALL),
         "hills": hills,
         "problem": problem,
         "summary": folder / "summary.json",
@@ -288,6 +297,7 @@ def inputs(hills, pathgene, tmp_path_factory):
         "map": folder / "map.npy",
         "cells": folder / "cells.csv",
     }
+    autopilot.close()
 
 
 LOST = (">&- 2>&-", ">full 2>full", ">broken 2>broken", ">broken")

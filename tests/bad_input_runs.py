@@ -1,14 +1,16 @@
 """Runs bad inputs in processes of their own, with limits, and tells what each did.
 
 ``python -m tests.bad_input_runs SEED FIRST LAST`` prints the numbers of the cases whose end breaks
-the rule, with what is wrong. One process imports all of the program, and forks for each case, which
-takes a hundredth of a second instead of one.
+the rule, with what is wrong; at last how many were surely bad, and how many of each kind were
+refused as bad input and how many were not. One process imports all of the program, and forks for
+each case, which takes a hundredth of a second instead of one.
 """
 
 import contextlib
 import io
 import json
 import os
+import re
 import resource
 import shutil
 import sys
@@ -25,7 +27,7 @@ from tests.bad_options import CHECK, Case
 from tests.good_inputs import write_base
 
 
-__all__ = ["End", "fault", "run"]
+__all__ = ["End", "fault", "is_refused", "run"]
 
 MOST_BYTES = 2 * 10**9
 MOST_S = 20.0
@@ -107,13 +109,19 @@ def fault(case: Case, end: End) -> str | None:
     """Return what is wrong with the end of a case, or None."""
     # A note on an option that means nothing to the planner precedes whatever else is wrong.
     lines = [line for line in end.error.splitlines() if not line.endswith(" and is ignored.")]
-    allowed = (0, 1, 2) if case.may_be_valid else (2,)
-    if end.status not in allowed:
+    if end.status not in (0, 1, 2):
         return f"status {end.status}"
+    if case.surely_bad and not is_refused(end):
+        return f"status {end.status} of what is surely bad"
     if any(word in end.error for word in ("Internal error", "Traceback", "internal error")):
         return "an internal error"
-    # A batch tells of each bad problem, and how far it is.
-    if end.status == 2 and len(lines) != 1 and case.arguments[0] != "batch":
+    if case.arguments[0] == "batch":
+        lines = [line for line in lines if not line.startswith("problem ")]
+        named = [line.split(":")[1] for line in lines if re.match(r"pathgene: [^ :]+: ", line)]
+        # A batch says of each of its problems once what is wrong with it.
+        if len(lines) > 1 and not len(lines) == len(named) == len(set(named)):
+            return f"{len(lines)} lines of a batch"
+    elif end.status == 2 and len(lines) != 1:
         return f"{len(lines)} lines"
     if end.status and not (lines and lines[-1].startswith("pathgene: ")):
         return "no sentence"
@@ -126,9 +134,16 @@ def fault(case: Case, end: End) -> str | None:
     return None
 
 
+def is_refused(end: End) -> bool:
+    """Return whether a case ended as bad input, and not for the folder where none can be made."""
+    return end.status == 2 and not re.search("Cannot write to .*path.csv", end.error)
+
+
 def tell(seed: int, first: int, last: int) -> None:
     """Run the cases from ``first`` to before ``last``; print each fault as a line of JSON."""
-    kinds: Counter[str] = Counter()
+    refused: Counter[str] = Counter()
+    accepted: Counter[str] = Counter()
+    surely_bad = 0
     with tempfile.TemporaryDirectory() as made:
         base = Path(made, "base")
         base.mkdir()
@@ -142,13 +157,16 @@ def tell(seed: int, first: int, last: int) -> None:
         os.chdir(run_in)
         for index, case in islice(enumerate(cases(seed, last)), first, None):
             end = run(case, base.parent / "case")
-            kinds[f"{case.kind.split(',')[0]}: {end.status}"] += 1
+            kind = case.kind.split(",")[0]
+            surely_bad += case.surely_bad
+            (refused if is_refused(end) else accepted)[kind] += 1
             wrong = fault(case, end)
             if wrong is not None:
                 arguments = [argument[:200] for argument in case.arguments]
                 said = end.error[-2000:]
                 print(json.dumps([index, case.kind, wrong, arguments, said]), flush=True)
-    print(json.dumps(dict(sorted(kinds.items()))), flush=True)
+    counts = [dict(sorted(count.items())) for count in (refused, accepted)]
+    print(json.dumps([surely_bad, *counts]), flush=True)
 
 
 if __name__ == "__main__":

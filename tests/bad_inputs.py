@@ -5,17 +5,20 @@ good files that it refers to stand in ``../base`` (:mod:`tests.good_inputs`).
 """
 
 import copy
+import dataclasses
 import io
 import json
 import random
 import re
 import zipfile
 from collections.abc import Callable, Iterator
+from itertools import starmap
 from typing import Any
 
 import numpy as np
 
 from host.problem.aircraft import load as load_aircraft
+from tests.bad_input_judge import is_unreadable
 from tests.bad_options import CHECK, LAND, Case, board, number, option
 from tests.good_inputs import (
     CSV,
@@ -307,6 +310,22 @@ def aircraft_file(rng: random.Random) -> Case:
     return Case("aircraft", (*CHECK, "--uav", "x.toml"), {"x.toml": content})
 
 
+def wrong_kind(rng: random.Random) -> Case:
+    """A problem or an aircraft with no number where one must be."""
+    made = table() if rng.random() < 0.5 else load_aircraft("silver-fox").to_dict()
+    document = copy.deepcopy(made)
+    numbers = [
+        (holder, key)
+        for _, holder, key in _places(document)
+        if isinstance(holder[key], int | float) and not isinstance(holder[key], bool)
+    ]
+    holder, key = rng.choice(numbers)
+    holder[key] = rng.choice(("x", "", "1e", [], {}, [[]], {"x": 1}, float("nan"), ["1"]))
+    if "mission" in document:
+        return Case("problem", ("problem", "check", "x.toml"), {"x.toml": toml(document)}, True)
+    return Case("aircraft", (*CHECK, "--uav", "x.toml"), {"x.toml": toml(document)}, True)
+
+
 def checker_files(rng: random.Random) -> Case:
     """A damaged map or path of the collision checker."""
     arguments = ("feasible", "--map", "map.npy", "--path", "cells.csv")
@@ -335,10 +354,11 @@ def store(rng: random.Random) -> Case:
 def archive_bomb(rng: random.Random) -> Case:
     """A small archive of a member of gigabytes."""
     made = io.BytesIO()
+    large = rng.choice(("elevation", "dx_m"))
     with zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as file:
         for key in ("elevation", "dx_m", "dy_m"):
             content = array(np.zeros((3, 3)) if key == "elevation" else 100.0)
-            if key == rng.choice(("elevation", "dx_m")):
+            if key == large:
                 content = header(rng) + bytes(50_000_000)
             file.writestr(f"{key}.npy", content)
     return Case("bomb", ("terrain", "info", "x.npz"), {"x.npz": made.getvalue()})
@@ -353,6 +373,7 @@ KINDS: tuple[tuple[Callable[[random.Random], Case], int], ...] = (
     (mission_file, 5),
     (problem_file, 14),
     (aircraft_file, 6),
+    (wrong_kind, 14),
     (checker_files, 4),
     (store, 1),
     (archive_bomb, 1),
@@ -367,4 +388,6 @@ def cases(seed: int, count: int) -> Iterator[Case]:
     for index in range(count):
         rng = random.Random(f"{seed} {index}")
         (make,) = rng.choices([kind for kind, _ in KINDS], [share for _, share in KINDS])
-        yield make(rng)
+        case = make(rng)
+        surely_bad = case.surely_bad or any(starmap(is_unreadable, case.files.items()))
+        yield dataclasses.replace(case, surely_bad=surely_bad)

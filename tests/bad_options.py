@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from host.cli.parser import build_parser
+from tests.bad_input_judge import is_number
 
 
 __all__ = ["CHECK", "LAND", "Case", "board", "number", "numeric_options", "option"]
@@ -23,14 +24,15 @@ class Case:
         Those of ``pathgene``.
     files : mapping of str to bytes
         Content of the files by name.
-    may_be_valid : bool
-        The damage may have hit what nobody reads: a success or a failed job is right, too.
+    surely_bad : bool
+        It can only be refused. Otherwise the damage may have hit what nobody reads, and a success
+        or a failed job is right, too.
     """
 
     kind: str
     arguments: tuple[str, ...]
     files: Mapping[str, bytes] = field(default_factory=dict)
-    may_be_valid: bool = True
+    surely_bad: bool = False
 
 
 LAND = "../base/land.npz"
@@ -44,7 +46,7 @@ _GOOD: Mapping[str, tuple[str, ...]] = {
     "plan": ("plan", *_ENDS, *_NOWHERE),
     "check": CHECK,
     "compare": ("compare", *_ENDS, "--planners", "ga-pc", *_NOWHERE),
-    "diagnose": ("diagnose", *_ENDS, *_NOWHERE),
+    "diagnose": ("diagnose", *_ENDS, "--out", "out"),
     "batch": ("batch", "../base/problem.toml", *_NOWHERE),
     "fly": ("fly", "../base/summary.json", *_NOWHERE),
     "export": ("export", "../base/summary.json", *_NOWHERE),
@@ -85,17 +87,25 @@ def number(rng: random.Random) -> Case:
     parts[rng.randrange(count)] = rng.choice(NUMBERS)
     text = ",".join(parts)
     given = (f"{option_name}={text}",) if rng.random() < 0.5 else (option_name, text)
-    return Case(f"number, {command} {option_name}", (*_GOOD[command], *given))
+    # A batch looks at its folder, which cannot be made, before its problems.
+    surely_bad = command != "batch" and not all(map(is_number, text.split(",")))
+    return Case(f"number, {command} {option_name}", (*_GOOD[command], *given), {}, surely_bad)
 
 
 def option(rng: random.Random) -> Case:
     """An unknown, repeated, contradictory or misplaced option, or an odd word."""
     command = rng.choice(list(_GOOD))
     good = list(_GOOD[command])
+    surely_bad = rng.random() < 0.25
     odd = rng.choice(
         (
-            ("--nowhere", "1"), ("-x",), ("--",), ("--", "--seed"), ("x" * 5000,), ("\udcff",),
-            ("--seed",), ("--start-geo", "46,9,100"), ("--via", "1,2,3", "--via-geo", "4,5,6"),
+            ("--nowhere", "1"), ("-x",), ("--no-such",), ("--landscape", "3"), ("--json=1",),
+            ("--seed", "x"), ("--out",), ("--terrain", "--json"), ("--wind",), ("--origin", "1"),
+        )
+        if surely_bad
+        else (
+            ("--",), ("--", "--seed"), ("x" * 5000,), ("\udcff",), ("--seed",),
+            ("--start-geo", "46,9,100"), ("--via", "1,2,3", "--via-geo", "4,5,6"),
             ("--as-paper", "--clearance", "5"), ("--origin", "46,9"), ("--cell", "30"),
             ("--planner", ""), ("--planner", "ga-pc", "--beside", ","), ("--uav", ""),
             ("--uav", "../base"), ("--terrain", ""), ("--terrain", "\udcff.tif"),
@@ -106,17 +116,18 @@ def option(rng: random.Random) -> Case:
             ("--scheduler", ""), ("--scheduler", "tcp://127.0.0.1:1"), ("--planners", ""),
             ("--planners", "ga-pc,ga-pc"), ("--planners", "ga-pc:generations="),
             ("--planners", "ga-pc:seed=1"), ("--planners", ":::"), ("--gusts", ""), ("--to", ""),
-            ("--to", "udpout:x"), ("--aircraft", ""), ("--aircraft", "/dev/zero"), ("--no-such",),
+            ("--to", "udpout:x"), ("--aircraft", ""), ("--aircraft", "/dev/zero"),
             ("--engine", "gpu", "--planner", "astar"), ("--save-problem", ""), ("--listen", ""),
             ("--save-problem", "../base"), ("../base/path.csv",), ("../base/summary.json",), ("",),
             ("--out", "x" * 5000), ("--out", "/dev/null"), ("--out", "../base/path.csv"),
-            ("--landscape", "3"), ("--return", "--goal-heading", "400"), ("--json=1",), ("--jso",),
+            ("--return", "--goal-heading", "400"), ("--jso",),
         )
     )  # fmt: skip
     if rng.random() < 0.2:
         del good[rng.randrange(len(good))]
-    at = len(good) if rng.random() < 0.8 else rng.randrange(1, len(good) + 1)
-    return Case(f"option, {command} {odd[0][:20]}", (*good[:at], *odd, *good[at:]))
+    at = len(good) if surely_bad or rng.random() < 0.8 else rng.randrange(1, len(good) + 1)
+    arguments = (*good[:at], *odd, *good[at:])
+    return Case(f"option, {command} {odd[0][:20]}", arguments, {}, surely_bad)
 
 
 def board(rng: random.Random) -> Case:

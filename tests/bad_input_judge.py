@@ -3,6 +3,7 @@
 A damaged file may still be a good one. A file that its format's own reader refuses is bad.
 """
 
+import contextlib
 import csv
 import io
 import json
@@ -20,10 +21,9 @@ __all__ = ["is_number", "is_unreadable"]
 
 def is_number(text: str) -> bool:
     """Return whether Python takes a text for a finite number."""
-    try:
-        return math.isfinite(float(text))
-    except ValueError:
-        return False
+    with contextlib.suppress(ValueError):
+        return math.isfinite(float(text)) or bool(int(text))
+    return False
 
 
 def is_unreadable(name: str, content: bytes) -> bool:

@@ -1,8 +1,21 @@
 """``python -m host`` is ``pathgene``."""
 
+from __future__ import annotations
+
+import signal
 import sys
 
-from host.cli import main
+
+__all__ = ["main"]
+
+
+def main() -> int:
+    """Run the command line; Ctrl-C while the program is imported ends it without a traceback."""
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    from host.cli import main as run
+
+    return run()
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ from typing import TextIO
 from host import interrupts
 from host.cli.parser import build_parser
 from host.cli.streams import OutputError, guarded
-from host.errors import InputError, PathgeneError
+from host.errors import InputError, JobError, PathgeneError
 
 
 __all__ = ["main"]
@@ -60,6 +60,10 @@ def _run(arguments: list[str], debug: bool) -> int:
         return status
     except OutputError as error:
         _complain(str(error), debug)
+        return interrupts.status(default=error.exit_status)
+    except JobError as error:
+        _complain(str(error), debug)
+        # A signal to a group ends the processes that this one started, and their job fails first.
         return interrupts.status(default=error.exit_status)
     except PathgeneError as error:
         _complain(str(error), debug)

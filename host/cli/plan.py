@@ -69,7 +69,10 @@ def run(args: argparse.Namespace) -> int:
                 plan = plan_mission(
                     mission, search, progress=progress.update, stop=stop, source=source_of(args)
                 )
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, JobError) as error:
+            # A signal to a group ends the processes that this one started, such as a compiler.
+            if isinstance(error, JobError) and not stop.requested:
+                raise
             note(f"Interrupted before a path was found; nothing is written to {directory}.")
             return interrupts.status()
         written, summary = _save(args, plan, formats, directory)

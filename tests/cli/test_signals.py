@@ -1,5 +1,6 @@
 """Signals that end a command: it writes the best path and leaves no process."""
 
+import contextlib
 import json
 import os
 import signal
@@ -10,6 +11,7 @@ import time
 import pytest
 
 from host.cli import main
+from host.errors import JobError
 
 from .conftest import ENDS, ROOT, wait_for
 
@@ -109,6 +111,45 @@ def test_an_interrupt_before_a_path_is_found_writes_nothing(hills, tmp_path, mon
         f"pathgene: Interrupted before a path was found; nothing is written to {tmp_path}."
     )
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_job_that_fails_by_the_signal_is_an_interrupt(hills, tmp_path, monkeypatch, capsys):
+    """A signal to a group ends a compiler or a simulator before this process looks at it."""
+
+    def failed(*arguments, **options):
+        with contextlib.suppress(KeyboardInterrupt):
+            os.kill(os.getpid(), signal.SIGTERM)
+            time.sleep(0.01)
+        raise JobError("The simulated board failed with status -15: it printed nothing")
+
+    def interrupted():
+        assert main([*command, "--planner", "ga-pc", "--out", str(tmp_path)]) == 128 + 15
+        return capsys.readouterr().err.splitlines()[-1]
+
+    command = ["plan", "--terrain", str(hills), *ENDS]
+    with monkeypatch.context() as patch:
+        patch.setattr("host.cli.plan.plan_mission", failed)
+        assert interrupted() == (
+            f"pathgene: Interrupted before a path was found; nothing is written to {tmp_path}."
+        )
+    monkeypatch.setattr("host.cli.plan.make_mission", failed)
+    assert interrupted().startswith("pathgene: The simulated board failed with status -15: ")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("line", ["host.errors", "host.cli.streams", "host.cli.parser"])
+def test_an_interrupt_while_the_program_is_imported(line):
+    """Standard error has what is imported until then, and no traceback."""
+    command = [sys.executable, "-X", "importtime", "-m", "host", "plan", "--help"]
+    with subprocess.Popen(
+        command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert any(each.rstrip().endswith(f" {line}") for each in process.stderr)
+        process.send_signal(signal.SIGINT)
+        said = [each for each in process.stderr if not each.startswith("import time:")]
+    # After the imports the handlers are there.
+    assert process.returncode in (-signal.SIGINT, 128 + signal.SIGINT, 0)
+    assert said in ([], ["pathgene: Interrupted before the end.\n"])
 
 
 @pytest.mark.ci

@@ -17,6 +17,7 @@ from host.flight.judge import judge
 from host.flight.models import model_for, model_named
 from host.flight.report import FlightReport
 from host.problem.problem import Problem
+from host.report.run_files import FLIGHT
 
 
 __all__ = ["fly", "save"]
@@ -96,8 +97,8 @@ def save(report: FlightReport, directory: Path) -> list[Path]:
     # Loads matplotlib, which flying does not need.
     from host.flight import picture
 
-    written = [directory / "flight.json", directory / "flight.png"]
+    written = [directory / name for name in FLIGHT]
     # A picture of an earlier flight would mislead.
-    replace_files(directory, {written[0].name: json_bytes(report.to_dict())}, gone=["flight.png"])
+    replace_files(directory, {FLIGHT[0]: json_bytes(report.to_dict())}, gone=FLIGHT)
     picture.write(report, written[1])
     return written

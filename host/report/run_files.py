@@ -11,11 +11,13 @@ from host.errors import InputError
 from host.files.output import reading
 
 
-__all__ = ["DATA", "GRID", "PATH", "PICTURE", "SUMMARY", "digests", "verify"]
+__all__ = ["DATA", "FLIGHT", "GRID", "PATH", "PICTURE", "SUMMARY", "digests", "verify"]
 
 SUMMARY, GRID, PATH, PICTURE = "summary.json", "terrain.npz", "path.geojson", "path.png"
 #: Data files that a run may have besides its summary.
 DATA = (GRID, PATH, "path.plan", "path.waypoints", "path.kml", "path.html")
+#: Files of a flight of the run, which ``pathgene fly`` writes beside it.
+FLIGHT = ("flight.json", "flight.png")
 
 
 def digests(contents: Mapping[str, bytes]) -> dict[str, str]:

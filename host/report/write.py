@@ -14,7 +14,7 @@ from host.files.output import json_bytes, writing_into
 from host.files.replacement import replace_files
 from host.planners.base import Result
 from host.report.geojson import path_document
-from host.report.run_files import DATA, GRID, PATH, PICTURE, SUMMARY, digests
+from host.report.run_files import DATA, FLIGHT, GRID, PATH, PICTURE, SUMMARY, digests
 
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def write_report(
     """Write ``summary.json``, ``terrain.npz``, ``path.geojson``, others, and ``path.png``.
 
     The files of an earlier run are replaced all or none; those that this run does not have are
-    removed with them. The picture comes last, and an error in it is only a warning.
+    removed with them, and so are those of a flight of it. The picture comes last, and an error in it is only a warning.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def write_report(
     whole = {**summary, "files": digests(contents)}
     contents[SUMMARY] = json_bytes(whole)
     with writing_into(directory):
-        replace_files(directory, contents, gone=(*DATA, PICTURE))
+        replace_files(directory, contents, gone=(*DATA, PICTURE, *FLIGHT))
     written = [directory / name for name in dict.fromkeys((SUMMARY, *contents))]
     drawing = directory / PICTURE
     if picture and write_picture(drawing, lambda: scene(evaluator, result, summary), warn):

@@ -8,7 +8,7 @@ import pytest
 
 from host.errors import InputError
 from host.report import picture
-from host.report.run_files import DATA, verify
+from host.report.run_files import DATA, FLIGHT, verify
 from host.report.summary import summarise
 from host.report.write import scene, write_report
 from host.terrain import load
@@ -57,7 +57,7 @@ def test_writes_exactly_the_files(report, tmp_path):
 def test_the_files_of_an_earlier_run_go(report, tmp_path):
     """All that this run does not have, its picture included; those of other programs stay."""
     *_, write = report
-    for name in (*DATA, "path.png", "notes.txt"):
+    for name in (*DATA, *FLIGHT, "path.png", "notes.txt"):
         (tmp_path / name).write_text("of an earlier run")
     written, whole = write(picture=False, grid=False, others={"path.kml": b"kml"})
     assert [path.name for path in written] == ["summary.json", "path.geojson", "path.kml"]

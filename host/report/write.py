@@ -47,7 +47,8 @@ def write_report(
     """Write ``summary.json``, ``terrain.npz``, ``path.geojson``, others, and ``path.png``.
 
     The files of an earlier run are replaced all or none; those that this run does not have are
-    removed with them, and so are those of a flight of it. The picture comes last, and an error in it is only a warning.
+    removed with them, and so are those of a flight of it. The picture comes last, and an error in
+    it is only a warning.
 
     Parameters
     ----------

@@ -1,5 +1,6 @@
 """A simulated board that several clients want: real sockets and terminals, real processes."""
 
+import json
 import os
 import random
 import re
@@ -165,6 +166,32 @@ def test_a_host_whose_board_was_taken_says_so(chip):
             LinkError, match=r"^The board at \S+ is gone: .*another client has taken "
         ):
             first.status()
+
+
+def test_a_plan_that_loses_its_board_to_another_client_keeps_its_best_path(chip, tmp_path):
+    """A host that computes for more than a second between two frames, here one that is stopped."""
+    terrain = tmp_path / "plain.npz"
+    np.savez(terrain, elevation=np.zeros((21, 21)), dx_m=100.0, dy_m=100.0)
+    command = [sys.executable, "-m", "host", "plan", "--terrain", terrain, "--agl", "--start",
+               "100,100,50", "--goal", "1900,1900,50", "--board", chip.url, "--planner", "ga-fpga",
+               "--generations", "1000000", "--out", tmp_path / "out"]  # fmt: skip
+    with subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True) as process:
+        while not process.stderr.readline().startswith("generation 0/"):
+            assert process.poll() is None
+        process.send_signal(signal.SIGSTOP)
+        works_soon(chip)
+        process.send_signal(signal.SIGCONT)
+        error = process.communicate(timeout=300)[1]
+    assert process.returncode == 1
+    assert re.fullmatch(
+        rf"pathgene: The board at {chip.url} is gone: .*another client has taken .*; the best path "
+        "until then is written\\.",
+        error.splitlines()[-1],
+    )
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["stopped_by"] == "failure"
+    assert main(["check", "--path", str(tmp_path / "out" / "summary.json")]) in (0, 1)
+    works_soon(chip)
 
 
 def test_what_a_client_that_left_had_sent_and_would_have_read_is_dropped(served):

@@ -97,7 +97,7 @@ def save(report: FlightReport, directory: Path) -> list[Path]:
     # Loads matplotlib, which flying does not need.
     from host.flight import picture
 
-    written = [directory / name for name in FLIGHT]
+    written = [directory / name for name in FLIGHT[:2]]
     # A picture of an earlier flight would mislead.
     replace_files(directory, {FLIGHT[0]: json_bytes(report.to_dict())}, gone=FLIGHT)
     picture.write(report, written[1])

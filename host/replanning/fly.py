@@ -20,6 +20,7 @@ from host.replanning.planner import InFlightPlanner
 from host.replanning.report import Replanned
 from host.replanning.scenario import Scenario, check_mission
 from host.replanning.session import Session
+from host.report.run_files import FLIGHT
 
 
 __all__ = ["FALLBACK", "fly_scenario", "on_board", "save"]
@@ -114,13 +115,9 @@ def save(report: Replanned, directory: Path) -> list[Path]:
     # Loads matplotlib, which flying does not need.
     from host.replanning import animation, picture
 
-    written = [directory / f"flight.{ending}" for ending in ("json", "png", "gif")]
+    written = [directory / name for name in FLIGHT]
     # Pictures of an earlier flight would mislead.
-    replace_files(
-        directory,
-        {written[0].name: json_bytes(report.to_dict())},
-        gone=[file.name for file in written[1:]],
-    )
+    replace_files(directory, {FLIGHT[0]: json_bytes(report.to_dict())}, gone=FLIGHT)
     picture.write(report, written[1])
     animation.write(report, written[2])
     return written

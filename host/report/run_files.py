@@ -16,8 +16,9 @@ __all__ = ["DATA", "FLIGHT", "GRID", "PATH", "PICTURE", "SUMMARY", "digests", "v
 SUMMARY, GRID, PATH, PICTURE = "summary.json", "terrain.npz", "path.geojson", "path.png"
 #: Data files that a run may have besides its summary.
 DATA = (GRID, PATH, "path.plan", "path.waypoints", "path.kml", "path.html")
-#: Files of a flight of the run, which ``pathgene fly`` writes beside it.
-FLIGHT = ("flight.json", "flight.png")
+#: Files of a flight of the run, which ``pathgene fly`` writes beside it; the last is of one with
+#: replans.
+FLIGHT = ("flight.json", "flight.png", "flight.gif")
 
 
 def digests(contents: Mapping[str, bytes]) -> dict[str, str]:

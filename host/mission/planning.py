@@ -6,6 +6,7 @@ import dataclasses
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from host.evaluation import Evaluation, Evaluator
 from host.mission.joint import JoinedEvaluator, reason_of_joint
 from host.mission.legs import Leg, MissionPlan, capitalised
 from host.mission.mission import Mission
-from host.planners.base import Progress, Result, Stop
+from host.planners.base import Observer, Progress, Result, Stop
 from host.planning import Plan, Search
 from host.problem.ends import Point
 from host.problem.problem import Problem
@@ -139,7 +140,7 @@ def _plan_legs(
                 search,
                 evaluator,
                 legs,
-                progress=_counted(progress, generations),
+                progress=_counted(progress, generations, legs),
                 stop=stop,
             )
         except (PathgeneError, KeyboardInterrupt) as error:
@@ -320,11 +321,29 @@ def _point(point: NDArray[np.float64]) -> Point:
     return x, y, z
 
 
-def _counted(progress: Progress | None, before: int) -> Progress | None:
+def _counted(progress: Progress | None, before: int, legs: list[Leg]) -> Progress | None:
     """Return a progress that counts on from the generations of the legs before."""
     if progress is None:
         return None
+    if isinstance(progress, Observer):
+        return _LegObserver(progress, before, list(legs))
     return lambda generation, best, mean: progress(before + generation, best, mean)
+
+
+@dataclass(frozen=True)
+class _LegObserver:
+    """Observes a leg, and shows its paths behind those of the legs before."""
+
+    observer: Observer
+    before: int
+    legs: list[Leg]
+
+    def __call__(self, generation: int, best: float, mean: float) -> None:
+        self.observer(self.before + generation, best, mean)
+
+    def improved(self, path: NDArray[np.float64]) -> None:
+        flown = [_joined(self.legs)[:-1]] if self.legs else []
+        self.observer.improved(np.concatenate([*flown, path]))
 
 
 def _heading_deg(path: NDArray[np.float64], *, backwards: bool = False) -> float | None:

@@ -7,7 +7,7 @@ import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,17 @@ from host.evaluation import Evaluation, Evaluator
 from host.numeric import integer, real
 
 
-__all__ = ["Options", "Planner", "Progress", "Replanner", "Result", "Run", "Stop", "choose"]
+__all__ = [
+    "Observer",
+    "Options",
+    "Planner",
+    "Progress",
+    "Replanner",
+    "Result",
+    "Run",
+    "Stop",
+    "choose",
+]
 
 Path = NDArray[np.float64]
 
@@ -120,6 +130,17 @@ class Stop:
 
 #: Called after each generation with its number, the best fitness so far and the mean fitness.
 Progress = Callable[[int, float, float], object]
+
+
+@runtime_checkable
+class Observer(Protocol):
+    """A :data:`Progress` that is shown the best path, too."""
+
+    def __call__(self, generation: int, best: float, mean: float) -> object:
+        """Take a generation, as any :data:`Progress`."""
+
+    def improved(self, path: Path) -> object:
+        """Take the best path so far, (n, 3) metres; called before the generation that has it."""
 
 
 class Replanner(Protocol):
@@ -244,6 +265,7 @@ class Run:
         self.seconds: dict[str, float] = {}
         self._archive: dict[bytes, tuple[float, Path]] = {}
         self._best = -math.inf
+        self._best_path: Path | None = None
         self._worst_kept = -math.inf
         self._started = time.perf_counter()
 
@@ -302,7 +324,7 @@ class Run:
         if value > self._best:
             if self._best <= 1:  # The kept paths are worse and cannot be feasible.
                 self._archive.clear()
-            self._best = value
+            self._best, self._best_path = value, path
         self._archive[path.tobytes()] = value, path
         if len(self._archive) >= 2 * _ARCHIVE_SIZE:
             best = sorted(self._archive.items(), key=lambda item: -item[1][0])[:_ARCHIVE_SIZE]
@@ -317,6 +339,9 @@ class Run:
         """Record a generation by the mean fitness of its population."""
         self.history.append([generation, self._best, mean])
         self.history_evaluations.append(self.evaluations)
+        if isinstance(self.progress, Observer) and self._best_path is not None:
+            self.progress.improved(self._best_path)
+            self._best_path = None
         if self.progress is not None:
             self.progress(generation, self._best, mean)
 

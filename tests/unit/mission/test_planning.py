@@ -57,6 +57,30 @@ def test_the_path_passes_all_points_and_returns(planned):
     assert len(plan.path) == sum(len(leg.path) for leg in plan.legs) - 2
 
 
+def test_an_observer_sees_the_legs_before_in_every_path(terrain):
+    class Observer:
+        def __init__(self):
+            self.paths, self.generations = [], []
+
+        def __call__(self, generation, best, mean):
+            self.generations.append(generation)
+
+        def improved(self, path):
+            self.paths.append(path)
+
+    observer = Observer()
+    plan = plan_mission(mission(terrain, return_to_start=True), search(), progress=observer)
+    assert observer.generations == [row[0] for row in plan.history]
+    ends = [tuple(path[-1]) for path in observer.paths]
+    assert set(ends) == {VIA, GOAL, START}
+    assert all(tuple(path[0]) == START for path in observer.paths)
+    for path in observer.paths:
+        passed = {VIA: [], GOAL: [VIA], START: [VIA, GOAL]}[tuple(path[-1])]
+        assert all(point in map(tuple, path.tolist()) for point in passed)
+    # The last one shown is what is flown.
+    assert np.array_equal(observer.paths[-1], plan.path)
+
+
 def test_legs_join_with_turns_that_fit(planned):
     plan, _ = planned
     headings = [leg.plan.evaluator.problem.start_heading_deg for leg in plan.legs]

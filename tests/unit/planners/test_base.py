@@ -69,6 +69,35 @@ def test_options_keep_plain_numbers():
     assert options == Options(generations=5, time_limit_s=2.0, seed=3)
 
 
+def test_an_observer_sees_each_better_path_once_before_its_generation(evaluator):
+    class Observer:
+        def __init__(self):
+            self.seen = []
+
+        def __call__(self, generation, best, mean):
+            self.seen.append((generation, best))
+
+        def improved(self, path):
+            self.seen.append(path.tolist())
+
+    observer = Observer()
+    run = Run(evaluator, Options(), progress=observer)
+    worse, better = paths_of(evaluator, infeasible(1)[0], FREE)
+    low = run.fitness([worse])
+    run.record(0, low)
+    run.record(1, low)
+    high = run.fitness([worse, better])
+    run.record(2, high)
+    assert observer.seen == [
+        worse.tolist(),
+        (0, low[0]),
+        (1, low[0]),
+        better.tolist(),
+        (2, high[1]),
+    ]
+    assert np.array_equal(run.result().path, better)
+
+
 def test_continues_until_a_criterion_is_met(evaluator):
     run = Run(evaluator, Options(generations=2, target_fitness=1.9))
     fitness = run.fitness(paths_of(evaluator, FREE))

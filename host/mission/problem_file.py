@@ -16,7 +16,7 @@ from host.mission.values import to_toml
 from host.problem.aircraft import PARAMETERS
 
 
-__all__ = ["markdown", "read_problem", "save_problem", "template"]
+__all__ = ["markdown", "parse_problem", "problem_text", "read_problem", "save_problem", "template"]
 
 #: Keys of a zone that name what it is.
 _SHAPES = ("file", "circle", "polygon")
@@ -36,15 +36,28 @@ def read_problem(file: Path) -> dict[str, Any]:
     """
     try:
         with reading("problem", file):
-            document = parse_toml(read_text(file))
+            text = read_text(file)
     except UnicodeDecodeError:
         raise InputError(f"{file}: not a problem file, it is not UTF-8 text.") from None
-    except ValueError as error:
-        raise InputError(f"{file}: not valid TOML: {error}.") from None
     try:
-        return _values(document, file.parent)
+        return parse_problem(text, file.parent)
     except InputError as error:
         raise InputError(f"{file}: {error}") from None
+
+
+def parse_problem(text: str, folder: Path) -> dict[str, Any]:
+    """Return the values of the text of a problem file that lies in ``folder``.
+
+    Raises
+    ------
+    InputError
+        If it is not TOML, holds an unknown key, or a value of another kind.
+    """
+    try:
+        document = parse_toml(text)
+    except ValueError as error:
+        raise InputError(f"not valid TOML: {error}.") from None
+    return _values(document, folder)
 
 
 def save_problem(file: Path, values: Mapping[str, Any]) -> None:
@@ -55,8 +68,23 @@ def save_problem(file: Path, values: Mapping[str, Any]) -> None:
     InputError
         If it cannot be written.
     """
-    folder = file.parent
-    lines = [f"# A problem of pathgene; plan it with: pathgene plan {file.name}"]
+    with output_file(file) as binary:
+        binary.write(problem_text(values, file.parent, file.name).encode())
+
+
+def problem_text(values: Mapping[str, Any], folder: Path, name: str = "FILE") -> str:
+    """Return the text of a problem file that gives ``values``, as :func:`save_problem` writes it.
+
+    Parameters
+    ----------
+    values : mapping
+        Parsed arguments; those that are None stay out.
+    folder : Path
+        The folder that the paths in the file are relative to.
+    name : str
+        The name of the file.
+    """
+    lines = [f"# A problem of pathgene; plan it with: pathgene plan {name}"]
     for table in TABLES:
         if table == "zones":
             for zone in _all_zones(values):
@@ -69,8 +97,7 @@ def save_problem(file: Path, values: Mapping[str, Any]) -> None:
             given = _written(keys_of(table), own, folder)
         if given:
             lines += ["", f"[{table}]", *_lines(given)]
-    with output_file(file) as binary:
-        binary.write(("\n".join(lines) + "\n").encode())
+    return "\n".join(lines) + "\n"
 
 
 def template() -> str:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from types import FrameType
 
 
-__all__ = ["caught", "held", "instead", "status"]
+__all__ = ["caught", "held", "instead", "kept_from_children", "status"]
 
 #: Signals that request the end of a process.
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
@@ -75,18 +75,28 @@ def held() -> Iterator[None]:
     calls: list[tuple[int, FrameType | None]] = []
     handlers = {number: signal.getsignal(number) for number in _caught_signals()}
     try:
-        with _handled(list(handlers), lambda *call: calls.append(call)):
-            # Child processes inherit the mask. Another thread can still take the signal.
-            mask = signal.pthread_sigmask(signal.SIG_BLOCK, _KEPT_FROM_CHILDREN)
-            try:
-                yield
-            finally:
-                signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        # Another thread can still take the signal.
+        with (
+            _handled(list(handlers), lambda *call: calls.append(call)),
+            kept_from_children(),
+        ):
+            yield
     finally:
         if calls:
             handler = handlers[signal.Signals(calls[0][0])]
             if callable(handler):
                 handler(*calls[0])
+
+
+@contextlib.contextmanager
+def kept_from_children() -> Iterator[None]:
+    """Let processes that this thread starts in the block never receive Ctrl-C."""
+    # They inherit the mask.
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, _KEPT_FROM_CHILDREN)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
 
 def _in_main_thread() -> bool:

@@ -55,13 +55,15 @@ def load_mission(file: str | Path) -> Mission:
     return mission_of(read_problem(Path(file)))
 
 
-def mission_of(values: Values) -> Mission:
+def mission_of(values: Values, terrain: Terrain | None = None) -> Mission:
     """Return the mission, of one leg where there are neither via points nor a return.
 
     Parameters
     ----------
     values : mapping
         Values by the names in :data:`host.mission.keys.KEYS`; None is the default of each.
+    terrain : Terrain, optional
+        The terrain of the values, where it is loaded already.
 
     Raises
     ------
@@ -69,7 +71,7 @@ def mission_of(values: Values) -> Mission:
         If a value is bad or missing.
     """
     aircraft = aircraft_of(values)
-    terrain = terrain_of(values)
+    terrain = terrain_of(values) if terrain is None else terrain
     start, goal = (_needed(values, name, terrain) for name in ("start", "goal"))
     problem = Problem(
         terrain,

@@ -50,11 +50,14 @@ class Kind:
         is no such value.
     write : callable
         Returns the inverse: what TOML takes, of a value and the folder of the file.
+    choices : tuple of str
+        All values, where they are few.
     """
 
     name: str
     read: Callable[[Any, Path], Any]
     write: Callable[[Any, Path], Any] = lambda value, _: value
+    choices: tuple[str, ...] = ()
 
 
 def _number(value: Any, _: Path | None = None) -> float:
@@ -155,7 +158,7 @@ def choice(values: Sequence[str]) -> Kind:
             raise ValueError
         return str(value)
 
-    return Kind(f"one of {', '.join(values)}", read)
+    return Kind(f"one of {', '.join(values)}", read, choices=tuple(values))
 
 
 def to_toml(value: Any) -> str:

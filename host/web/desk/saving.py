@@ -1,0 +1,110 @@
+"""Plans in the folder of the desk: saved whole, listed, and read again."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from host.errors import InputError
+from host.files.output import prepare_directory, reading
+from host.inputs import parse_json, read_text
+from host.mission.files.export import FORMATS, check_formats, exported
+from host.mission.problem_file import problem_text
+from host.planning import Plan
+from host.report.run_files import PICTURE, SUMMARY
+from host.report.write import scene, write_picture, write_report
+
+
+__all__ = ["PROBLEM", "draw_picture", "files_of", "read_summary", "save", "saved_plans"]
+
+#: The problem file of a saved plan.
+PROBLEM = "problem.toml"
+
+# For ground stations and viewers; every run has path.geojson.
+_OTHERS = ("plan", "waypoints", "kml")
+
+
+def save(plan: Plan, values: Mapping[str, Any], folder: Path) -> list[str]:
+    """Write all files of a plan but its picture, all or none, and return what they cannot say.
+
+    Parameters
+    ----------
+    plan : Plan
+        The plan.
+    values : mapping
+        The values of its problem, for its problem file.
+    folder : Path
+        The folder of the plan; made if missing.
+
+    Raises
+    ------
+    InputError
+        If they cannot be written.
+    """
+    notes: list[str] = []
+    problem, path = plan.evaluator.problem, plan.path
+    formats: tuple[str, ...] = _OTHERS
+    try:
+        check_formats(formats, problem.terrain)
+    except InputError as error:
+        notes.append(str(error))
+        formats = ()
+    others = exported(problem, path, formats, notes.append, feasible=plan.evaluation.feasible)
+    others[PROBLEM] = problem_text(values, folder, PROBLEM).encode()
+    prepare_directory(folder)
+    try:
+        write_report(
+            folder,
+            plan.evaluator,
+            plan.result,
+            plan.summary,
+            notes.append,
+            picture=False,
+            others=others,
+        )
+    except InputError:
+        with contextlib.suppress(OSError):
+            folder.rmdir()
+        raise
+    return notes
+
+
+def draw_picture(plan: Plan, folder: Path) -> None:
+    """Draw ``path.png`` beside the files of a saved plan; without it nothing else is lost."""
+    write_picture(
+        folder / PICTURE,
+        lambda: scene(plan.evaluator, plan.result, plan.summary),
+        lambda sentence: None,
+    )
+
+
+def saved_plans(directory: Path) -> list[str]:
+    """Return the names of the saved plans in the folder of the desk, the latest first."""
+    with contextlib.suppress(OSError):
+        return sorted((file.parent.name for file in directory.glob(f"*/{SUMMARY}")), reverse=True)
+    return []
+
+
+def read_summary(folder: Path) -> dict[str, Any]:
+    """Return the content of ``summary.json`` of a saved plan.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read.
+    """
+    file = folder / SUMMARY
+    try:
+        with reading("summary", file):
+            summary: dict[str, Any] = parse_json(read_text(file))
+    except ValueError:
+        raise InputError(f"{file}: not a summary of pathgene.") from None
+    return summary
+
+
+def files_of(folder: Path) -> list[str]:
+    """Return the names of the files of a saved plan that a browser may fetch."""
+    names = (*FORMATS.values(), PROBLEM, SUMMARY, PICTURE)
+    return [name for name in names if (folder / name).is_file()]

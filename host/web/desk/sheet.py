@@ -1,0 +1,264 @@
+"""The problem of a page: its values, and the same as a problem file and as a link."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from host.device.boards import known_config
+from host.errors import InputError
+from host.mission.build import aircraft_of, end_of, mission_of, planner_of, search_of, zones_of
+from host.mission.keys import RULES
+from host.mission.mission import Mission
+from host.mission.problem_file import parse_problem, problem_text, read_problem
+from host.planners import DEFAULT, OPTIONS, PLANNERS
+from host.problem import aircraft
+from host.problem.ends import place
+from host.problem.zones import Zone
+from host.terrain import Terrain, embedded
+from host.web.desk.terrains import Terrains
+
+
+__all__ = ["Sheet", "zone_table"]
+
+#: Most bytes of a problem as text: some ten thousand corners.
+MOST_BYTES = 1_000_000
+
+# Start and goal on a new terrain: this share of its sides from two corners, so high above it.
+_END_SHARE, _END_HEIGHT_M = 0.1, 100.0
+# Places that a mouse gives, to the decimetre.
+_DECIMALS = 1
+# What the desk decides itself.
+_OUTPUT = ("out", "write", "picture", "grid")
+
+
+class Sheet:
+    """The problem of a page.
+
+    Its values stand by the names in :data:`host.mission.keys.KEYS`, in one form: the terrain by its
+    name on the desk, points in metres of the terrain's frame, zones as tables of a circle or a
+    polygon. Only what differs from the defaults has a value. A method that raises changes nothing.
+
+    Parameters
+    ----------
+    terrains : Terrains
+        The terrains of the desk.
+
+    Attributes
+    ----------
+    values : dict
+        The values.
+    """
+
+    def __init__(self, terrains: Terrains) -> None:
+        self._terrains = terrains
+        self.values: dict[str, Any] = {}
+        self.take_terrain(embedded.names()[0])
+
+    @property
+    def planner(self) -> str:
+        """The planner of the problem."""
+        return str(self.values["planner"])
+
+    @property
+    def zones(self) -> list[dict[str, Any]]:
+        """The zones, as tables of a problem file."""
+        zones: list[dict[str, Any]] = self.values.setdefault("zones", [])
+        return zones
+
+    @property
+    def via(self) -> list[tuple[float, ...]]:
+        """The via points."""
+        via: list[tuple[float, ...]] = self.values.setdefault("via", [])
+        return via
+
+    def terrain(self) -> Terrain:
+        """Return the terrain; raises what :meth:`Terrains.load` does."""
+        return self._terrains.load(self.values)
+
+    def set(self, name: str, value: Any) -> None:
+        """Set a value, or with None its default."""
+        if value is None or value is False:
+            self.values.pop(name, None)
+        else:
+            self.values[name] = value
+
+    def take_terrain(self, name: str) -> None:
+        """Go to another terrain: with ends in two of its corners, without zones and via points.
+
+        Raises
+        ------
+        InputError
+            If it cannot be loaded.
+        """
+        kept = {
+            key: value
+            for key, value in self.values.items()
+            if key not in ("terrain", "fill_voids", "origin", "via", "zones")
+        }
+        new = {**kept, "terrain": name}
+        terrain = self._terrains.load(new)
+        new.setdefault("planner", DEFAULT)
+        for end, share in (("start", _END_SHARE), ("goal", 1 - _END_SHARE)):
+            x, y = (round(share * side, 0) for side in (terrain.width_m, terrain.height_m))
+            new[end] = (x, y, _END_HEIGHT_M)
+        self.values = {**new, "agl": True}
+
+    def place(self, name: str, x: float, y: float, number: int = 0) -> None:
+        """Move ``start``, ``goal`` or the via point ``number``; its altitude stays."""
+        spot = round(x, _DECIMALS), round(y, _DECIMALS)
+        if name == "via":
+            self.via[number] = (*spot, self.via[number][2])
+        else:
+            self.values[name] = (*spot, (self.values.get(name) or (0, 0, _END_HEIGHT_M))[2])
+
+    def add_via(self, x: float, y: float) -> None:
+        """Add a via point as the last one, as high as the point before it."""
+        before = self.via[-1] if self.via else self.values.get("start") or (0, 0, _END_HEIGHT_M)
+        self.via.append((round(x, _DECIMALS), round(y, _DECIMALS), before[2]))
+
+    def mission(self) -> Mission:
+        """Return what the values describe.
+
+        Raises
+        ------
+        InputError
+            If a value is bad or missing.
+        """
+        search_of(self._effective())
+        return mission_of(self._effective(), self.terrain())
+
+    def task(self) -> dict[str, Any]:
+        """Return the values for a planner, which loads the terrain itself.
+
+        Raises
+        ------
+        InputError
+            If the terrain is not on the desk.
+        """
+        source = self._terrains.source_of(str(self.values.get("terrain")))
+        return {**self._effective(), "terrain": source, "max_cells": self._terrains.max_cells}
+
+    def text(self) -> str:
+        """Return the problem file; a terrain that is a file is expected beside it."""
+        return problem_text(self._effective(), Path(), "problem.toml")
+
+    def link(self) -> str:
+        """Return the problem as the fragment of a link, without ``#``."""
+        packed = zlib.compress(self.text().encode(), 9)
+        return base64.urlsafe_b64encode(packed).decode().rstrip("=")
+
+    def open_link(self, fragment: str) -> None:
+        """Take the problem of :meth:`link`.
+
+        Raises
+        ------
+        InputError
+            If it is none, or as :meth:`open_text`.
+        """
+        try:
+            packed = base64.b64decode(fragment + "=" * (-len(fragment) % 4), "-_", validate=True)
+            unpacking = zlib.decompressobj()
+            content = unpacking.decompress(packed, MOST_BYTES)
+            if not unpacking.eof:
+                raise ValueError("cut off, or too long")
+            text = content.decode()
+        except (ValueError, binascii.Error, zlib.error):
+            raise InputError("The link holds no whole problem; copy all of it.") from None
+        self.open_text(text)
+
+    def open_text(self, text: str) -> None:
+        """Take the problem of the text of a problem file, which may name no file of this machine.
+
+        Raises
+        ------
+        InputError
+            If it is no problem file, names a file or a terrain that is not on the desk, or a zone
+            or the aircraft is bad.
+        """
+        values = parse_problem(text, Path())
+        for zone in values.get("zones") or ():
+            if "file" in zone:
+                raise InputError(
+                    f"The problem names a file of zones, {zone['file']!r}; leave it out, and open "
+                    "that file after the problem."
+                )
+        uav = values.get("uav")
+        if isinstance(uav, str) and uav not in aircraft.names():
+            raise InputError(
+                f"The problem names a file of an aircraft, {uav!r}; leave it out, and open that "
+                "file after the problem."
+            )
+        name = values.get("terrain")
+        if name is not None and name not in embedded.names():
+            values["terrain"] = Path(name).name
+        self._take(values)
+
+    def open_file(self, file: Path) -> None:
+        """Take a problem file of this machine, with the files that it names.
+
+        Raises
+        ------
+        InputError
+            If it is bad, or a file that it names.
+        """
+        values = read_problem(file)
+        name = values.get("terrain")
+        if name is not None and name not in embedded.names():
+            values["terrain"] = self._terrains.add_file(Path(name))
+        self._take(values)
+
+    def _take(self, values: Mapping[str, Any]) -> None:
+        """Take values of a problem file in the form of this class."""
+        taken = {
+            name: value
+            for name, value in values.items()
+            if name not in (*_OUTPUT, "start_geo", "goal_geo", "via_geo", "nofly")
+            and value is not None
+        }
+        taken.setdefault("terrain", embedded.names()[0])
+        terrain = self._terrains.load(taken)
+        taken["zones"] = [zone_table(zone) for zone in zones_of(values, terrain)]
+        for end in ("start", "goal"):
+            if (point := end_of(values, end, terrain)) is not None:
+                taken[end] = tuple(point)
+        taken["via"] = [tuple(point) for point in values.get("via") or ()]
+        for number, (latitude, longitude, z) in enumerate(values.get("via_geo") or (), start=1):
+            spot = place(f"via point {number}", latitude, longitude, terrain)
+            taken["via"].append((*spot, z))
+        uav = taken.get("uav")
+        if uav is not None and uav not in aircraft.names():
+            taken["uav"] = aircraft_of(taken).to_dict()
+        taken["planner"] = _planner(taken)
+        if taken["planner"] not in PLANNERS:
+            raise InputError(f"There is no planner {taken['planner']!r}.")
+        self.values = taken
+
+    def _effective(self) -> dict[str, Any]:
+        """Return the values without those that others make void, as the command line has them."""
+        own = PLANNERS[self.planner].options
+        void = {name for name in OPTIONS if name not in own}
+        if self.values.get("as_paper"):
+            void |= set(RULES)
+        return {name: value for name, value in self.values.items() if name not in void}
+
+
+def zone_table(zone: Zone) -> dict[str, Any]:
+    """Return a zone as a table of a problem file."""
+    table = zone.to_dict()
+    if "radius_m" in table:
+        circle = [table.pop(key) for key in ("x", "y", "radius_m")]
+        table = {"circle": circle, **table}
+    return table
+
+
+def _planner(values: Mapping[str, Any]) -> str:
+    """Return the planner that is named, or the default one; hardware is not asked."""
+    board = values.get("board")
+    if values.get("planner") is None and board is not None and known_config(board) is None:
+        return DEFAULT
+    return planner_of(values)

@@ -1,0 +1,157 @@
+"""The terrains of a desk: the embedded ones, and files that were given to it."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import re
+import threading
+from collections import OrderedDict
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from host.errors import InputError
+from host.files.output import output_file, prepare_directory
+from host.mission.build import terrain_of
+from host.terrain import Terrain, embedded
+
+
+__all__ = ["Terrains"]
+
+# Terrains kept in memory: those of a few tabs.
+_KEPT = 4
+# What GDAL writes beside a raster.
+_HIDDEN = re.compile(r"^\.|\.aux\.xml$")
+_DIGEST_LENGTH = 8
+
+
+class Terrains:
+    """Terrains by the name that a problem on a desk has for them.
+
+    A problem of a link must not name any file of this machine, so the names are those of
+    ``pathgene terrain list``, of files in a folder of the desk, and of files that the user named
+    when the desk was started.
+
+    Parameters
+    ----------
+    directory : Path
+        Folder of the files that are given to the desk; it need not exist.
+    max_cells : int, optional
+        Most cells of a terrain; see :func:`host.terrain.load`.
+    """
+
+    def __init__(self, directory: Path, max_cells: int | None = None) -> None:
+        self._directory, self.max_cells = directory, max_cells
+        self._files: dict[str, Path] = {}
+        self._loaded: OrderedDict[tuple[Any, ...], Terrain] = OrderedDict()
+        self._lock = threading.Lock()
+        with contextlib.suppress(OSError):
+            for file in sorted(directory.iterdir()):
+                if file.is_file() and not _HIDDEN.search(file.name):
+                    self._files[file.name] = file
+
+    @property
+    def names(self) -> list[str]:
+        """All names, those of embedded terrains first."""
+        return [*embedded.names(), *self._files]
+
+    def add_file(self, file: Path) -> str:
+        """Give a file that the user named; return its name."""
+        resolved = file.resolve()
+        for name, known in self._files.items():
+            if known.resolve() == resolved:
+                return name
+        name = _unlike(file.name, self._files)
+        self._files[name] = file
+        return name
+
+    def add_content(self, name: str, content: bytes, values: Mapping[str, Any]) -> str:
+        """Keep a file that came from a browser, if it is a terrain; return its name.
+
+        The same content has the same name, so that a link still finds it.
+
+        Parameters
+        ----------
+        name : str
+            The name that it had.
+        content : bytes
+            All of it.
+        values : mapping
+            Values of the problem that say how to load it, as for an array without sides of cells.
+
+        Raises
+        ------
+        InputError
+            If it is no terrain, has too many cells, or cannot be kept.
+        """
+        digest = hashlib.sha256(content).hexdigest()[:_DIGEST_LENGTH]
+        plain = Path(re.sub(r"[^\w.-]+", "-", Path(name).name).strip(".-")[-80:] or "terrain")
+        kept = f"{plain.stem}-{digest}{plain.suffix.lower()}"
+        if kept in self._files:
+            return kept
+        prepare_directory(self._directory)
+        file = self._directory / kept
+        with output_file(file) as binary:
+            binary.write(content)
+        self._files[kept] = file
+        try:
+            self.load({**values, "terrain": kept})
+        except InputError as error:
+            del self._files[kept]
+            with contextlib.suppress(OSError):
+                file.unlink()
+            raise InputError(str(error).replace(str(file), Path(name).name)) from None
+        return kept
+
+    def source_of(self, name: str) -> str:
+        """Return what a problem file names: the name of an embedded terrain, or the path of a file.
+
+        Raises
+        ------
+        InputError
+            If the desk has no such terrain.
+        """
+        if name in embedded.names():
+            return name
+        if name not in self._files:
+            raise InputError(
+                f"The terrain {name!r} is not on this desk; open its file here, then the problem "
+                "again."
+            )
+        return str(self._files[name])
+
+    def load(self, values: Mapping[str, Any]) -> Terrain:
+        """Return the terrain of a problem; the last few are kept in memory.
+
+        Raises
+        ------
+        InputError
+            If there is none, or it cannot be loaded.
+        """
+        name = values.get("terrain")
+        if name is None:
+            raise InputError("The problem names no terrain; choose one.")
+        source = self.source_of(name)
+        own = {key: values.get(key) for key in ("fill_voids", "cell", "origin")}
+        place = (source, *own.values())
+        with self._lock:
+            if place in self._loaded:
+                self._loaded.move_to_end(place)
+                return self._loaded[place]
+        terrain = terrain_of({**own, "terrain": source, "max_cells": self.max_cells})
+        with self._lock:
+            self._loaded[place] = terrain
+            while len(self._loaded) > _KEPT:
+                self._loaded.popitem(last=False)
+        return terrain
+
+
+def _unlike(name: str, others: Mapping[str, Any]) -> str:
+    """Return a name that no other terrain has."""
+    taken = {*others, *embedded.names()}
+    number, candidate = 2, name
+    while candidate in taken:
+        candidate = f"{Path(name).stem}-{number}{Path(name).suffix}"
+        number += 1
+    return candidate

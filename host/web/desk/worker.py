@@ -1,0 +1,171 @@
+"""The process of a job: plans a problem, tells its progress, saves the plan, and ends."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import NDArray
+
+from host.errors import PathgeneError
+from host.planners.base import Stop
+
+
+__all__ = ["STOP", "Failed", "Found", "Progressed", "Saved", "Task", "work"]
+
+#: What the desk sends to a process that is to end its search.
+STOP = "stop"
+
+# Time between two messages of progress: more than any page draws.
+_PERIOD_S = 1 / 30
+
+
+@dataclass(frozen=True)
+class Task:
+    """A problem to plan.
+
+    Parameters
+    ----------
+    values : mapping
+        Its values by the names in :data:`host.mission.keys.KEYS`.
+    folder : Path
+        The folder of the plan.
+    """
+
+    values: Mapping[str, Any]
+    folder: Path
+
+
+@dataclass(frozen=True)
+class Progressed:
+    """Generations since the last message.
+
+    Parameters
+    ----------
+    rows : list of (int, float, float)
+        Generation, best fitness so far, mean fitness.
+    paths : list of (int, ndarray)
+        Generation and best path so far, (n, 3) metres, of each generation with a better one.
+    """
+
+    rows: list[tuple[int, float, float]]
+    paths: list[tuple[int, NDArray[Any]]]
+
+
+@dataclass(frozen=True)
+class Found:
+    """The end of a search: the summary of its plan, which is not saved yet."""
+
+    summary: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Saved:
+    """All files are written but the picture; ``notes`` are sentences on what they cannot say."""
+
+    notes: list[str]
+
+
+@dataclass(frozen=True)
+class Failed:
+    """The sentence on why there is no plan, or no file of it."""
+
+    sentence: str
+
+
+def work(connection: Connection) -> None:
+    """Wait for a :class:`Task` on ``connection``, do it, and send what comes of it.
+
+    When the other end is closed, the search ends as after :data:`STOP`, and its plan is saved.
+    """
+    # Loaded while the task is still to come.
+    import host.mission.planning
+    import host.web.desk.saving  # noqa: F401
+
+    try:
+        task = connection.recv()
+    except EOFError:
+        return
+    stop = Stop()
+    threading.Thread(target=_listen, args=(connection, stop), daemon=True).start()
+    try:
+        _plan(task, stop, _Sender(connection))
+    except PathgeneError as error:
+        _send(connection, Failed(str(error)))
+    except Exception as error:
+        _send(
+            connection,
+            Failed(f"Internal error, {type(error).__name__}: {error}; please report it."),
+        )
+    connection.close()
+
+
+def _plan(task: Task, stop: Stop, sender: _Sender) -> None:
+    from host.mission.build import mission_of, search_of
+    from host.mission.planning import plan_mission
+    from host.web.desk.saving import draw_picture, save
+
+    search = search_of(task.values)
+    plan = plan_mission(mission_of(task.values), search, progress=sender, stop=stop)
+    sender.flush()
+    sender.send(Found(plan.summary))
+    sender.send(Saved(save(plan, task.values, task.folder)))
+    # Nobody waits for it.
+    draw_picture(plan, task.folder)
+
+
+class _Sender:
+    """The observer of a search that sends what it sees, at most 30 times a second.
+
+    Parameters
+    ----------
+    connection : Connection
+        Where to.
+    """
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+        self._sent_s = 0.0
+        self._seen = Progressed([], [])
+        self._better: NDArray[Any] | None = None
+
+    def __call__(self, generation: int, best: float, mean: float) -> None:
+        self._seen.rows.append((generation, best, mean))
+        if self._better is not None:
+            self._seen.paths.append((generation, self._better))
+            self._better = None
+        if time.monotonic() - self._sent_s >= _PERIOD_S:
+            self.flush()
+
+    def improved(self, path: NDArray[Any]) -> None:
+        self._better = path
+
+    def flush(self) -> None:
+        """Send what is not sent yet."""
+        if self._seen.rows:
+            self.send(self._seen)
+        self._seen = Progressed([], [])
+        self._sent_s = time.monotonic()
+
+    def send(self, message: object) -> None:
+        _send(self._connection, message)
+
+
+def _send(connection: Connection, message: object) -> None:
+    """Send a message; if nobody is there any more, the plan is saved all the same."""
+    with contextlib.suppress(OSError):
+        connection.send(message)
+
+
+def _listen(connection: Connection, stop: Stop) -> None:
+    """Request the end of the search when the desk asks for it, or has ended itself."""
+    with contextlib.suppress(EOFError, OSError):
+        while connection.recv() != STOP:
+            pass
+    stop.request()

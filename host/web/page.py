@@ -62,7 +62,7 @@ def page_of(evaluator: Evaluator, path: NDArray[Any], summary: Mapping[str, Any]
     parts = {
         "title": html.escape(scene["title"]),
         "subtitle": html.escape(scene["subtitle"]),
-        "style": _text("page.css"),
+        "style": _text("colours.css") + _text("page.css"),
         # Inside a script only "<" can end it.
         "scene": json.dumps(scene, allow_nan=False).replace("<", "\\u003c"),
         "imports": json.dumps({"imports": {key: _url(text) for key, text in imports.items()}}),

@@ -54,7 +54,14 @@ from host.terrain import Terrain
 from host.web.figures import captions, figures
 
 
-__all__ = ["path_scene", "plan_scene", "problem_scene", "terrain_scene", "zones_scene"]
+__all__ = [
+    "ceilings_scene",
+    "path_scene",
+    "plan_scene",
+    "problem_scene",
+    "terrain_scene",
+    "zones_scene",
+]
 
 Floats = NDArray[np.float64]
 
@@ -86,7 +93,7 @@ def problem_scene(problem: Problem) -> dict[str, Any]:
         "zones_left_out": len(problem.zones) - len(zones),
         "paths": [],
         "figures": [],
-        "ceilings": _ceilings(problem),
+        "ceilings": ceilings_scene(problem),
     }
 
 
@@ -263,7 +270,7 @@ def _points(problem: Problem) -> list[dict[str, Any]]:
     ]
 
 
-def _ceilings(problem: Problem) -> list[dict[str, Any]]:
+def ceilings_scene(problem: Problem) -> list[dict[str, Any]]:
     """Return the ceilings that hold; none as paper."""
     if problem.rules is None:
         return []

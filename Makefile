@@ -61,6 +61,7 @@ help:
 	@echo "                (TERRAIN= START= GOAL= NOFLY_CIRCLES= BOARD= BESIDE= SEED= OUT=)"
 	@echo "make fly        the same, then fly the path in a flight-dynamics model, with zones that"
 	@echo "                appear, replanned by the chip (and GUSTS= SCENARIO=)"
+	@echo "make desk       a local web page to draw problems, plan them and compare the plans (OUT=out/desk)"
 	@echo "make setup      install what the tests need, once"
 	@echo "make test       the tests of minutes (WORKERS= PYTEST_ARGS=)"
 	@echo "make test-ci    the costly tests: full sizes, lint, smoke tests of benchmarks"
@@ -98,6 +99,11 @@ plan: setup-plan
 fly: setup plan
 	@$(IN_ROOT) "$(BIN)/pathgene" fly "$(OUT)/summary.json" --gusts "$(GUSTS)" --seed "$(SEED)" \
 		--scenario "$(SCENARIO)" --planner ga-chip --board "$(BOARD)"
+
+.PHONY: desk
+desk: OUT = out/desk
+desk: setup
+	@$(IN_ROOT) "$(BIN)/pathgene" desk --out "$(OUT)"
 
 .PHONY: setup-long
 setup-long:

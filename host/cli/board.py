@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import ipaddress
 import socket
 
 from host import interrupts
+from host.cli.listening import is_local
 from host.cli.output import note, print_json, print_pairs
 from host.device.boards import board_scheme, open_board
 from host.errors import InputError, JobError
@@ -49,7 +49,7 @@ def serve(args: argparse.Namespace) -> int:
             print_json({"board": args.board, "url": board.url, "pid": board.pid})
         else:
             print(board.url, flush=True)
-        if not (args.pty or _is_local(args.listen)):
+        if not (args.pty or is_local(args.listen.rpartition(":")[0])):
             note(
                 f"Anybody who reaches {args.listen} can use this board, which asks for no password."
             )
@@ -62,12 +62,6 @@ def serve(args: argparse.Namespace) -> int:
             f"The simulated board ended by itself with status {status}: "
             f"{board.log().strip() or 'it printed nothing'}."
         )
-
-
-def _is_local(text: str) -> bool:
-    """Tell whether nobody but this machine reaches an address."""
-    host = text.rpartition(":")[0]
-    return ipaddress.ip_address(socket.gethostbyname(host)).is_loopback
 
 
 def _check_address(text: str) -> None:

@@ -11,6 +11,7 @@ from host.cli.arguments.batch import add_batch
 from host.cli.arguments.board import add_board
 from host.cli.arguments.check import add_check
 from host.cli.arguments.compare import add_compare
+from host.cli.arguments.desk import add_desk
 from host.cli.arguments.diagnose import add_diagnose
 from host.cli.arguments.export import add_export
 from host.cli.arguments.feasible import add_feasible
@@ -38,6 +39,7 @@ def build_parser() -> argparse.ArgumentParser:
     parser.set_defaults(command=None)
     commands = parser.add_subparsers(title="commands", metavar="COMMAND")
     add_plan(commands)
+    add_desk(commands)
     add_problem_files(commands)
     add_batch(commands)
     add_compare(commands)

@@ -19,6 +19,7 @@ from host.planners import OPTIONS, PLANNERS
 COMMANDS = [
     (),
     ("plan",),
+    ("desk",),
     ("problem",),
     ("problem", "new"),
     ("problem", "check"),
@@ -38,6 +39,9 @@ COMMANDS = [
     ("auv",),
     ("verilog",),
 ]
+
+# They serve until Ctrl-C; tests/cosim/test_served_board.py and test_desk.py run them.
+SERVING = {("board", "serve"): "board:serve", ("desk",): "desk:run"}
 
 
 def example(command, capsys):
@@ -96,8 +100,8 @@ def place(tmp_path_factory):
 def test_the_example_of_every_command_runs(command, place, capsys, monkeypatch):
     arguments = example(command, capsys)
     assert tuple(arguments[: len(command)]) == command
-    if command == ("board", "serve"):  # It serves until Ctrl-C; tests/cosim runs it.
-        assert build_parser().parse_args(arguments).listen == "127.0.0.1:5000"
+    if command in SERVING:
+        assert build_parser().parse_args(arguments).command == SERVING[command]
         return
     monkeypatch.chdir(place)
     # The model replaces boards that take long to build or are absent.
@@ -148,7 +152,7 @@ def test_every_command_speaks_json(line, place, capsys, monkeypatch):
 def test_no_command_lacks_json():
     spoken = {tuple(line.split()[: len(command)]) for line in JSON for command in COMMANDS}
     groups = {(), ("board",), ("problem",), ("terrain",)}
-    assert set(COMMANDS) - groups - {("board", "serve")} <= spoken
+    assert set(COMMANDS) - groups - set(SERVING) <= spoken
 
 
 def groups(text):

@@ -53,7 +53,9 @@ class Field:
     @property
     def label(self) -> str:
         """Its name as a page shows it."""
-        return self.key.name.replace("_", " ")
+        # The name of a planner or of an aircraft, not of a zone.
+        named = self.key.name == "name" and self.key.table != "zones"
+        return self.key.table if named else self.key.name.replace("_", " ")
 
     def text_of(self, value: Any) -> str:
         """Return a value as the field shows it; empty for None."""
@@ -124,7 +126,7 @@ def fields_of(table: str) -> list[Field]:
     """
     if table == "aircraft":
         (key,) = (key for key in KEYS if key.table == table and key.name == "name")
-        return [Field(key, "choice", aircraft.names(), TABLES[table].rstrip("."))]
+        return [Field(key, "choice", tuple(aircraft.names()), TABLES[table].rstrip("."))]
     keys = [
         key
         for key in KEYS

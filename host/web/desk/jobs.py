@@ -19,14 +19,16 @@ from numpy.typing import NDArray
 
 from host import interrupts
 from host.errors import InputError
-from host.web.desk.worker import STOP, Failed, Found, Progressed, Saved, Task, work
+from host.web.desk.worker import STOP, Ending, Failed, Found, Progressed, Saved, Task, work
 
 
-__all__ = ["Job", "Jobs"]
+__all__ = ["Job", "Jobs", "State"]
 
-# After a stop, the longest wait for the end of a generation and for the files.
-_PATIENCE_S = 10.0
+# After a stop, the longest wait for the end of a generation, and at the end of the desk for the
+# choice of the path and the files.
+_PATIENCE_S, _SAVING_S = 10.0, 60.0
 
+#: See :class:`Job`.
 State = Literal["waiting", "planning", "found", "saved", "failed"]
 
 
@@ -51,12 +53,16 @@ class Job:
         Generation and best path, (n, 3) metres; only ever appended to.
     summary : dict or None
         The summary of the plan, once there is one.
+    path : dict or None
+        Its path as in a scene.
     notes : list of str
         What the files cannot say.
     error : str or None
         The sentence on why there is no plan, or no file of it.
     stopping : bool
         Its end has been requested.
+    ending : bool
+        Its search has ended for that.
     """
 
     values: Mapping[str, Any]
@@ -65,9 +71,11 @@ class Job:
     rows: list[tuple[int, float, float]] = field(default_factory=list)
     paths: list[tuple[int, NDArray[Any]]] = field(default_factory=list)
     summary: dict[str, Any] | None = None
+    path: dict[str, Any] | None = None
     notes: list[str] = field(default_factory=list)
     error: str | None = None
     stopping: bool = False
+    ending: bool = False
 
     @property
     def done(self) -> bool:
@@ -80,8 +88,10 @@ class Job:
             # A page that sees a row sees its path, too.
             self.paths += message.paths
             self.rows += message.rows
+        elif isinstance(message, Ending):
+            self.ending = True
         elif isinstance(message, Found):
-            self.summary, self.state = message.summary, "found"
+            self.summary, self.path, self.state = message.summary, message.path, "found"
         elif isinstance(message, Saved):
             self.notes, self.state = message.notes, "saved"
         elif isinstance(message, Failed):
@@ -177,6 +187,12 @@ class Jobs:
         killer.daemon = True
         killer.start()
 
+    @property
+    def active(self) -> list[Job]:
+        """The jobs that plan or wait, in the order in which they came."""
+        with self._lock:
+            return [*self._running, *self._queue]
+
     def ahead_of(self, job: Job) -> int:
         """Return how many jobs wait before a waiting one."""
         with self._lock, contextlib.suppress(ValueError):
@@ -191,7 +207,7 @@ class Jobs:
             threads = list(self._threads)
         for job in left:
             self.stop(job)
-        deadline = time.monotonic() + _PATIENCE_S
+        deadline = time.monotonic() + _SAVING_S
         for thread in threads:
             thread.join(max(0.0, deadline - time.monotonic()))
         with self._lock:
@@ -230,8 +246,8 @@ class Jobs:
         process.connection.close()
 
     def _kill(self, job: Job) -> None:
-        """End a process that has not heeded a stop; one that has a path is left to save it."""
+        """End a process that has not heeded a stop; one that has is left to save its path."""
         with self._lock:
             running = self._running.get(job)
-            if running is not None and job.state == "planning":
+            if running is not None and job.state == "planning" and not job.ending:
                 running.process.kill()

@@ -15,6 +15,7 @@ from host.mission.problem_file import problem_text
 from host.planning import Plan
 from host.report.run_files import PICTURE, SUMMARY
 from host.report.write import scene, write_picture, write_report
+from host.web.page import page_of
 
 
 __all__ = ["PROBLEM", "draw_picture", "files_of", "read_summary", "save", "saved_plans"]
@@ -22,8 +23,8 @@ __all__ = ["PROBLEM", "draw_picture", "files_of", "read_summary", "save", "saved
 #: The problem file of a saved plan.
 PROBLEM = "problem.toml"
 
-# For ground stations and viewers; every run has path.geojson.
-_OTHERS = ("plan", "waypoints", "kml")
+# For people and for ground stations, which need a place on Earth; every run has path.geojson.
+_ANYWHERE, _PLACED = ("html",), ("plan", "waypoints", "kml")
 
 
 def save(plan: Plan, values: Mapping[str, Any], folder: Path) -> list[str]:
@@ -45,29 +46,31 @@ def save(plan: Plan, values: Mapping[str, Any], folder: Path) -> list[str]:
     """
     notes: list[str] = []
     problem, path = plan.evaluator.problem, plan.path
-    formats: tuple[str, ...] = _OTHERS
+    formats: tuple[str, ...] = (*_ANYWHERE, *_PLACED)
     try:
         check_formats(formats, problem.terrain)
     except InputError as error:
         notes.append(str(error))
-        formats = ()
-    others = exported(problem, path, formats, notes.append, feasible=plan.evaluation.feasible)
+        formats = _ANYWHERE
+    others = exported(
+        problem,
+        path,
+        formats,
+        notes.append,
+        feasible=plan.evaluation.feasible,
+        page=lambda: page_of(plan.evaluator, path, plan.summary),
+    )
     others[PROBLEM] = problem_text(values, folder, PROBLEM).encode()
     prepare_directory(folder)
-    try:
-        write_report(
-            folder,
-            plan.evaluator,
-            plan.result,
-            plan.summary,
-            notes.append,
-            picture=False,
-            others=others,
-        )
-    except InputError:
-        with contextlib.suppress(OSError):
-            folder.rmdir()
-        raise
+    write_report(
+        folder,
+        plan.evaluator,
+        plan.result,
+        plan.summary,
+        notes.append,
+        picture=False,
+        others=others,
+    )
     return notes
 
 

@@ -13,6 +13,7 @@ from typing import Any
 
 from host.errors import InputError
 from host.files.output import output_file, prepare_directory
+from host.files.replacement import replace_files
 from host.mission.build import terrain_of
 from host.terrain import Terrain, embedded
 
@@ -100,7 +101,7 @@ class Terrains:
         except InputError as error:
             del self._files[kept]
             with contextlib.suppress(OSError):
-                file.unlink()
+                replace_files(self._directory, {}, gone=(kept,))
             raise InputError(str(error).replace(str(file), Path(name).name)) from None
         return kept
 

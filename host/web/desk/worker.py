@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
+import os
 import threading
 import time
 from collections.abc import Mapping
@@ -17,11 +19,14 @@ from host.errors import PathgeneError
 from host.planners.base import Stop
 
 
-__all__ = ["STOP", "Failed", "Found", "Progressed", "Saved", "Task", "work"]
+__all__ = ["STOP", "Ending", "Failed", "Found", "Progressed", "Saved", "Task", "work"]
 
 #: What the desk sends to a process that is to end its search.
 STOP = "stop"
 
+# The page of the desk comes first where cores are few.
+_NICENESS = 10
+_HEEDED_POLL_S = 0.05
 # Time between two messages of progress: more than any page draws.
 _PERIOD_S = 1 / 30
 
@@ -59,10 +64,24 @@ class Progressed:
 
 
 @dataclass(frozen=True)
+class Ending:
+    """The search has ended early, and chooses its path."""
+
+
+@dataclass(frozen=True)
 class Found:
-    """The end of a search: the summary of its plan, which is not saved yet."""
+    """The end of a search; its plan is not saved yet.
+
+    Parameters
+    ----------
+    summary : dict
+        The summary of the plan.
+    path : dict
+        Its path as in a scene: see :func:`host.web.scene.path_scene`.
+    """
 
     summary: dict[str, Any]
+    path: dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -84,25 +103,24 @@ def work(connection: Connection) -> None:
 
     When the other end is closed, the search ends as after :data:`STOP`, and its plan is saved.
     """
+    os.nice(_NICENESS)
     # Loaded while the task is still to come.
-    import host.mission.planning
-    import host.web.desk.saving  # noqa: F401
+    for name in ("mission.planning", "web.scene", "web.desk.saving"):
+        importlib.import_module(f"host.{name}")
 
     try:
         task = connection.recv()
     except EOFError:
         return
     stop = Stop()
-    threading.Thread(target=_listen, args=(connection, stop), daemon=True).start()
+    sender = _Sender(connection)
+    threading.Thread(target=_listen, args=(connection, stop, sender), daemon=True).start()
     try:
-        _plan(task, stop, _Sender(connection))
+        _plan(task, stop, sender)
     except PathgeneError as error:
-        _send(connection, Failed(str(error)))
+        sender.send(Failed(str(error)))
     except Exception as error:
-        _send(
-            connection,
-            Failed(f"Internal error, {type(error).__name__}: {error}; please report it."),
-        )
+        sender.send(Failed(f"Internal error, {type(error).__name__}: {error}; please report it."))
     connection.close()
 
 
@@ -110,11 +128,14 @@ def _plan(task: Task, stop: Stop, sender: _Sender) -> None:
     from host.mission.build import mission_of, search_of
     from host.mission.planning import plan_mission
     from host.web.desk.saving import draw_picture, save
+    from host.web.scene import path_scene
 
     search = search_of(task.values)
     plan = plan_mission(mission_of(task.values), search, progress=sender, stop=stop)
     sender.flush()
-    sender.send(Found(plan.summary))
+    least_m = plan.summary["minimum_clearance_m"]
+    path = path_scene(plan.evaluator, plan.path, plan.planner, least_m=least_m)
+    sender.send(Found(plan.summary, path))
     sender.send(Saved(save(plan, task.values, task.folder)))
     # Nobody waits for it.
     draw_picture(plan, task.folder)
@@ -131,6 +152,7 @@ class _Sender:
 
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
+        self._lock = threading.Lock()
         self._sent_s = 0.0
         self._seen = Progressed([], [])
         self._better: NDArray[Any] | None = None
@@ -154,18 +176,17 @@ class _Sender:
         self._sent_s = time.monotonic()
 
     def send(self, message: object) -> None:
-        _send(self._connection, message)
+        """Send a message; if nobody is there any more, the plan is saved all the same."""
+        with self._lock, contextlib.suppress(OSError):
+            self._connection.send(message)
 
 
-def _send(connection: Connection, message: object) -> None:
-    """Send a message; if nobody is there any more, the plan is saved all the same."""
-    with contextlib.suppress(OSError):
-        connection.send(message)
-
-
-def _listen(connection: Connection, stop: Stop) -> None:
+def _listen(connection: Connection, stop: Stop, sender: _Sender) -> None:
     """Request the end of the search when the desk asks for it, or has ended itself."""
     with contextlib.suppress(EOFError, OSError):
         while connection.recv() != STOP:
             pass
     stop.request()
+    while not stop.heeded:
+        time.sleep(_HEEDED_POLL_S)
+    sender.send(Ending())

@@ -67,7 +67,7 @@ def test_a_value_is_read_and_shown_again(dest, entered, value):
         ("clearance", "low", "The clearance must be a number, not 'low'."),
         ("generations", "2.5", "The generations must be a whole number, not '2.5'."),
         ("wind", "3", "The wind must be a list of 2 numbers, not '3'."),
-        ("planner", "best", f"The name must be one of {', '.join(PLANNERS)}, not 'best'."),
+        ("planner", "best", f"The planner must be one of {', '.join(PLANNERS)}, not 'best'."),
     ],
 )
 def test_what_is_no_such_value_is_one_sentence(dest, entered, sentence):

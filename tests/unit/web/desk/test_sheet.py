@@ -13,6 +13,7 @@ from host.mission.mission import Mission
 from host.mission.problem_file import read_problem, save_problem
 from host.problem.aircraft import load as load_aircraft
 from host.terrain import load
+from host.web.desk.desk import Desk
 from host.web.desk.sheet import MOST_BYTES, Sheet
 from host.web.desk.terrains import Terrains
 
@@ -196,3 +197,26 @@ def test_the_task_of_a_planner_names_the_file(terrains, tmp_path):
     assert sheet.terrain().width_m == 29 * 9
     assert f'source = "{name}"' in sheet.text()
     assert set(task) - {"max_cells"} <= {key.dest for key in KEYS} | {"uav", "zones"}
+
+
+def test_tabs_share_no_zone(tmp_path):
+    (tmp_path / "problem.toml").write_text("[[zones]]\ncircle = [9000, 9000, 500]\n")
+    desk = Desk(tmp_path / "out", problem=tmp_path / "problem.toml")
+    try:
+        one, other = desk.sheet(), desk.sheet()
+        one.zones[0]["name"] = "mine"
+        assert "name" not in other.zones[0]
+    finally:
+        desk.close()
+
+
+def test_others_plan_on_simulated_boards_alone(tmp_path):
+    desk = Desk(tmp_path, local=False)
+    try:
+        sheet = desk.sheet()
+        sheet.set("board", "/dev/ttyUSB0")
+        with pytest.raises(InputError, match=r"^Only simulated boards \(model:, sim:\) plan on a "):
+            desk.plan(sheet)
+        assert desk.jobs.active == []
+    finally:
+        desk.close()

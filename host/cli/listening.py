@@ -1,0 +1,24 @@
+"""Addresses that a command listens at."""
+
+from __future__ import annotations
+
+import ipaddress
+import socket
+
+
+__all__ = ["is_local"]
+
+
+def is_local(host: str) -> bool:
+    """Tell whether nobody but this machine reaches what listens at the address ``host``.
+
+    Raises
+    ------
+    OSError
+        If there is no such address.
+    """
+    try:
+        address = ipaddress.ip_address(host)
+    except ValueError:
+        address = ipaddress.ip_address(socket.gethostbyname(host))
+    return address.is_loopback

@@ -1,0 +1,125 @@
+"""What all tabs of a desk share: its folder, terrains and jobs."""
+
+from __future__ import annotations
+
+import copy
+import hashlib
+import json
+import re
+from collections import OrderedDict
+from pathlib import Path
+
+from host.device.boards import known_config
+from host.errors import InputError
+from host.terrain import Terrain
+from host.web.desk.jobs import Job, Jobs
+from host.web.desk.saving import files_of, saved_plans
+from host.web.desk.sheet import Sheet
+from host.web.desk.terrains import Terrains
+from host.web.scene import terrain_scene, zones_scene
+
+
+__all__ = ["Desk"]
+
+# Folder of the terrains that were given to a desk, within that of its plans.
+_TERRAINS = "terrains"
+# Letters of a terrain in the name of a folder.
+_LONGEST_NAME = 60
+# Meshes kept in memory; each has up to 700 kB.
+_KEPT = 8
+
+
+class Desk:
+    """A desk.
+
+    Parameters
+    ----------
+    directory : Path
+        The folder of its plans.
+    jobs : int
+        Plans made at a time.
+    max_cells : int, optional
+        Most cells of a terrain.
+    local : bool
+        Nobody but this machine reaches it. Otherwise only simulated boards plan.
+    problem : Path, optional
+        Problem file that a tab opens with.
+
+    Raises
+    ------
+    InputError
+        If the problem file is bad, or ``jobs`` is below 1.
+    """
+
+    def __init__(
+        self,
+        directory: Path,
+        *,
+        jobs: int = 2,
+        max_cells: int | None = None,
+        local: bool = True,
+        problem: Path | None = None,
+    ) -> None:
+        self.directory, self.local = directory, local
+        self.terrains = Terrains(directory / _TERRAINS, max_cells)
+        self._first = Sheet(self.terrains)
+        if problem is not None:
+            self._first.open_file(problem)
+        self._meshes: OrderedDict[str, bytes] = OrderedDict()
+        # So that the first tab does not wait for it, nor for what draws zones.
+        self.mesh_url(self._first.terrain())
+        zones_scene(())
+        self.jobs = Jobs(directory, at_once=jobs)
+
+    def sheet(self) -> Sheet:
+        """Return the problem that a new tab opens with."""
+        sheet = Sheet(self.terrains)
+        sheet.values = copy.deepcopy(self._first.values)
+        return sheet
+
+    def plan(self, sheet: Sheet) -> Job:
+        """Start a job for a problem.
+
+        Raises
+        ------
+        InputError
+            If the problem is bad, too many jobs wait, or the board is not simulated and others than
+            this machine reach the desk.
+        """
+        mission = sheet.mission()
+        board = sheet.values.get("board")
+        if not self.local and board is not None and known_config(board) is None:
+            raise InputError(
+                "Only simulated boards (model:, sim:) plan on a desk that others can reach."
+            )
+        name = re.sub(r"[^\w.-]+", "-", mission.problem.terrain.name)[:_LONGEST_NAME]
+        return self.jobs.submit(sheet.task(), f"{name}-{sheet.planner}")
+
+    def mesh_url(self, terrain: Terrain) -> str:
+        """Return the address of the mesh of a terrain, which :meth:`mesh` answers."""
+        scene = terrain_scene(terrain)
+        content = json.dumps(scene, allow_nan=False).encode()
+        key = hashlib.sha256(content).hexdigest()[:20]
+        self._meshes[key] = content
+        self._meshes.move_to_end(key)
+        while len(self._meshes) > _KEPT:
+            self._meshes.popitem(last=False)
+        return f"/meshes/{key}"
+
+    def mesh(self, key: str) -> bytes | None:
+        """Return the mesh of a terrain as JSON, or None."""
+        return self._meshes.get(key)
+
+    def saved(self) -> list[str]:
+        """Return the names of the saved plans, the latest first."""
+        return saved_plans(self.directory)
+
+    def file(self, plan: str, name: str) -> Path | None:
+        """Return a file of a saved plan, or None."""
+        if plan not in self.saved() or name not in files_of(self.directory / plan):
+            return None
+        return self.directory / plan / name
+
+    def close(self) -> None:
+        """End all jobs and save their plans."""
+        self.jobs.close()

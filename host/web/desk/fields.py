@@ -1,0 +1,128 @@
+"""Fields of the form as elements of NiceGUI."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from nicegui import ui
+
+from host.errors import InputError
+from host.web.desk.form import Field
+
+
+__all__ = ["Input", "add_field", "add_numbers"]
+
+#: Pause after a key before a field counts as entered, milliseconds.
+_PAUSE_MS = 250
+_LOOK = f"dense outlined hide-bottom-space debounce={_PAUSE_MS}"
+
+
+class Input(ui.input):
+    """A text field that gives a value, or says below it why its text is none.
+
+    Parameters
+    ----------
+    label : str
+        Its label.
+    text : str
+        Its text.
+    read : callable
+        Returns the value of a text; raises InputError for what is none.
+    take : callable
+        Called with each new value.
+    meaning : str
+        Shown below the field while it is used.
+    placeholder : str
+        Shown in an empty field.
+    """
+
+    def __init__(
+        self,
+        label: str,
+        text: str,
+        read: Callable[[str], Any],
+        take: Callable[[Any], object],
+        *,
+        meaning: str = "",
+        placeholder: str = "",
+    ) -> None:
+        self._read, self._take = read, take
+        super().__init__(label, value=text, placeholder=placeholder, on_change=self._changed)
+        self.props(f"{_LOOK} hide-hint stack-label")
+        if meaning:
+            self._props["hint"] = meaning
+
+    def _changed(self) -> None:
+        try:
+            value = self._read(self.value or "")
+        except InputError as error:
+            self.error = str(error)
+            return
+        self.error = None
+        self._take(value)
+
+
+def add_field(field: Field, value: Any, take: Callable[[Any], object]) -> ui.element:
+    """Add a field of the form with its value; ``take`` is called with each new one."""
+    default = field.key.default
+    meaning = f"{field.meaning[:1].upper()}{field.meaning[1:]}."
+    if field.widget == "switch":
+        switch = ui.switch(
+            field.label, value=bool(value), on_change=lambda event: take(event.value)
+        )
+        return switch.props("dense").tooltip(meaning)
+    if field.widget == "choice":
+        return (
+            ui.select(
+                list(field.choices),
+                label=field.label,
+                value=value if value in field.choices else None,
+                clearable=True,
+                on_change=lambda event: take(event.value),
+            )
+            .props(
+                f"dense outlined options-dense hide-bottom-space stack-label "
+                f'display-value="{value if value in field.choices else default}"'
+            )
+            .tooltip(meaning)
+        )
+    entered = Input(
+        field.label,
+        field.text_of(value),
+        field.value_of,
+        take,
+        meaning=meaning,
+        placeholder=default,
+    )
+    if field.widget == "number":
+        entered.props("inputmode=decimal")
+    return entered
+
+
+def add_numbers(
+    label: str, names: Sequence[str], values: Sequence[float], take: Callable[[Any], object]
+) -> None:
+    """Add a row of numbers of one thing, as of a point; ``take`` is called with all of them."""
+    numbers = list(values)
+
+    def reader(name: str) -> Callable[[str], float]:
+        def read(text: str) -> float:
+            try:
+                return float(text)
+            except ValueError:
+                raise InputError(f"The {name} must be a number.") from None
+
+        return read
+
+    def taker(index: int) -> Callable[[float], None]:
+        def changed(number: float) -> None:
+            numbers[index] = number
+            take(tuple(numbers))
+
+        return changed
+
+    for index, name in enumerate(names):
+        Input(name, f"{numbers[index]:.10g}", reader(name), taker(index)).props(
+            f'inputmode=decimal aria-label="{label}, {name}"'
+        ).classes("number")

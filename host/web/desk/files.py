@@ -1,0 +1,67 @@
+"""Files that a user gives to the page: problems, zones, aircraft and terrains."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+from host.errors import InputError
+from host.files.output import output_file
+from host.inputs import parse_toml
+from host.mission.keys import TABLES
+from host.problem import aircraft
+from host.problem.zones import read_zones
+from host.web.desk.sheet import MOST_BYTES, Sheet, zone_table
+from host.web.desk.terrains import Terrains
+
+
+__all__ = ["open_upload"]
+
+_ZONES = (".geojson", ".json", ".kml", ".plan")
+
+
+def open_upload(sheet: Sheet, terrains: Terrains, name: str, content: bytes) -> None:
+    """Take a file: what it is, its name and its content say.
+
+    A problem replaces all of ``sheet``, a terrain all but the planner, rules and aircraft; zones
+    come besides those that are there.
+
+    Raises
+    ------
+    InputError
+        If it is none of these, or bad; the sheet is then as before.
+    """
+    suffix = Path(name).suffix.lower()
+    if suffix == ".toml":
+        _open_toml(sheet, name, content)
+    elif suffix in _ZONES:
+        _open_zones(sheet, name, content)
+    else:
+        sheet.take_terrain(terrains.add_content(name, content, sheet.values))
+
+
+def _open_toml(sheet: Sheet, name: str, content: bytes) -> None:
+    if len(content) > MOST_BYTES:
+        raise InputError(f"{name}: has more than {MOST_BYTES // 1000} kB, too much for a problem.")
+    try:
+        text = content.decode()
+        tables = parse_toml(text)
+    except ValueError as error:
+        raise InputError(f"{name}: not valid TOML: {error}.") from None
+    if set(tables) & set(TABLES):
+        sheet.open_text(text)
+    else:
+        sheet.set("uav", aircraft.parse(text, name).to_dict())
+
+
+def _open_zones(sheet: Sheet, name: str, content: bytes) -> None:
+    terrain = sheet.terrain()
+    with tempfile.TemporaryDirectory(prefix="pathgene-") as folder:
+        file = Path(folder) / f"zones{Path(name).suffix.lower()}"
+        with output_file(file) as binary:
+            binary.write(content)
+        try:
+            zones = read_zones(file, terrain)
+        except InputError as error:
+            raise InputError(str(error).replace(str(file), name)) from None
+    sheet.zones.extend(map(zone_table, zones))

@@ -1,0 +1,141 @@
+"""What may reach the desk: requests with its token, and of limited size."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Awaitable, Callable, MutableMapping
+from http.cookies import CookieError, SimpleCookie
+from typing import Any
+from urllib.parse import parse_qs
+
+
+__all__ = ["Guard"]
+
+Scope = MutableMapping[str, Any]
+Message = MutableMapping[str, Any]
+Receive = Callable[[], Awaitable[Message]]
+Send = Callable[[Message], Awaitable[None]]
+App = Callable[[Scope, Receive, Send], Awaitable[None]]
+
+# Everything but a file that is given to the desk.
+_MOST_BYTES = 1_000_000
+_HEADERS = (
+    # Nothing is fetched from elsewhere. The page's own parts are scripts and styles in its text.
+    (
+        b"content-security-policy",
+        b"default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob:; frame-ancestors 'none'; "
+        b"form-action 'self'; base-uri 'none'",
+    ),
+    # The address has the token.
+    (b"referrer-policy", b"no-referrer"),
+    (b"x-content-type-options", b"nosniff"),
+)
+_REFUSED = b"This desk asks for its token: open the whole address that pathgene desk has printed.\n"
+_TOO_LARGE = b"This is more than the desk takes; see pathgene desk --max-cells.\n"
+
+
+class Guard:
+    """An application that passes on only what has the token.
+
+    The token is in the query of the first address, ``?token=``, and in a cookie from then on.
+
+    Parameters
+    ----------
+    app : callable
+        The application behind it.
+    token : str
+        The token.
+    port : int
+        The port of the desk, for a cookie of its own: cookies do not know ports.
+    upload_bytes : int
+        Most bytes of a file that is given to the desk.
+    """
+
+    def __init__(self, app: App, token: str, port: int, upload_bytes: int) -> None:
+        self.app = app
+        self._token, self._upload_bytes = token, upload_bytes
+        self._cookie = f"pathgene-desk-{port}"
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass on a request, or refuse it."""
+        if scope["type"] not in ("http", "websocket"):
+            await self.app(scope, receive, send)
+            return
+        by_address = self._is_token(_query(scope))
+        if not by_address and not self._is_token(self._cookie_of(scope)):
+            await _refuse(scope, send)
+            return
+        if scope["type"] == "websocket":
+            await self.app(scope, receive, send)
+            return
+        limited = _Limited(receive, self._most_bytes(scope))
+        if limited.is_too_long(_header(scope, b"content-length")):
+            await _answer(send, 413, _TOO_LARGE)
+            return
+        await self.app(scope, limited, self._with_headers(send, by_address))
+
+    def _is_token(self, given: str) -> bool:
+        return secrets.compare_digest(given.encode(), self._token.encode())
+
+    def _cookie_of(self, scope: Scope) -> str:
+        try:
+            cookies = SimpleCookie(_header(scope, b"cookie"))
+        except CookieError:
+            return ""
+        return cookies[self._cookie].value if self._cookie in cookies else ""
+
+    def _most_bytes(self, scope: Scope) -> int:
+        return self._upload_bytes if "/upload/" in scope["path"] else _MOST_BYTES
+
+    def _with_headers(self, send: Send, by_address: bool) -> Send:
+        async def sending(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                headers = [*message.get("headers", ()), *_HEADERS]
+                if by_address:
+                    cookie = f"{self._cookie}={self._token}; HttpOnly; SameSite=Strict; Path=/"
+                    headers.append((b"set-cookie", cookie.encode()))
+                message = {**message, "headers": headers}
+            await send(message)
+
+        return sending
+
+
+class _Limited:
+    """The body of a request, which ends as if the browser had left where it is too long."""
+
+    def __init__(self, receive: Receive, most: int) -> None:
+        self._receive, self._most, self._taken = receive, most, 0
+
+    def is_too_long(self, stated: str) -> bool:
+        return stated.isdecimal() and int(stated) > self._most
+
+    async def __call__(self) -> Message:
+        message = await self._receive()
+        self._taken += len(message.get("body", b""))
+        if self._taken > self._most:
+            return {"type": "http.disconnect"}
+        return message
+
+
+def _query(scope: Scope) -> str:
+    query: bytes = scope.get("query_string", b"")
+    return parse_qs(query.decode("latin-1")).get("token", [""])[0]
+
+
+def _header(scope: Scope, name: bytes) -> str:
+    headers: list[tuple[bytes, bytes]] = scope["headers"]
+    return "; ".join(value.decode("latin-1") for key, value in headers if key == name)
+
+
+async def _refuse(scope: Scope, send: Send) -> None:
+    if scope["type"] == "websocket":
+        # Before it is accepted, this is the status 403.
+        await send({"type": "websocket.close", "code": 1008})
+        return
+    await _answer(send, 403, _REFUSED)
+
+
+async def _answer(send: Send, status: int, text: bytes) -> None:
+    headers = [(b"content-type", b"text/plain; charset=utf-8"), *_HEADERS]
+    await send({"type": "http.response.start", "status": status, "headers": headers})
+    await send({"type": "http.response.body", "body": text})

@@ -1,0 +1,294 @@
+"""The page of a tab: its problem, the views, and the plans that it shows."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from typing import Any
+
+from nicegui import events, ui
+
+from host.errors import PathgeneError
+from host.evaluation import Evaluator
+from host.inputs import read_text
+from host.planners import PLANNERS
+from host.report.read import read_run
+from host.report.run_files import SUMMARY
+from host.web.desk.desk import Desk
+from host.web.desk.drawn import drawn_problem
+from host.web.desk.files import open_upload
+from host.web.desk.following import Following
+from host.web.desk.panels import Panels, panel
+from host.web.desk.results import PlanView, Results, SavedPlans
+from host.web.desk.saving import PROBLEM
+from host.web.desk.stage import Stage
+from host.web.scene import path_scene
+
+
+__all__ = ["Page"]
+
+# A change is drawn and checked after so long without another one.
+_SETTLE_S = 0.15
+_LIST_S = 2.0
+
+
+class Page:
+    """The page of a tab.
+
+    Parameters
+    ----------
+    desk : Desk
+        What it shares with the other tabs.
+    address : str
+        The address of the desk with its token.
+    """
+
+    def __init__(self, desk: Desk, address: str) -> None:
+        self._desk, self._address = desk, address
+        self._sheet = desk.sheet()
+        self._drawn_terrain: Any = None
+        self._build()
+
+    def _build(self) -> None:
+        with ui.element("header").classes("top"):
+            ui.html("<h1>pathgene desk</h1>", sanitize=False)
+            self._terrain = ui.select(
+                self._desk.terrains.names,
+                label="terrain",
+                value=self._sheet.values["terrain"],
+                on_change=self._choose_terrain,
+            )
+            self._planner = ui.select(
+                {name: name for name in PLANNERS},
+                label="planner",
+                value=self._sheet.planner,
+                on_change=self._choose_planner,
+            )
+            for select in (self._terrain, self._planner):
+                select.props("dense outlined options-dense stack-label")
+            ui.button("Plan", on_click=self.plan).props("unelevated no-caps")
+            self._following = Following(self._desk.jobs, self._list)
+            ui.space()
+            self._upload = ui.upload(on_upload=self._opened, auto_upload=True).classes("hidden")
+            for text, act in (
+                ("Open ...", lambda: self._upload.run_method("pickFiles")),
+                ("Problem file", self._download),
+                ("Link", self._show_link),
+            ):
+                ui.button(text, on_click=act).props("flat dense no-caps")
+        self._trouble = ui.label().classes("trouble").props("role=alert")
+        with ui.element("div").classes("desk"):
+            with ui.element("aside").props('aria-label="Problem"'):
+                self._panels = Panels(self._sheet, self._changed, lambda n: self._stage.pick(n))
+                with panel("Saved plans"):
+                    self._saved = SavedPlans(
+                        self._following.follow, self._desk.jobs.stop, self._load
+                    )
+            self._stage = Stage().classes("stage-host")
+            with ui.element("section").classes("results").props('data-part="results"'):
+                self._results = Results(self._keep, self._drop)
+        self._stage.on("ready", self._ready)
+        self._stage.on("drawn", self._drawn)
+        self._settling = ui.timer(_SETTLE_S, self._settle, active=False)
+        ui.timer(_LIST_S, self._list)
+        self._following.show_in(self._stage, self._results)
+
+    async def _ready(self, event: events.GenericEventArguments) -> None:
+        """Take the problem of the address, and draw it."""
+        fragment = str(event.args.get("fragment") or "")
+        if fragment and await self._tried(self._sheet.open_link, fragment):
+            self._show_values()
+        await self._settle()
+        self._list()
+
+    def _changed(self) -> None:
+        self._settling.deactivate()
+        self._settling.activate()
+
+    async def _settle(self) -> None:
+        """Draw the problem as it is now, and say what is wrong with it."""
+        self._settling.deactivate()
+        sheet = self._sheet
+        try:
+            terrain = await asyncio.to_thread(sheet.terrain)
+            drawn = drawn_problem(sheet, terrain)
+            if terrain is not self._drawn_terrain:
+                url = await asyncio.to_thread(self._desk.mesh_url, terrain)
+                self._drawn_terrain = terrain
+                self._following.leave()
+                self._results.show(None, None)
+                self._stage.set_terrain(url, drawn)
+            else:
+                self._stage.set_problem(drawn)
+            self._stage.set_link(sheet.link())
+            await asyncio.to_thread(sheet.mission)
+        except PathgeneError as error:
+            self._say(str(error))
+        else:
+            self._say("")
+
+    def _say(self, sentence: str) -> None:
+        self._trouble.text = sentence
+
+    async def _tried(self, function: Any, *values: Any) -> bool:
+        """Call a function beside the page; say what is wrong, and return whether nothing is."""
+        try:
+            await asyncio.to_thread(function, *values)
+        except PathgeneError as error:
+            ui.notify(str(error), type="negative", multi_line=True, timeout=0, close_button="Close")
+            return False
+        return True
+
+    def _show_values(self) -> None:
+        """Show all values of another problem."""
+        for select, value in (
+            (self._terrain, self._sheet.values["terrain"]),
+            (self._planner, self._sheet.planner),
+        ):
+            if select is self._terrain:
+                select.set_options(self._desk.terrains.names)
+            select.set_value(value)
+        self._panels.show()
+        self._changed()
+
+    async def _choose_terrain(self, event: events.ValueChangeEventArguments[Any]) -> None:
+        if event.value == self._sheet.values["terrain"]:
+            return
+        if await self._tried(self._sheet.take_terrain, str(event.value)):
+            self._panels.show()
+            await self._settle()
+        else:
+            self._terrain.set_value(self._sheet.values["terrain"])
+
+    def _choose_planner(self, event: events.ValueChangeEventArguments[Any]) -> None:
+        if event.value != self._sheet.planner:
+            self._sheet.set("planner", event.value)
+            self._panels.show()
+            self._changed()
+
+    def _drawn(self, event: events.GenericEventArguments) -> None:
+        """Take what a user has drawn on the map."""
+        values = event.args
+        try:
+            self._take_drawn(str(values["what"]), values)
+        except (KeyError, IndexError, TypeError, ValueError):
+            return  # Of a zone or point that is gone.
+        if values["what"] != "pick":
+            self._panels.show_drawn()
+            self._changed()
+
+    def _take_drawn(self, what: str, values: Any) -> None:
+        sheet = self._sheet
+        if what == "pick":
+            number = values["number"]
+            self._panels.pick(number)
+            self._stage.pick(number)
+        elif what == "via":
+            x, y = _numbers([values["x"], values["y"]])
+            sheet.add_via(x, y)
+        elif what == "place" and values["name"] in ("start", "goal", "via"):
+            x, y = _numbers([values["x"], values["y"]])
+            sheet.place(values["name"], x, y, int(values["number"]))
+        elif what == "zone":
+            sheet.zones.append(_shape(values))
+            number = len(sheet.zones) - 1
+            self._panels.pick(number)
+            self._stage.pick(number)
+        elif what == "reshape":
+            sheet.zones[int(values["number"])].update(_shape(values))
+
+    async def plan(self) -> None:
+        """Plan the problem."""
+        try:
+            job = await asyncio.to_thread(self._desk.plan, self._sheet)
+        except PathgeneError as error:
+            self._say(str(error))
+            return
+        self._following.follow(job)
+        self._list()
+
+    def _list(self) -> None:
+        self._saved.show(self._desk.jobs.active, self._desk.saved())
+
+    def _keep(self) -> None:
+        plan = self._results.plan
+        if plan is not None:
+            self._stage.set_kept(plan.to_json())
+            self._results.show(plan, plan)
+
+    def _drop(self) -> None:
+        self._stage.set_kept(None)
+        self._results.show(self._results.plan, None)
+
+    async def _load(self, name: str) -> None:
+        """Show a saved plan with its problem."""
+
+        def read() -> PlanView:
+            folder = self._desk.directory / name
+            planned = read_run(folder / SUMMARY)
+            evaluator = Evaluator(planned.problem)
+            least_m = planned.summary.get("minimum_clearance_m")
+            path = path_scene(evaluator, planned.path, name, least_m=least_m)
+            self._sheet.open_text(read_text(folder / PROBLEM))
+            return PlanView(planned.summary, path, folder, "saved")
+
+        try:
+            view = await asyncio.to_thread(read)
+        except (PathgeneError, OSError, ValueError) as error:
+            ui.notify(str(error), type="negative", multi_line=True)
+            return
+        self._following.leave()
+        self._show_values()
+        await self._settle()
+        self._stage.begin()
+        self._stage.set_plan(view.to_json())
+        self._results.show(view, self._results.kept)
+
+    async def _opened(self, event: events.UploadEventArguments) -> None:
+        """Take a file that a user gives: a problem, zones, an aircraft or a terrain."""
+        content = await event.file.read()
+        self._upload.reset()
+        if await self._tried(
+            open_upload, self._sheet, self._desk.terrains, event.file.name, content
+        ):
+            self._show_values()
+
+    def _download(self) -> None:
+        ui.download.content(self._sheet.text(), "problem.toml", "application/toml")
+
+    def _show_link(self) -> None:
+        link = f"{self._address}#{self._sheet.link()}"
+        with ui.dialog(value=True) as dialog, ui.card():
+            ui.label("This link holds the whole problem. It opens on this desk while it runs.")
+            field = ui.input("link", value=link).props("readonly outlined dense").classes("link")
+            with ui.row():
+                ui.button("Copy", on_click=lambda: _copy(field.value or "")).props("no-caps")
+                ui.button("Close", on_click=dialog.close).props("flat no-caps")
+
+
+def _copy(text: str) -> None:
+    ui.clipboard.write(text)
+    ui.notify("Copied.")
+
+
+def _numbers(values: Any) -> list[float]:
+    """Return the numbers that a browser gives; raises ValueError for others."""
+    numbers = [float(value) for value in values]
+    if not all(map(math.isfinite, numbers)):
+        raise ValueError
+    return numbers
+
+
+def _shape(values: Any) -> dict[str, Any]:
+    """Return the shape of a zone that a browser gives, to the decimetre."""
+    if "circle" in values:
+        x, y, radius_m = _numbers(values["circle"])
+        return {"circle": (round(x, 1), round(y, 1), round(radius_m, 1))}
+
+    def ring(corners: Any) -> list[list[float]]:
+        return [[round(part, 1) for part in _numbers(corner)] for corner in corners]
+
+    shape: dict[str, Any] = {"polygon": ring(values["polygon"])}
+    if values.get("holes"):
+        shape["holes"] = [ring(hole) for hole in values["holes"]]
+    return shape

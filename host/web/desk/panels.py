@@ -1,0 +1,262 @@
+"""The panels beside the views: points, zones, and the form."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from nicegui import ui
+
+from host.errors import InputError
+from host.web.desk.fields import Input, add_field, add_numbers
+from host.web.desk.form import GROUPS, ZONE_FIELDS, fields_of, planner_fields
+from host.web.desk.sheet import Sheet
+
+
+__all__ = ["Panels", "panel"]
+
+# A new zone, by the keyboard, as a share of the shorter side of the map.
+_NEW_ZONE_SHARE = 0.08
+
+
+class Panels:
+    """The panels of a page.
+
+    Parameters
+    ----------
+    sheet : Sheet
+        The problem, which the panels change.
+    changed : callable
+        Called after each change.
+    picked : callable
+        Called with the number of the zone that a user opens, or None.
+    """
+
+    def __init__(
+        self, sheet: Sheet, changed: Callable[[], object], picked: Callable[[int | None], object]
+    ) -> None:
+        self._sheet, self._changed, self._picked = sheet, changed, picked
+        self._zone: int | None = None
+        with panel("Points", is_open=True):
+            self._points()
+        with panel("No-fly zones") as self._zones_panel:
+            self._zones()
+        for table in ("mission", "aircraft", "rules", "planner", "terrain"):
+            with panel(GROUPS.get(table, "Aircraft")):
+                self._form(table)
+
+    def show(self) -> None:
+        """Show all values anew, as after another problem was opened."""
+        self.show_drawn()
+        self._form.refresh()
+
+    def show_drawn(self) -> None:
+        """Show the values anew that can change on the map."""
+        self._points.refresh()
+        self._zones.refresh()
+
+    def pick(self, number: int | None) -> None:
+        """Open the fields of a zone."""
+        self._zone = number
+        if number is not None:
+            ui.run_javascript(f"getHtmlElement({self._zones_panel.id}).open = true")
+        self._zones.refresh()
+
+    @ui.refreshable_method
+    def _points(self) -> None:
+        sheet = self._sheet
+        height = "height" if sheet.values.get("agl") else "altitude"
+        names = ("east m", "north m", f"{height} m")
+        for end in ("start", "goal"):
+            with ui.element("fieldset").classes("point"):
+                _legend(end.capitalize(), end)
+                point = sheet.values.get(end) or (0.0, 0.0, 0.0)
+                add_numbers(end.capitalize(), names, point, self._value_taker(end))
+            if end == "start":
+                for number, via in enumerate(sheet.via):
+                    with ui.element("fieldset").classes("point"):
+                        with _legend(f"Via {number + 1}", "via"):
+                            _remover(f"Remove via {number + 1}", self._via_remover(number))
+                        add_numbers(f"Via {number + 1}", names, via, self._via_taker(number))
+        with ui.row().classes("actions"):
+            ui.button("Add via point", on_click=self._add_via).props("flat dense no-caps")
+
+    @ui.refreshable_method
+    def _zones(self) -> None:
+        for number, zone in enumerate(self._sheet.zones):
+            name = zone.get("name") or f"Zone {number + 1}"
+            kind = "circle" if "circle" in zone else "polygon"
+            is_open = number == self._zone
+            with ui.element("div").classes("zone"):
+                with ui.row().classes("zone-head"):
+                    ui.button(f"{name}, {kind}", on_click=self._picker(number)).props(
+                        f"flat dense no-caps align=left aria-expanded={str(is_open).lower()}"
+                    ).classes("grow")
+                    _remover(f"Remove {name}", self._zone_remover(number))
+                if is_open:
+                    self._zone_fields(zone)
+        with ui.row().classes("actions"):
+            ui.button("Add circle", on_click=lambda: self._add_zone("circle")).props(
+                "flat dense no-caps"
+            )
+            ui.button("Add polygon", on_click=lambda: self._add_zone("polygon")).props(
+                "flat dense no-caps"
+            )
+
+    def _zone_fields(self, zone: dict[str, Any]) -> None:
+        with ui.element("div").classes("fields"):
+            if "circle" in zone:
+                names = ("east m", "north m", "radius m")
+                add_numbers("Circle", names, zone["circle"], self._setter(zone, "circle"))
+            else:
+                Input(
+                    "corners: east north, one in a line",
+                    "\n".join(f"{x:.10g} {y:.10g}" for x, y in zone["polygon"]),
+                    _corners,
+                    self._setter(zone, "polygon"),
+                ).props("type=textarea autogrow").classes("wide")
+            for field in ZONE_FIELDS:
+                take = self._setter(zone, field.key.name)
+                add_field(field, zone.get(field.key.name), take)
+
+    @ui.refreshable_method
+    def _form(self, table: str) -> None:
+        values = self._sheet.values
+        with ui.element("div").classes("fields"):
+            if table == "aircraft" and isinstance(values.get("uav"), dict):
+                ui.label(f"{values['uav']['name']}, described in its problem").classes("wide")
+            for field in fields_of(table):
+                if field.key.dest == "planner":
+                    continue  # It is above the views.
+                dest = field.key.dest or "uav"
+                add_field(field, values.get(dest), self._value_taker(dest))
+            if table == "planner":
+                for field in planner_fields(self._sheet.planner):
+                    dest = field.key.dest
+                    add_field(field, values.get(dest), self._value_taker(dest))
+
+    def _value_taker(self, dest: str) -> Callable[[Any], None]:
+        def take(value: Any) -> None:
+            self._sheet.set(dest, value)
+            if dest == "agl":
+                self._points.refresh()
+            self._changed()
+
+        return take
+
+    def _via_taker(self, number: int) -> Callable[[Any], None]:
+        def take(point: tuple[float, ...]) -> None:
+            self._sheet.via[number] = point
+            self._changed()
+
+        return take
+
+    def _via_remover(self, number: int) -> Callable[[], None]:
+        def remove() -> None:
+            del self._sheet.via[number]
+            self._points.refresh()
+            self._changed()
+
+        return remove
+
+    def _add_via(self) -> None:
+        """Add a via point between the last one and the goal."""
+        values = self._sheet.values
+        before = self._sheet.via[-1] if self._sheet.via else values.get("start")
+        ends = before, values.get("goal")
+        (x0, y0), (x1, y1) = ((end or (0.0, 0.0, 0.0))[:2] for end in ends)
+        self._sheet.add_via((x0 + x1) / 2, (y0 + y1) / 2)
+        self._points.refresh()
+        self._changed()
+
+    def _setter(self, zone: dict[str, Any], name: str) -> Callable[[Any], None]:
+        def take(value: Any) -> None:
+            if value is None:
+                zone.pop(name, None)
+            else:
+                zone[name] = value
+            self._changed()
+
+        return take
+
+    def _picker(self, number: int) -> Callable[[], None]:
+        def pick() -> None:
+            chosen = None if self._zone == number else number
+            self.pick(chosen)
+            self._picked(chosen)
+
+        return pick
+
+    def _zone_remover(self, number: int) -> Callable[[], None]:
+        def remove() -> None:
+            del self._sheet.zones[number]
+            self.pick(None)
+            self._picked(None)
+            self._changed()
+
+        return remove
+
+    def _add_zone(self, kind: str) -> None:
+        """Add a zone in the middle of the map, to be moved by its fields."""
+        try:
+            terrain = self._sheet.terrain()
+        except InputError:
+            return  # The page says so.
+        size = round(_NEW_ZONE_SHARE * min(terrain.width_m, terrain.height_m), 0)
+        x, y = round(terrain.width_m / 2, 0), round(terrain.height_m / 2, 0)
+        if kind == "circle":
+            zone: dict[str, Any] = {"circle": (x, y, size)}
+        else:
+            corners = [[x - size, y - size], [x + size, y - size], [x, y + size]]
+            zone = {"polygon": corners}
+        self._sheet.zones.append(zone)
+        number = len(self._sheet.zones) - 1
+        self._changed()
+        self.pick(number)
+        self._picked(number)
+
+
+@contextlib.contextmanager
+def panel(title: str, *, is_open: bool = False) -> Iterator[ui.element]:
+    """Add a panel that opens and closes; what the block adds is in it."""
+    with ui.element("details").classes("panel") as details:
+        if is_open:
+            details.props("open")
+        with ui.element("summary"):
+            ui.label(title).classes("word")
+        with ui.element("div").classes("panel-body"):
+            yield details
+
+
+def _legend(text: str, kind: str) -> ui.element:
+    with ui.element("legend") as legend:
+        ui.element("i").classes(f"mark {kind}")
+        ui.label(text).classes("word")
+    return legend
+
+
+def _remover(label: str, remove: Callable[[], None]) -> None:
+    ui.button("✕", on_click=remove).props(f'flat dense round size=sm aria-label="{label}"').classes(
+        "remove"
+    )
+
+
+def _corners(text: str) -> list[list[float]]:
+    """Return the corners of a polygon, one in a line.
+
+    Raises
+    ------
+    InputError
+        If they are not three pairs of numbers or more.
+    """
+    try:
+        ring = [
+            [float(part) for part in line.replace(",", " ").split()]
+            for line in text.strip().splitlines()
+        ]
+    except ValueError:
+        ring = []
+    if len(ring) < 3 or any(len(corner) != 2 for corner in ring):
+        raise InputError("A polygon has three corners or more, each two numbers in a line.")
+    return ring

@@ -1,0 +1,200 @@
+"""The figures of a plan, beside those of a kept one, its files, and the saved plans."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from nicegui import ui
+
+from host.mission.legs import shortcoming
+from host.web.desk.jobs import Job, State
+from host.web.figures import figures
+
+
+__all__ = ["PlanView", "Results", "rows_of"]
+
+# Saved plans that the panel lists.
+_LISTED = 30
+# Names of the files that a user takes along.
+_FILES = {
+    "path.plan": "QGroundControl",
+    "path.kml": "KML",
+    "path.html": "Web page",
+    "problem.toml": "Problem",
+}
+
+
+@dataclass(frozen=True)
+class PlanView:
+    """A finished plan as a page shows it.
+
+    Parameters
+    ----------
+    summary : dict
+        Content of its ``summary.json``.
+    path : dict
+        Its path as in a scene.
+    folder : Path
+        Its folder.
+    state : str
+        That of its job: its files are in the folder once it is ``saved``.
+    """
+
+    summary: dict[str, Any]
+    path: dict[str, Any]
+    folder: Path
+    state: State
+
+    def to_json(self) -> dict[str, Any]:
+        """The plan as ``stage.js`` takes it."""
+        return {"path": self.path, "rows": self.summary["history"]}
+
+
+def rows_of(plans: Sequence[PlanView]) -> list[tuple[str, list[str]]]:
+    """Return the table of plans: a label and a text of each plan, in rows."""
+    columns = [_column(plan.summary) for plan in plans]
+    labels = list(dict.fromkeys(label for column in columns for label in column))
+    return [(label, [column.get(label, "–") for column in columns]) for label in labels]
+
+
+def _column(summary: Mapping[str, Any]) -> dict[str, str]:
+    verdict = "✓ feasible" if summary["feasible"] else "✗ not feasible"
+    by = summary["planner"]
+    if summary.get("fallback"):
+        by += f", then {summary['fallback']}"
+    column = {"Planner": by, "Verdict": verdict}
+    column |= {figure["label"]: figure["text"] for figure in figures(summary)}
+    column["Time here"] = f"{summary['seconds']['total']:.2f} s"
+    plan_us = (summary.get("hardware") or {}).get("plan_us")
+    if plan_us is not None:
+        column["Time of the chip"] = f"{plan_us / 1000:,.1f} ms"
+    return column
+
+
+class Results:
+    """The card of the finished plans.
+
+    Parameters
+    ----------
+    keep, drop : callable
+        Called when a user keeps the plan, and lets go of the kept one.
+    """
+
+    def __init__(self, keep: Callable[[], object], drop: Callable[[], object]) -> None:
+        self.plan: PlanView | None = None
+        self.kept: PlanView | None = None
+        self._keep, self._drop = keep, drop
+        self.card()
+
+    def show(self, plan: PlanView | None, kept: PlanView | None) -> None:
+        """Show other plans."""
+        self.plan, self.kept = plan, kept
+        self.card.refresh()
+
+    @ui.refreshable_method
+    def card(self) -> None:
+        """Add the elements of the card."""
+        with ui.element("header"):
+            ui.html("<h2>Plan</h2>", sanitize=False)
+            with ui.row().classes("actions"):
+                if self.plan is not None:
+                    ui.button("Keep to compare", on_click=self._keep).props("flat dense no-caps")
+                if self.kept is not None:
+                    ui.button("Drop kept", on_click=self._drop).props("flat dense no-caps")
+        plans = [plan for plan in (self.plan, self.kept) if plan is not None]
+        if not plans:
+            ui.label("The figures of a plan appear here.").classes("empty")
+            return
+        with ui.element("div").classes("scroll"):
+            if self.plan is not None and (reason := shortcoming(self.plan.summary)):
+                ui.label(reason).classes("reason")
+            if self.plan is not None:
+                _files(self.plan)
+            self._table(plans)
+
+    def _table(self, plans: Sequence[PlanView]) -> None:
+        with ui.element("table").classes("figures"):
+            if self.kept is not None:
+                with ui.element("thead"), ui.element("tr"):
+                    _cell("th", "")
+                    if self.plan is not None:
+                        _cell("th", "This plan").classes("this")
+                    _cell("th", "Kept").classes("kept")
+            with ui.element("tbody"):
+                for label, texts in rows_of(plans):
+                    with ui.element("tr"):
+                        _cell("th", label).props("scope=row")
+                        for text in texts:
+                            _cell("td", text)
+
+
+def _cell(tag: str, text: str) -> ui.element:
+    with ui.element(tag) as cell:
+        ui.label(text).classes("word")
+    return cell
+
+
+def _files(plan: PlanView) -> None:
+    """Add the links to the files of a saved plan; those that it lacks are not there."""
+    with ui.row().classes("files"):
+        if plan.state != "saved":
+            ui.label("Not saved." if plan.state == "failed" else "Saving ...")
+            return
+        ui.label("Files:")
+        for name, text in _FILES.items():
+            if not (plan.folder / name).is_file():
+                continue
+            with ui.element("a").props(
+                f'href="/plans/{quote(plan.folder.name)}/{name}" download="{name}"'
+            ):
+                ui.label(text).classes("word")
+
+
+class SavedPlans:
+    """The panel of running jobs and of saved plans.
+
+    Parameters
+    ----------
+    follow, stop, load : callable
+        Called with the job, or with the name of the plan, that a user chooses.
+    """
+
+    def __init__(
+        self,
+        follow: Callable[[Job], object],
+        stop: Callable[[Job], object],
+        load: Callable[[str], object],
+    ) -> None:
+        self._follow, self._stop, self._load = follow, stop, load
+        self._jobs: list[Job] = []
+        self._names: list[str] = []
+        self.entries()
+
+    def show(self, jobs: list[Job], names: list[str]) -> None:
+        """Show other jobs and plans, if they are others."""
+        names = names[:_LISTED]
+        if (jobs, names) != (self._jobs, self._names):
+            self._jobs, self._names = jobs, names
+            self.entries.refresh()
+
+    @ui.refreshable_method
+    def entries(self) -> None:
+        """Add the entries."""
+        for job in self._jobs:
+            with ui.row().classes("zone-head"):
+                ui.button(
+                    f"{job.folder.name} (runs)", on_click=lambda job=job: self._follow(job)
+                ).props("flat dense no-caps align=left").classes("grow")
+                ui.button("Stop", on_click=lambda job=job: self._stop(job)).props(
+                    "flat dense no-caps"
+                )
+        for name in self._names:
+            ui.button(name, on_click=lambda name=name: self._load(name)).props(
+                "flat dense no-caps align=left"
+            ).classes("grow")
+        if not self._jobs and not self._names:
+            ui.label("None yet.").classes("empty")

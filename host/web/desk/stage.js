@@ -1,0 +1,271 @@
+// The views of the desk, linked with each other: 3-D, map with its tools, profile and fitness.
+
+import { TerrainMap } from "pathgene-views/map.js";
+import { Profile } from "pathgene-views/profile.js";
+import { at, drawnPaths, metres, nearest, readPath, readScene } from "pathgene-views/scene.js";
+import { Curve, KEPT } from "pathgene-views/desk/curve.js";
+import { HINTS, Tools } from "pathgene-views/desk/tools.js";
+
+// The pointer on the map marks the track from so many pixels away.
+const NEAR_PIXELS = 30;
+// Best paths that fade out behind the latest, and the share of the queue shown with a frame.
+const TRAIL = 7;
+const SHARE = 1 / 12;
+// Where frames come more slowly, as without a graphics card, 3-D shows fewer of the paths.
+const SMOOTH_MS = 40;
+const REST = 5;
+
+const TOOLS = [
+  ["pan", "Move"],
+  ["start", "Start"],
+  ["goal", "Goal"],
+  ["via", "Via"],
+  ["circle", "Circle"],
+  ["polygon", "Polygon"],
+];
+
+export default {
+  template: `
+    <div class="stage" :data-big="big">
+      <section data-part="relief">
+        <header><h2>3-D</h2><button type="button" class="plain" @click="enlarge('relief')"
+          :aria-pressed="big === 'relief'" aria-label="Enlarge the 3-D view">⤢</button></header>
+        <div class="view" ref="relief"></div>
+        <p v-if="failure" class="failure">{{ failure }}</p>
+      </section>
+      <section data-part="plan">
+        <header>
+          <h2>Map</h2>
+          <div role="toolbar" aria-label="Tools of the map" class="tools">
+            <button v-for="[name, label] in tools" type="button" :key="name" :data-tool="name"
+              :aria-pressed="tool === name" @click="take(name)">{{ label }}</button>
+          </div>
+          <button type="button" class="plain" @click="enlarge('plan')" :aria-pressed="big === 'plan'"
+            aria-label="Enlarge the map">⤢</button>
+        </header>
+        <p class="hint" aria-live="polite" :title="hint">{{ hint }}</p>
+        <div class="view" ref="plan"></div>
+      </section>
+      <section data-part="altitude">
+        <header><h2>Profile</h2><p class="readout">{{ readout }}</p></header>
+        <div class="view" ref="altitude"></div>
+      </section>
+      <section data-part="fitness">
+        <header><h2>Fitness</h2><p class="readout" data-role="generation">{{ counted }}</p></header>
+        <div class="view" ref="fitness"></div>
+      </section>
+    </div>`,
+
+  data: () => ({
+    tools: TOOLS,
+    tool: "pan",
+    big: null,
+    failure: "",
+    readout: "",
+    counted: "",
+  }),
+
+  computed: {
+    hint() {
+      return HINTS[this.tool];
+    },
+  },
+
+  created() {
+    // Not reactive: the views are large and change themselves.
+    Object.assign(this, { map: null, view: null, profile: null, scene: null });
+    Object.assign(this, { rows: [], queue: [], trail: [], plan: null, kept: null, coming: null });
+    this.frame = 0;
+    [this.stepped_ms, this.waited_ms, this.shown_ms] = [0, 0, 0];
+    this.calm = matchMedia("(prefers-reduced-motion: reduce)");
+  },
+
+  mounted() {
+    this.curve = new Curve(this.$refs.fitness);
+    this.$nextTick(() => this.$emit("ready", { fragment: location.hash.slice(1) }));
+  },
+
+  unmounted() {
+    cancelAnimationFrame(this.frame);
+    for (const part of [this.map, this.view, this.profile, this.curve]) part?.dispose();
+  },
+
+  methods: {
+    /** Show another terrain, which is fetched from `url`, with the problem on it. */
+    async setTerrain(url, problem) {
+      const terrain = await (await fetch(url)).json();
+      this.scene = readScene({ terrain, zones: [], points: [], paths: [], ceilings: [], ...problem });
+      for (const part of [this.map, this.view, this.profile]) part?.dispose();
+      delete this.$el.dataset.ready;
+      [this.view, this.plan, this.kept, this.coming] = [null, null, null, null];
+      [this.rows, this.queue, this.trail] = [[], [], []];
+      this.map = new TerrainMap(this.$refs.plan, this.scene);
+      this.tool_ = new Tools(this.map, (name, value) => this.drawn(name, value));
+      this.profile = new Profile(this.$refs.altitude, this.scene);
+      this.profile.onMark = (row) => this.mark(row);
+      this.map.onPoint = (place) => this.pointed(place);
+      this.take("pan");
+      this.showPlan();
+      await this.openView();
+      this.$el.dataset.ready = this.scene.terrain.name;
+      // For scripts and for tests.
+      globalThis.pathgene = { map: this.map, view: this.view, profile: this.profile };
+    },
+
+    /** Open the 3-D view: last, as three.js is large. */
+    async openView() {
+      try {
+        const { TerrainView } = await import("pathgene-views/view.js");
+        this.view?.dispose();
+        this.view = new TerrainView(this.$refs.relief, this.scene);
+        this.failure = "";
+      } catch (error) {
+        this.failure = `This browser draws nothing in 3-D (${error.message}); the map shows the same.`;
+      }
+      this.drawPaths();
+    },
+
+    /** Show the points and zones of a changed problem. */
+    setProblem({ points, zones, ceilings }) {
+      if (!this.map) return;
+      Object.assign(this.scene, { points, zones, ceilings });
+      for (const part of [this.map, this.view]) {
+        part?.setPoints(points);
+        part?.setZones(zones);
+      }
+      this.profile.setZones(zones);
+    },
+
+    /** Begin to show the generations of a plan. */
+    begin() {
+      [this.rows, this.queue, this.trail, this.plan, this.coming] = [[], [], [], null, null];
+      this.showPlan();
+    },
+
+    /** Take generations [generation, best, mean, path or null] as they come. */
+    progress(rows) {
+      this.queue.push(...rows);
+      this.request();
+    },
+
+    /** Show a finished plan once all its generations are shown; null shows none. */
+    setPlan(plan) {
+      this.coming = { plan: plan && { ...plan, path: readPath(plan.path) } };
+      this.request();
+    },
+
+    /** Show a kept plan beside the other; null shows none. */
+    setKept(plan) {
+      this.kept = plan && { ...plan, path: readPath(plan.path) };
+      this.showPlan();
+    },
+
+    /** Show the handles of a zone on the map, or none for null. */
+    pick(number) {
+      this.tool_?.pick(number);
+    },
+
+    /** Put the problem into the address, so that it survives a reload. */
+    setLink(fragment) {
+      history.replaceState(null, "", `${location.pathname}${location.search}#${fragment}`);
+    },
+
+    request() {
+      this.frame ||= requestAnimationFrame((now_ms) => {
+        this.frame = 0;
+        this.waited_ms = Math.min(now_ms - this.stepped_ms, 1000);
+        this.stepped_ms = now_ms;
+        this.step();
+      });
+    },
+
+    step() {
+      const count = this.calm.matches ? this.queue.length : Math.ceil(this.queue.length * SHARE);
+      const shown = this.queue.splice(0, count);
+      for (const [generation, best, mean, path] of shown) {
+        this.rows.push([generation, best, mean]);
+        if (path) this.trail.push(path);
+      }
+      this.trail.splice(0, this.trail.length - TRAIL);
+      if (shown.length) {
+        this.curve.show(this.rows);
+        const [generation, best] = this.rows.at(-1);
+        this.counted = `generation ${generation.toLocaleString("en")} · ${best.toFixed(3)}`;
+        if (shown.some(([, , , path]) => path)) this.drawPaths(this.isSmooth());
+      }
+      if (this.queue.length) this.request();
+      else if (this.coming) {
+        this.plan = this.coming.plan;
+        this.coming = null;
+        this.trail = [];
+        if (this.plan) this.rows = this.plan.rows;
+        this.showPlan();
+      }
+    },
+
+    /** Show the finished plan, and the kept one, in all views. */
+    showPlan() {
+      this.curve.show(this.rows, this.kept?.rows ?? null);
+      const track = (this.plan ?? this.kept)?.path.track ?? null;
+      this.profile?.setTrack(track);
+      if (!this.rows.length) this.counted = "";
+      this.mark(null);
+      this.drawPaths();
+    },
+
+    /** Return whether 3-D has the time to show another path. */
+    isSmooth() {
+      const rested_ms = this.stepped_ms - this.shown_ms;
+      if (this.waited_ms > SMOOTH_MS && rested_ms < REST * this.waited_ms) return false;
+      this.shown_ms = this.stepped_ms;
+      return true;
+    },
+
+    drawPaths(in3d = true) {
+      const paths = [];
+      if (this.kept) paths.push(...drawnPaths({ paths: [this.kept.path] }).map(asKept));
+      if (this.plan) paths.push(...drawnPaths({ paths: [this.plan.path] }));
+      this.trail.forEach((points, i) => {
+        const age = this.trail.length - 1 - i;
+        paths.push({ points, colour: "path", opacity: age ? 0.55 * 0.72 ** age : 1 });
+      });
+      this.map?.setPaths(paths);
+      if (in3d) this.view?.setPaths(paths);
+    },
+
+    /** Mark a row of the shown track in all views; null marks nothing. */
+    mark(row) {
+      for (const part of [this.view, this.map]) part?.mark(row);
+      this.profile?.mark(row ? row.s : null);
+      this.readout = row
+        ? `${metres(row.s)} · altitude ${metres(row.z, Infinity)} · ` +
+          `clear by ${metres(row.clearance, Infinity)}`
+        : "";
+    },
+
+    pointed(place) {
+      const track = (this.plan ?? this.kept)?.path.track;
+      if (!place || !track || this.tool !== "pan") return;
+      const { s, distance_m } = nearest(track, place.x, place.y);
+      if (distance_m * this.map.scale() < NEAR_PIXELS) this.mark(at(track, s));
+    },
+
+    take(tool) {
+      this.tool = tool;
+      this.tool_?.take(tool);
+    },
+
+    drawn(name, value) {
+      if (name === "tool") this.take(value.name);
+      else this.$emit("drawn", { what: name, ...value });
+    },
+
+    enlarge(part) {
+      this.big = this.big === part ? null : part;
+    },
+  },
+};
+
+function asKept(path) {
+  return { ...path, colour: path.colour === "path" ? KEPT : path.colour, curtain: false, opacity: 0.85 };
+}

@@ -1,0 +1,135 @@
+"""The desk from the command line: its address, its token, its end."""
+
+import json
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import urllib.error
+import urllib.request
+from pathlib import Path
+
+import pytest
+
+from host.cli import main
+
+
+def served(tmp_path, *arguments):
+    """Start a desk in a folder; return it once it answers, and its address."""
+    # NiceGUI behaves differently within pytest.
+    environment = {key: value for key, value in os.environ.items() if "PYTEST" not in key}
+    environment["PYTHONPATH"] = str(Path(__file__).resolve().parents[2])
+    command = [sys.executable, "-m", "host", "desk", *arguments]
+    desk = subprocess.Popen(
+        command,
+        cwd=tmp_path,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    return desk, desk.stdout.readline().strip()
+
+
+def ended(desk, number=signal.SIGINT):
+    desk.send_signal(number)
+    try:
+        _, errors = desk.communicate(timeout=60)
+    finally:
+        desk.kill()
+    return desk.returncode, errors
+
+
+def answer(url, headers=()):
+    request = urllib.request.Request(url, headers=dict(headers))
+    try:
+        with urllib.request.urlopen(request) as reply:
+            return reply.status, dict(reply.headers), reply.read()
+    except urllib.error.HTTPError as error:
+        return error.code, dict(error.headers), error.read()
+
+
+def test_a_desk_answers_to_its_token_and_ends_at_a_signal(tmp_path):
+    desk, address = served(tmp_path)
+    try:
+        base, token = re.fullmatch(
+            r"(http://127\.0\.0\.1:\d+/)\?token=([\w-]{32})", address
+        ).groups()
+        status, headers, page = answer(address)
+        assert status == 200
+        assert b"pathgene desk" in page
+        # Nothing on the page is fetched from elsewhere.
+        assert re.findall(rb"(?:src|href)=\"https?://", page) == []
+        cookie = headers["set-cookie"].partition(";")[0]
+        assert cookie.endswith(token)
+        assert answer(base)[0] == 403
+        assert answer(f"{base}?token={token[:-1]}")[0] == 403
+        assert answer(base, {"Cookie": cookie}.items())[0] == 200
+        for path in (
+            "plans/../x/path.kml",
+            "plans/x/summary.json",
+            "plans/%2e%2e/passwd",
+            "meshes/x",
+        ):
+            assert answer(base + path, {"Cookie": cookie}.items())[0] == 404, path
+    finally:
+        status, errors = ended(desk)
+    assert status == 128 + signal.SIGINT
+    assert errors == "pathgene: Serving until Ctrl-C.\n"
+    assert (tmp_path / "out" / "desk").is_dir()
+    assert not (tmp_path / ".nicegui").exists()
+
+
+def test_beyond_this_machine_it_warns(tmp_path):
+    desk, text = served(tmp_path, "--host", "0.0.0.0", "--json")
+    try:
+        for _ in range(3):
+            text += desk.stdout.readline()
+        assert json.loads(text)["url"].startswith("http://0.0.0.0:")
+        assert json.loads(text)["pid"] == desk.pid
+    finally:
+        status, errors = ended(desk, signal.SIGTERM)
+    assert status == 128 + signal.SIGTERM
+    assert errors == (
+        "pathgene: Anybody who reaches 0.0.0.0 and knows this address can plan here and read the "
+        "saved plans; nothing is encrypted.\n"
+        "pathgene: Serving until Ctrl-C.\n"
+    )
+
+
+def test_bad_arguments_are_one_sentence(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "bad.toml").write_text("[mission]\nstart = 3\n")
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        taken = str(other.getsockname()[1])
+        for arguments, sentence in (
+            (["--port", "70000"], "The port must be from 0 to 65535, not 70000."),
+            (["--host", "no.such.host.invalid"], "There is no address 'no.such.host.invalid' ("),
+            (["--jobs", "0"], "The desk must do 1 job at a time or more, not 0 (--jobs)."),
+            (
+                ["--port", taken],
+                f"Nothing can listen at 127.0.0.1:{taken} (Address already in use)",
+            ),
+            (["none.toml"], "Cannot read the problem 'none.toml' (No such file or directory)."),
+            (["bad.toml"], "bad.toml: start in [mission] must be a list of three numbers, not 3."),
+            (["--max-cells", "0"], "A terrain must be allowed 1 cell or more, not 0."),
+            (["--out", "bad.toml"], "Cannot write to the directory 'bad.toml' ("),
+        ):
+            assert main(["desk", *arguments]) == 2, arguments
+            error = capsys.readouterr().err
+            assert error.startswith(f"pathgene: {sentence}"), arguments
+            assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize("name", ["nicegui", "uvicorn"])
+def test_without_the_extra_it_says_what_to_install(name, capsys, monkeypatch, tmp_path):
+    for module in [each for each in sys.modules if each.startswith("host.web.desk.s")]:
+        monkeypatch.delitem(sys.modules, module)
+    monkeypatch.setitem(sys.modules, name, None)
+    monkeypatch.chdir(tmp_path)
+    assert main(["desk"]) == 2
+    assert capsys.readouterr().err == (
+        "pathgene: The desk needs the extra pathgene[desk]: pip install 'pathgene[desk]'.\n"
+    )

@@ -99,6 +99,8 @@ def run(options: Options) -> Report:
         tasks += [
             (name, numbers[first : first + _BATCH]) for first in range(0, len(numbers), _BATCH)
         ]
+    # All planners of a scenario, one after the other.
+    tasks.sort(key=lambda task: task[1][0])
     print(f"replan: {sum(len(task[1]) for task in tasks)} flights", file=sys.stderr, flush=True)
 
     def keep(task: tuple[str, list[int]], results: list[Result]) -> str:

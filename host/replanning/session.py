@@ -43,8 +43,8 @@ _BACK_M = 60.0
 _AHEAD_M = 2.0
 # Straights behind a way out, in turn radii: the first that is safe.
 _ON_RADII = 6.0, 3.0, 1.0
-# Attempts in a row, and the pause behind them, seconds.
-_IN_A_ROW, _PAUSE_S = 4, 3.0
+# Attempts in a row, and the pause behind them, which grows by so much each time up to the longest.
+_IN_A_ROW, _PAUSE_S, _LONGEST_PAUSE_S = 4, 3.0, 20.0
 # Rounds of a circle that a track has, and the longest stay on it, seconds.
 _ROUNDS = 60
 _MOST_HOLDING_S = 300.0
@@ -310,7 +310,8 @@ class Session:
                 if not change.needed:
                     self._change = None
             elif self._number % _IN_A_ROW == 0:
-                self._retry_s = now + _PAUSE_S
+                rows = self._number // _IN_A_ROW
+                self._retry_s = now + min(_PAUSE_S * rows, _LONGEST_PAUSE_S)
             return
         assert attempt.plan is not None
         # The guidance takes it at its next look, which is not the planner's time.

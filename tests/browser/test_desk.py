@@ -127,6 +127,17 @@ def spot(page, x, y):
     )
 
 
+def told(page, **expected):
+    """Wait until the page's problem has these values; return all of them."""
+    deadline = time.monotonic() + PATIENCE_MS / 1000
+    while True:
+        values = problem_of(page)
+        if all(values.get(key) == value for key, value in expected.items()):
+            return values
+        assert time.monotonic() < deadline, (expected, values)
+        page.wait_for_timeout(100)
+
+
 def problem_of(page):
     """Return the values of the problem file that the page gives."""
     with page.expect_download() as download:
@@ -262,11 +273,12 @@ def test_everything_by_the_keyboard(open_desk):
     page.wait_for_function(
         "() => window.pathgene.map.zones.some((zone) => zone.name === 'tower')",
     )
-    page.wait_for_timeout(500)
-    values = problem_of(page)
-    assert values["via"] == [(2500.0, 1200.0, 100.0)]
+    values = told(
+        page,
+        via=[(2500.0, 1200.0, 100.0)],
+        zones=[{"circle": (2500.0, 2500.0, 150.0), "name": "tower"}],
+    )
     assert values["start"][0] == 350.0
-    assert values["zones"] == [{"circle": (2500.0, 2500.0, 150.0), "name": "tower"}]
     press("Plan")
     run = read_run(saved(page) / SUMMARY)
     assert run.summary["via"][0][:2] == [2500.0, 1200.0]
@@ -309,7 +321,7 @@ def test_two_plans_side_by_side(open_desk):
     first = plan(page)
     page.get_by_role("button", name="Keep to compare").click()
     choose(page, "planner", "astar")
-    page.wait_for_timeout(500)
+    told(page, planner="astar")
     page.get_by_role("button", name="Plan", exact=True).click()
     page.wait_for_function(
         "() => document.querySelectorAll('table.figures thead th').length === 3"
@@ -333,7 +345,7 @@ def test_two_plans_side_by_side(open_desk):
 def test_a_closed_tab_loses_nothing(open_desk, desk):
     page = open_desk()
     canyon(page, generations=3000)
-    page.wait_for_timeout(500)
+    told(page, generations=3000)
     before = set(desk[1].iterdir())
     page.get_by_role("button", name="Plan", exact=True).click()
     page.wait_for_selector("text=Planning")
@@ -426,7 +438,7 @@ def test_the_end_of_the_desk_saves_running_plans(new_page, tmp_path):
         page.goto(url)
         ready(page)
         canyon(page, generations=10_000_000)
-        page.wait_for_timeout(500)
+        told(page, generations=10_000_000)
         page.get_by_role("button", name="Plan", exact=True).click()
         page.wait_for_function(
             "() => document.querySelector('[data-role=generation]').textContent",

@@ -231,7 +231,7 @@ def test_plan_refuses_an_unwritable_folder(hills, tmp_path, capsys):
 
 def test_refuses_a_silent_board(hills, capsys, tmp_path):
     with socket.create_server(("127.0.0.1", 0)) as server:
-        url = f"socket://127.0.0.1:{server.getsockname()[1]}"
+        url = f"socket://127.0.0.1:{server.getsockname()[1]}?patience=2"
         assert refused(capsys, "board", "info", "--board", url).startswith("Nothing answers at")
         sentence = refused(
             capsys, "plan", "--terrain", hills, *ENDS, "--board", url, "--out", tmp_path / "out"

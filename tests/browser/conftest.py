@@ -45,9 +45,12 @@ def settle(page):
     )
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def browser():
-    """Chromium, without a window."""
+    """Chromium, without a window.
+
+    It ends with its module: its event loop, which runs until then, would be in the way of others.
+    """
     program = shutil.which("chromium")
     if program is None:
         pytest.skip("Chromium is not installed (Debian package chromium)")

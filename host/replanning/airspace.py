@@ -33,7 +33,7 @@ class _Known:
 
 @dataclass
 class Airspace:
-    """What is in the air at a time of the flight, and what was.
+    """Zones, goal and wind at the present time of a flight, and the zones of earlier times.
 
     Parameters
     ----------

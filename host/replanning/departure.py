@@ -1,7 +1,8 @@
 """Where a plan begins on the present track, and how its path joins it.
 
-The planner on the chip begins with a committed straight of its own, so it plans from the track. The
-others turn at their start already, which the evaluation lays before it: a straight leads there.
+Paths of the planner on the chip begin with a straight, so its plan starts on the track. Paths of
+other planners turn at their start, and the evaluation lays that turn before it: a straight leads
+there.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ _WAY_OUT_SLACK_M = 10.0
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """What became of a flight.
+    """Verdict on a flight with replans.
 
     Parameters
     ----------

@@ -56,7 +56,7 @@ class Pilot:
 
     @property
     def kind(self) -> str:
-        """What is flown now: ``path``, ``holding`` or ``way-out``."""
+        """Kind of the present track: ``path``, ``holding`` or ``way-out``."""
         return self.legs[-1].kind
 
     @property

@@ -30,7 +30,7 @@ _POINT_M = 0.01
 
 
 class Present:
-    """What is known of the air at a moment.
+    """The zones, goal and wind that are known at a moment.
 
     Less clearance is demanded near the start and the goal of the mission, and nowhere else.
 
@@ -123,7 +123,7 @@ class Present:
 
     @property
     def is_goal_in_zone(self) -> bool:
-        """Whether the goal is in a zone, margins left out."""
+        """True if the goal is in a zone, margins left out."""
         return bool(self.zones_at(Pose(*self.goal, 1.0, 0.0, 0.0), margin=False))
 
     def safe_until_m(self, pieces: Track, first_m: float) -> float:

@@ -218,6 +218,8 @@ def parse_popup(text: str, terrain: Terrain) -> Event:
         if len(parts) == 3:
             x, y, radius = (float(each) for each in parts)
             return Event(time_s, (NewZone(Circle(x, y, radius)),))
+    except InputError as error:
+        raise InputError(f"--popup {text!r}: {error}") from None
     except ValueError:
         pass
     else:
@@ -245,6 +247,7 @@ def _event(table: Any) -> Event:
         None if table.get(key) is None else _numbers(key, table[key], count)
         for key, count in (("goal", 3), ("wind", 2))
     )
+    # How many numbers they are is checked above, which the types cannot tell.
     return Event(
         float(at_s),
         tuple(_new_zone(zone) for zone in _list("appear", table.get("appear", []))),
@@ -262,10 +265,9 @@ def _new_zone(table: Any) -> NewZone:
     east, north = _numbers("velocity", table.get("velocity", (0.0, 0.0)), 2)
     if "on" in table:
         _no_others(table, (*_OWN, "on", "ahead_m", "radius_m"), "a placed zone")
-        ahead = table.get("ahead_m", 0.0)
-        if not is_number(ahead):
-            raise InputError(f"ahead_m must be a number of metres, not {ahead!r}.")
-        shape: Zone | Placed = _placed(table["on"], table.get("radius_m"), ahead)
+        shape: Zone | Placed = _placed(
+            table["on"], table.get("radius_m"), table.get("ahead_m", 0.0)
+        )
     else:
         shape = zone_from_dict({key: table[key] for key in table if key != "velocity"})
     return NewZone(shape, name, (east, north))
@@ -276,6 +278,8 @@ def _placed(on: Any, radius_m: Any, ahead_m: Any = 0.0) -> Placed:
         raise InputError(f"a zone can be placed on {_named(_PLACES)}, not on {on!r}.")
     if not is_number(radius_m) or not float(radius_m) > 0:
         raise InputError(f"the radius of a placed zone must be above 0 m, not {radius_m!r}.")
+    if not is_number(ahead_m):
+        raise InputError(f"ahead_m must be a number of metres, not {ahead_m!r}.")
     return Placed(on, float(radius_m), float(ahead_m))
 
 

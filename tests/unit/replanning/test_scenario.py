@@ -109,10 +109,19 @@ def test_bad_popups_are_refused_in_one_sentence(hills, text):
         parse_popup(text, hills)
 
 
+@pytest.mark.parametrize("text", ["ahead:nan,5@3", "ahead:9,-5@3", "goal:0@3", "1,2,-5@3"])
+def test_bad_numbers_of_popups_are_named(hills, text):
+    with pytest.raises(InputError, match=rf"^--popup '{re.escape(text)}': .*, not "):
+        parse_popup(text, hills)
+
+
 def test_zones_come_move_drift_and_go(mission):
     air = Airspace(mission)
     place = {"goal": (6500.0, 4500.0), "aircraft": (2000.0, 4500.0)}
-    happen = lambda event: air.happen(event, lambda on, ahead: place[on])  # noqa: E731
+
+    def happen(event):
+        air.happen(event, lambda on, ahead: place[on])
+
     storm = NewZone(Placed("aircraft", 100.0), "storm", (10.0, 0.0))
     happen(Event(10.0, (storm, NewZone(Placed("goal", 50.0)))))
     assert air.zones_at(10.0) == (

@@ -17,15 +17,27 @@ import numpy as np
 import pytest
 
 from host.inputs import parse_json
-from host.mission.problem_file import parse_problem, read_problem
+from host.mission.problem_file import read_problem
 from host.problem.zones import read_zones
 from host.report.read import read_run
 from host.report.run_files import SUMMARY
 from tests.browser.conftest import colours, pixels, settle
+from tests.browser.desk_page import (
+    PATIENCE_MS,
+    canyon,
+    changed,
+    choose,
+    panel,
+    plan,
+    problem_of,
+    ready,
+    saved,
+    spot,
+    told,
+)
 
 
 pytestmark = pytest.mark.ci
-PATIENCE_MS = 120_000
 VIEWS = ("relief", "plan", "altitude", "fitness")
 
 
@@ -75,80 +87,6 @@ def open_desk(desk, new_page):
         return page
 
     return opened
-
-
-def ready(page, terrain=None):
-    name = f'="{terrain}"' if terrain else ""
-    page.wait_for_selector(f".stage[data-ready{name}]")
-    settle(page)
-
-
-def choose(page, label, value):
-    page.get_by_label(label, exact=True).click()
-    page.get_by_role("option", name=value, exact=True).click()
-
-
-def panel(page, name):
-    return page.locator("summary", has_text=re.compile(f"^{name}$"))
-
-
-def canyon(page, **fields):
-    """Go to a small terrain and a quick planner."""
-    choose(page, "terrain", "canyon")
-    ready(page, "canyon")
-    choose(page, "planner", "ga-pc")
-    panel(page, "Planner").click()
-    for label, value in {"generations": 40, **fields}.items():
-        page.get_by_label(label, exact=True).fill(str(value))
-
-
-def plan(page):
-    page.get_by_role("button", name="Plan", exact=True).click()
-    return saved(page)
-
-
-def saved(page):
-    """Wait for the plan, and return its folder."""
-    page.wait_for_selector("text=Saved in")
-    return Path(page.locator(".status").text_content().removeprefix("Saved in "))
-
-
-def spot(page, x, y):
-    """Return the place on the screen of a share of the map's sides."""
-    return page.evaluate(
-        """([x, y]) => {
-          const { map } = window.pathgene;
-          const box = map.canvas.node.getBoundingClientRect();
-          const { width_m, height_m } = map.terrain;
-          const [left, top] = map.pixelsAt(x * width_m, y * height_m);
-          return [box.left + left, box.top + top];
-        }""",
-        [x, y],
-    )
-
-
-def told(page, **expected):
-    """Wait until the page's problem has these values; return all of them."""
-    deadline = time.monotonic() + PATIENCE_MS / 1000
-    while True:
-        values = problem_of(page)
-        if all(values.get(key) == value for key, value in expected.items()):
-            return values
-        assert time.monotonic() < deadline, (expected, values)
-        page.wait_for_timeout(100)
-
-
-def problem_of(page):
-    """Return the values of the problem file that the page gives."""
-    with page.expect_download() as download:
-        page.get_by_role("button", name="Problem file").click()
-    return parse_problem(Path(download.value.path()).read_text(), Path())
-
-
-def changed(page, before):
-    """Wait until the address holds another problem, and return it."""
-    page.wait_for_function("before => location.hash !== before", arg=before)
-    return page.evaluate("location.hash")
 
 
 def test_draw_plan_take_along_and_open_again(open_desk, tmp_path):

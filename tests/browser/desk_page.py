@@ -1,0 +1,85 @@
+"""What a user does on the page of the desk, for its tests."""
+
+import re
+import time
+from pathlib import Path
+
+from host.mission.problem_file import parse_problem
+from tests.browser.conftest import settle
+
+
+PATIENCE_MS = 120_000
+
+
+def ready(page, terrain=None):
+    name = f'="{terrain}"' if terrain else ""
+    page.wait_for_selector(f".stage[data-ready{name}]")
+    settle(page)
+
+
+def choose(page, label, value):
+    page.get_by_label(label, exact=True).click()
+    page.get_by_role("option", name=value, exact=True).click()
+
+
+def panel(page, name):
+    return page.locator("summary", has_text=re.compile(f"^{name}$"))
+
+
+def canyon(page, **fields):
+    """Go to a small terrain and a quick planner."""
+    choose(page, "terrain", "canyon")
+    ready(page, "canyon")
+    choose(page, "planner", "ga-pc")
+    panel(page, "Planner").click()
+    for label, value in {"generations": 40, **fields}.items():
+        page.get_by_label(label, exact=True).fill(str(value))
+
+
+def plan(page):
+    page.get_by_role("button", name="Plan", exact=True).click()
+    return saved(page)
+
+
+def saved(page):
+    """Wait for the plan, and return its folder."""
+    page.wait_for_selector("text=Saved in")
+    return Path(page.locator(".status").text_content().removeprefix("Saved in "))
+
+
+def spot(page, x, y):
+    """Return the place on the screen of a share of the map's sides."""
+    return page.evaluate(
+        """([x, y]) => {
+          const { map } = window.pathgene;
+          const box = map.canvas.node.getBoundingClientRect();
+          const { width_m, height_m } = map.terrain;
+          const [left, top] = map.pixelsAt(x * width_m, y * height_m);
+          return [box.left + left, box.top + top];
+        }""",
+        [x, y],
+    )
+
+
+def told(page, **expected):
+    """Wait until the page's problem has these values; return all of them."""
+    deadline = time.monotonic() + PATIENCE_MS / 1000
+    while True:
+        values = problem_of(page)
+        if all(values.get(key) == value for key, value in expected.items()):
+            return values
+        assert time.monotonic() < deadline, (expected, values)
+        page.wait_for_timeout(100)
+
+
+def problem_of(page):
+    """Return the values of the problem file that the page gives."""
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Problem file").click()
+    return parse_problem(Path(download.value.path()).read_text(), Path())
+
+
+def changed(page, before):
+    """Wait until the address holds another problem, and return it."""
+    page.wait_for_function("before => location.hash !== before", arg=before)
+    return page.evaluate("location.hash")

@@ -31,9 +31,13 @@ def canyon(page, **fields):
     choose(page, "terrain", "canyon")
     ready(page, "canyon")
     choose(page, "planner", "ga-pc")
+    # The fields of the planner before must be gone.
+    told(page, planner="ga-pc")
     panel(page, "Planner").click()
-    for label, value in {"generations": 40, **fields}.items():
+    fields = {"generations": 40, **fields}
+    for label, value in fields.items():
         page.get_by_label(label, exact=True).fill(str(value))
+    told(page, **fields)
 
 
 def plan(page):

@@ -189,9 +189,7 @@ def test_everything_by_the_keyboard(open_desk):
     before = page.evaluate("location.hash")
 
     def press(name):
-        button = page.get_by_role("button", name=name, exact=True)
-        button.focus()
-        page.keyboard.press("Enter")
+        page.get_by_role("button", name=name, exact=True).press("Enter")
 
     def enter(field, text):
         field.focus()
@@ -288,7 +286,6 @@ def test_two_plans_side_by_side(open_desk):
 def test_a_closed_tab_loses_nothing(open_desk, desk):
     page = open_desk()
     canyon(page, generations=3000)
-    told(page, generations=3000)
     before = set(desk[1].iterdir())
     page.get_by_role("button", name="Plan", exact=True).click()
     page.wait_for_selector("text=Planning")
@@ -381,7 +378,6 @@ def test_the_end_of_the_desk_saves_running_plans(new_page, tmp_path):
         page.goto(url)
         ready(page)
         canyon(page, generations=10_000_000)
-        told(page, generations=10_000_000)
         page.get_by_role("button", name="Plan", exact=True).click()
         page.wait_for_function(
             "() => document.querySelector('[data-role=generation]').textContent",

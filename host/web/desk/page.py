@@ -163,7 +163,7 @@ class Page:
     def _choose_planner(self, event: events.ValueChangeEventArguments[Any]) -> None:
         if event.value != self._sheet.planner:
             self._sheet.set("planner", event.value)
-            self._panels.show()
+            self._panels.show_form()
             self._changed()
 
     def _drawn(self, event: events.GenericEventArguments) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -18,6 +19,7 @@ __all__ = ["Panels", "panel"]
 
 # A new zone, by the keyboard, as a share of the shorter side of the map.
 _NEW_ZONE_SHARE = 0.08
+_NEW_ZONES = "circle", "polygon"
 
 
 class Panels:
@@ -38,10 +40,13 @@ class Panels:
     ) -> None:
         self._sheet, self._changed, self._picked = sheet, changed, picked
         self._zone: int | None = None
+        # What adds to a list is beside it, so that it keeps the keyboard's focus.
         with panel("Points", is_open=True):
             self._points()
+            _adders({"Add via point": self._add_via})
         with panel("No-fly zones") as self._zones_panel:
             self._zones()
+            _adders({f"Add {kind}": functools.partial(self._add_zone, kind) for kind in _NEW_ZONES})
         for table in ("mission", "aircraft", "rules", "planner", "terrain"):
             with panel(GROUPS.get(table, "Aircraft")):
                 self._form(table)
@@ -49,6 +54,10 @@ class Panels:
     def show(self) -> None:
         """Show all values anew, as after another problem was opened."""
         self.show_drawn()
+        self.show_form()
+
+    def show_form(self) -> None:
+        """Show the values of the form anew, as after another planner was chosen."""
         self._form.refresh()
 
     def show_drawn(self) -> None:
@@ -79,8 +88,6 @@ class Panels:
                         with _legend(f"Via {number + 1}", "via"):
                             _remover(f"Remove via {number + 1}", self._via_remover(number))
                         add_numbers(f"Via {number + 1}", names, via, self._via_taker(number))
-        with ui.row().classes("actions"):
-            ui.button("Add via point", on_click=self._add_via).props("flat dense no-caps")
 
     @ui.refreshable_method
     def _zones(self) -> None:
@@ -96,13 +103,6 @@ class Panels:
                     _remover(f"Remove {name}", self._zone_remover(number))
                 if is_open:
                     self._zone_fields(zone)
-        with ui.row().classes("actions"):
-            ui.button("Add circle", on_click=lambda: self._add_zone("circle")).props(
-                "flat dense no-caps"
-            )
-            ui.button("Add polygon", on_click=lambda: self._add_zone("polygon")).props(
-                "flat dense no-caps"
-            )
 
     def _zone_fields(self, zone: dict[str, Any]) -> None:
         with ui.element("div").classes("fields"):
@@ -227,6 +227,12 @@ def panel(title: str, *, is_open: bool = False) -> Iterator[ui.element]:
             ui.label(title).classes("word")
         with ui.element("div").classes("panel-body"):
             yield details
+
+
+def _adders(acts: dict[str, Callable[[], None]]) -> None:
+    with ui.row().classes("actions"):
+        for text, act in acts.items():
+            ui.button(text, on_click=act).props("flat dense no-caps")
 
 
 def _legend(text: str, kind: str) -> ui.element:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -53,7 +54,8 @@ class ChipReplanner:
 
     The chip draws new zones on its map and runs for a millisecond or two: an island of the earlier
     paths, less what lies behind the start, and one of new seeds. The host judges the paths by the
-    strict rule. Where none is feasible, one more run follows, of 5 ms from new seeds alone.
+    strict rule. Where none is feasible, one more run follows, of 5 ms from new seeds alone. What is
+    gone besides new zones is set free last, which no count of the result includes.
 
     Parameters
     ----------
@@ -87,6 +89,9 @@ class ChipReplanner:
                 runs.search(_runs(task, options.seed))
             run.hardware = runs.hardware()
             run.seconds["board"] = runs.cycles / task.chip.config.clock_hz
+            # The path is known by now. What fails here, the next replan sends again.
+            with contextlib.suppress(JobError):
+                task.free()
         except JobError as error:
             run.failure = str(error)
         result = run.result()

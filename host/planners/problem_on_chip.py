@@ -82,6 +82,7 @@ class ProblemOnChip:
         self._ends = chip_ends(problem)
         self._shapes: list[NoFlyShape] = []
         self._runs_before: int | None = None
+        self._first: NDArray[np.integer] | None = None
         self.drawing_cycles = self.looks = 0
         self.look_bytes = 0, 0
 
@@ -95,9 +96,10 @@ class ProblemOnChip:
 
         :meth:`send` has the chip draw each new zone, and uploads what a drawing cannot do: the
         corners of zones that are gone, those beside the ends, zones with heights or times, and
-        dents and holes of a zone. Elsewhere the chip keeps the map that it has: the corners beside
-        an earlier end stay lowered. Where an end lies off the steps of that map, the other problem
-        gets a new map, and its first run starts cold.
+        dents and holes of a zone. What is gone waits for :meth:`free` where a zone is new: a path
+        that keeps clear of both is safe, and comes sooner. Elsewhere the chip keeps the map that it
+        has: the corners beside an earlier end stay lowered. Where an end lies off the steps of that
+        map, the other problem gets a new map, and its first run starts cold.
         """
         grid = self.grid.of_problem(problem)
         if grid is None:
@@ -105,14 +107,19 @@ class ProblemOnChip:
         other = ProblemOnChip.__new__(ProblemOnChip)
         other._set(self.chip, problem, grid)
         other._corners = self._corners.copy()
-        for zone in self.problem.zones:
-            if zone not in problem.zones:
-                other._renew(*grid.around_zone(zone))
-        for zone in problem.zones:
-            if zone not in self.problem.zones:
-                other._add(zone)
-        for end in other._ends:
-            other._renew(*grid.around(end))
+        gone = [zone for zone in self.problem.zones if zone not in problem.zones]
+        new = [zone for zone in problem.zones if zone not in self.problem.zones]
+        for zone in gone:
+            other._renew(*grid.around_zone(zone))
+        for zone in new:
+            other._add(zone)
+        around_ends = [grid.around(end) for end in other._ends]
+        for part in around_ends:
+            other._renew(*part)
+        if gone and new:
+            other._first = np.maximum(self._corners, other._corners)
+            for part in around_ends:
+                other._first[part] = other._corners[part]
         other._runs_before = self._runs_before
         return other
 
@@ -151,11 +158,21 @@ class ProblemOnChip:
             self.chip.runs.block(shape)
         self.drawing_cycles = sum(shape.drawing_cycles for shape in self._shapes)
         self._shapes = []
-        self.chip.update_map(self._corners)
+        self.chip.update_map(self._corners if self._first is None else self._first)
         self.chip.runs.set_problem(self._record)
 
+    def free(self) -> None:
+        """Set free on the chip what :meth:`send` has left."""
+        if self._first is not None:
+            self._first = None
+            self.chip.update_map(self._corners)
+
     def ease(self, change: int) -> None:
-        """Lower the corners of the map beside start and goal more, or less, if that is possible."""
+        """Lower the corners of the map beside start and goal more, or less, if that is possible.
+
+        What is gone is set free, too.
+        """
+        self.free()
         self.eased = min(max(self.eased + change, min(EASES)), max(EASES))
         for end in self._ends:
             rows, columns = self.grid.around(end)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
+from typing import Any
 
 from numpy.typing import ArrayLike
 
@@ -23,7 +24,7 @@ from host.replanning.session import Session
 from host.report.run_files import FLIGHT
 
 
-__all__ = ["FALLBACK", "fly_scenario", "on_board", "save"]
+__all__ = ["FALLBACK", "fly_scenario", "on_board", "save", "underway"]
 
 #: The planner on the processor that takes over where a board is lost.
 FALLBACK = "astar"
@@ -52,12 +53,34 @@ def fly_scenario(
     *,
     planner: str,
     board: str,
+    **options: Any,
+) -> Replanned:
+    """Fly a path of ``mission`` to its end while a scenario happens.
+
+    Parameters and errors are those of :func:`underway`.
+    """
+    with underway(mission, path, scenario, planner=planner, board=board, **options) as (
+        session,
+        report,
+    ):
+        session.run()
+        return report()
+
+
+@contextmanager
+def underway(
+    mission: Problem,
+    path: ArrayLike,
+    scenario: Scenario,
+    *,
+    planner: str,
+    board: str,
     seconds: float | None = None,
     gusts: str = "none",
     seed: int = 0,
     say: Callable[[str], object] = lambda _: None,
-) -> Replanned:
-    """Fly a path of ``mission`` while a scenario happens.
+) -> Iterator[tuple[Session, Callable[[], Replanned]]]:
+    """Return a context manager of a flight that begins, and of what reports on it in the end.
 
     Parameters
     ----------
@@ -104,9 +127,11 @@ def fly_scenario(
             seed=seed,
             say=say,
         )
-        session.run()
-        return Replanned(
-            session, judge(session), planner, board if chip else None, plans.constant_s
+        yield (
+            session,
+            lambda: Replanned(
+                session, judge(session), planner, board if chip else None, plans.constant_s
+            ),
         )
 
 

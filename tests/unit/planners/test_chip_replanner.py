@@ -389,3 +389,41 @@ def test_options_fit_the_chip(board):
         population=8, children=4, elites=2, survivors=2, perturbs=1, inserts=1
     )
     assert replan_options(small, 0).give_up_rank == 7
+
+
+def test_what_is_gone_beside_a_new_zone_is_set_free_behind_the_run(evaluator, board, search):
+    heights = []
+
+    def bytes_to_board(plan):
+        return plan.result.hardware["bytes"]["to_board"]
+
+    before = search.run(evaluator).replan(zones=[BEHIND])
+    model = model_of(board)
+    start_run = board.runs.start
+
+    def noted(options):
+        heights.append(model.checking.terrain.heights.copy())
+        start_run(options)
+
+    board.runs.start = noted
+    moved = Zone.circle(BEHIND.x_m + 60, BEHIND.y_m, BEHIND.radius_m)
+    after = before.replan(zones=[moved], gone=[BEHIND])
+    assert after.evaluation.feasible
+    assert after.evaluator.problem.zones == (*evaluator.problem.zones, moved)
+    (during,) = heights
+    blocked = board.config.blocked_altitude
+    box = CornerMap(board.config, evaluator.problem).around_zone(BEHIND)
+    freed = (during == blocked) & (model.checking.terrain.heights != blocked)
+    assert freed[box].any()
+    freed[box] = False
+    assert not freed.any()
+    # In the end the chip has the map of an upload but for the discs, which are drawn.
+    exact = CornerMap(board.config, after.evaluator.problem)
+    shape = no_fly_shape(exact, moved)
+    drawn = (slice(shape.first_y, shape.last_y + 1), slice(shape.first_x, shape.last_x + 1))
+    corners = exact.corners((evaluator.problem.start, evaluator.problem.goal))
+    corners[drawn][drawn_corners(shape)] = blocked
+    assert np.array_equal(model.checking.terrain.heights[box], corners[box])
+    # Nothing but the new disc went over the line before the path was known.
+    other = after.replan(zones=[Zone.circle(moved.x_m, moved.y_m + 10, moved.radius_m)])
+    assert bytes_to_board(after) <= bytes_to_board(other) + 16

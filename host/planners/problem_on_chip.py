@@ -168,11 +168,7 @@ class ProblemOnChip:
             self.chip.update_map(self._corners)
 
     def ease(self, change: int) -> None:
-        """Lower the corners of the map beside start and goal more, or less, if that is possible.
-
-        What is gone is set free, too.
-        """
-        self.free()
+        """Lower the corners of the map beside start and goal more, or less, if that is possible."""
         self.eased = min(max(self.eased + change, min(EASES)), max(EASES))
         for end in self._ends:
             rows, columns = self.grid.around(end)

@@ -16,7 +16,7 @@ from host.replanning.present import Present
 from host.replanning.tracks import Pose, Track, end_of, part, pose_at, run_of
 
 
-__all__ = ["Holding", "holding_on", "shortest_way_out_m", "way_out"]
+__all__ = ["Holding", "holding_on", "shortest_way_out_m", "way_on", "way_out"]
 
 # Turns looked at: every so many degrees to both sides, up to half a circle.
 _TURN_DEG = 15
@@ -26,6 +26,9 @@ _FARTHEST_M = 20_000.0
 _BORDER_M = 0.5
 # Shares of the steepest climb that are tried, in this order.
 _CLIMBS = (0.0, 0.5, 0.9)
+# Shares of the clearance that a way keeps, in this order: less of it is better than a zone, and a
+# zone is better than the ground.
+_CLEARANCES = (1.0, 0.5, 0.1)
 # A way out goes on straight beyond the margin for so many turn radii: room to turn away.
 _BEYOND_RADII = 0.5
 # Circles: radii in turn radii, and pieces of each.
@@ -133,8 +136,8 @@ def _turn_and_straight(
 def way_out(present: Present, pose: Pose) -> Track | None:
     """Return the shortest way out of all zones and their margins that keeps the clearance.
 
-    Where none keeps it, the shortest one that stays above the ground is taken; None if there is
-    no way out at all.
+    Where none keeps it, the shortest one that keeps half of it is taken, or a tenth; None if there
+    is no way out above the ground.
 
     Parameters
     ----------
@@ -151,11 +154,25 @@ def way_out(present: Present, pose: Pose) -> Track | None:
         ),
         key=lambda each: each[:2],
     )
-    for _, _, way in found:
-        if present.off_limits_m(way) == 0:
+    for clearance, (_, _, way) in itertools.product(_CLEARANCES, found):
+        if present.off_limits_m(way, clearance) == 0:
             return way
-    # Less than the clearance is better than a zone.
-    return min(found, key=lambda each: present.off_limits_m(each[2]))[2] if found else None
+    return None
+
+
+def way_on(present: Present, pose: Pose) -> Track | None:
+    """Return a short way on from a place where there is neither a path nor a circle.
+
+    It keeps out of zones if any way does, and as much of the clearance as :func:`way_out`; None if
+    there is none above the ground.
+    """
+    ways = list(_ways(present, pose))
+    for keeps_out, clearance, way in itertools.product((True, False), _CLEARANCES, ways):
+        if present.off_limits_m(way, clearance) == 0 and not (
+            keeps_out and present.in_zones_m(way) > 0
+        ):
+            return way
+    return None
 
 
 def shortest_way_out_m(present: Present, pose: Pose) -> float:

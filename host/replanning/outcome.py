@@ -85,7 +85,9 @@ def judge(session: Session) -> Outcome:
     share = float(np.nanmin(shares))
     touched = []
     if session.ended == "lost":
-        touched.append("The aircraft is lost: it cannot follow its track.")
+        touched.append(
+            "The aircraft is lost: it cannot follow its track, or found neither path nor circle."
+        )
     if clearance[lowest] < 0:
         touched.append(
             f"The flight is {-clearance[lowest]:.1f} m under the ground at "

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Collection, Sequence
-from functools import cached_property
 
 import numpy as np
 
@@ -59,6 +58,7 @@ class Present:
         assert bare.rules is not None
         self.mission, self.zones, self.goal, self.wind = mission, tuple(zones), goal, wind
         self._bare = bare
+        self._rules: dict[float, StrictRule] = {}
         margins = {True: bare.rules.zone_margin_m, False: 0.0}
         self._packed = {
             margin: [pack_zones([zone], metres) for zone in self.zones]
@@ -85,14 +85,18 @@ class Present:
         """Return whether a track keeps clearance, ceilings and the margins of zones."""
         return self.off_limits_m(pieces) == 0 and self.in_zones_m(pieces) == 0
 
-    def off_limits_m(self, pieces: Sequence[Piece]) -> float:
-        """Return the metres of a track that lie too low, too high or off the map."""
+    def off_limits_m(self, pieces: Sequence[Piece], share: float = 1.0) -> float:
+        """Return the metres of a track that lie too low, too high or off the map.
+
+        Too low is below a ``share`` of the clearance, which is kept from the surface beside the
+        track as far as that share of the corridor.
+        """
         if not all(_is_near(piece.start) for piece in pieces):
             return math.inf
         ceiling = self._bare.limits.ceiling_m
         if any(max(piece.start[2], piece.start[2] + piece.rise_m) > ceiling for piece in pieces):
             return math.inf
-        return self._rule.off_demand_m(self._laid(pieces)[0])
+        return self._rule(share).off_demand_m(self._laid(pieces)[0])
 
     def in_zones_m(
         self,
@@ -144,10 +148,17 @@ class Present:
                 return begin
         return length
 
-    @cached_property
-    def _rule(self) -> StrictRule:
-        bare = self._bare
-        return StrictRule(bare, constants_of(bare, bare.ds_m, False, False))
+    def _rule(self, share: float) -> StrictRule:
+        if share not in self._rules:
+            bare, rules = self._bare, self._bare.rules
+            assert rules is not None
+            if share < 1:
+                clearance_m, corridor_m = share * rules.clearance_m, share * rules.corridor_m
+                less = dataclasses.replace(rules, clearance_m=clearance_m, corridor_m=corridor_m)
+                bare = dataclasses.replace(bare, rules=less)
+            constants = constants_of(bare, bare.ds_m, False, False)
+            self._rules[share] = StrictRule(bare, constants)
+        return self._rules[share]
 
     def _laid(self, pieces: Sequence[Piece]) -> tuple[Floats, Floats]:
         return lay_pieces(pieces, self._bare.aircraft.cruise_speed_m_s)

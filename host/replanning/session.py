@@ -24,7 +24,7 @@ from host.flight.models import FlightModel, model_for
 from host.problem.problem import Problem
 from host.replanning.airspace import DRIFT_S, Airspace
 from host.replanning.departure import Departure, depart
-from host.replanning.evasion import Holding, holding_on, shortest_way_out_m, way_out
+from host.replanning.evasion import Holding, holding_on, shortest_way_out_m, way_on, way_out
 from host.replanning.pilot import Pilot
 from host.replanning.planner import Attempt, InFlightPlanner, PlanningTime
 from host.replanning.present import Present
@@ -45,9 +45,9 @@ _AHEAD_M = 2.0
 _ON_RADII = 6.0, 3.0, 1.0
 # Attempts in a row, and the pause behind them, which grows by so much each time up to the longest.
 _IN_A_ROW, _PAUSE_S, _LONGEST_PAUSE_S = 4, 3.0, 20.0
-# Rounds of a circle that a track has, and the longest stay on it, seconds.
+# Rounds of a circle that a track has, and the longest flight without a path, seconds.
 _ROUNDS = 60
-_MOST_HOLDING_S = 300.0
+_MOST_WAITING_S = 300.0
 # How often a circle is looked for while all is well, how far ahead, seconds.
 _READY_S, _READY_AHEAD_S = 5.0, 60.0
 # The same while one is needed, and the pause where only a circle helps.
@@ -137,7 +137,7 @@ class Session:
         self._retry_s = self._next_look_s = 0.0
         self._next_drift_s = math.inf
         self._number = 0
-        self._held_since_s: float | None = None
+        self._waits_since_s: float | None = None
         self._looks = self._found = 0
 
     # --- What others see ------------------------------------------------------------------------
@@ -170,6 +170,8 @@ class Session:
         if self._change is not None and self._pending is None and now >= self._retry_s:
             self._plan(self._change, now)
         self._keep_safe(now)
+        if self.pilot.kind == "way-out":
+            self._fly_on()
         self._end(self.pilot.step())
 
     # --- What happens ---------------------------------------------------------------------------
@@ -364,6 +366,19 @@ class Session:
         on = [(end.straight(radii * self._present.turn_radius_m),) for radii in _ON_RADII]
         behind = next((each for each in on if self._present.is_safe(each)), ())
         self._fly("way-out", (*before, *way, *behind))
+        self._waits_since_s = now
+
+    def _fly_on(self) -> None:
+        """Fly on behind the end of a way out, where there is still neither a path nor a circle."""
+        track = self.pilot.track
+        if self.pilot.along_m + self._reach_m < run_of(track):
+            return
+        end = end_of(track[-1])
+        way = way_on(self._present, end) or (end.straight(self._present.turn_radius_m),)
+        before = part(track, self.pilot.along_m - _BACK_M)
+        since_s, self._out_m = self._waits_since_s, run_of(before)
+        self._fly("way-out", (*before, *way))
+        self._waits_since_s = since_s
 
     def _keep_safe(self, now: float) -> None:
         """Turn onto a circle before the track stops being safe; look for one while it is."""
@@ -395,7 +410,7 @@ class Session:
         self._say(f"{now:.1f} s: no new path yet; onto a circle that is safe.")
         before = part(self.pilot.track, self.pilot.along_m - _BACK_M, holding.along_m)
         self._fly("holding", holding.track(before, _ROUNDS))
-        self._held_since_s = now
+        self._waits_since_s = now
         if self._change is not None:
             self._change.held = True
 
@@ -404,7 +419,7 @@ class Session:
     def _fly(self, kind: str, track: Track) -> None:
         self.pilot.follow(kind, track)
         self._unsafe_m = math.inf
-        self._holding = self._held_since_s = None
+        self._holding = self._waits_since_s = None
         self._next_look_s = self.pilot.time_s
 
     def _is_below_ground(self, x: float, y: float, z: float) -> bool:
@@ -419,6 +434,10 @@ class Session:
             self.ended = "crashed"
         elif self.pilot.kind == "path" and self.pilot.has_arrived:
             self.ended = "arrived"
-        elif self._held_since_s is not None and not self._events:
-            held_s = self.pilot.time_s - self._held_since_s
-            self.ended = "holding" if held_s > _MOST_HOLDING_S else ""
+        elif not self._events and self._waited_s > _MOST_WAITING_S:
+            self.ended = "holding" if self.pilot.kind == "holding" else "lost"
+
+    @property
+    def _waited_s(self) -> float:
+        """Seconds flown without a path."""
+        return 0.0 if self._waits_since_s is None else self.pilot.time_s - self._waits_since_s

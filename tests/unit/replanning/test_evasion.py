@@ -10,7 +10,7 @@ from host.evaluation import Evaluator
 from host.problem.problem import Problem
 from host.problem.rules import Rules
 from host.problem.zones import Circle, Polygon
-from host.replanning.evasion import holding_on, shortest_way_out_m, way_out
+from host.replanning.evasion import holding_on, shortest_way_out_m, way_on, way_out
 from host.replanning.present import Present
 from host.replanning.tracks import Pose, end_of, part, pose_at, run_of
 from host.terrain import Terrain
@@ -132,3 +132,54 @@ def test_between_walls_too_high_there_is_none(mission):
     )
     track = (Pose(1500.0, 4500.0, 150.0, 1.0, 0.0, 0.0).straight(4000.0),)
     assert holding_on(present(inside), track, 200.0, 1500.0) is None
+
+
+@pytest.fixture
+def gorge(mission):
+    """Function that returns a mission through a gorge between walls of a height, in metres."""
+
+    def through(walls_m):
+        y, _ = np.mgrid[:301, :301]
+        heights = np.where(np.abs(y - 150) > 8, walls_m, 100.0)
+        return Problem(
+            Terrain("gorge", heights, dx_m=30.0, dy_m=30.0),
+            (1500.0, 4500.0, 150.0),
+            (6500.0, 4500.0, 150.0),
+            mission.aircraft,
+            rules=Rules(),
+        )
+
+    return through
+
+
+def test_a_way_out_never_leads_into_the_ground(gorge):
+    """The nearest border of the zone is behind a wall: along the gorge is longer, and flown."""
+    pose = Pose(3000.0, 4500.0, 150.0, 1.0, 0.0, 0.0)
+    zone = Polygon([(500, 4300), (3800, 4300), (3800, 4700), (500, 4700)])
+    air = present(gorge(400.0), zone)
+    way = way_out(air, pose)
+    assert end_of(way[-1]).x > 3800
+    assert air.off_limits_m(way, 0.1) == 0
+    # A zone all along the gorge is left over its walls, with the clearance that they leave; and
+    # it is better than walls that are too high.
+    whole = Polygon([(-60_000, 4200), (60_000, 4200), (60_000, 4800), (-60_000, 4800)])
+    kept = []
+    for walls_m in range(150, 900, 10):
+        air = present(gorge(float(walls_m)), whole)
+        way = way_out(air, pose)
+        shares = (1.0, 0.5, 0.1)
+        kept.append(0 if way is None else next(s for s in shares if not air.off_limits_m(way, s)))
+    assert kept == sorted(kept, reverse=True)
+    assert {1.0, 0.5, 0.1, 0} == set(kept)
+
+
+def test_a_way_on_keeps_from_the_ground_first_and_then_from_zones(gorge):
+    pose = Pose(3000.0, 4500.0, 150.0, 1.0, 0.0, 0.0)
+    air = present(gorge(400.0))
+    assert air.is_safe(way_on(air, pose))
+    ahead = present(gorge(400.0), Circle(3300.0, 4500.0, 250.0))
+    way = way_on(ahead, pose)
+    assert ahead.off_limits_m(way) == 0
+    assert ahead.in_zones_m(way) > 0
+    cliff = Pose(3000.0, 4735.0, 150.0, 0.0, 1.0, 0.0)
+    assert way_on(air, cliff) is None

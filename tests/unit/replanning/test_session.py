@@ -13,8 +13,9 @@ from host.flight.flight import PERIOD_S
 from host.problem.rules import Rules
 from host.problem.way import WayProblem
 from host.problem.zones import Circle
+from host.replanning import session as replanning_session
 from host.replanning.outcome import judge
-from host.replanning.planner import InFlightPlanner
+from host.replanning.planner import Attempt, InFlightPlanner, PlanningTime
 from host.replanning.scenario import Event, NewZone, Placed, Scenario
 from host.replanning.session import Session
 from host.replanning.tracks import pose_at, run_of
@@ -237,3 +238,21 @@ def test_missions_that_cannot_be_replanned_are_refused(mission, straight, on_pro
         Session(mission, straight, planner, Scenario((Event(1.0, goal=(-5.0, 0.0, 90.0)),)))
     with pytest.raises(InputError, match="not below the airspeed"):
         Session(mission, straight, planner, Scenario((Event(1.0, wind=(40.0, 0.0)),)))
+
+
+def test_a_flight_without_path_and_circle_ends(mission, straight, on_processor, monkeypatch):
+    planner = on_processor(0.01)
+    nothing = Attempt(None, PlanningTime(host_s=0.01), planner.name, "There is none.")
+    monkeypatch.setattr(planner, "attempt", lambda *_: nothing)
+    monkeypatch.setattr(replanning_session, "holding_on", lambda *_: None)
+    event = Event(30.0, (NewZone(Placed("aircraft", 150.0)),))
+    session, outcome, _ = fly(mission, straight, planner, event)
+    assert session.ended == "lost"
+    assert session.pilot.time_s < 400
+    kinds = [leg.kind for leg in session.pilot.legs]
+    assert kinds[0] == "path"
+    assert set(kinds[1:]) == {"way-out"}
+    assert len(kinds) > 3
+    assert not outcome.alive
+    # It flies above the ground all the while.
+    assert outcome.clearance_flown_m > 0

@@ -152,7 +152,9 @@ export function metres(value, kilometresFrom = 2000) {
 
 /** Return a number with `digits` decimals and commas between thousands. */
 export function number(value, digits) {
-  return value.toLocaleString("en", { minimumFractionDigits: digits, maximumFractionDigits: digits });
+  // Plus 0, as -0 has a sign.
+  const rounded = Math.round(value * 10 ** digits) / 10 ** digits + 0;
+  return rounded.toLocaleString("en", { minimumFractionDigits: digits, maximumFractionDigits: digits });
 }
 
 /** Return a step of 1, 2 or 5 times a power of ten that divides `span` into about `parts`. */

@@ -58,6 +58,7 @@ __all__ = [
     "ceilings_scene",
     "path_scene",
     "plan_scene",
+    "points_scene",
     "problem_scene",
     "terrain_scene",
     "zones_scene",
@@ -88,7 +89,7 @@ def problem_scene(problem: Problem) -> dict[str, Any]:
         "subtitle": "",
         "verdict": {"feasible": None, "sentence": ""},
         "terrain": terrain_scene(problem.terrain),
-        "points": _points(problem),
+        "points": points_scene(problem),
         "zones": zones,
         "zones_left_out": len(problem.zones) - len(zones),
         "paths": [],
@@ -250,8 +251,8 @@ def _vertical(terrain: Terrain) -> float:
     return next((f for f in _FACTORS if f * relief >= _RELIEF), _FACTORS[-1])
 
 
-def _points(problem: Problem) -> list[dict[str, Any]]:
-    """Return the points that the path visits."""
+def points_scene(problem: Problem) -> list[dict[str, Any]]:
+    """Return the points that the path visits; see ``points`` above."""
     from host.problem.surface import surface_below
 
     names = mark_names(problem.way)

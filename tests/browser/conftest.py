@@ -3,46 +3,17 @@
 The desk's tests use the same fixtures; they serve their pages on this machine.
 """
 
-import io
 import os
 import shutil
-from urllib.parse import urlsplit
 
-import numpy as np
 import pytest
-from matplotlib.image import imread
+
+from tests.browser.desk_page import PATIENCE_MS, ready, serving
+from tests.browser.seen import is_local
 
 
 # WebGL is drawn by the processor: the same on every machine, with or without a graphics card.
 OPTIONS = ("--enable-unsafe-swiftshader", "--use-angle=swiftshader")
-LOCAL_HOSTS = {"localhost", "127.0.0.1", "::1"}
-LOCAL_SCHEMES = {"file", "data", "blob", "about"}
-
-
-def is_local(url):
-    """Return whether a request stays on this machine."""
-    parts = urlsplit(url)
-    return parts.scheme in LOCAL_SCHEMES or parts.hostname in LOCAL_HOSTS
-
-
-def pixels(locator):
-    """What an element shows: (height, width, 3) float, 0 to 1."""
-    return imread(io.BytesIO(locator.screenshot()))[..., :3]
-
-
-def colours(image):
-    """Number of different colours of an image, told apart in steps of 16."""
-    coarse = (image * 15).round().astype(int) @ np.array([256, 16, 1])
-    return len(np.unique(coarse))
-
-
-def settle(page):
-    """Wait until what was asked to be drawn is drawn: two frames."""
-    page.evaluate(
-        """() => new Promise((done) => {
-          requestAnimationFrame(() => requestAnimationFrame(done));
-        })"""
-    )
 
 
 @pytest.fixture(scope="module")
@@ -99,3 +70,25 @@ def new_page(browser):
     for context in contexts:
         context.close()
     assert faults == []
+
+
+@pytest.fixture(scope="module")
+def desk(tmp_path_factory):
+    """Address of a desk, and the folder of its plans."""
+    folder = tmp_path_factory.mktemp("desk")
+    with serving(folder) as (url, _):
+        yield url, folder
+
+
+@pytest.fixture
+def open_desk(desk, new_page):
+    """Function that opens the desk in a new browser, at a fragment if one is given."""
+
+    def opened(fragment="", width=1280, height=720, **options):
+        page = new_page(width, height, **options)
+        page.set_default_timeout(PATIENCE_MS)
+        page.goto(desk[0] + fragment)
+        ready(page)
+        return page
+
+    return opened

@@ -1,14 +1,46 @@
 """What a user does on the page of the desk, for its tests."""
 
+import contextlib
+import json
+import os
 import re
+import signal
+import subprocess
+import sys
 import time
 from pathlib import Path
 
 from host.mission.problem_file import parse_problem
-from tests.browser.conftest import settle
+from tests.browser.seen import settle
 
 
 PATIENCE_MS = 120_000
+
+
+@contextlib.contextmanager
+def serving(folder, *arguments):
+    """Serve a desk in a process of its own; yield its address and the process."""
+    command = [sys.executable, "-m", "host", "desk", "--out", folder, "--json", *arguments]
+    # NiceGUI behaves differently within pytest.
+    environment = {key: value for key, value in os.environ.items() if "PYTEST" not in key}
+    desk = subprocess.Popen(
+        [str(each) for each in command],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment,
+        cwd=Path(__file__).resolve().parents[2],
+    )
+    try:
+        lines = [desk.stdout.readline() for _ in range(4)]
+        assert lines[-1].strip() == "}", desk.communicate()[1]
+        yield json.loads("".join(lines))["url"], desk
+    finally:
+        desk.send_signal(signal.SIGINT)
+        try:
+            desk.communicate(timeout=60)
+        finally:
+            desk.kill()
 
 
 def ready(page, terrain=None):

@@ -1,16 +1,11 @@
 """The desk in Chromium: draw, plan, compare, take along, open again; with and without a mouse."""
 
-import contextlib
 import json
-import os
 import re
 import signal
-import subprocess
-import sys
 import time
 import urllib.error
 import urllib.request
-from pathlib import Path
 from urllib.parse import urlsplit
 
 import numpy as np
@@ -21,7 +16,6 @@ from host.mission.problem_file import read_problem
 from host.problem.zones import read_zones
 from host.report.read import read_run
 from host.report.run_files import SUMMARY
-from tests.browser.conftest import colours, pixels, settle
 from tests.browser.desk_page import (
     PATIENCE_MS,
     canyon,
@@ -32,61 +26,15 @@ from tests.browser.desk_page import (
     problem_of,
     ready,
     saved,
+    serving,
     spot,
     told,
 )
+from tests.browser.seen import colours, pixels, settle
 
 
 pytestmark = pytest.mark.ci
 VIEWS = ("relief", "plan", "altitude", "fitness")
-
-
-@contextlib.contextmanager
-def serving(folder, *arguments):
-    """Serve a desk in a process of its own; yield its address and the process."""
-    command = [sys.executable, "-m", "host", "desk", "--out", folder, "--json", *arguments]
-    # NiceGUI behaves differently within pytest.
-    environment = {key: value for key, value in os.environ.items() if "PYTEST" not in key}
-    desk = subprocess.Popen(
-        [str(each) for each in command],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env=environment,
-        cwd=Path(__file__).resolve().parents[2],
-    )
-    try:
-        lines = [desk.stdout.readline() for _ in range(4)]
-        assert lines[-1].strip() == "}", desk.communicate()[1]
-        yield json.loads("".join(lines))["url"], desk
-    finally:
-        desk.send_signal(signal.SIGINT)
-        try:
-            desk.communicate(timeout=60)
-        finally:
-            desk.kill()
-
-
-@pytest.fixture(scope="module")
-def desk(tmp_path_factory):
-    """Address of a desk, and the folder of its plans."""
-    folder = tmp_path_factory.mktemp("desk")
-    with serving(folder) as (url, _):
-        yield url, folder
-
-
-@pytest.fixture
-def open_desk(desk, new_page):
-    """Function that opens the desk in a new browser, at a fragment if one is given."""
-
-    def opened(fragment="", width=1280, height=720, **options):
-        page = new_page(width, height, **options)
-        page.set_default_timeout(PATIENCE_MS)
-        page.goto(desk[0] + fragment)
-        ready(page)
-        return page
-
-    return opened
 
 
 def test_draw_plan_take_along_and_open_again(open_desk, tmp_path):

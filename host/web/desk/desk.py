@@ -11,8 +11,10 @@ from pathlib import Path
 
 from host.device.boards import known_config
 from host.errors import InputError
+from host.planners.options import DEFAULT_BOARD
 from host.terrain import Terrain
-from host.web.desk.jobs import Job, Jobs
+from host.web.desk.job import FlightJob, PlanJob
+from host.web.desk.jobs import Jobs
 from host.web.desk.saving import files_of, saved_plans
 from host.web.desk.sheet import Sheet
 from host.web.desk.terrains import Terrains
@@ -77,7 +79,7 @@ class Desk:
         sheet.values = copy.deepcopy(self._first.values)
         return sheet
 
-    def plan(self, sheet: Sheet) -> Job:
+    def plan(self, sheet: Sheet) -> PlanJob:
         """Start a job for a problem.
 
         Raises
@@ -87,13 +89,31 @@ class Desk:
             this machine reach the desk.
         """
         mission = sheet.mission()
+        self._check_board(sheet)
+        name = re.sub(r"[^\w.-]+", "-", mission.problem.terrain.name)[:_LONGEST_NAME]
+        return self.jobs.submit(sheet.task(), f"{name}-{sheet.planner}")
+
+    def fly(self, folder: Path, sheet: Sheet) -> FlightJob:
+        """Start a flight of a saved plan, in which the planner of a problem plans.
+
+        Raises
+        ------
+        InputError
+            If too many flights go on, or as :meth:`plan` of a board.
+        """
+        self._check_board(sheet)
+        task = sheet.task()
+        board = str(task.get("board") or DEFAULT_BOARD)
+        job = FlightJob(folder, planner=sheet.planner, board=board, seed=task.get("seed") or 0)
+        self.jobs.fly(job)
+        return job
+
+    def _check_board(self, sheet: Sheet) -> None:
         board = sheet.values.get("board")
         if not self.local and board is not None and known_config(board) is None:
             raise InputError(
                 "Only simulated boards (model:, sim:) plan on a desk that others can reach."
             )
-        name = re.sub(r"[^\w.-]+", "-", mission.problem.terrain.name)[:_LONGEST_NAME]
-        return self.jobs.submit(sheet.task(), f"{name}-{sheet.planner}")
 
     def mesh_url(self, terrain: Terrain) -> str:
         """Return the address of the mesh of a terrain, which :meth:`mesh` answers."""

@@ -8,7 +8,8 @@ from collections.abc import Callable
 
 from nicegui import ui
 
-from host.web.desk.jobs import Job, Jobs
+from host.web.desk.job import PlanJob
+from host.web.desk.jobs import Jobs
 from host.web.desk.results import PlanView, Results
 from host.web.desk.stage import Stage
 
@@ -36,7 +37,7 @@ class Following:
         self._jobs, self._ended = jobs, ended
         self._stage: Stage | None = None
         self._results: Results | None = None
-        self._job: Job | None = None
+        self._job: PlanJob | None = None
         self._sent = self._sent_paths = 0
         self._stop = ui.button("Stop", on_click=self.stop).props("outline no-caps")
         self._status = ui.label().classes("status").props("aria-live=polite")
@@ -47,7 +48,7 @@ class Following:
         """Set where the generations and the plan are shown."""
         self._stage, self._results = stage, results
 
-    def follow(self, job: Job) -> None:
+    def follow(self, job: PlanJob) -> None:
         """Show the generations of a job, from its first, as they come."""
         assert self._stage is not None
         assert self._results is not None
@@ -83,7 +84,7 @@ class Following:
             self._ended()
         self._show_state()
 
-    def _send_rows(self, job: Job) -> None:
+    def _send_rows(self, job: PlanJob) -> None:
         assert self._stage is not None
         rows, paths = job.rows[self._sent :], job.paths[self._sent_paths :]
         if not rows:
@@ -102,7 +103,7 @@ class Following:
             ]
         )
 
-    def _show_plan(self, job: Job) -> None:
+    def _show_plan(self, job: PlanJob) -> None:
         """Show the plan once there is one, and its files once they are there."""
         assert self._stage is not None
         assert self._results is not None
@@ -124,7 +125,7 @@ class Following:
         if self._status.text != text:
             self._status.text = text
 
-    def _words(self, job: Job) -> str:
+    def _words(self, job: PlanJob) -> str:
         if job.state == "waiting":
             ahead = self._jobs.ahead_of(job)
             return f"Waiting, {ahead} others first ..." if ahead else "Waiting, next ..."

@@ -1,4 +1,4 @@
-"""The jobs of the desk: plans in processes of their own, some at a time, the others in a queue."""
+"""Runs the jobs of the desk in processes of their own: some plans at a time, others in a queue."""
 
 from __future__ import annotations
 
@@ -9,93 +9,25 @@ import threading
 import time
 from collections import deque
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
-from typing import Any, Literal
-
-from numpy.typing import NDArray
+from typing import Any
 
 from host import interrupts
 from host.errors import InputError
-from host.web.desk.worker import STOP, Ending, Failed, Found, Progressed, Saved, Task, work
+from host.web.desk.job import FlightJob, Job, PlanJob
+from host.web.desk.messages import STOP, Failed
+from host.web.desk.worker import work
 
 
-__all__ = ["Job", "Jobs", "State"]
+__all__ = ["Jobs"]
 
 # After a stop, the longest wait for the end of a generation, and at the end of the desk for the
 # choice of the path and the files.
 _PATIENCE_S, _SAVING_S = 10.0, 60.0
-
-#: See :class:`Job`.
-State = Literal["waiting", "planning", "found", "saved", "failed"]
-
-
-@dataclass(eq=False)
-class Job:
-    """A plan in the making, and what is known of it. Only the desk's threads write to it.
-
-    Parameters
-    ----------
-    values : mapping
-        Values of the problem.
-    folder : Path
-        Where it is saved; nothing is there before its state is ``saved``.
-
-    Attributes
-    ----------
-    state : str
-        ``waiting`` in the queue, ``planning``, ``found`` but not yet saved, ``saved``, ``failed``.
-    rows : list of (int, float, float)
-        Generation, best and mean fitness; only ever appended to.
-    paths : list of (int, ndarray)
-        Generation and best path, (n, 3) metres; only ever appended to.
-    summary : dict or None
-        The summary of the plan, once there is one.
-    path : dict or None
-        Its path as in a scene.
-    notes : list of str
-        What the files cannot say.
-    error : str or None
-        The sentence on why there is no plan, or no file of it.
-    stopping : bool
-        Its end has been requested.
-    ending : bool
-        Its search has ended for that.
-    """
-
-    values: Mapping[str, Any]
-    folder: Path
-    state: State = "waiting"
-    rows: list[tuple[int, float, float]] = field(default_factory=list)
-    paths: list[tuple[int, NDArray[Any]]] = field(default_factory=list)
-    summary: dict[str, Any] | None = None
-    path: dict[str, Any] | None = None
-    notes: list[str] = field(default_factory=list)
-    error: str | None = None
-    stopping: bool = False
-    ending: bool = False
-
-    @property
-    def done(self) -> bool:
-        """True once nothing more comes."""
-        return self.state in ("saved", "failed")
-
-    def take(self, message: object) -> None:
-        """Note a message of the process."""
-        if isinstance(message, Progressed):
-            # A page that sees a row sees its path, too.
-            self.paths += message.paths
-            self.rows += message.rows
-        elif isinstance(message, Ending):
-            self.ending = True
-        elif isinstance(message, Found):
-            self.summary, self.path, self.state = message.summary, message.path, "found"
-        elif isinstance(message, Saved):
-            self.notes, self.state = message.notes, "saved"
-        elif isinstance(message, Failed):
-            self.error, self.state = message.sentence, "failed"
+# Flights at a time.
+_MOST_FLIGHTS = 4
 
 
 class _Process:
@@ -138,13 +70,33 @@ class Jobs:
             raise InputError(f"The desk must do 1 job at a time or more, not {at_once} (--jobs).")
         self._directory, self._at_once, self._most_waiting = directory, at_once, waiting
         self._lock = threading.Lock()
-        self._queue: deque[Job] = deque()
+        self._queue: deque[PlanJob] = deque()
         self._running: dict[Job, _Process] = {}
         self._threads: list[threading.Thread] = []
         self._closed = False
         self._spare = _Process()
 
-    def submit(self, values: Mapping[str, Any], name: str) -> Job:
+    def fly(self, job: FlightJob) -> None:
+        """Start a flight; it waits for no other job, and no plan waits for it.
+
+        Raises
+        ------
+        InputError
+            If too many flights go on.
+        """
+        with self._lock:
+            flying = sum(isinstance(each, FlightJob) for each in self._running)
+            if self._closed or flying >= _MOST_FLIGHTS:
+                raise InputError(f"{flying} flights go on, and no more may; end one.")
+            self._begin(job)
+
+    def tell(self, job: Job, message: object) -> None:
+        """Send a message to the process of a job, if there still is one."""
+        with self._lock, contextlib.suppress(OSError):
+            if job in self._running:
+                self._running[job].connection.send(message)
+
+    def submit(self, values: Mapping[str, Any], name: str) -> PlanJob:
         """Plan a problem as soon as there is room; return its job.
 
         Parameters
@@ -160,7 +112,8 @@ class Jobs:
             If too many jobs wait.
         """
         stamp = time.strftime("%Y%m%d-%H%M%S")
-        job = Job(values, self._directory / f"{stamp}-{name}-{secrets.token_hex(2)}")
+        folder = self._directory / f"{stamp}-{name}-{secrets.token_hex(2)}"
+        job = PlanJob(folder, values=values)
         with self._lock:
             if self._closed or len(self._queue) >= self._most_waiting:
                 raise InputError(
@@ -172,17 +125,15 @@ class Jobs:
         return job
 
     def stop(self, job: Job) -> None:
-        """Let a job end with the best path so far; one in the queue ends without a plan."""
+        """Let a plan end with the best path so far; one in the queue, and a flight, end without."""
         with self._lock:
             job.stopping = True
-            running = self._running.get(job)
-            if running is None:
-                with contextlib.suppress(ValueError):
+            if job not in self._running:
+                if isinstance(job, PlanJob) and job in self._queue:
                     self._queue.remove(job)
                     job.take(Failed("It was stopped before it began."))
                 return
-        with contextlib.suppress(OSError):
-            running.connection.send(STOP)
+        self.tell(job, STOP)
         killer = threading.Timer(_PATIENCE_S, self._kill, (job,))
         killer.daemon = True
         killer.start()
@@ -193,7 +144,7 @@ class Jobs:
         with self._lock:
             return [*self._running, *self._queue]
 
-    def ahead_of(self, job: Job) -> int:
+    def ahead_of(self, job: PlanJob) -> int:
         """Return how many jobs wait before a waiting one."""
         with self._lock, contextlib.suppress(ValueError):
             return self._queue.index(job)
@@ -217,27 +168,35 @@ class Jobs:
 
     def _start(self) -> None:
         """Start what there is room for; the lock is held."""
-        while self._queue and len(self._running) < self._at_once and not self._closed:
-            job = self._queue.popleft()
-            if not self._spare.process.is_alive():
-                self._spare = _Process()  # It was killed while it waited.
-            self._running[job], self._spare = self._spare, _Process()
-            job.state = "planning"
-            thread = threading.Thread(target=self._run, args=(job, self._running[job]), daemon=True)
-            self._threads = [each for each in self._threads if each.is_alive()] + [thread]
-            thread.start()
+        while self._queue and self._plans < self._at_once and not self._closed:
+            self._begin(self._queue.popleft())
+
+    @property
+    def _plans(self) -> int:
+        return sum(isinstance(job, PlanJob) for job in self._running)
+
+    def _begin(self, job: Job) -> None:
+        """Give a job the spare process; the lock is held."""
+        if not self._spare.process.is_alive():
+            self._spare = _Process()  # It was killed while it waited.
+        self._running[job], self._spare = self._spare, _Process()
+        job.state = job.at_work
+        thread = threading.Thread(target=self._run, args=(job, self._running[job]), daemon=True)
+        self._threads = [each for each in self._threads if each.is_alive()] + [thread]
+        thread.start()
 
     def _run(self, job: Job, process: _Process) -> None:
         """Receive what a process sends until it has ended, then start the next job."""
         try:
-            process.connection.send(Task(job.values, job.folder))
+            process.connection.send(job.task)
             while not job.done:
                 job.take(process.connection.recv())
         except (EOFError, OSError):
             reason = (
                 "was stopped, and did not end" if job.stopping else "ended; memory may be short"
             )
-            job.take(Failed(f"The process of this plan {reason}."))
+            what = "flight" if isinstance(job, FlightJob) else "plan"
+            job.take(Failed(f"The process of this {what} {reason}."))
         with self._lock:
             del self._running[job]
             self._start()
@@ -249,5 +208,5 @@ class Jobs:
         """End a process that has not heeded a stop; one that has is left to save its path."""
         with self._lock:
             running = self._running.get(job)
-            if running is not None and job.state == "planning" and not job.ending:
+            if running is not None and job.state == job.at_work and not job.ending:
                 running.process.kill()

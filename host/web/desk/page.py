@@ -8,16 +8,20 @@ from typing import Any
 
 from nicegui import events, ui
 
-from host.errors import PathgeneError
+from host.errors import InputError, PathgeneError
 from host.evaluation import Evaluator
 from host.inputs import read_text
+from host.mission.build import zones_of
 from host.planners import PLANNERS
 from host.report.read import read_run
 from host.report.run_files import SUMMARY
+from host.web.desk.cockpit import Cockpit
 from host.web.desk.desk import Desk
 from host.web.desk.drawn import drawn_problem
 from host.web.desk.files import open_upload
+from host.web.desk.flight import Goal
 from host.web.desk.following import Following
+from host.web.desk.job import FlightJob, Job, PlanJob
 from host.web.desk.panels import Panels, panel
 from host.web.desk.results import PlanView, Results, SavedPlans
 from host.web.desk.saving import PROBLEM
@@ -81,17 +85,17 @@ class Page:
             with ui.element("aside").props('aria-label="Problem"'):
                 self._panels = Panels(self._sheet, self._changed, lambda n: self._stage.pick(n))
                 with panel("Saved plans"):
-                    self._saved = SavedPlans(
-                        self._following.follow, self._desk.jobs.stop, self._load
-                    )
+                    self._saved = SavedPlans(self._show, self._desk.jobs.stop, self._load)
             self._stage = Stage().classes("stage-host")
             with ui.element("section").classes("results").props('data-part="results"'):
-                self._results = Results(self._keep, self._drop)
+                self._cockpit = Cockpit(self._desk.jobs, self._landed)
+                self._results = Results(self._keep, self._drop, self.fly)
         self._stage.on("ready", self._ready)
         self._stage.on("drawn", self._drawn)
         self._settling = ui.timer(_SETTLE_S, self._settle, active=False)
         ui.timer(_LIST_S, self._list)
         self._following.show_in(self._stage, self._results)
+        self._cockpit.show_in(self._stage)
 
     async def _ready(self, event: events.GenericEventArguments) -> None:
         """Take the problem of the address, and draw it."""
@@ -115,6 +119,7 @@ class Page:
             if terrain is not self._drawn_terrain:
                 url = await asyncio.to_thread(self._desk.mesh_url, terrain)
                 self._drawn_terrain = terrain
+                self._cockpit.leave()
                 self._following.leave()
                 self._results.show(None, None)
                 self._stage.set_terrain(url, drawn)
@@ -169,6 +174,9 @@ class Page:
     def _drawn(self, event: events.GenericEventArguments) -> None:
         """Take what a user has drawn on the map."""
         values = event.args
+        if self._cockpit.is_open:
+            self._happened(values)
+            return
         try:
             self._take_drawn(str(values["what"]), values)
         except (KeyError, IndexError, TypeError, ValueError):
@@ -197,6 +205,50 @@ class Page:
         elif what == "reshape":
             sheet.zones[int(values["number"])].update(_shape(values))
 
+    def _happened(self, values: Any) -> None:
+        """Let what a user has drawn happen in the flight."""
+        if not self._cockpit.is_flying:
+            ui.notify("Close the flight to change the problem.")
+            return
+        try:
+            if values["what"] == "zone":
+                table = {"zones": [_shape(values)]}
+                (zone,) = zones_of(table, self._drawn_terrain)
+                self._cockpit.order(zone)
+            elif values["what"] == "place":
+                self._cockpit.order(Goal(*_numbers([values["x"], values["y"]])))
+        except InputError as error:
+            ui.notify(str(error), type="negative", multi_line=True)
+        except (KeyError, TypeError, ValueError):
+            return  # Nothing that the page draws.
+
+    async def fly(self) -> None:
+        """Fly the plan that is shown; the planner of the form plans in flight."""
+        plan = self._results.plan
+        if plan is None:
+            return
+        try:
+            job = await asyncio.to_thread(self._desk.fly, plan.folder, self._sheet)
+        except PathgeneError as error:
+            ui.notify(str(error), type="negative", multi_line=True)
+            return
+        self._cockpit.follow(job)
+        self._list()
+
+    def _landed(self) -> None:
+        # With the files of the flight.
+        self._results.card.refresh()
+        self._list()
+
+    async def _show(self, job: Job) -> None:
+        """Show a job that goes on."""
+        if isinstance(job, FlightJob):
+            await self._load(job.folder.name)
+            self._cockpit.follow(job)
+        elif isinstance(job, PlanJob):
+            self._cockpit.leave()
+            self._following.follow(job)
+
     async def plan(self) -> None:
         """Plan the problem."""
         try:
@@ -204,6 +256,7 @@ class Page:
         except PathgeneError as error:
             self._say(str(error))
             return
+        self._cockpit.leave()
         self._following.follow(job)
         self._list()
 
@@ -237,6 +290,7 @@ class Page:
         except (PathgeneError, OSError, ValueError) as error:
             ui.notify(str(error), type="negative", multi_line=True)
             return
+        self._cockpit.leave()
         self._following.leave()
         self._show_values()
         await self._settle()

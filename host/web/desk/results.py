@@ -11,7 +11,7 @@ from urllib.parse import quote
 from nicegui import ui
 
 from host.mission.legs import shortcoming
-from host.web.desk.jobs import Job, State
+from host.web.desk.job import FlightJob, Job, State
 from host.web.figures import figures
 
 
@@ -25,6 +25,8 @@ _FILES = {
     "path.kml": "KML",
     "path.html": "Web page",
     "problem.toml": "Problem",
+    "flight.png": "Flight",
+    "flight.gif": "Flight, moving",
 }
 
 
@@ -80,14 +82,19 @@ class Results:
 
     Parameters
     ----------
-    keep, drop : callable
-        Called when a user keeps the plan, and lets go of the kept one.
+    keep, drop, fly : callable
+        Called when a user keeps the plan, lets go of the kept one, and flies the plan.
     """
 
-    def __init__(self, keep: Callable[[], object], drop: Callable[[], object]) -> None:
+    def __init__(
+        self,
+        keep: Callable[[], object],
+        drop: Callable[[], object],
+        fly: Callable[[], object],
+    ) -> None:
         self.plan: PlanView | None = None
         self.kept: PlanView | None = None
-        self._keep, self._drop = keep, drop
+        self._keep, self._drop, self._fly = keep, drop, fly
         self.card()
 
     def show(self, plan: PlanView | None, kept: PlanView | None) -> None:
@@ -101,6 +108,8 @@ class Results:
         with ui.element("header"):
             ui.html("<h2>Plan</h2>", sanitize=False)
             with ui.row().classes("actions"):
+                if self.plan is not None and self.plan.state == "saved":
+                    ui.button("Fly", on_click=self._fly).props("unelevated dense no-caps")
                 if self.plan is not None:
                     ui.button("Keep to compare", on_click=self._keep).props("flat dense no-caps")
                 if self.kept is not None:
@@ -186,8 +195,9 @@ class SavedPlans:
         """Add the entries."""
         for job in self._jobs:
             with ui.row().classes("zone-head"):
+                does = "flies" if isinstance(job, FlightJob) else "runs"
                 ui.button(
-                    f"{job.folder.name} (runs)", on_click=lambda job=job: self._follow(job)
+                    f"{job.folder.name} ({does})", on_click=lambda job=job: self._follow(job)
                 ).props("flat dense no-caps align=left").classes("grow")
                 ui.button("Stop", on_click=lambda job=job: self._stop(job)).props(
                     "flat dense no-caps"

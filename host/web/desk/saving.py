@@ -13,7 +13,7 @@ from host.inputs import parse_json, read_text
 from host.mission.files.export import FORMATS, check_formats, exported
 from host.mission.problem_file import problem_text
 from host.planning import Plan
-from host.report.run_files import PICTURE, SUMMARY
+from host.report.run_files import FLIGHT, PICTURE, SUMMARY
 from host.report.write import scene, write_picture, write_report
 from host.web.page import page_of
 
@@ -109,5 +109,5 @@ def read_summary(folder: Path) -> dict[str, Any]:
 
 def files_of(folder: Path) -> list[str]:
     """Return the names of the files of a saved plan that a browser may fetch."""
-    names = (*FORMATS.values(), PROBLEM, SUMMARY, PICTURE)
+    names = (*FORMATS.values(), PROBLEM, SUMMARY, PICTURE, *FLIGHT)
     return [name for name in names if (folder / name).is_file()]

@@ -4,7 +4,8 @@ import { TerrainMap } from "pathgene-views/map.js";
 import { Profile } from "pathgene-views/profile.js";
 import { at, drawnPaths, metres, nearest, readPath, readScene } from "pathgene-views/scene.js";
 import { Curve, KEPT } from "pathgene-views/desk/curve.js";
-import { HINTS, Tools } from "pathgene-views/desk/tools.js";
+import { Flight } from "pathgene-views/desk/flight.js";
+import { FLYING, HINTS, Tools } from "pathgene-views/desk/tools.js";
 
 // The pointer on the map marks the track from so many pixels away.
 const NEAR_PIXELS = 30;
@@ -37,7 +38,7 @@ export default {
         <header>
           <h2>Map</h2>
           <div role="toolbar" aria-label="Tools of the map" class="tools">
-            <button v-for="[name, label] in tools" type="button" :key="name" :data-tool="name"
+            <button v-for="[name, label] in shown" type="button" :key="name" :data-tool="name"
               :aria-pressed="tool === name" @click="take(name)">{{ label }}</button>
           </div>
           <button type="button" class="plain" @click="enlarge('plan')" :aria-pressed="big === 'plan'"
@@ -59,6 +60,7 @@ export default {
   data: () => ({
     tools: TOOLS,
     tool: "pan",
+    flying: false,
     big: null,
     failure: "",
     readout: "",
@@ -67,13 +69,17 @@ export default {
 
   computed: {
     hint() {
-      return HINTS[this.tool];
+      return (this.flying && FLYING[this.tool]) || HINTS[this.tool];
+    },
+    shown() {
+      return this.flying ? this.tools.filter(([name]) => name in FLYING) : this.tools;
     },
   },
 
   created() {
     // Not reactive: the views are large and change themselves.
     Object.assign(this, { map: null, view: null, profile: null, scene: null });
+    Object.assign(this, { flight: null, problem: null });
     Object.assign(this, { rows: [], queue: [], trail: [], plan: null, kept: null, coming: null });
     this.frame = 0;
     [this.stepped_ms, this.waited_ms, this.shown_ms] = [0, 0, 0];
@@ -99,6 +105,7 @@ export default {
       delete this.$el.dataset.ready;
       [this.view, this.plan, this.kept, this.coming] = [null, null, null, null];
       [this.rows, this.queue, this.trail] = [[], [], []];
+      this.problem = problem;
       this.map = new TerrainMap(this.$refs.plan, this.scene);
       this.tool_ = new Tools(this.map, (name, value) => this.drawn(name, value));
       this.profile = new Profile(this.$refs.altitude, this.scene);
@@ -126,8 +133,11 @@ export default {
     },
 
     /** Show the points and zones of a changed problem. */
-    setProblem({ points, zones, ceilings }) {
-      if (!this.map) return;
+    setProblem(problem) {
+      this.problem = problem;
+      // A flight has its own.
+      if (!this.map || this.flight) return;
+      const { points, zones, ceilings } = problem;
       Object.assign(this.scene, { points, zones, ceilings });
       for (const part of [this.map, this.view]) {
         part?.setPoints(points);
@@ -158,6 +168,36 @@ export default {
     setKept(plan) {
       this.kept = plan && { ...plan, path: readPath(plan.path) };
       this.showPlan();
+    },
+
+    /** Begin to show a flight of the plan. */
+    fly() {
+      if (!this.map) return;
+      this.flight = new Flight(this);
+      this.setFlying(true);
+      this.mark(null);
+    },
+
+    /** Show what is new of the flight; see Flight.take. */
+    flown(news) {
+      this.flight?.take(news);
+      this.request();
+    },
+
+    /** Show the plan and its problem again. */
+    land() {
+      if (!this.flight) return;
+      this.flight.end();
+      this.flight = null;
+      this.setFlying(false);
+      this.setProblem(this.problem);
+      this.showPlan();
+    },
+
+    setFlying(flying) {
+      this.flying = flying;
+      this.tool_.flying = flying;
+      this.take("pan");
     },
 
     /** Show the handles of a zone on the map, or none for null. */
@@ -193,6 +233,7 @@ export default {
         this.counted = `generation ${generation.toLocaleString("en")} · ${best.toFixed(3)}`;
         if (shown.some(([, , , path]) => path)) this.drawPaths(this.isSmooth());
       }
+      this.flight?.draw(this.isSmooth());
       if (this.queue.length) this.request();
       else if (this.coming) {
         this.plan = this.coming.plan;
@@ -222,6 +263,7 @@ export default {
     },
 
     drawPaths(in3d = true) {
+      if (this.flight) return;
       const paths = [];
       if (this.kept) paths.push(...drawnPaths({ paths: [this.kept.path] }).map(asKept));
       if (this.plan) paths.push(...drawnPaths({ paths: [this.plan.path] }));
@@ -245,7 +287,7 @@ export default {
 
     pointed(place) {
       const track = (this.plan ?? this.kept)?.path.track;
-      if (!place || !track || this.tool !== "pan") return;
+      if (!place || !track || this.tool !== "pan" || this.flight) return;
       const { s, distance_m } = nearest(track, place.x, place.y);
       if (distance_m * this.map.scale() < NEAR_PIXELS) this.mark(at(track, s));
     },

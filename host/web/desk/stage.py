@@ -51,6 +51,18 @@ class Stage(
         """Show a second plan beside it."""
         self.run_method("setKept", plan)
 
+    def fly(self) -> None:
+        """Begin to show a flight; the tools draw what happens in it."""
+        self.run_method("fly")
+
+    def flown(self, news: Mapping[str, Any]) -> None:
+        """Show what is new of the flight: see ``flight.js``."""
+        self.run_method("flown", news)
+
+    def land(self) -> None:
+        """Show no flight any more."""
+        self.run_method("land")
+
     def pick(self, number: int | None) -> None:
         """Show the handles of a zone."""
         self.run_method("pick", number)

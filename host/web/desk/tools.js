@@ -15,6 +15,14 @@ export const HINTS = {
   polygon: "Click the corners; Enter or a double click closes the zone.",
 };
 
+/** The tools in a flight, which draw what happens now. */
+export const FLYING = {
+  pan: "Draw a zone in the way: it appears now, and the flight gets a new path.",
+  goal: "Click where the flight ends instead.",
+  circle: "Press at the centre of the zone, drag to its edge: it appears as you let go.",
+  polygon: "Click the corners; Enter or a double click closes the zone, and it appears.",
+};
+
 /** Tools on a map. */
 export class Tools {
   /**
@@ -27,6 +35,8 @@ export class Tools {
     this.map = map;
     this.emit = emit;
     this.tool = "pan";
+    // In a flight, points and zones that are there stay as they are.
+    this.flying = false;
     this.corners = [];
     this.pointer = null;
     this.drag = null;
@@ -72,7 +82,7 @@ export class Tools {
       if (this.drag) {
         this.map.panning = false;
         this.map.canvas.node.setPointerCapture(event.pointerId);
-      } else {
+      } else if (!this.flying) {
         this.clicked = { spot, number: this.zoneAt(place) };
       }
       return;
@@ -169,6 +179,7 @@ export class Tools {
 
   /** Return what a press takes hold of: a point, a handle of the picked zone, or its inside. */
   gripAt(spot, place) {
+    if (this.flying) return null;
     const near = (x, y) => {
       const [left, top] = this.map.pixelsAt(x, y);
       return Math.hypot(left - spot[0], top - spot[1]) < GRIP_PIXELS;
@@ -222,7 +233,7 @@ export class Tools {
 
   hover(event, place) {
     const grip = this.gripAt(this.map.canvas.place(event), place);
-    const over = grip ? "move" : this.zoneAt(place) === null ? "grab" : "pointer";
+    const over = grip ? "move" : this.flying || this.zoneAt(place) === null ? "grab" : "pointer";
     this.map.canvas.node.style.cursor = over;
   }
 
@@ -256,7 +267,7 @@ export class Tools {
 
   drawHandles(context, colours) {
     const zone = this.map.zones[this.picked];
-    if (!zone || this.tool !== "pan") return;
+    if (!zone || this.tool !== "pan" || this.flying) return;
     if (zone.circle) {
       const { x, y, radius_m } = zone.circle;
       this.handle(context, x + radius_m, y, colours);

@@ -1,4 +1,4 @@
-"""The process of a job: plans a problem, tells its progress, saves the plan, and ends."""
+"""The process of a job: plans a problem, tells its progress, saves the plan, and ends; or flies."""
 
 from __future__ import annotations
 
@@ -17,12 +17,11 @@ from numpy.typing import NDArray
 
 from host.errors import PathgeneError
 from host.planners.base import Stop
+from host.web.desk.flight import FlyTask, fly
+from host.web.desk.messages import STOP, Ending, Failed, Saved, Sender
 
 
-__all__ = ["STOP", "Ending", "Failed", "Found", "Progressed", "Saved", "Task", "work"]
-
-#: What the desk sends to a process that is to end its search.
-STOP = "stop"
+__all__ = ["Found", "PlanTask", "Progressed", "work"]
 
 # The page of the desk comes first where cores are few.
 _NICENESS = 10
@@ -32,7 +31,7 @@ _PERIOD_S = 1 / 30
 
 
 @dataclass(frozen=True)
-class Task:
+class PlanTask:
     """A problem to plan.
 
     Parameters
@@ -64,11 +63,6 @@ class Progressed:
 
 
 @dataclass(frozen=True)
-class Ending:
-    """The search has ended early, and chooses its path."""
-
-
-@dataclass(frozen=True)
 class Found:
     """The end of a search; its plan is not saved yet.
 
@@ -84,24 +78,11 @@ class Found:
     path: dict[str, Any]
 
 
-@dataclass(frozen=True)
-class Saved:
-    """All files are written but the picture; ``notes`` are sentences on what they cannot say."""
-
-    notes: list[str]
-
-
-@dataclass(frozen=True)
-class Failed:
-    """The sentence on why there is no plan, or no file of it."""
-
-    sentence: str
-
-
 def work(connection: Connection) -> None:
-    """Wait for a :class:`Task` on ``connection``, do it, and send what comes of it.
+    """Wait for a task on ``connection``, do it, and send what comes of it.
 
-    When the other end is closed, the search ends as after :data:`STOP`, and its plan is saved.
+    When the other end is closed, a search ends as after :data:`host.web.desk.messages.STOP`, and
+    its plan is saved.
     """
     os.nice(_NICENESS)
     # Loaded while the task is still to come.
@@ -112,11 +93,12 @@ def work(connection: Connection) -> None:
         task = connection.recv()
     except EOFError:
         return
-    stop = Stop()
-    sender = _Sender(connection)
-    threading.Thread(target=_listen, args=(connection, stop, sender), daemon=True).start()
+    sender = Sender(connection)
     try:
-        _plan(task, stop, sender)
+        if isinstance(task, FlyTask):
+            fly(task, connection, sender)
+        else:
+            _plan(task, connection, sender)
     except PathgeneError as error:
         sender.send(Failed(str(error)))
     except Exception as error:
@@ -124,15 +106,17 @@ def work(connection: Connection) -> None:
     connection.close()
 
 
-def _plan(task: Task, stop: Stop, sender: _Sender) -> None:
+def _plan(task: PlanTask, connection: Connection, sender: Sender) -> None:
     from host.mission.build import mission_of, search_of
     from host.mission.planning import plan_mission
     from host.web.desk.saving import draw_picture, save
     from host.web.scene import path_scene
 
+    stop, observer = Stop(), _Observer(sender)
+    threading.Thread(target=_listen, args=(connection, stop, sender), daemon=True).start()
     search = search_of(task.values)
-    plan = plan_mission(mission_of(task.values), search, progress=sender, stop=stop)
-    sender.flush()
+    plan = plan_mission(mission_of(task.values), search, progress=observer, stop=stop)
+    observer.flush()
     least_m = plan.summary["minimum_clearance_m"]
     path = path_scene(plan.evaluator, plan.path, plan.planner, least_m=least_m)
     sender.send(Found(plan.summary, path))
@@ -141,18 +125,11 @@ def _plan(task: Task, stop: Stop, sender: _Sender) -> None:
     draw_picture(plan, task.folder)
 
 
-class _Sender:
-    """The observer of a search that sends what it sees, at most 30 times a second.
+class _Observer:
+    """The observer of a search that sends what it sees, at most 30 times a second."""
 
-    Parameters
-    ----------
-    connection : Connection
-        Where to.
-    """
-
-    def __init__(self, connection: Connection) -> None:
-        self._connection = connection
-        self._lock = threading.Lock()
+    def __init__(self, sender: Sender) -> None:
+        self._sender = sender
         self._sent_s = 0.0
         self._seen = Progressed([], [])
         self._better: NDArray[Any] | None = None
@@ -171,17 +148,12 @@ class _Sender:
     def flush(self) -> None:
         """Send what is not sent yet."""
         if self._seen.rows:
-            self.send(self._seen)
+            self._sender.send(self._seen)
         self._seen = Progressed([], [])
         self._sent_s = time.monotonic()
 
-    def send(self, message: object) -> None:
-        """Send a message; if nobody is there any more, the plan is saved all the same."""
-        with self._lock, contextlib.suppress(OSError):
-            self._connection.send(message)
 
-
-def _listen(connection: Connection, stop: Stop, sender: _Sender) -> None:
+def _listen(connection: Connection, stop: Stop, sender: Sender) -> None:
     """Request the end of the search when the desk asks for it, or has ended itself."""
     with contextlib.suppress(EOFError, OSError):
         while connection.recv() != STOP:

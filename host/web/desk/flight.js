@@ -1,0 +1,74 @@
+// A flight in the views: the aircraft, what it has flown, and every version of its path.
+
+import { nearest, readPath } from "pathgene-views/scene.js";
+
+// As the aircraft.
+const FLOWN = "#d55e00";
+// Earlier versions, and those of circles and ways out.
+const [EARLIER, ASIDE] = [0.35, 0.8];
+// The profile marks the aircraft while it is so near to the shown path, metres.
+const NEAR_M = 150;
+// What is flown is drawn anew in 3-D so often.
+const TRAIL_MS = 1000;
+
+/** A flight in the views of the desk; `views` has `map`, `view` and `profile`. */
+export class Flight {
+  constructor(views) {
+    this.views = views;
+    this.trail = [];
+    this.versions = [];
+    this.aircraft = null;
+    // The paths of 3-D are costly to build: they are old after a while, or at once.
+    this.built_ms = -Infinity;
+  }
+
+  /**
+   * Take what is new.
+   *
+   * @param {object} news `aircraft` {x, y, z, heading_deg}; `trail` [[x, y, z], ...] flown since;
+   *     `versions` [[kind, points], ...]; `zones`, `points` and `path` as in a scene, or null.
+   */
+  take({ aircraft, trail, versions, zones, points, path }) {
+    const { map, view, profile } = this.views;
+    this.aircraft = aircraft;
+    this.trail.push(...trail);
+    if (versions.length) this.built_ms = -Infinity;
+    this.versions.push(...versions);
+    if (zones) for (const part of [map, view, profile]) part?.setZones(zones);
+    if (points) for (const part of [map, view]) part?.setPoints(points);
+    if (path) profile.setTrack(readPath(path).track);
+  }
+
+  draw(in3d) {
+    const { map, view, profile } = this.views;
+    if (!this.aircraft) return;
+    map.setAircraft(this.aircraft);
+    map.setPaths(this.paths());
+    if (in3d && view) {
+      const now_ms = performance.now();
+      if (now_ms - this.built_ms > TRAIL_MS) {
+        this.built_ms = now_ms;
+        view.setPaths(this.paths());
+      }
+      view.setAircraft(this.aircraft);
+    }
+    if (!profile.track) return;
+    const { s, distance_m } = nearest(profile.track, this.aircraft.x, this.aircraft.y);
+    profile.mark(distance_m < NEAR_M ? s : null);
+  }
+
+  paths() {
+    const last = this.versions.length - 1;
+    const tracks = this.versions.map(([kind, points], i) => ({
+      points,
+      colour: kind === "path" ? "path" : "start",
+      opacity: i < last ? EARLIER : kind === "path" ? 1 : ASIDE,
+    }));
+    return [...tracks, { points: this.trail, colour: FLOWN, opacity: 1 }];
+  }
+
+  /** Show the views without a flight. */
+  end() {
+    for (const part of [this.views.map, this.views.view]) part?.setAircraft(null);
+  }
+}

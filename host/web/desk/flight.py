@@ -1,0 +1,319 @@
+"""A flight of a saved plan, as a process of the desk flies it: at a speed to look at, or faster.
+
+What a page sends: a zone of :mod:`host.problem.zones` that appears, a :class:`Goal`, :data:`AHEAD`,
+:data:`CLEAR`, a :class:`Speed`, or :data:`host.web.desk.messages.STOP`, which leaves no files.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import queue
+import threading
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from host.errors import InputError
+from host.web.desk.messages import STOP, Failed, Saved, Sender
+
+
+if TYPE_CHECKING:
+    from host.problem.ends import Point
+    from host.replanning.records import Leg
+    from host.replanning.scenario import Event
+    from host.replanning.session import Session
+
+__all__ = ["AHEAD", "CLEAR", "FASTEST", "Flown", "FlyTask", "Goal", "Landed", "Speed", "fly"]
+
+#: A circle appears on the path ahead; all zones that have appeared are gone.
+AHEAD, CLEAR = "ahead", "clear"
+#: Speed of a flight that nobody looks at, in times that of the aircraft.
+FASTEST = 64.0
+# Speed in the beginning.
+_USUAL = 4.0
+
+# The circle ahead: its radius in turning radii and as a share of the map, the greater of which
+# holds, and how far from the aircraft its edge is, in turning radii.
+_RADIUS, _SHARE, _AWAY = 2.0, 0.012, 6.0
+# Time between two messages, and the longest that one stands for.
+_PERIOD_S, _LONGEST_S = 1 / 30, 0.2
+# Of the samples of a flight, every so many are drawn; step along a drawn track, metres.
+_EVERY, _STEP_M = 10, 10.0
+# Of a circle or a way out, so many metres are drawn.
+_SHOWN_M = 1500.0
+
+
+@dataclass(frozen=True)
+class FlyTask:
+    """A saved plan to fly.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder of the plan.
+    planner, board : str
+        Who plans in flight.
+    seed : int
+        Its seed.
+    """
+
+    folder: Path
+    planner: str
+    board: str
+    seed: int
+
+
+@dataclass(frozen=True)
+class Speed:
+    """Fly so many times as fast as the aircraft does; 0 lets the time stand still."""
+
+    factor: float
+
+
+@dataclass(frozen=True)
+class Goal:
+    """Another goal, as high above the ground as the first one."""
+
+    x_m: float
+    y_m: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Flown:
+    """What is new of a flight since the message before.
+
+    Parameters
+    ----------
+    time_s : float
+        Seconds since the start of the path was passed.
+    aircraft : dict
+        ``x``, ``y``, ``z`` in metres and ``heading_deg``.
+    speed_m_s, clearance_m : float
+        Speed over ground; height over the surface, NaN over a void.
+    kind : str
+        What it follows: ``path``, ``holding`` or ``way-out``.
+    trail : list
+        Points that it has flown through, [x, y, z].
+    versions : list
+        Tracks that it has begun to follow: a kind, and points [x, y, z].
+    said : list of str
+        Sentences on what was decided.
+    zones, points : list or None
+        As in a scene, where they have changed.
+    path : dict or None
+        A new path as in a scene.
+    changes : list of dict or None
+        All changes so far as in ``flight.json``, where one is new or has got its path.
+    """
+
+    time_s: float
+    aircraft: dict[str, float]
+    speed_m_s: float
+    clearance_m: float
+    kind: str
+    trail: list[list[float]]
+    versions: list[tuple[str, list[list[float]]]]
+    said: list[str]
+    zones: list[dict[str, Any]] | None
+    points: list[dict[str, Any]] | None
+    path: dict[str, Any] | None
+    changes: list[dict[str, Any]] | None
+
+
+@dataclass(frozen=True)
+class Landed:
+    """The end of a flight, not saved yet; ``outcome`` as in ``flight.json``."""
+
+    outcome: dict[str, Any]
+
+
+def fly(task: FlyTask, connection: Connection, sender: Sender) -> None:
+    """Fly a plan, send what is seen of it, and save ``flight.json`` with its pictures beside it."""
+    from host.replanning.fly import save, underway
+    from host.replanning.scenario import Scenario
+    from host.report.read import read_run
+    from host.report.run_files import SUMMARY
+
+    orders: queue.SimpleQueue[Any] = queue.SimpleQueue()
+    threading.Thread(target=_listen, args=(connection, orders), daemon=True).start()
+    planned = read_run(task.folder / SUMMARY)
+    said: list[str] = []
+    with underway(
+        planned.problem,
+        planned.path,
+        Scenario(),
+        planner=task.planner,
+        board=task.board,
+        seed=task.seed,
+        say=said.append,
+    ) as (session, report):
+        watch = _Watch(session, said)
+        speed, seen_s = _USUAL, time.monotonic()
+        while not session.ended:
+            with contextlib.suppress(queue.Empty):
+                while True:
+                    order = orders.get_nowait()
+                    if order == STOP:
+                        sender.send(Failed("The flight was ended, and is not saved."))
+                        return
+                    if isinstance(order, Speed):
+                        speed = order.factor
+                    else:
+                        said += _heeded(session, order)
+            now_s = time.monotonic()
+            target_s = session.pilot.time_s + speed * min(now_s - seen_s, _LONGEST_S)
+            seen_s = now_s
+            while session.pilot.time_s < target_s and not session.ended:
+                session.step()
+                # A plan on the simulated gates takes longer here than in the air.
+                if time.monotonic() - now_s > _LONGEST_S:
+                    break
+            sender.send(watch.look())
+            time.sleep(max(0.0, _PERIOD_S - (time.monotonic() - now_s)))
+        landed = report()
+    sender.send(Landed(landed.outcome.to_dict()))
+    save(landed, task.folder)
+    sender.send(Saved([]))
+
+
+def _listen(connection: Connection, orders: queue.SimpleQueue[Any]) -> None:
+    """Pass on the orders of the desk; its end is an order to end."""
+    with contextlib.suppress(EOFError, OSError):
+        while True:
+            orders.put(connection.recv())
+    orders.put(STOP)
+
+
+def _heeded(session: Session, order: Any) -> list[str]:
+    """Let something happen; return why it cannot."""
+    from host.replanning.scenario import Scenario, check_mission
+
+    event = _event(session, order)
+    if event is None:
+        return ["No zone has appeared."]
+    try:
+        check_mission(session.mission, Scenario((event,)))
+    except InputError as error:
+        return [str(error)]
+    session.happen(event)
+    return []
+
+
+def _event(session: Session, order: Any) -> Event | None:
+    """Return what an order lets happen; None for nothing."""
+    from host.replanning.scenario import Event, NewZone, Placed
+
+    if order == AHEAD:
+        turn_m, terrain = session.mission.limits.turn_radius_m, session.mission.terrain
+        size_m = max(terrain.width_m, terrain.height_m)
+        radius_m = round(max(_RADIUS * turn_m, _SHARE * size_m), -1)
+        return Event(0.0, (NewZone(Placed("path", radius_m, radius_m + _AWAY * turn_m)),))
+    if order == CLEAR:
+        known = {zone.name for zone in session.mission.zones}
+        names = dict.fromkeys(zone.name for zone in session.airspace.past[-1][1])
+        gone = tuple(name for name in names if name not in known)
+        return Event(0.0, gone=gone) if gone else None
+    if isinstance(order, Goal):
+        ground, first = session.mission.terrain.ground, session.mission.goal
+        height_m = first[2] - float(ground(*first[:2]))
+        z = float(ground(order.x_m, order.y_m)) + height_m
+        return Event(0.0, goal=(order.x_m, order.y_m, z))
+    return Event(0.0, (NewZone(order),))
+
+
+class _Watch:
+    """Tells what is new of a flight."""
+
+    def __init__(self, session: Session, said: list[str]) -> None:
+        self._session, self._said = session, said
+        self._samples = self._legs = self._active = self._changes = 0
+        self._past = 0
+        self._goal: Point | None = None
+
+    def look(self) -> Flown:
+        """Return what is new since the last look."""
+        from host.flight.judge import surface_below
+        from host.web.scene import zones_scene
+
+        session = self._session
+        pilot, air = session.pilot, session.airspace
+        state, now = pilot.flight.state, pilot.time_s
+        samples = pilot.samples[self._samples :: _EVERY]
+        self._samples += _EVERY * len(samples)
+        legs = pilot.legs[self._legs :]
+        self._legs += len(legs)
+        zones = None
+        if len(air.past) > self._past:
+            self._past = len(air.past)
+            zones = zones_scene(air.past[-1][1])
+        said = self._said[:]
+        self._said.clear()
+        here = np.array([state.x]), np.array([state.y])
+        ground = float(surface_below(session.mission.terrain, *here)[0])
+        path, changes = self._new()
+        return Flown(
+            time_s=now,
+            aircraft={
+                "x": state.x,
+                "y": state.y,
+                "z": state.z,
+                "heading_deg": pilot.pose().heading_deg,
+            },
+            speed_m_s=pilot.ground_speed_m_s,
+            clearance_m=state.z - ground,
+            kind=pilot.kind,
+            trail=[_rounded(sample[1:4]) for sample in samples],
+            versions=[(leg.kind, self._points(leg)) for leg in legs],
+            said=said,
+            zones=zones,
+            points=self._ends(),
+            path=path,
+            changes=changes,
+        )
+
+    def _new(self) -> tuple[dict[str, Any] | None, list[dict[str, Any]] | None]:
+        """Return the path that has become active since the last look, and the changes."""
+        from host.web.scene import path_scene
+
+        changes = self._session.changes
+        done = [change for change in changes if change.active_s is not None]
+        if (len(changes), len(done)) == (self._changes, self._active):
+            return None, None
+        path = None
+        if len(done) > self._active:
+            _, attempt = done[-1].attempts[-1]
+            plan = attempt.plan
+            assert plan is not None
+            path = path_scene(plan.evaluator, plan.path, attempt.planner)
+        self._changes, self._active = len(changes), len(done)
+        return path, [change.to_dict() for change in changes]
+
+    def _ends(self) -> list[dict[str, Any]] | None:
+        """Return the ends where the goal is another; so it is in the beginning."""
+        from host.web.scene import points_scene
+
+        goal = self._session.airspace.goal
+        if goal == self._goal:
+            return None
+        self._goal = goal
+        mission = self._session.mission
+        return points_scene(dataclasses.replace(mission, goal=goal, zones=()))
+
+    def _points(self, leg: Leg) -> list[list[float]]:
+        from host.evaluation.track import SmoothedTrack
+        from host.replanning.tracks import part
+
+        # A circle has many rounds.
+        track = leg.track if leg.kind == "path" else part(leg.track, 0.0, _SHOWN_M)
+        samples = SmoothedTrack(track, self._session.mission.terrain).sample(_STEP_M)
+        return [_rounded(each) for each in zip(samples.x, samples.y, samples.z, strict=True)]
+
+
+def _rounded(point: Sequence[float]) -> list[float]:
+    return [round(float(each), 1) for each in point]

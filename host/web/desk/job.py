@@ -1,0 +1,160 @@
+"""The jobs of the desk as its pages see them: a plan in the making, and a flight."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, ClassVar, Literal
+
+from numpy.typing import NDArray
+
+from host.web.desk.flight import Flown, FlyTask, Landed
+from host.web.desk.messages import Ending, Failed, Saved
+from host.web.desk.worker import Found, PlanTask, Progressed
+
+
+__all__ = ["FlightJob", "Job", "PlanJob", "State"]
+
+#: See :class:`Job`.
+State = Literal["waiting", "planning", "flying", "found", "saved", "failed"]
+
+
+@dataclass(eq=False)
+class Job:
+    """What a process of the desk does. Only the desk's threads write to it.
+
+    Parameters
+    ----------
+    folder : Path
+        Where it is saved.
+
+    Attributes
+    ----------
+    state : str
+        ``waiting`` in the queue, ``planning`` or ``flying``, ``found`` but not yet saved,
+        ``saved``, ``failed``.
+    notes : list of str
+        What the files cannot say.
+    error : str or None
+        The sentence on why there is no result, or no file of it.
+    stopping : bool
+        Its end has been requested.
+    ending : bool
+        Its search has ended for that.
+    """
+
+    #: The state while it is done.
+    at_work: ClassVar[State]
+
+    folder: Path
+    state: State = "waiting"
+    notes: list[str] = field(default_factory=list)
+    error: str | None = None
+    stopping: bool = False
+    ending: bool = False
+
+    @property
+    def task(self) -> object:
+        """What the process is sent."""
+        raise NotImplementedError
+
+    @property
+    def done(self) -> bool:
+        """True once nothing more comes."""
+        return self.state in ("saved", "failed")
+
+    def take(self, message: object) -> None:
+        """Note a message of the process."""
+        if isinstance(message, Ending):
+            self.ending = True
+        elif isinstance(message, Saved):
+            self.notes, self.state = message.notes, "saved"
+        elif isinstance(message, Failed):
+            self.error, self.state = message.sentence, "failed"
+
+
+@dataclass(eq=False, kw_only=True)
+class PlanJob(Job):
+    """A plan in the making; nothing is in its folder before its state is ``saved``.
+
+    Parameters
+    ----------
+    values : mapping
+        Values of the problem.
+
+    Attributes
+    ----------
+    rows : list of (int, float, float)
+        Generation, best and mean fitness; only ever appended to.
+    paths : list of (int, ndarray)
+        Generation and best path, (n, 3) metres; only ever appended to.
+    summary : dict or None
+        The summary of the plan, once there is one.
+    path : dict or None
+        Its path as in a scene.
+    """
+
+    at_work = "planning"
+
+    values: Mapping[str, Any]
+    rows: list[tuple[int, float, float]] = field(default_factory=list)
+    paths: list[tuple[int, NDArray[Any]]] = field(default_factory=list)
+    summary: dict[str, Any] | None = None
+    path: dict[str, Any] | None = None
+
+    @property
+    def task(self) -> PlanTask:
+        """What the process is sent."""
+        return PlanTask(self.values, self.folder)
+
+    def take(self, message: object) -> None:
+        """Note a message of the process."""
+        super().take(message)
+        if isinstance(message, Progressed):
+            # A page that sees a row sees its path, too.
+            self.paths += message.paths
+            self.rows += message.rows
+        elif isinstance(message, Found):
+            self.summary, self.path, self.state = message.summary, message.path, "found"
+
+
+@dataclass(eq=False, kw_only=True)
+class FlightJob(Job):
+    """A flight of the saved plan in its folder.
+
+    Parameters
+    ----------
+    planner, board : str
+        Who plans in flight.
+    seed : int
+        Its seed.
+
+    Attributes
+    ----------
+    seen : list of Flown
+        What has been seen of it; only ever appended to.
+    outcome : dict or None
+        The verdict, once it has ended.
+    """
+
+    at_work = "flying"
+
+    planner: str
+    board: str
+    seed: int = 0
+    seen: list[Flown] = field(default_factory=list)
+    outcome: dict[str, Any] | None = None
+
+    @property
+    def task(self) -> FlyTask:
+        """What the process is sent."""
+        return FlyTask(self.folder, self.planner, self.board, self.seed)
+
+    def take(self, message: object) -> None:
+        """Note a message of the process."""
+        super().take(message)
+        if isinstance(message, Flown):
+            self.seen.append(message)
+        elif isinstance(message, Landed):
+            self.outcome, self.state = message.outcome, "found"

@@ -1,0 +1,52 @@
+"""What a process of the desk sends whatever it does, and how it sends it."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+
+
+__all__ = ["STOP", "Ending", "Failed", "Saved", "Sender"]
+
+#: What the desk sends to a process that is to end.
+STOP = "stop"
+
+
+@dataclass(frozen=True)
+class Ending:
+    """The search has ended early, and chooses its path."""
+
+
+@dataclass(frozen=True)
+class Saved:
+    """All files are written but pictures; ``notes`` are sentences on what they cannot say."""
+
+    notes: list[str]
+
+
+@dataclass(frozen=True)
+class Failed:
+    """The sentence on why there is no result, or no file of it."""
+
+    sentence: str
+
+
+class Sender:
+    """Sends to the desk, from any thread.
+
+    Parameters
+    ----------
+    connection : Connection
+        Where to.
+    """
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+        self._lock = threading.Lock()
+
+    def send(self, message: object) -> None:
+        """Send a message; if nobody is there any more, the work is done and saved all the same."""
+        with self._lock, contextlib.suppress(OSError):
+            self._connection.send(message)

@@ -1,0 +1,37 @@
+"""What a page shows, and asks for."""
+
+import io
+from urllib.parse import urlsplit
+
+import numpy as np
+from matplotlib.image import imread
+
+
+LOCAL_HOSTS = {"localhost", "127.0.0.1", "::1"}
+LOCAL_SCHEMES = {"file", "data", "blob", "about"}
+
+
+def is_local(url):
+    """Return whether a request stays on this machine."""
+    parts = urlsplit(url)
+    return parts.scheme in LOCAL_SCHEMES or parts.hostname in LOCAL_HOSTS
+
+
+def pixels(locator):
+    """What an element shows: (height, width, 3) float, 0 to 1."""
+    return imread(io.BytesIO(locator.screenshot()))[..., :3]
+
+
+def colours(image):
+    """Number of different colours of an image, told apart in steps of 16."""
+    coarse = (image * 15).round().astype(int) @ np.array([256, 16, 1])
+    return len(np.unique(coarse))
+
+
+def settle(page):
+    """Wait until what was asked to be drawn is drawn: two frames."""
+    page.evaluate(
+        """() => new Promise((done) => {
+          requestAnimationFrame(() => requestAnimationFrame(done));
+        })"""
+    )

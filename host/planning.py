@@ -140,8 +140,9 @@ class Plan:
         """Plan the rest of a flight: zones have come or gone, the aircraft has moved.
 
         On a board that is still open, ``ga-chip`` has the chip draw the zones and go on from its
-        population, for a millisecond or two. All else is planned anew, with the same options. The
-        fallback is that of the plan.
+        population, for a millisecond or two. Where zones have come and gone, the path keeps clear
+        of both, which is sooner known; :meth:`finish` sets the others free. All else is planned
+        anew, with the same options. The fallback is that of the plan.
 
         Parameters
         ----------
@@ -179,6 +180,14 @@ class Plan:
             self.evaluator.problem, zones, start, heading, gone=gone, goal=goal, wind=wind
         )
         return self.search.replan(self, Evaluator(problem, threads=self.evaluator.threads))
+
+    def finish(self) -> None:
+        """Do what :meth:`replan` has left on the board: call it when the path is passed on.
+
+        Without it, the next replan begins with it.
+        """
+        if self.result.replanner is not None and self.result.replanner.is_ready:
+            self.result.replanner.finish()
 
     def plot(self) -> Figure:
         """Draw the map with the path, the altitudes along it, and the convergence.

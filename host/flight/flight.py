@@ -191,7 +191,7 @@ class Flight:
         return self._guidance.route
 
     def follow(self, pieces: Sequence[Piece]) -> None:
-        """Go on along another track, from its point nearest to the aircraft."""
+        """Go on along another track, which begins beside the aircraft or behind it."""
         self._guidance.follow(Route(pieces))
         self.commands = self._guidance.commands(self.state)
 

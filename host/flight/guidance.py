@@ -156,9 +156,12 @@ class Guidance:
         self.follow(route)
 
     def follow(self, route: Route) -> None:
-        """Go on along ``route``, from its point nearest to the aircraft."""
+        """Go on along ``route``, which begins beside the aircraft or behind it.
+
+        Its nearest point is sought from the beginning on: later parts may cross the same place.
+        """
         self.route = route
-        self._leg: int | None = None
+        self._leg = 0
 
     def commands(self, state: State) -> Commands:
         """Return the commands for a state."""

@@ -115,7 +115,7 @@ class Route:
         first = self._legs[0]
         return first.x, first.y, first.z, first.east, first.north
 
-    def locate(self, x: float, y: float, leg: int | None = None) -> Place:
+    def locate(self, x: float, y: float, leg: int = 0) -> Place:
         """Return the place of a point.
 
         Parameters
@@ -123,14 +123,9 @@ class Route:
         x, y : float
             Metres in the terrain's frame.
         leg : int, optional
-            Leg of the last place: the search goes on from there and never back. All legs are
-            searched by default.
+            Leg of the last place: the search goes on from there and never back. It begins with the
+            first leg by default.
         """
-        if leg is None:
-            return min(
-                (self._place(x, y, number) for number in range(len(self._legs))),
-                key=lambda place: self._distance(x, y, place),
-            )
         while True:
             place = self._place(x, y, leg)
             here = self._legs[leg]
@@ -173,12 +168,6 @@ class Route:
             angle += 2 * math.pi
         off = radius - math.hypot(ahead, radius - inward)
         return Place(leg, here.s0 + angle * radius, math.copysign(1.0, here.curvature) * off)
-
-    def _distance(self, x: float, y: float, place: Place) -> float:
-        here = self._legs[place.leg]
-        along = min(max(place.along_m - here.s0, 0.0), here.run)
-        east, north = _point(here, along)
-        return math.hypot(x - east, y - north)
 
 
 def _point(leg: _Leg, along: float) -> tuple[float, float]:

@@ -159,6 +159,10 @@ class Replanner(Protocol):
         """
         ...
 
+    def finish(self) -> None:
+        """Do what a replan has left for when its path is passed on; the next one does it, too."""
+        ...
+
 
 @dataclass(frozen=True)
 class Result:

@@ -55,7 +55,7 @@ class ChipReplanner:
     The chip draws new zones on its map and runs for a millisecond or two: an island of the earlier
     paths, less what lies behind the start, and one of new seeds. The host judges the paths by the
     strict rule. Where none is feasible, one more run follows, of 5 ms from new seeds alone. What is
-    gone besides new zones is set free last, which no count of the result includes.
+    gone besides new zones is set free by :meth:`finish`.
 
     Parameters
     ----------
@@ -70,6 +70,11 @@ class ChipReplanner:
     def is_ready(self) -> bool:
         """False once the board is closed, or another run has taken the population's place."""
         return self._task.is_warm
+
+    def finish(self) -> None:
+        """Set free on the chip what is gone; what fails, the next replan sends again."""
+        with contextlib.suppress(JobError):
+            self._task.free()
 
     def replan(self, evaluator: Evaluator, options: Options) -> Result:
         """Search; see :class:`host.planners.base.Replanner`.
@@ -86,12 +91,11 @@ class ChipReplanner:
                 task = self._task.changed(problem)
             with run.search():
                 runs = ChipRuns(task, run, polishes=False)
+                with run.phase("link"):
+                    self._task.free()
                 runs.search(_runs(task, options.seed))
             run.hardware = runs.hardware()
             run.seconds["board"] = runs.cycles / task.chip.config.clock_hz
-            # The path is known by now. What fails here, the next replan sends again.
-            with contextlib.suppress(JobError):
-                task.free()
         except JobError as error:
             run.failure = str(error)
         result = run.result()

@@ -104,10 +104,16 @@ class Airspace:
     def _note(self, time_s: float) -> None:
         self.past.append((time_s, self._zones))
 
+    def _unused_name(self) -> str:
+        taken = {known.zone.name for known in self._known}
+        while True:
+            self._count += 1
+            if (name := f"pop-up {self._count}") not in taken:
+                return name
+
     def _made(self, new: NewZone, place: Place) -> Zone:
-        self._count += 1
         name = new.name or new.shape.name if isinstance(new.shape, Zone) else new.name
-        name = name or f"pop-up {self._count}"
+        name = name or self._unused_name()
         if isinstance(new.shape, Placed):
             x, y = place(new.shape.on, new.shape.ahead_m)
             return Circle(x, y, new.shape.radius_m, name=name)

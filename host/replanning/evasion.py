@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from host.evaluation.geometry import Piece
@@ -90,7 +90,7 @@ def holding_on(present: Present, track: Track, first_m: float, last_m: float) ->
         if circle is not None:
             return Holding(along, (), circle)
     for along, pose in poses:
-        for way in _ways(present, pose):
+        for way in _ways(present, pose, _WAY_RUNS):
             if present.is_safe(way):
                 circle = _circle_at(present, end_of(way[-1]))
                 if circle is not None:
@@ -111,9 +111,9 @@ def _circle_at(present: Present, pose: Pose) -> Track | None:
     return None
 
 
-def _ways(present: Present, pose: Pose) -> Iterator[Track]:
-    """Yield ways from a pose onto a circle: a turn and a straight, level or climbing."""
-    for run, share, turn_deg in itertools.product(_WAY_RUNS, _CLIMBS, _WAY_TURNS_DEG):
+def _ways(present: Present, pose: Pose, runs: Iterable[float]) -> Iterator[Track]:
+    """Yield ways from a pose: a turn and a straight of some turn radii, level or climbing."""
+    for run, share, turn_deg in itertools.product(runs, _CLIMBS, _WAY_TURNS_DEG):
         yield _turn_and_straight(present, pose, turn_deg, share, run * present.turn_radius_m)
 
 
@@ -160,19 +160,24 @@ def way_out(present: Present, pose: Pose) -> Track | None:
     return None
 
 
-def way_on(present: Present, pose: Pose) -> Track | None:
-    """Return a short way on from a place where there is neither a path nor a circle.
+def way_on(present: Present, pose: Pose) -> Track:
+    """Return a way on from a place where there is neither a path nor a circle.
 
-    It keeps out of zones if any way does, and as much of the clearance as :func:`way_out`; None if
-    there is none above the ground.
+    The farthest that keeps out of zones, or if none does, through them, with as much of the
+    clearance as :func:`way_out` keeps. Where every way leads into the ground, it is the one that
+    leads there the least, climbing.
     """
-    ways = list(_ways(present, pose))
+    ways = list(_ways(present, pose, _WAY_RUNS[::-1]))
     for keeps_out, clearance, way in itertools.product((True, False), _CLEARANCES, ways):
         if present.off_limits_m(way, clearance) == 0 and not (
             keeps_out and present.in_zones_m(way) > 0
         ):
             return way
-    return None
+    climbing = (
+        _turn_and_straight(present, pose, turn, _CLIMBS[-1], _WAY_RUNS[-1] * present.turn_radius_m)
+        for turn in _WAY_TURNS_DEG
+    )
+    return min(climbing, key=lambda way: present.off_limits_m(way, 0.0))
 
 
 def shortest_way_out_m(present: Present, pose: Pose) -> float:

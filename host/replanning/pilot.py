@@ -94,7 +94,7 @@ class Pilot:
         return pose_at(self.track, self.along_m + ahead_m)
 
     def follow(self, kind: str, track: Track) -> None:
-        """Go on along another track, from its point nearest to the aircraft."""
+        """Go on along another track, which begins beside the aircraft or behind it."""
         self.track = track
         self.flight.follow(track)
         self.legs.append(Leg(self.time_s, kind, track))

@@ -205,6 +205,8 @@ class InFlightPlanner:
             self.lost = plan.failure
             return Attempt(None, waited, self.name, self.lost)
         self._plan = plan
+        # Behind the time that counts: the next attempt begins a look of the guidance later.
+        plan.finish()
         if not plan.evaluation.feasible:
             return Attempt(None, self._time(plan), self.name, "The planner found no feasible path.")
         return Attempt(plan, self._time(plan), self.name)

@@ -102,6 +102,20 @@ class Event:
     wind: tuple[float, float] | None = None
     board_lost: bool = False
 
+    @property
+    def what(self) -> str:
+        """What happens, in words."""
+        count = len(self.appear)
+        words = (
+            (self.board_lost, "the board is lost"),
+            (count > 1, f"{count} zones appear"),
+            (count == 1, "a zone appears"),
+            (self.gone, "a zone is gone"),
+            (self.goal is not None, "the goal is another"),
+            (self.wind is not None, "the wind turns"),
+        )
+        return " and ".join(word for holds, word in words if holds)
+
 
 @dataclass(frozen=True)
 class Scenario:

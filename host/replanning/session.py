@@ -30,7 +30,7 @@ from host.replanning.planner import Attempt, InFlightPlanner, PlanningTime
 from host.replanning.present import Present
 from host.replanning.records import Change, Pending
 from host.replanning.scenario import Event, Scenario, check_mission
-from host.replanning.tracks import Track, end_of, part, pose_at, run_of
+from host.replanning.tracks import Track, end_of, is_smooth, part, pose_at, run_of
 
 
 __all__ = ["Session"]
@@ -149,7 +149,9 @@ class Session:
 
     def happen(self, event: Event) -> None:
         """Let something happen now."""
-        self._events.insert(0, dataclasses.replace(event, at_s=self.pilot.time_s))
+        now = self.pilot.time_s
+        due = sum(each.at_s <= now for each in self._events)
+        self._events.insert(due, dataclasses.replace(event, at_s=now))
 
     def run(self) -> None:
         """Fly to the end."""
@@ -170,42 +172,33 @@ class Session:
         if self._change is not None and self._pending is None and now >= self._retry_s:
             self._plan(self._change, now)
         self._keep_safe(now)
-        if self.pilot.kind == "way-out":
-            self._fly_on()
+        if self.pilot.kind == "way-out" or (self.pilot.kind == "path" and self._is_sought):
+            self._fly_on(self._reach_m)
         self._end(self.pilot.step())
 
     # --- What happens ---------------------------------------------------------------------------
 
     def _happen(self, event: Event, now: float) -> None:
-        words = []
         if event.board_lost:
             self._planner.lose_board()
-            words.append("the board is lost")
         changed = event.appear or event.gone or event.goal is not None or event.wind is not None
         if changed:
             event = dataclasses.replace(event, at_s=now)
             self.airspace.happen(event, self._place)
-            words += [f"{len(event.appear)} zones appear"] if len(event.appear) > 1 else []
-            words += ["a zone appears"] if len(event.appear) == 1 else []
-            words += ["a zone is gone"] if event.gone else []
-            words += ["the goal is another"] if event.goal is not None else []
-            words += ["the wind turns"] if event.wind is not None else []
         if any(new.velocity != (0.0, 0.0) for new in event.appear):
             self._next_drift_s = now + DRIFT_S
         if event.wind is not None:
             self.pilot.flight.turn_wind(event.wind)
-        what = " and ".join(words)
         if changed:
             self._update(now)
-            self._changed(now, what, must=event.goal is not None or event.wind is not None)
+            self._changed(now, event.what, must=event.goal is not None or event.wind is not None)
         else:
-            self._say(f"{now:.1f} s: {what}.")
+            self._say(f"{now:.1f} s: {event.what}.")
 
     def _drifted(self, now: float) -> None:
         """Take up where zones have drifted to; it is a change only where it concerns the track."""
         self._update(now)
-        change = self._change
-        if change is not None and change.needed:
+        if self._is_sought:
             # Its plan is sought already, and now with the zones where they are.
             self._pending, self._retry_s = None, min(self._retry_s, now)
         elif math.isfinite(self._unsafe_m):
@@ -252,6 +245,7 @@ class Session:
         if self.pilot.kind != "way-out" and self._present.zones_at(self.pilot.pose(self._reach_m)):
             self._leave_zone(now)
         if self.pilot.kind == "way-out":
+            self._fly_on(self._leaves_m(planner.budget_s) - self.pilot.along_m)
             leaves_m = max(self._leaves_m(planner.budget_s), self._out_m)
         elif leaves_m > self._unsafe_m:
             # From there no path is safe; one from the circle may be.
@@ -266,7 +260,10 @@ class Session:
             path = attempt.plan.evaluator.track(attempt.plan.path).pieces
             since_m = leaves_m if self.pilot.kind == "way-out" else self.pilot.along_m
             ahead = departure.joined(path, since_m)
-            if not self._present.is_safe(ahead):
+            if not is_smooth(ahead):
+                # The evaluation has laid its first turn before the start.
+                attempt = attempt.refused("The path turns too sharply where it begins.")
+            elif not self._present.is_safe(ahead):
                 attempt = attempt.refused("The way to the new path is not safe.")
             elif not change.needed and not self._is_better(ahead):
                 attempt = attempt.refused("The new path is no better.", hopeless=True)
@@ -368,25 +365,25 @@ class Session:
         self._fly("way-out", (*before, *way, *behind))
         self._waits_since_s = now
 
-    def _fly_on(self) -> None:
-        """Fly on behind the end of a way out, where there is still neither a path nor a circle."""
+    def _fly_on(self, ahead_m: float) -> None:
+        """Lengthen a track that ends so near, where there is neither a path nor a circle yet."""
         track = self.pilot.track
-        if self.pilot.along_m + self._reach_m < run_of(track):
+        if self.pilot.along_m + ahead_m < run_of(track):
             return
-        end = end_of(track[-1])
-        way = way_on(self._present, end) or (end.straight(self._present.turn_radius_m),)
         before = part(track, self.pilot.along_m - _BACK_M)
-        since_s, self._out_m = self._waits_since_s, run_of(before)
+        way = way_on(self._present, end_of(before[-1]))
+        since_s = self._waits_since_s
         self._fly("way-out", (*before, *way))
-        self._waits_since_s = since_s
+        self._out_m = run_of(before)
+        self._waits_since_s = self.pilot.time_s if since_s is None else since_s
 
     def _keep_safe(self, now: float) -> None:
         """Turn onto a circle before the track stops being safe; look for one while it is."""
-        if self.pilot.kind == "holding":
+        if self.pilot.kind == "holding" and math.isinf(self._unsafe_m):
             return
         if self.pilot.kind == "way-out":
             first_m, last_m, every_s = self._out_m, run_of(self.pilot.track), _URGENT_S
-        elif self._change is not None and self._change.needed:
+        elif self._is_sought:
             first_m, last_m, every_s = 0.0, self._unsafe_m, _URGENT_S
         else:
             far_m = _READY_AHEAD_S * self._present.speeds_m_s[1]
@@ -418,7 +415,8 @@ class Session:
 
     def _fly(self, kind: str, track: Track) -> None:
         self.pilot.follow(kind, track)
-        self._unsafe_m = math.inf
+        # A plan under way leaves the track that was.
+        self._pending, self._unsafe_m = None, math.inf
         self._holding = self._waits_since_s = None
         self._next_look_s = self.pilot.time_s
 
@@ -432,10 +430,15 @@ class Session:
             self.ended = "lost"
         elif len(self.pilot.samples) % _GROUND_LOOKS == 0 and self._is_below_ground(x, y, z):
             self.ended = "crashed"
-        elif self.pilot.kind == "path" and self.pilot.has_arrived:
+        elif self.pilot.kind == "path" and self.pilot.has_arrived and not self._is_sought:
             self.ended = "arrived"
         elif not self._events and self._waited_s > _MOST_WAITING_S:
             self.ended = "holding" if self.pilot.kind == "holding" else "lost"
+
+    @property
+    def _is_sought(self) -> bool:
+        """A new path is needed and not there yet."""
+        return self._change is not None and self._change.needed
 
     @property
     def _waited_s(self) -> float:

@@ -6,6 +6,7 @@ Distances along a track are horizontal and count from its beginning, as those of
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -13,7 +14,10 @@ from dataclasses import dataclass
 from host.evaluation.geometry import Arc, Piece, Straight
 
 
-__all__ = ["Pose", "Track", "end_of", "part", "pose_at", "run_of"]
+__all__ = ["Pose", "Track", "end_of", "is_smooth", "part", "pose_at", "run_of"]
+
+# See is_smooth.
+_GAP_M, _LEAST_COSINE = 1.0, math.cos(math.radians(3.0))
 
 #: Pieces in flying order.
 Track = tuple[Piece, ...]
@@ -63,6 +67,20 @@ class Pose:
         """Return a turn from here on, to the left where ``turn_rad`` is positive."""
         rise_m = radius_m * abs(turn_rad) * slope
         return Arc(self.point, (self.east, self.north), radius_m, turn_rad, rise_m)
+
+
+def is_smooth(pieces: Sequence[Piece]) -> bool:
+    """Return whether each piece with a horizontal length begins where the one before ends.
+
+    The same place is 1 m or less away, the same direction 3 degrees or less.
+    """
+    flown = [piece for piece in pieces if piece.run_m > 0]
+    return all(
+        math.dist(end_of(before).point, after.start) <= _GAP_M
+        and end_of(before).east * after.heading[0] + end_of(before).north * after.heading[1]
+        >= _LEAST_COSINE
+        for before, after in itertools.pairwise(flown)
+    )
 
 
 def run_of(pieces: Iterable[Piece]) -> float:

@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from host.evaluation.geometry import Arc
 from host.flight.guidance import GRAVITY_M_S2, MEAN_S, PEAK, Guidance, Limits, State
 from host.flight.route import Route
 from tests.unit.flight.conftest import arc, straight
@@ -91,9 +92,27 @@ def test_turns_back_to_a_route_behind():
     assert abs(guide.commands(state(500, 20, 100, math.pi)).bank_rad) > LIMITS.bank_rad
 
 
-def test_follows_another_route_from_its_nearest_point():
+def test_follows_another_route_from_where_it_begins():
     guide = guidance([straight((0.0, 0.0, 100.0), 5000.0)])
     guide.commands(state(2000, 0, 100, 0.0))
     guide.follow(Route([straight((0.0, 40.0, 100.0), 5000.0)]))
     place = guide.commands(state(2000, 0, 100, 0.0)).place
     assert (place.along_m, place.cross_m) == pytest.approx((2000, -40))
+
+
+def test_follows_a_route_that_comes_by_the_same_place_again():
+    guide = guidance([straight((0.0, 0.0, 100.0), 5000.0)])
+    first, *others = (arc((0.0, 0.0, 100.0), 150.0, 120.0) for _ in range(3))
+    route = [first]
+    for _ in others:
+        before = Route(route)
+        (x, y), along = before.point(before.length_m), before.length_m
+        xa, ya = before.point(along - 1e-3)
+        route.append(
+            Arc((x, y, 100.0), ((x - xa) / 1e-3, (y - ya) / 1e-3), 150.0, math.radians(120.0), 0.0)
+        )
+    guide.follow(Route(route))
+    x, y = Route(route).point(30.0)
+    for _ in range(5):
+        place = guide.commands(state(x, y, 100, math.radians(12))).place
+        assert place.along_m == pytest.approx(30.0, abs=0.1)

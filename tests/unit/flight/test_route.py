@@ -49,8 +49,6 @@ def test_locates_points_beside_the_route(cross):
         # Kinks of the differences at the joints of pieces.
         assert place.along_m == pytest.approx(along, abs=0.01 * abs(cross) + 0.02)
         assert place.cross_m == pytest.approx(cross, abs=0.01)
-        # Without a hint, the nearest of all legs.
-        assert abs(route.locate(*at).cross_m) <= abs(cross) + 0.01
 
 
 def test_arc_of_more_than_a_half_circle_of_lead():

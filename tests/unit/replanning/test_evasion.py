@@ -182,4 +182,8 @@ def test_a_way_on_keeps_from_the_ground_first_and_then_from_zones(gorge):
     assert ahead.off_limits_m(way) == 0
     assert ahead.in_zones_m(way) > 0
     cliff = Pose(3000.0, 4735.0, 150.0, 0.0, 1.0, 0.0)
-    assert way_on(air, cliff) is None
+    # Into the rock, as steeply as it climbs, and along the wall as far as it can turn.
+    way = way_on(air, cliff)
+    assert end_of(way[-1]).z > 150 + 0.8 * air.climb(cliff) * run_of(way)
+    straight = air.off_limits_m((cliff.straight(run_of(way), air.climb(cliff)),), 0.0)
+    assert air.off_limits_m(way, 0.0) < straight

@@ -18,7 +18,7 @@ from host.replanning.outcome import judge
 from host.replanning.planner import Attempt, InFlightPlanner, PlanningTime
 from host.replanning.scenario import Event, NewZone, Placed, Scenario
 from host.replanning.session import Session
-from host.replanning.tracks import pose_at, run_of
+from host.replanning.tracks import is_smooth, pose_at, run_of
 
 
 def fly(mission, path, planner, *events, **options):
@@ -256,3 +256,19 @@ def test_a_flight_without_path_and_circle_ends(mission, straight, on_processor, 
     assert not outcome.alive
     # It flies above the ground all the while.
     assert outcome.clearance_flown_m > 0
+
+
+def test_a_path_that_does_not_begin_on_the_track_is_refused(
+    mission, straight, on_processor, monkeypatch
+):
+    planner = on_processor(0.05)
+    # From the start of the mission, which lies far behind.
+    plan = planner.prepare(Evaluator(mission, threads=1))
+    elsewhere = Attempt(plan, PlanningTime(host_s=0.05), planner.name)
+    monkeypatch.setattr(planner, "attempt", lambda *_: elsewhere)
+    event = Event(30.0, (NewZone(Placed("path", 150.0, 900.0)),))
+    session, outcome, said = fly(mission, straight, planner, event)
+    assert any("turns too sharply where it begins" in each for each in said)
+    assert outcome.ended == "holding"
+    assert outcome.alive
+    assert all(is_smooth(leg.track) for leg in session.pilot.legs)

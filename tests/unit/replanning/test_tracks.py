@@ -1,12 +1,13 @@
 """Places on tracks and parts of them, beside dense points of the pieces."""
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 
 from host.evaluation.geometry import smooth
-from host.replanning.tracks import Pose, end_of, part, pose_at, run_of
+from host.replanning.tracks import Pose, end_of, is_smooth, part, pose_at, run_of
 
 
 PATH = np.array([(0, 0, 100), (900, 100, 160), (1500, 900, 120), (1500, 2200, 200)], dtype=float)
@@ -68,3 +69,18 @@ def test_turns_and_straights_follow_a_pose():
     assert (left.east, left.north) == pytest.approx((-1, 0))
     right = end_of(pose.arc(100.0, -math.pi / 2))
     assert right.point == pytest.approx((110, 120, 30))
+
+
+def test_a_track_is_smooth_where_each_piece_begins_where_the_one_before_ends():
+    pose = Pose(0.0, 0.0, 100.0, 1.0, 0.0, 0.0)
+    first = pose.straight(500.0)
+    turn = end_of(first).arc(150.0, 1.2)
+    last = end_of(turn).straight(300.0, 0.1)
+    assert is_smooth((first, turn, last))
+    assert is_smooth((first,))
+    assert not is_smooth((first, last))
+    end = end_of(first)
+    aside = dataclasses.replace(end, y=end.y + 2)
+    bent = dataclasses.replace(end, east=math.cos(0.1), north=math.sin(0.1))
+    assert not is_smooth((first, aside.straight(50.0)))
+    assert not is_smooth((first, bent.straight(50.0)))

@@ -51,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
     try:
         serve(desk, args.host, args.port, ready)
     finally:
-        if desk.jobs.active:
+        if any(job.at_work == "planning" for job in desk.jobs.active):
             note("Saving the best paths of the plans that run ...")
         desk.close()
     return interrupts.status()

@@ -6,7 +6,7 @@ import time
 import pytest
 
 from host.inputs import parse_json
-from tests.browser.desk_page import PATIENCE_MS, canyon, choose, plan, spot
+from tests.browser.desk_page import PATIENCE_MS, canyon, choose, panel, plan, ready, spot
 from tests.browser.seen import colours, pixels, settle
 
 
@@ -106,6 +106,11 @@ def test_the_goal_is_another_in_flight_and_a_flight_ends_without_files(open_desk
     page.wait_for_function(
         "() => Math.abs(pathgene.map.points[1].x / pathgene.map.terrain.width_m - 0.3) < 0.01"
     )
+    # The same by the keyboard.
+    for name, value in (("New goal, east m", 1000), ("New goal, north m", 4200)):
+        page.get_by_label(name).fill(str(value))
+    page.get_by_role("button", name="New goal").press("Enter")
+    page.wait_for_function("() => pathgene.map.points[1].x === 1000")
     goal = page.evaluate("window.pathgene.map.points[1]")
     page.get_by_role("button", name="End flight").click()
     until(page, lambda: "not saved" in flying(page))
@@ -119,6 +124,14 @@ def test_a_flight_whose_tab_is_closed_is_flown_to_its_end(open_desk):
     page = open_desk()
     folder = take_off(page)
     page.close()
+    # Another one looks at it meanwhile.
+    other = open_desk()
+    panel(other, "Saved plans").click()
+    other.get_by_role("button", name=re.compile(r"\(flies\)")).click()
+    ready(other, "canyon")
+    until(other, lambda: aircraft(other) is not None)
+    assert other.evaluate("pathgene.map.paths.length") == 2
+    other.close()
     deadline = time.monotonic() + 2 * PATIENCE_MS / 1000
     while not (folder / "flight.gif").exists():
         assert time.monotonic() < deadline

@@ -3,27 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from nicegui import ui
 
-from host.web.desk.flight import AHEAD, CLEAR, FASTEST, Flown, Speed
-from host.web.desk.job import FlightJob
+from host.web.desk.flight import AHEAD, CLEAR, FASTEST, USUAL, Flown, Goal, Speed
+from host.web.desk.job import NEWS, FlightJob
 from host.web.desk.jobs import Jobs
 from host.web.desk.stage import Stage
 
 
 __all__ = ["Cockpit"]
 
-_POLL_S = 0.04
+_POLL_S = 0.05
 # Speeds to choose from; 0 lets the time stand still.
-_SPEEDS = {0: "stands still", 1: "1 ×", 4: "4 ×", 16: "16 ×", int(FASTEST): f"{FASTEST:.0f} ×"}
-_FIRST = 4
+_SPEEDS = {0.0: "stands still", 1.0: "1 ×", USUAL: "4 ×", 16.0: "16 ×", FASTEST: "64 ×"}
 # Sentences that are shown, the latest first.
 _SENTENCES = 40
 _END, _CLOSE = "End flight", "Close flight"
-_DOES = {"path": "on its path", "holding": "on a safe circle", "way-out": "leaving a zone"}
+_DOES = {"path": "on its path", "holding": "on a safe circle", "way-out": "on a way out"}
 
 
 class Cockpit:
@@ -41,8 +40,14 @@ class Cockpit:
         self._jobs, self._ended = jobs, ended
         self._stage: Stage | None = None
         self._job: FlightJob | None = None
-        self._seen = 0
+        # How much of the lists of the job, and which of its news, the page has.
+        self._trail = self._versions = self._said = 0
+        self._known = dict.fromkeys(NEWS, 0)
         self._timer = ui.timer(_POLL_S, self._look, active=False)
+        self._build()
+        ui.context.client.on_delete(self._gone)
+
+    def _build(self) -> None:
         with ui.element("div").classes("cockpit") as self._root:
             with ui.element("header"):
                 ui.html("<h2>Flight</h2>", sanitize=False)
@@ -50,20 +55,28 @@ class Cockpit:
             self._state = ui.label().classes("readout").props('data-role="flying"')
             with ui.row().classes("actions"):
                 self._speed = ui.select(
-                    _SPEEDS, label="speed", value=_FIRST, on_change=self._set_speed
+                    _SPEEDS, label="speed", value=USUAL, on_change=self._set_speed
                 ).props("dense outlined options-dense stack-label")
-                self._buttons = [
-                    ui.button(text, on_click=act).props("outline dense no-caps")
-                    for text, act in (
-                        ("Zone ahead", lambda: self.order(AHEAD)),
-                        ("Zones away", lambda: self.order(CLEAR)),
-                    )
-                ]
+                acts = {
+                    "Zone ahead": lambda: self.order(AHEAD),
+                    "Zones away": lambda: self.order(CLEAR),
+                }
+                buttons = [ui.button(text, on_click=act) for text, act in acts.items()]
             self._latest = ui.label().classes("latest").props('role=status data-role="replan"')
-            self._log = ui.element("ol").classes("log").props('aria-label="What has happened"')
+            with ui.row().classes("actions goal"):
+                self._goal = [
+                    ui.number(name).props(
+                        f'dense outlined stack-label aria-label="New goal, {name}"'
+                    )
+                    for name in ("east m", "north m")
+                ]
+                buttons.append(ui.button("New goal", on_click=self._set_goal))
+            for button in buttons:
+                button.props("outline dense no-caps")
+            self._offered: Sequence[Any] = (self._speed, *self._goal, *buttons)
+            self._log = ui.element("ol").classes("log")
+            self._log.props('role=log aria-label="What has happened"')
         self._root.set_visibility(False)
-        # Nobody else would let it go on.
-        ui.context.client.on_delete(self.leave)
 
     def show_in(self, stage: Stage) -> None:
         """Set where the aircraft is shown."""
@@ -82,41 +95,65 @@ class Cockpit:
     def follow(self, job: FlightJob) -> None:
         """Show a flight from its beginning."""
         assert self._stage is not None
-        self._job, self._seen = job, 0
-        self._latest.text = ""
+        self.leave()
+        self._job = job
+        self._trail = self._versions = self._said = 0
+        self._known = dict.fromkeys(NEWS, 0)
+        self._latest.text = self._state.text = ""
         self._log.clear()
-        self._speed.set_value(_FIRST)
+        if not job.watchers:
+            self.order(Speed(USUAL))
+        job.watchers.add(self)
         self._root.set_visibility(True)
         self._stage.fly()
         self._timer.activate()
         self._look()
+        ui.run_javascript(f"getHtmlElement({self._end.id})?.focus()")
 
     def leave(self) -> None:
-        """Look at no flight; one that goes on does so at the greatest speed."""
+        """Look at no flight; one that nobody looks at goes on at the greatest speed."""
         if self._job is None:
             return
         if self.is_flying:
-            self.order(Speed(FASTEST))
-        self._job = None
+            ui.notify("The flight goes on; Saved plans shows it.")
+        self._gone()
         self._timer.deactivate()
         self._root.set_visibility(False)
         if self._stage is not None:
             self._stage.land()
 
+    def _gone(self) -> None:
+        """Note that this page looks at its flight no more."""
+        job = self._job
+        if job is not None:
+            job.watchers.discard(self)
+            if not job.watchers:
+                self.order(Speed(FASTEST))
+        self._job = None
+
     def order(self, order: object) -> None:
         """Let something happen in the flight: see :mod:`host.web.desk.flight`."""
-        if self._job is not None:
-            self._jobs.tell(self._job, order)
+        if self._job is None:
+            return
+        if isinstance(order, Speed):
+            self._job.speed = order.factor
+        self._jobs.tell(self._job, order)
 
     def end(self) -> None:
         """End the flight where it is; show it no more where it has ended."""
-        if self._job is None or self._job.done:
-            self.leave()
-        else:
+        if self._job is not None and self.is_flying:
             self._jobs.stop(self._job)
+        else:
+            self.leave()
 
     def _set_speed(self) -> None:
-        self.order(Speed(float(self._speed.value)))
+        if self._job is not None and self._speed.value != self._job.speed:
+            self.order(Speed(float(self._speed.value)))
+
+    def _set_goal(self) -> None:
+        x, y = (field.value for field in self._goal)
+        if x is not None and y is not None:
+            self.order(Goal(float(x), float(y)))
 
     def _look(self) -> None:
         """Show what has come of the flight since the last look."""
@@ -124,20 +161,39 @@ class Cockpit:
         if job is None:
             return
         is_done = job.done
-        seen = job.seen[self._seen :]
-        self._seen += len(seen)
-        if seen:
+        news = self._news(job)
+        flown = job.latest
+        if flown is not None:
+            trail, versions = job.trail[self._trail :], job.versions[self._versions :]
+            self._trail += len(trail)
+            self._versions += len(versions)
             assert self._stage is not None
-            self._stage.flown(_together(seen))
-            for each in seen:
-                for sentence in each.said:
-                    self._add(sentence)
-                if each.changes:
-                    self._show_latest(each.changes)
-        self._show_state(job, seen[-1] if seen else None)
+            self._stage.flown(
+                {
+                    "aircraft": flown.aircraft,
+                    "trail": trail,
+                    "versions": versions,
+                    **{name: news.get(name) for name in ("zones", "points", "path")},
+                }
+            )
+        for sentence in job.said[self._said :]:
+            self._said += 1
+            self._add(sentence)
+        if "changes" in news:
+            self._latest.text = _words(news["changes"])
+        self._show_state(job, flown)
         if is_done:
             self._timer.deactivate()
             self._ended()
+
+    def _news(self, job: FlightJob) -> dict[str, Any]:
+        """Return the news that the page does not have yet."""
+        found = {}
+        for name, (number, value) in job.news.copy().items():
+            if number > self._known[name]:
+                self._known[name] = number
+                found[name] = value
+        return found
 
     def _add(self, sentence: str) -> None:
         with self._log:
@@ -147,48 +203,35 @@ class Cockpit:
         for old in self._log.default_slot.children[_SENTENCES:]:
             old.delete()
 
-    def _show_latest(self, changes: list[dict[str, Any]]) -> None:
-        done = [change for change in changes if change["active_ms"] is not None]
-        if done:
-            self._latest.text = _words(done[-1])
-
     def _show_state(self, job: FlightJob, flown: Flown | None) -> None:
         """Say what the aircraft does, and offer what has an effect."""
-        for element in (self._speed, *self._buttons):
-            element.set_enabled(job.state == "flying" and bool(job.seen))
-        self._end.set_text(_CLOSE if job.done else _END)
-        if job.done or job.state == "found":
+        for element in self._offered:
+            element.set_enabled(self.is_flying and flown is not None)
+        self._end.set_text(_END if self.is_flying else _CLOSE)
+        if self._speed.value != job.speed:
+            self._speed.set_value(job.speed)
+        if not self.is_flying:
             text = _verdict(job)
-        elif flown is not None:
+        elif flown is None:
+            text = f"Getting ready: {job.planner} plans before the flight ..."
+        else:
             clear = "" if math.isnan(flown.clearance_m) else f" · {flown.clearance_m:.0f} m clear"
             text = f"{flown.time_s:.0f} s · {flown.speed_m_s:.0f} m/s{clear} · {_DOES[flown.kind]}"
-        elif job.seen:
-            return
-        else:
-            text = f"Getting ready: {job.planner} plans once before the flight ..."
-        self._state.text = text
+        if self._state.text != text:
+            self._state.text = text
 
 
-def _together(seen: list[Flown]) -> dict[str, Any]:
-    """Return what the stage takes for several messages."""
-
-    def latest(name: str) -> Any:
-        values = (getattr(each, name) for each in reversed(seen))
-        return next((value for value in values if value is not None), None)
-
-    return {
-        "aircraft": seen[-1].aircraft,
-        "trail": [point for each in seen for point in each.trail],
-        "versions": [version for each in seen for version in each.versions],
-        **{name: latest(name) for name in ("zones", "points", "path")},
-    }
-
-
-def _words(change: Mapping[str, Any]) -> str:
-    """Return the time of a new path in words."""
-    tries = change["attempts"]
+def _words(changes: Sequence[Mapping[str, Any]]) -> str:
+    """Return the time of the latest new path in words."""
+    needed = [change for change in changes if change["needed"] or change["active_ms"] is not None]
+    if not needed:
+        return ""
+    change = needed[-1]
+    if change["active_ms"] is None:
+        return "Planning ..."
     chip, trips, host = (
-        sum(attempt[key] for attempt in tries) for key in ("chip_ms", "round_trips_ms", "host_ms")
+        sum(attempt[key] for attempt in change["attempts"])
+        for key in ("chip_ms", "round_trips_ms", "host_ms")
     )
     parts = f"host {host:.0f}"
     if chip:

@@ -11,7 +11,7 @@ const NEAR_M = 150;
 // What is flown is drawn anew in 3-D so often.
 const TRAIL_MS = 1000;
 
-/** A flight in the views of the desk; `views` has `map`, `view` and `profile`. */
+/** A flight in the views of the desk; `views` has `map`, `view`, `profile` and their `scene`. */
 export class Flight {
   constructor(views) {
     this.views = views;
@@ -29,11 +29,14 @@ export class Flight {
    *     `versions` [[kind, points], ...]; `zones`, `points` and `path` as in a scene, or null.
    */
   take({ aircraft, trail, versions, zones, points, path }) {
-    const { map, view, profile } = this.views;
+    const { map, view, profile, scene } = this.views;
     this.aircraft = aircraft;
     this.trail.push(...trail);
     if (versions.length) this.built_ms = -Infinity;
     this.versions.push(...versions);
+    // Also for a 3-D view that is still to come.
+    if (zones) scene.zones = zones;
+    if (points) scene.points = points;
     if (zones) for (const part of [map, view, profile]) part?.setZones(zones);
     if (points) for (const part of [map, view]) part?.setPoints(points);
     if (path) profile.setTrack(readPath(path).track);

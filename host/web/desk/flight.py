@@ -29,14 +29,28 @@ if TYPE_CHECKING:
     from host.replanning.scenario import Event
     from host.replanning.session import Session
 
-__all__ = ["AHEAD", "CLEAR", "FASTEST", "Flown", "FlyTask", "Goal", "Landed", "Speed", "fly"]
+__all__ = [
+    "AHEAD",
+    "CLEAR",
+    "ENDED",
+    "FASTEST",
+    "USUAL",
+    "Flown",
+    "FlyTask",
+    "Goal",
+    "Landed",
+    "Speed",
+    "fly",
+]
 
 #: A circle appears on the path ahead; all zones that have appeared are gone.
 AHEAD, CLEAR = "ahead", "clear"
 #: Speed of a flight that nobody looks at, in times that of the aircraft.
 FASTEST = 64.0
-# Speed in the beginning.
-_USUAL = 4.0
+#: Why a flight that is stopped has no files.
+ENDED = "The flight was ended, and is not saved."
+#: Speed in the beginning.
+USUAL = 4.0
 
 # The circle ahead: its radius in turning radii and as a share of the map, the greater of which
 # holds, and how far from the aircraft its edge is, in turning radii.
@@ -135,6 +149,7 @@ class Landed:
 
 def fly(task: FlyTask, connection: Connection, sender: Sender) -> None:
     """Fly a plan, send what is seen of it, and save ``flight.json`` with its pictures beside it."""
+    from host.flight.flight import PERIOD_S
     from host.replanning.fly import save, underway
     from host.replanning.scenario import Scenario
     from host.report.read import read_run
@@ -154,32 +169,43 @@ def fly(task: FlyTask, connection: Connection, sender: Sender) -> None:
         say=said.append,
     ) as (session, report):
         watch = _Watch(session, said)
-        speed, seen_s = _USUAL, time.monotonic()
+        sender.send(watch.look())
+        speed, owed_s, seen_s = USUAL, 0.0, time.monotonic()
         while not session.ended:
-            with contextlib.suppress(queue.Empty):
-                while True:
-                    order = orders.get_nowait()
-                    if order == STOP:
-                        sender.send(Failed("The flight was ended, and is not saved."))
-                        return
-                    if isinstance(order, Speed):
-                        speed = order.factor
-                    else:
-                        said += _heeded(session, order)
+            flown = 0
+            while not orders.empty():
+                order = orders.get()
+                if order == STOP:
+                    sender.send(Failed(ENDED))
+                    return
+                if isinstance(order, Speed):
+                    speed = order.factor
+                elif not session.ended:
+                    said += _heeded(session, order)
+                    # It happens now, also where time stands still.
+                    session.step()
+                    flown += 1
             now_s = time.monotonic()
-            target_s = session.pilot.time_s + speed * min(now_s - seen_s, _LONGEST_S)
+            owed_s += speed * min(now_s - seen_s, _LONGEST_S)
             seen_s = now_s
-            while session.pilot.time_s < target_s and not session.ended:
+            while owed_s >= PERIOD_S and not session.ended:
                 session.step()
+                flown += 1
+                owed_s -= PERIOD_S
                 # A plan on the simulated gates takes longer here than in the air.
                 if time.monotonic() - now_s > _LONGEST_S:
-                    break
-            sender.send(watch.look())
+                    owed_s = 0.0
+            if flown:
+                sender.send(watch.look())
             time.sleep(max(0.0, _PERIOD_S - (time.monotonic() - now_s)))
         landed = report()
     sender.send(Landed(landed.outcome.to_dict()))
-    save(landed, task.folder)
-    sender.send(Saved([]))
+    try:
+        save(landed, task.folder)
+    except OSError as error:
+        sender.send(Failed(f"The flight is not saved: {error.strerror or error}."))
+    else:
+        sender.send(Saved([]))
 
 
 def _listen(connection: Connection, orders: queue.SimpleQueue[Any]) -> None:

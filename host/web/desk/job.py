@@ -9,12 +9,15 @@ from typing import Any, ClassVar, Literal
 
 from numpy.typing import NDArray
 
-from host.web.desk.flight import Flown, FlyTask, Landed
+from host.web.desk.flight import USUAL, Flown, FlyTask, Landed
 from host.web.desk.messages import Ending, Failed, Saved
 from host.web.desk.worker import Found, PlanTask, Progressed
 
 
-__all__ = ["FlightJob", "Job", "PlanJob", "State"]
+__all__ = ["NEWS", "FlightJob", "Job", "PlanJob", "State"]
+
+#: What of a flight is told only where it has changed.
+NEWS = ("zones", "points", "path", "changes")
 
 #: See :class:`Job`.
 State = Literal["waiting", "planning", "flying", "found", "saved", "failed"]
@@ -132,8 +135,16 @@ class FlightJob(Job):
 
     Attributes
     ----------
-    seen : list of Flown
-        What has been seen of it; only ever appended to.
+    latest : Flown or None
+        The latest that was seen of it.
+    trail, versions, said : list
+        All of :class:`host.web.desk.flight.Flown` so far; only ever appended to.
+    news : dict of str to (int, object)
+        Zones, points, path and changes as they are now, each with a number that grows.
+    speed : float
+        At which it is flown, in times that of the aircraft.
+    watchers : set
+        Pages that look at it.
     outcome : dict or None
         The verdict, once it has ended.
     """
@@ -143,7 +154,13 @@ class FlightJob(Job):
     planner: str
     board: str
     seed: int = 0
-    seen: list[Flown] = field(default_factory=list)
+    latest: Flown | None = None
+    trail: list[list[float]] = field(default_factory=list)
+    versions: list[tuple[str, list[list[float]]]] = field(default_factory=list)
+    said: list[str] = field(default_factory=list)
+    news: dict[str, tuple[int, Any]] = field(default_factory=dict)
+    speed: float = USUAL
+    watchers: set[object] = field(default_factory=set)
     outcome: dict[str, Any] | None = None
 
     @property
@@ -155,6 +172,12 @@ class FlightJob(Job):
         """Note a message of the process."""
         super().take(message)
         if isinstance(message, Flown):
-            self.seen.append(message)
+            self.trail += message.trail
+            self.versions += message.versions
+            self.said += message.said
+            for name in NEWS:
+                if (value := getattr(message, name)) is not None:
+                    self.news[name] = (self.news.get(name, (0, None))[0] + 1, value)
+            self.latest = message
         elif isinstance(message, Landed):
             self.outcome, self.state = message.outcome, "found"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import multiprocessing
+import queue
 import secrets
 import threading
 import time
@@ -16,6 +17,7 @@ from typing import Any
 
 from host import interrupts
 from host.errors import InputError
+from host.web.desk.flight import ENDED
 from host.web.desk.job import FlightJob, Job, PlanJob
 from host.web.desk.messages import STOP, Failed
 from host.web.desk.worker import work
@@ -34,6 +36,7 @@ class _Process:
     """A process that loads the planners and waits for a task."""
 
     def __init__(self) -> None:
+        self._outbox: queue.SimpleQueue[Any] = queue.SimpleQueue()
         context = multiprocessing.get_context("spawn")
         self.connection: Connection
         self.connection, other = context.Pipe()
@@ -42,8 +45,24 @@ class _Process:
             self.process.start()
         other.close()
 
+    def begin(self, task: object) -> None:
+        """Give it its task."""
+        self.tell(task)
+        # A process that does not read keeps nobody waiting but this thread.
+        threading.Thread(target=self._post, daemon=True).start()
+
+    def tell(self, message: object) -> None:
+        """Send a message, behind those before it."""
+        self._outbox.put(message)
+
+    def _post(self) -> None:
+        with contextlib.suppress(OSError):
+            while (message := self._outbox.get()) is not None:
+                self.connection.send(message)
+
     def end(self) -> None:
         """Let it end by itself, as it does without a task."""
+        self._outbox.put(None)
         self.connection.close()
 
 
@@ -82,19 +101,23 @@ class Jobs:
         Raises
         ------
         InputError
-            If too many flights go on.
+            If too many flights go on, or one of the same plan.
         """
         with self._lock:
-            flying = sum(isinstance(each, FlightJob) for each in self._running)
-            if self._closed or flying >= _MOST_FLIGHTS:
-                raise InputError(f"{flying} flights go on, and no more may; end one.")
+            flights = [each for each in self._running if isinstance(each, FlightJob)]
+            if self._closed:
+                raise InputError("The desk is ending.")
+            if any(each.folder == job.folder for each in flights):
+                raise InputError("This plan is flown already; Saved plans shows its flight.")
+            if len(flights) >= _MOST_FLIGHTS:
+                raise InputError(f"{len(flights)} flights go on, and no more may; end one.")
             self._begin(job)
 
     def tell(self, job: Job, message: object) -> None:
         """Send a message to the process of a job, if there still is one."""
-        with self._lock, contextlib.suppress(OSError):
+        with self._lock:
             if job in self._running:
-                self._running[job].connection.send(message)
+                self._running[job].tell(message)
 
     def submit(self, values: Mapping[str, Any], name: str) -> PlanJob:
         """Plan a problem as soon as there is room; return its job.
@@ -181,6 +204,7 @@ class Jobs:
             self._spare = _Process()  # It was killed while it waited.
         self._running[job], self._spare = self._spare, _Process()
         job.state = job.at_work
+        self._running[job].begin(job.task)
         thread = threading.Thread(target=self._run, args=(job, self._running[job]), daemon=True)
         self._threads = [each for each in self._threads if each.is_alive()] + [thread]
         thread.start()
@@ -188,7 +212,6 @@ class Jobs:
     def _run(self, job: Job, process: _Process) -> None:
         """Receive what a process sends until it has ended, then start the next job."""
         try:
-            process.connection.send(job.task)
             while not job.done:
                 job.take(process.connection.recv())
         except (EOFError, OSError):
@@ -196,13 +219,15 @@ class Jobs:
                 "was stopped, and did not end" if job.stopping else "ended; memory may be short"
             )
             what = "flight" if isinstance(job, FlightJob) else "plan"
-            job.take(Failed(f"The process of this {what} {reason}."))
+            sentence = f"The process of this {what} {reason}."
+            is_ended = isinstance(job, FlightJob) and job.stopping
+            job.take(Failed(ENDED if is_ended else sentence))
         with self._lock:
             del self._running[job]
             self._start()
         # It may still draw the picture. Nothing is sent to it any more.
         process.process.join()
-        process.connection.close()
+        process.end()
 
     def _kill(self, job: Job) -> None:
         """End a process that has not heeded a stop; one that has is left to save its path."""

@@ -215,7 +215,7 @@ class Page:
                 table = {"zones": [_shape(values)]}
                 (zone,) = zones_of(table, self._drawn_terrain)
                 self._cockpit.order(zone)
-            elif values["what"] == "place":
+            elif values["what"] == "place" and values["name"] == "goal":
                 self._cockpit.order(Goal(*_numbers([values["x"], values["y"]])))
         except InputError as error:
             ui.notify(str(error), type="negative", multi_line=True)
@@ -243,8 +243,8 @@ class Page:
     async def _show(self, job: Job) -> None:
         """Show a job that goes on."""
         if isinstance(job, FlightJob):
-            await self._load(job.folder.name)
-            self._cockpit.follow(job)
+            if await self._load(job.folder.name):
+                self._cockpit.follow(job)
         elif isinstance(job, PlanJob):
             self._cockpit.leave()
             self._following.follow(job)
@@ -273,8 +273,8 @@ class Page:
         self._stage.set_kept(None)
         self._results.show(self._results.plan, None)
 
-    async def _load(self, name: str) -> None:
-        """Show a saved plan with its problem."""
+    async def _load(self, name: str) -> bool:
+        """Show a saved plan with its problem; return whether it could be read."""
 
         def read() -> PlanView:
             folder = self._desk.directory / name
@@ -289,7 +289,7 @@ class Page:
             view = await asyncio.to_thread(read)
         except (PathgeneError, OSError, ValueError) as error:
             ui.notify(str(error), type="negative", multi_line=True)
-            return
+            return False
         self._cockpit.leave()
         self._following.leave()
         self._show_values()
@@ -297,6 +297,7 @@ class Page:
         self._stage.begin()
         self._stage.set_plan(view.to_json())
         self._results.show(view, self._results.kept)
+        return True
 
     async def _opened(self, event: events.UploadEventArguments) -> None:
         """Take a file that a user gives: a problem, zones, an aircraft or a terrain."""

@@ -109,7 +109,10 @@ class Results:
             ui.html("<h2>Plan</h2>", sanitize=False)
             with ui.row().classes("actions"):
                 if self.plan is not None and self.plan.state == "saved":
-                    ui.button("Fly", on_click=self._fly).props("unelevated dense no-caps")
+                    button = ui.button("Fly", on_click=self._fly).props("unelevated dense no-caps")
+                    if self.plan.summary.get("via") or self.plan.summary.get("as_paper"):
+                        button.disable()
+                        button.tooltip("Plans with via points, and as paper, are not flown.")
                 if self.plan is not None:
                     ui.button("Keep to compare", on_click=self._keep).props("flat dense no-caps")
                 if self.kept is not None:

@@ -79,7 +79,7 @@ export default {
   created() {
     // Not reactive: the views are large and change themselves.
     Object.assign(this, { map: null, view: null, profile: null, scene: null });
-    Object.assign(this, { flight: null, problem: null });
+    Object.assign(this, { flight: null, problem: null, opened: null });
     Object.assign(this, { rows: [], queue: [], trail: [], plan: null, kept: null, coming: null });
     this.frame = 0;
     [this.stepped_ms, this.waited_ms, this.shown_ms] = [0, 0, 0];
@@ -99,6 +99,16 @@ export default {
   methods: {
     /** Show another terrain, which is fetched from `url`, with the problem on it. */
     async setTerrain(url, problem) {
+      this.opened = this.open(url, problem);
+      await this.opened;
+      await this.openView();
+      this.$el.dataset.ready = this.scene.terrain.name;
+      // For scripts and for tests.
+      globalThis.pathgene = { map: this.map, view: this.view, profile: this.profile };
+    },
+
+    /** Fetch the terrain, and show all views but 3-D. */
+    async open(url, problem) {
       const terrain = await (await fetch(url)).json();
       this.scene = readScene({ terrain, zones: [], points: [], paths: [], ceilings: [], ...problem });
       for (const part of [this.map, this.view, this.profile]) part?.dispose();
@@ -113,10 +123,6 @@ export default {
       this.map.onPoint = (place) => this.pointed(place);
       this.take("pan");
       this.showPlan();
-      await this.openView();
-      this.$el.dataset.ready = this.scene.terrain.name;
-      // For scripts and for tests.
-      globalThis.pathgene = { map: this.map, view: this.view, profile: this.profile };
     },
 
     /** Open the 3-D view: last, as three.js is large. */
@@ -146,20 +152,23 @@ export default {
       this.profile.setZones(zones);
     },
 
-    /** Begin to show the generations of a plan. */
-    begin() {
+    /** Begin to show the generations of a plan, once its terrain is there. */
+    async begin() {
+      await this.opened;
       [this.rows, this.queue, this.trail, this.plan, this.coming] = [[], [], [], null, null];
       this.showPlan();
     },
 
     /** Take generations [generation, best, mean, path or null] as they come. */
-    progress(rows) {
+    async progress(rows) {
+      await this.opened;
       this.queue.push(...rows);
       this.request();
     },
 
     /** Show a finished plan once all its generations are shown; null shows none. */
-    setPlan(plan) {
+    async setPlan(plan) {
+      await this.opened;
       this.coming = { plan: plan && { ...plan, path: readPath(plan.path) } };
       this.request();
     },
@@ -171,7 +180,8 @@ export default {
     },
 
     /** Begin to show a flight of the plan. */
-    fly() {
+    async fly() {
+      await this.opened;
       if (!this.map) return;
       this.flight = new Flight(this);
       this.setFlying(true);
@@ -179,13 +189,15 @@ export default {
     },
 
     /** Show what is new of the flight; see Flight.take. */
-    flown(news) {
+    async flown(news) {
+      await this.opened;
       this.flight?.take(news);
       this.request();
     },
 
     /** Show the plan and its problem again. */
-    land() {
+    async land() {
+      await this.opened;
       if (!this.flight) return;
       this.flight.end();
       this.flight = null;

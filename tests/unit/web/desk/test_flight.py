@@ -2,6 +2,7 @@
 
 import math
 import re
+import shutil
 import time
 
 import pytest
@@ -50,7 +51,7 @@ def take_off(planned):
     def start(planner="ga-chip", board="model:"):
         job = FlightJob(folder, planner=planner, board=board)
         jobs.fly(job)
-        until(lambda: job.seen or job.done)
+        until(lambda: job.latest or job.done)
         assert job.error is None
         return job
 
@@ -58,39 +59,38 @@ def take_off(planned):
 
 
 def said(job):
-    return " ".join(sentence for each in job.seen for sentence in each.said)
+    return " ".join(job.said)
 
 
-def changes(job):
-    told = [each.changes for each in job.seen if each.changes]
-    return told[-1] if told else []
+def news(job, name):
+    return job.news.get(name, (0, []))[1]
 
 
 def test_what_is_ordered_happens(planned, take_off):
     jobs, folder = planned
     job = take_off()
-    first = job.seen[0]
-    assert first.zones == []
-    assert [point["kind"] for point in first.points] == ["start", "goal"]
-    assert [kind for kind, _ in first.versions] == ["path"]
-    assert math.dist(first.versions[0][1][0][:2], CANYON["start"][:2]) < 1
+    assert news(job, "zones") == []
+    assert [point["kind"] for point in news(job, "points")] == ["start", "goal"]
+    assert [kind for kind, _ in job.versions] == ["path"]
+    assert math.dist(job.versions[0][1][0][:2], CANYON["start"][:2]) < 1
+    assert "path" not in job.news
     jobs.tell(job, AHEAD)
-    until(lambda: changes(job) and changes(job)[-1]["active_ms"] is not None)
-    (zones,) = [each.zones for each in job.seen[1:] if each.zones is not None]
-    assert [zone["name"] for zone in zones] == ["pop-up 1"]
-    (path,) = [each.path for each in job.seen if each.path]
-    assert path["name"] == "ga-chip"
-    assert changes(job)[-1]["active_ms"] < 100
+    until(lambda: "path" in job.news)
+    assert [zone["name"] for zone in news(job, "zones")] == ["pop-up 1"]
+    assert news(job, "path")["name"] == "ga-chip"
+    (change,) = news(job, "changes")
+    assert change["active_ms"] < 100
+    assert len(job.versions) == 2
     # A zone over the goal; then all are gone, and the goal is another.
     jobs.tell(job, Zone.circle(4700, 4600, 200))
-    until(lambda: len(changes(job)) == 2)
+    until(lambda: len(news(job, "zones")) == 2)
     jobs.tell(job, CLEAR)
     until(lambda: "a zone is gone" in said(job))
-    assert [each.zones for each in job.seen if each.zones is not None][-1] == []
+    assert news(job, "zones") == []
     jobs.tell(job, CLEAR)
     until(lambda: "No zone has appeared." in said(job))
     jobs.tell(job, Goal(4200.0, 4600.0))
-    until(lambda: [each for each in job.seen[1:] if each.points])
+    until(lambda: news(job, "points")[1]["x"] == 4200.0)
     jobs.tell(job, Goal(99_000.0, 0.0))
     until(lambda: re.search("goal.*map|map.*goal", said(job)))
     jobs.tell(job, Speed(FASTEST))
@@ -99,35 +99,59 @@ def test_what_is_ordered_happens(planned, take_off):
     assert job.outcome["ended"] == "arrived"
     flight = parse_json((folder / "flight.json").read_text())
     assert flight["ended"] == "arrived"
-    assert len(flight["changes"]) == len(changes(job))
+    assert len(flight["changes"]) == len(news(job, "changes"))
     assert {"flight.json", "flight.png", "flight.gif"} <= set(files_of(folder))
-    times = [each.time_s for each in job.seen]
-    assert times == sorted(times)
-    x, y = job.seen[-1].aircraft["x"], job.seen[-1].aircraft["y"]
+    x, y = job.latest.aircraft["x"], job.latest.aircraft["y"]
     assert math.hypot(x - 4200, y - 4600) < 60
+    assert len(job.trail) == pytest.approx(3 * job.latest.time_s, rel=0.02)
 
 
-def test_time_stands_still_and_a_flight_that_is_ended_leaves_nothing(planned, take_off):
+def test_things_happen_in_their_order_while_time_stands_still(planned, take_off):
     jobs, folder = planned
     before = set(folder.iterdir())
     job = take_off("astar", "")
     jobs.tell(job, Speed(0.0))
-    count = len(job.seen)
-    until(lambda: len(job.seen) > count + 10)
-    still = {each.time_s for each in job.seen[-5:]}
-    assert len(still) == 1
+    time.sleep(0.5)
+    still_s = job.latest.time_s
+    for order in (Zone.circle(4000, 1000, 50), CLEAR, CLEAR, Goal(4500, 4600), Goal(4400, 4600)):
+        jobs.tell(job, order)
+    until(lambda: len(news(job, "changes")) == 4)
+    assert "No zone has appeared." in said(job)
+    assert news(job, "points")[1]["x"] == 4400.0
+    assert job.latest.time_s - still_s < 0.5
     jobs.stop(job)
     until(lambda: job.done)
     assert job.error == "The flight was ended, and is not saved."
     assert set(folder.iterdir()) == before
 
 
-def test_flights_wait_for_no_plan_and_are_limited(planned, take_off):
+def test_a_flight_is_as_fast_as_it_is_told(take_off, planned):
     jobs, _ = planned
+    job = take_off("astar", "")
+    jobs.tell(job, Speed(2.0))
+    time.sleep(0.5)
+    began_s, flown_s = time.monotonic(), job.latest.time_s
+    time.sleep(3)
+    flown_s, real_s = job.latest.time_s - flown_s, time.monotonic() - began_s
+    jobs.stop(job)
+    until(lambda: job.done)
+    # A machine that is busy is slower.
+    assert 0.5 * real_s < flown_s < 2.1 * real_s + 0.2
+
+
+def test_flights_wait_for_no_plan_and_are_limited(planned, tmp_path):
+    jobs, folder = planned
     plan = jobs.submit({**CANYON, "planner": "ga-pc", "generations": 10_000_000}, "long")
-    flights = [take_off("astar", "") for _ in range(4)]
+    flights = []
+    for number in range(4):
+        shutil.copytree(folder, tmp_path / str(number))
+        flights.append(FlightJob(tmp_path / str(number), planner="astar", board=""))
+        jobs.fly(flights[-1])
     with pytest.raises(InputError, match="4 flights go on"):
-        take_off("astar", "")
+        jobs.fly(FlightJob(folder, planner="astar", board=""))
+    with pytest.raises(InputError, match="flown already"):
+        jobs.fly(FlightJob(tmp_path / "1", planner="astar", board=""))
+    until(lambda: all(job.latest for job in flights))
     assert plan.state == "planning"
     for job in (plan, *flights):
         jobs.stop(job)
@@ -135,9 +159,20 @@ def test_flights_wait_for_no_plan_and_are_limited(planned, take_off):
     assert plan.state == "saved"
 
 
-def test_what_cannot_be_flown_is_said(planned):
+def test_what_cannot_be_flown_or_saved_is_said(planned, take_off, tmp_path):
     jobs, folder = planned
-    job = FlightJob(folder.parent / "none", planner="astar", board="")
+    job = FlightJob(tmp_path / "none", planner="astar", board="")
     jobs.fly(job)
     until(lambda: job.done)
     assert "none" in job.error
+    shutil.copytree(folder, tmp_path / "gone")
+    job = FlightJob(tmp_path / "gone", planner="astar", board="")
+    jobs.fly(job)
+    until(lambda: job.latest)
+    shutil.rmtree(tmp_path / "gone")
+    (tmp_path / "gone").write_text("A file in its place.")
+    jobs.tell(job, Speed(FASTEST))
+    until(lambda: job.done)
+    assert job.outcome["ended"] == "arrived"
+    assert job.error.startswith("The flight is not saved: ")
+    assert "Internal" not in job.error

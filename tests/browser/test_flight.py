@@ -59,6 +59,7 @@ def test_zones_drawn_in_flight_are_flown_around(open_desk):
     assert 5 < float(found[1]) < 100
     assert float(found[2]) < 3
     page.wait_for_function("() => window.pathgene.map.zones[0]?.name === 'pop-up 1'")
+    assert page.locator('[data-role="flying"]').bounding_box()["height"] > 10
     # Another by the mouse, on the goal; then it is gone.
     page.get_by_role("button", name="Circle", exact=True).click()
     goal = page.evaluate("window.pathgene.map.points[1]")

@@ -104,7 +104,7 @@ class Event:
 
     @property
     def what(self) -> str:
-        """What happens, in words."""
+        """The event in words."""
         count = len(self.appear)
         words = (
             (self.board_lost, "the board is lost"),

@@ -43,6 +43,7 @@ class Cockpit:
         # How much of the lists of the job, and which of its news, the page has.
         self._trail = self._versions = self._said = 0
         self._known = dict.fromkeys(NEWS, 0)
+        self._shown: Flown | None = None
         self._timer = ui.timer(_POLL_S, self._look, active=False)
         self._build()
         ui.context.client.on_delete(self._gone)
@@ -99,6 +100,7 @@ class Cockpit:
         self._job = job
         self._trail = self._versions = self._said = 0
         self._known = dict.fromkeys(NEWS, 0)
+        self._shown = None
         self._latest.text = self._state.text = ""
         self._log.clear()
         if not job.watchers:
@@ -161,9 +163,10 @@ class Cockpit:
         if job is None:
             return
         is_done = job.done
-        news = self._news(job)
         flown = job.latest
-        if flown is not None:
+        news = self._news(job)
+        if flown is not None and (news or flown is not self._shown):
+            self._shown = flown
             trail, versions = job.trail[self._trail :], job.versions[self._versions :]
             self._trail += len(trail)
             self._versions += len(versions)

@@ -100,7 +100,7 @@ class Goal:
 
 @dataclass(frozen=True, kw_only=True)
 class Flown:
-    """What is new of a flight since the message before.
+    """News of a flight since the last message.
 
     Parameters
     ----------

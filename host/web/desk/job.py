@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,8 +25,8 @@ State = Literal["waiting", "planning", "flying", "found", "saved", "failed"]
 
 
 @dataclass(eq=False)
-class Job:
-    """What a process of the desk does. Only the desk's threads write to it.
+class Job(ABC):
+    """Work of a process of the desk. Only the desk's threads write to it.
 
     Parameters
     ----------
@@ -58,9 +59,9 @@ class Job:
     ending: bool = False
 
     @property
+    @abstractmethod
     def task(self) -> object:
-        """What the process is sent."""
-        raise NotImplementedError
+        """The task of the process."""
 
     @property
     def done(self) -> bool:
@@ -108,7 +109,7 @@ class PlanJob(Job):
 
     @property
     def task(self) -> PlanTask:
-        """What the process is sent."""
+        """The task of the process."""
         return PlanTask(self.values, self.folder)
 
     def take(self, message: object) -> None:
@@ -165,7 +166,7 @@ class FlightJob(Job):
 
     @property
     def task(self) -> FlyTask:
-        """What the process is sent."""
+        """The task of the process."""
         return FlyTask(self.folder, self.planner, self.board, self.seed)
 
     def take(self, message: object) -> None:

@@ -1,4 +1,4 @@
-"""What a process of the desk sends whatever it does, and how it sends it."""
+"""Messages between the desk and its processes, whether these plan or fly."""
 
 from __future__ import annotations
 

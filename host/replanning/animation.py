@@ -56,7 +56,7 @@ def write(report: Replanned, file: Path) -> None:
             append_images=reduced[1:],
             duration=durations,
             loop=0,
-            optimize=False,
+            optimize=True,
         )
 
 

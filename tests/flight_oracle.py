@@ -259,11 +259,13 @@ def _around(problem, end):
         rim = surface(problem.terrain, x + radius * np.cos(angles), y + radius * np.sin(angles))
         around = max(around, rim.max())
     # Inside, no place is higher than the highest node whose square the circle meets.
-    for (iy, ix), node in np.ndenumerate(problem.terrain.elevation):
-        gap_x = max(abs(ix * problem.terrain.dx_m - end[0]) - problem.terrain.dx_m / 2, 0)
-        gap_y = max(abs(iy * problem.terrain.dy_m - end[1]) - problem.terrain.dy_m / 2, 0)
-        if math.hypot(gap_x, gap_y) <= corridor:
-            around = max(around, np.inf if math.isnan(node) else node)
+    terrain = problem.terrain
+    rows, columns = terrain.shape
+    gap_x = np.abs(np.arange(columns) * terrain.dx_m - end[0]) - terrain.dx_m / 2
+    gap_y = np.abs(np.arange(rows) * terrain.dy_m - end[1]) - terrain.dy_m / 2
+    met = np.hypot(np.maximum(gap_x, 0), np.maximum(gap_y, 0)[:, None]) <= corridor
+    nodes = terrain.elevation[met]
+    around = max(around, np.where(np.isnan(nodes), np.inf, nodes).max(initial=-np.inf))
     # An end beside a void has no height that would lower the demand.
     return (own if math.isfinite(own) else end[2]), (around if math.isfinite(around) else end[2])
 

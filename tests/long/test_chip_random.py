@@ -99,7 +99,7 @@ def plan_a_case(case):
 
 @pytest.mark.long
 def test_wherever_astar_finds_a_path_the_chip_plans_one_too():
-    """Takes about an hour on two cores."""
+    """Takes about fifteen minutes on two cores."""
     outcomes = []
     with get_context("spawn").Pool() as pool:
         for outcome in pool.imap(plan_a_case, range(5 * PROBLEMS)):

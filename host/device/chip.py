@@ -32,6 +32,7 @@ from hdl.protocol.breeding import Recipe, breed, keep
 from host.device.identity import built_config, request_info
 from host.device.link import Link
 from host.device.map_copy import MapCopy
+from host.device.orders import Orders
 from host.device.path_checks import CheckReport, check_points, check_slots
 from host.device.runs import Runs
 from host.errors import InputError
@@ -121,8 +122,9 @@ class Chip:
         self._steps = 0
         self.info = request_info(link)
         self.config = built_config(self.info)
-        self._map = MapCopy(self.config, link)
-        self._runs = Runs(self.config, link, self._map)
+        self._orders = Orders(link)
+        self._map = MapCopy(self.config, self._orders)
+        self._runs = Runs(self.config, link, self._orders, self._map)
         self._beside: Chip | None = None
         self.closed = False
         link.open(self.info["session"], credit=self.config.receive_buffer)

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from enum import IntEnum
 
 from hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, DELIMITER, Command, Status
 from hdl.protocol.codec import Frame, FrameError, FrameSplitter, decode_frame, encode_frame
+from host.device.traffic import Traffic
 from host.device.transport import Transport
 from host.device.window import Request, Window
 from host.errors import JobError
 
 
-__all__ = ["Link", "LinkError", "LinkTimeoutError", "RefusedError", "Traffic"]
+__all__ = ["Link", "LinkError", "LinkTimeoutError", "RefusedError"]
 
 #: Maximum commands in flight. The chip can tell the latest 127 commands from new ones.
 _WINDOW = 64
@@ -68,36 +68,6 @@ class RefusedError(LinkError):
 
 def _name(codes: type[IntEnum], code: int) -> str:
     return codes(code).name if code in list(codes) else str(code)
-
-
-@dataclass
-class Traffic:
-    """Traffic of a link since it was made.
-
-    Attributes
-    ----------
-    bytes_to_board, bytes_from_board : int
-        Bytes, delimiters and damaged bytes included.
-    frames_to_board, frames_from_board : int
-        Frames sent, repeated frames included, and good frames received.
-    frames_damaged : int
-        Damaged frames received and discarded.
-    frames_repeated : int
-        Frames repeated because their answer was missing.
-    exchanges : int
-        Requests, and transfers of many commands, that have waited for their answers.
-    waiting_s : float
-        Seconds spent waiting for bytes from the board.
-    """
-
-    bytes_to_board: int = 0
-    bytes_from_board: int = 0
-    frames_to_board: int = 0
-    frames_from_board: int = 0
-    frames_damaged: int = 0
-    frames_repeated: int = 0
-    exchanges: int = 0
-    waiting_s: float = 0.0
 
 
 class Link:
@@ -282,27 +252,46 @@ class Link:
         """
         return self._deliver([Request(code, (payload,)) for code, payload in commands])
 
+    def order(self, commands: Sequence[tuple[int, bytes]]) -> None:
+        """Have many commands executed once each, in their order; their answers say nothing.
+
+        Parameters
+        ----------
+        commands : sequence of (int, bytes)
+            As for :meth:`transfer`.
+
+        Raises
+        ------
+        RefusedError, LinkTimeoutError
+            As :meth:`transfer` does.
+        """
+        self._wait_for([Request(code, (payload,)) for code, payload in commands])
+
     def _deliver(self, requests: Sequence[Request]) -> list[bytes]:
-        room = self._credit - BODY_HEADER_BYTES - CRC_BYTES
-        for payload in (payload for request in requests for payload in request.payloads):
-            if self.session is not None and len(payload) > room:
-                raise ValueError(f"Payload must have at most {room} bytes, not {len(payload)}")
         missing = list(requests)
         while missing:  # The last command always gets its answer.
-            if self.session is None:
-                raise LinkError("No session with the board is open; open the board again.")
-            session, self.session = self.session, None
-            self.traffic.exchanges += 1
-            try:
-                self._exchange(session, missing)
-            except RefusedError:
-                if len(missing) == 1 and len(missing[0].payloads) == 1:
-                    self.session = session
-                raise
-            self.session = session
-            self._next = (self._next + len(missing)) % 256
+            self._wait_for(missing)
             missing = [request for request in missing if request.answer is None]
         return [request.answer or b"" for request in requests]
+
+    def _wait_for(self, requests: Sequence[Request]) -> None:
+        """Have requests executed in their order."""
+        if self.session is None:
+            raise LinkError("No session with the board is open; open the board again.")
+        room = self._credit - BODY_HEADER_BYTES - CRC_BYTES
+        for payload in (payload for request in requests for payload in request.payloads):
+            if len(payload) > room:
+                raise ValueError(f"Payload must have at most {room} bytes, not {len(payload)}")
+        session, self.session = self.session, None
+        self.traffic.exchanges += 1
+        try:
+            self._exchange(session, requests)
+        except RefusedError:
+            if len(requests) == 1 and len(requests[0].payloads) == 1:
+                self.session = session
+            raise
+        self.session = session
+        self._next = (self._next + len(requests)) % 256
 
     def _exchange(self, session: int, requests: Sequence[Request]) -> None:
         """Send ``requests`` until the last has its answer: go-back-N within the credit."""

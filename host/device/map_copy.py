@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +10,8 @@ from numpy.typing import NDArray
 from hdl.config import Config
 from hdl.protocol import Command
 from hdl.protocol.planner import NoFlyShape
-from host.device.link import Link
 from host.device.map_frames import map_frames
+from host.device.orders import Orders
 
 
 __all__ = ["MapCopy", "drawn_corners"]
@@ -23,6 +22,9 @@ _UNKNOWN = -1
 _FRAMES_PER_REPORT = 64
 #: Changes with more unchanged rows between them are sent as rectangles of their own.
 _ROWS_APART = 16
+
+#: Rows and columns of a rectangle, and what is written there.
+Written = tuple[tuple[slice, slice], NDArray[np.integer]]
 
 
 def drawn_corners(shape: NoFlyShape) -> NDArray[np.bool_]:
@@ -39,18 +41,18 @@ def drawn_corners(shape: NoFlyShape) -> NDArray[np.bool_]:
 
 
 class MapCopy:
-    """The cells of a chip's map that the chip has acknowledged.
+    """The cells of a chip's map, as far as they are known.
 
     Parameters
     ----------
     config : Config
         The chip's.
-    link : Link
-        Link to the chip.
+    orders : Orders
+        Commands to the chip.
     """
 
-    def __init__(self, config: Config, link: Link) -> None:
-        self._config, self._link = config, link
+    def __init__(self, config: Config, orders: Orders) -> None:
+        self._config, self._orders = config, orders
         self._heights = np.full((config.map_size,) * 2, _UNKNOWN, dtype=np.int32)
 
     def upload(
@@ -64,32 +66,38 @@ class MapCopy:
         """Write a rectangle: see :meth:`host.device.chip.Chip.upload_map`."""
         heights = np.asarray(heights)
         frames = list(map_frames(self._config, heights, x, y))
-        rows, columns = heights.shape
-        written = self._heights.copy()
-        written[y : y + rows, x : x + columns] = heights
-        # A transfer that fails leaves all cells unknown that the chip has not acknowledged.
-        self._heights[y : y + rows, x : x + columns] = _UNKNOWN
         done = 0
         for first in range(0, len(frames), _FRAMES_PER_REPORT):
             part = frames[first : first + _FRAMES_PER_REPORT]
-            self._link.transfer([(Command.MAP, payload) for payload, _ in part])
-            for _, cells in part:
-                self._heights[cells] = written[cells]
-                done += self._heights[cells].size
+            written = [
+                (cells, heights[_moved(cells[0], -y), _moved(cells[1], -x)]) for _, cells in part
+            ]
+            self._give([(Command.MAP, payload) for payload, _ in part], written)
+            done += sum(values.size for _, values in written)
             if progress:
                 progress(done, heights.size)
 
-    @contextmanager
-    def blocking(self, shape: NoFlyShape) -> Iterator[None]:
-        """Take the corners of a shape as blocked after the block, which has the chip draw them.
+    def block(self, shape: NoFlyShape) -> None:
+        """Have the chip draw a shape: see :meth:`host.device.runs.Runs.block`."""
+        cells = slice(shape.first_y, shape.last_y + 1), slice(shape.first_x, shape.last_x + 1)
+        blocked = np.where(
+            drawn_corners(shape), self._config.blocked_altitude, self._heights[cells]
+        )
+        self._give([(Command.BLOCK, shape.pack(self._config))], [(cells, blocked)])
 
-        If the block fails, the box of the shape is unknown: a later :meth:`update` sends it again.
-        """
-        box = self._heights[shape.first_y : shape.last_y + 1, shape.first_x : shape.last_x + 1]
-        after = np.where(drawn_corners(shape), self._config.blocked_altitude, box)
-        box[:] = _UNKNOWN
-        yield
-        box[:] = after
+    def _give(self, commands: list[tuple[int, bytes]], written: list[Written]) -> None:
+        """Give commands that write parts of the map; unknown if the chip may not have them."""
+
+        def forget() -> None:
+            for cells, _ in written:
+                self._heights[cells] = _UNKNOWN
+
+        def note() -> None:
+            for cells, values in written:
+                self._heights[cells] = values
+
+        forget()
+        self._orders.give(commands, lost=forget, then=note)
 
     def update(
         self,
@@ -126,3 +134,7 @@ def _shifted(
 ) -> Callable[[int, int], object]:
     """Return a progress of a part that reports the cells of the whole."""
     return lambda done, _: progress(before + done, total)
+
+
+def _moved(places: slice, by: int) -> slice:
+    return slice(places.start + by, places.stop + by)

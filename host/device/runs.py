@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 
 from hdl.config import Config
@@ -11,6 +12,7 @@ from hdl.protocol.planner import VALUE_BITS, NoFlyShape, PathClass, ProblemRecor
 from hdl.protocol.runs import RunOptions, unpack_best
 from host.device.link import Link
 from host.device.map_copy import MapCopy
+from host.device.orders import Orders
 
 
 __all__ = ["BestPaths", "RunStatus", "Runs"]
@@ -78,6 +80,8 @@ class Runs:
         The chip's; it must have a streaming genetic core.
     link : Link
         Link to the chip.
+    orders : Orders
+        Commands over that link.
     map_copy : MapCopy
         The host's copy of its map.
 
@@ -92,9 +96,17 @@ class Runs:
         From every method: if the chip refuses the command.
     """
 
-    def __init__(self, config: Config, link: Link, map_copy: MapCopy) -> None:
-        self._config, self._link, self._map = config, link, map_copy
+    def __init__(self, config: Config, link: Link, orders: Orders, map_copy: MapCopy) -> None:
+        self._config, self._link, self._orders, self._map = config, link, orders, map_copy
         self.started = 0
+
+    def together(self) -> AbstractContextManager[None]:
+        """Return a context within which commands that have no answer share one wait for a reply.
+
+        They are those of this object but :meth:`status` and :meth:`best`, which may not come
+        between, and writes of the map. What one of them raises comes at the end of the context.
+        """
+        return self._orders.together()
 
     def set_problem(self, record: ProblemRecord) -> None:
         """Give the chip a problem on its map of corners.
@@ -106,7 +118,7 @@ class Runs:
         ValueError
             If a field of the record does not fit.
         """
-        self._link.request(Command.PROBLEM, record.pack(self._config))
+        self._orders.give([(Command.PROBLEM, record.pack(self._config))])
 
     def block(self, shape: NoFlyShape) -> None:
         """Block the corners in a shape; the chip draws it.
@@ -120,9 +132,7 @@ class Runs:
         """
         if not shape.is_valid():
             raise ValueError(f"The box of a shape must have a corner at least, not as in {shape}")
-        payload = shape.pack(self._config)
-        with self._map.blocking(shape):
-            self._link.request(Command.BLOCK, payload)
+        self._map.block(shape)
 
     def start(self, options: RunOptions) -> None:
         """Begin a run on the problem; :meth:`status` says when it is over.
@@ -138,7 +148,7 @@ class Runs:
         payload = options.pack(self._config)
         # Whatever the answer, the population may be another one from here on.
         self.started += 1
-        self._link.request(Command.RUN, payload)
+        self._orders.give([(Command.RUN, payload)])
 
     def status(self) -> RunStatus:
         """Return the progress of the latest run."""
@@ -157,7 +167,7 @@ class Runs:
 
         First populations are completed before.
         """
-        self._link.request(Command.STOP)
+        self._orders.give([(Command.STOP, b"")])
 
     def best(self) -> BestPaths:
         """Return the paths of the latest run, the best first; none without one on the problem."""

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from hdl.protocol.codes import UNITS
 from hdl.protocol.planner import PathClass
 from hdl.protocol.runs import RunOptions
-from host.device.link import Traffic
 from host.device.runs import BestPaths, RunStatus
+from host.device.traffic import Traffic
 from host.planners.base import Run
 from host.planners.problem_on_chip import ProblemOnChip
 
@@ -50,18 +50,15 @@ class ChipRuns:
         return self._cycles["total"]
 
     def search(self, first: Iterable[RunOptions], further: Sequence[RunOptions] = ()) -> None:
-        """Send the problem, do ``first`` runs until a path is feasible, then the further ones.
+        """Do ``first`` runs until a path is feasible, then the further ones.
 
         A stop criterion ends the search. Between two first runs the map is eased beside the ends.
         """
         task = self._task
-        with self._run.phase("link"):
-            task.send()
         change = 0
         for options in first:
             if change:
-                with self._run.phase("link"):
-                    task.ease(change)
+                task.ease(change)
             best, is_found = self._do(options, is_last=not further)
             if self._is_stopped:
                 return

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from hdl.protocol.planner import NoFlyShape
 from hdl.protocol.runs import RunOptions
 from host.device.chip import Chip, unpack_waypoints
-from host.device.link import Traffic
 from host.device.map_copy import drawn_corners
 from host.device.runs import BestPaths, RunStatus
+from host.device.traffic import Traffic
 from host.planners.chip_problem import chip_ends, problem_record, whole_path
 from host.problem.corner_map import EASES, CornerMap
 from host.problem.problem import Problem
@@ -63,7 +63,7 @@ class ProblemOnChip:
     Attributes
     ----------
     drawing_cycles : int
-        Cycles in which the chip has drawn the zones of the latest :meth:`send`.
+        Cycles in which the chip has drawn zones.
     looks, look_bytes : int, (int, int)
         Looks at the latest run, and the bytes of one to the board and from it.
     eased : int
@@ -83,6 +83,7 @@ class ProblemOnChip:
         self._shapes: list[NoFlyShape] = []
         self._runs_before: int | None = None
         self._first: NDArray[np.integer] | None = None
+        self._is_sent = False
         self.drawing_cycles = self.looks = 0
         self.look_bytes = 0, 0
 
@@ -94,7 +95,7 @@ class ProblemOnChip:
     def changed(self, problem: Problem) -> ProblemOnChip:
         """Return another problem over the same terrain, to go on from this one.
 
-        :meth:`send` has the chip draw each new zone, and uploads what a drawing cannot do: the
+        The first run has the chip draw each new zone, and uploads what a drawing cannot do: the
         corners of zones that are gone, those beside the ends, zones with heights or times, and
         dents and holes of a zone. What is gone waits for :meth:`free` where a zone is new: a path
         that keeps clear of both is safe, and comes sooner. Elsewhere the chip keeps the map that it
@@ -152,17 +153,18 @@ class ProblemOnChip:
         blocked = drawn if keeps else drawn & ~excess
         self._corners[rows, columns][blocked] = self.chip.config.blocked_altitude
 
-    def send(self) -> None:
+    def _send(self) -> None:
         """Give the chip map and record."""
         for shape in self._shapes:
             self.chip.runs.block(shape)
-        self.drawing_cycles = sum(shape.drawing_cycles for shape in self._shapes)
+        self.drawing_cycles += sum(shape.drawing_cycles for shape in self._shapes)
         self._shapes = []
         self.chip.update_map(self._corners if self._first is None else self._first)
         self.chip.runs.set_problem(self._record)
+        self._is_sent = True
 
     def free(self) -> None:
-        """Set free on the chip what :meth:`send` has left."""
+        """Set free on the chip what the first run has left blocked."""
         if self._first is not None:
             self._first = None
             self.chip.update_map(self._corners)
@@ -171,22 +173,27 @@ class ProblemOnChip:
         """Lower the corners of the map beside start and goal more, or less, if that is possible."""
         self.eased = min(max(self.eased + change, min(EASES)), max(EASES))
         for end in self._ends:
-            rows, columns = self.grid.around(end)
-            corners = self.grid.corners_in(rows, columns, self._ends, self.eased)
-            self._corners[rows, columns] = corners
-            self.chip.upload_map(corners, columns.start, rows.start)
-        self.chip.runs.set_problem(self._record)
+            part = self.grid.around(end)
+            corners = self.grid.corners_in(*part, self._ends, self.eased)
+            self._corners[part] = corners
+            if self._first is not None:
+                self._first[part] = corners
+        self._is_sent = False
 
     def run(
         self, options: RunOptions, ends: Callable[[RunStatus], bool]
     ) -> tuple[RunStatus, BestPaths]:
         """Do a run; return what it did and found.
 
+        Before the first, and after :meth:`ease`, the chip gets its map and record with the command.
         ``ends`` is asked at each look at a run that goes on, and stops it by returning True.
         """
         runs = self.chip.runs
         limit_s = options.cycles / self.chip.config.clock_hz
-        runs.start(options)
+        with runs.together():
+            if not self._is_sent:
+                self._send()
+            runs.start(options)
         stopped = False
         before = dataclasses.replace(self.chip.link.traffic)
         self.looks = 1

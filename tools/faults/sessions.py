@@ -101,7 +101,6 @@ def _plan(chip: Chip, seed: int, tell: Tell) -> None:
     evaluator = Evaluator(flight, threads=1)
     task = ProblemOnChip(chip, flight, CornerMap(config, flight))
     tell("map")
-    task.send()
     options = RunOptions(
         seed=rng.getrandbits(64),
         cycles=1_000_000,
@@ -122,7 +121,6 @@ def _plan(chip: Chip, seed: int, tell: Tell) -> None:
     )
     task = task.changed(changed)
     tell("zone")
-    task.send()
     warm = RunOptions(
         seed=rng.getrandbits(64),
         cycles=1_000_000,

@@ -178,13 +178,13 @@ def test_after_a_block_that_failed_its_box_is_sent_again(problem, monkeypatch):
     chip = Chip(Link(ModelPort(model), timeout_s=0.01, attempts=3))
     chip.update_map(heights)
     corner = NoFlyShape(first_x=9, first_y=9, last_x=11, last_y=9, edges=((0, -1, 0),))
-    real = chip.link.request
+    real = chip.link.order
 
-    def lost(command, payload=b""):
-        real(command, payload)
+    def lost(commands):
+        real(commands)
         raise LinkError("The board was lost: unplugged.")
 
-    monkeypatch.setattr(chip.link, "request", lost)
+    monkeypatch.setattr(chip.link, "order", lost)
     with pytest.raises(LinkError):
         chip.runs.block(corner)
     monkeypatch.undo()

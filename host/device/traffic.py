@@ -1,0 +1,38 @@
+"""Counts of what passes over a link."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+__all__ = ["Traffic"]
+
+
+@dataclass
+class Traffic:
+    """Traffic of a link since it was made.
+
+    Attributes
+    ----------
+    bytes_to_board, bytes_from_board : int
+        Bytes, delimiters and damaged bytes included.
+    frames_to_board, frames_from_board : int
+        Frames sent, repeated frames included, and good frames received.
+    frames_damaged : int
+        Damaged frames received and discarded.
+    frames_repeated : int
+        Frames repeated because their answer was missing.
+    exchanges : int
+        Requests, and transfers of many commands, that have waited for their answers.
+    waiting_s : float
+        Seconds spent waiting for bytes from the board.
+    """
+
+    bytes_to_board: int = 0
+    bytes_from_board: int = 0
+    frames_to_board: int = 0
+    frames_from_board: int = 0
+    frames_damaged: int = 0
+    frames_repeated: int = 0
+    exchanges: int = 0
+    waiting_s: float = 0.0

@@ -90,14 +90,25 @@ class Evaluator:
         from host.evaluation import kernels
 
         self._kernels = kernels
-        self._constants = constants_of(problem, self.ds_m, self.bilinear, self.isa)
-        self._fine = self._constants._replace(ds_m=self.ds_m / FINE)
+        self._bare = constants_of(problem, self.ds_m, self.bilinear, self.isa)
         self._strict: StrictRule | None = None
         if problem.rules is not None:
             from host.evaluation.safety import StrictRule
 
-            self._strict = StrictRule(problem, self._constants)
+            self._strict = StrictRule(problem, self._bare)
         self._pool: ThreadPoolExecutor | None = None
+
+    @cached_property
+    def _constants(self) -> Constants:
+        """Constants with those of the rasters of the search, which the strict rule needs not."""
+        problem = self.problem
+        return self._bare._replace(
+            zones=int(problem.nofly_raster.any()), roofed=int(problem.roof is not None)
+        )
+
+    @cached_property
+    def _fine(self) -> Constants:
+        return self._constants._replace(ds_m=self.ds_m / FINE)
 
     @cached_property
     def _ground(self) -> Floats:
@@ -184,11 +195,14 @@ class Evaluator:
         assert problem.rules is not None
         terms, track = rule.judge(path)
         length, altitude, fuel, steep, under, zone, impossible, beyond = terms
-        arcs = len(path) - 2 + self._constants.headings
+        arcs = len(path) - 2 + self._bare.headings
         corners = impossible / arcs * length if arcs else 0.0
         penalty = under + zone + steep + corners + beyond
-        cost = kernels.cost_of(self._constants, altitude, fuel)
-        searched, _ = self._population(path[None], np.array([len(path)]), self._constants)[:2]
+        cost = kernels.cost_of(self._bare, altitude, fuel)
+        # The rasters of the search take milliseconds, which a replan need not wait for.
+        is_seen = penalty == 0 or bool(
+            self._population(path[None], np.array([len(path)]), self._constants)[0, 0] == 0
+        )
         clearance_m, height_m, limits = rule.report(track)
         fuel_left = range_left = None
         if problem.aircraft.fuel_weight_N is not None:
@@ -196,7 +210,7 @@ class Evaluator:
             range_left = level_range_m(problem.aircraft, fuel, max(fuel_left, 0.0))
         return Evaluation(
             feasible=penalty == 0,
-            feasible_at_ds=bool(searched[0] == 0),
+            feasible_at_ds=is_seen,
             fitness=kernels.fitness_of(penalty, cost),
             penalty=penalty,
             cost=cost,

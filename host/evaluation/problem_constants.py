@@ -14,7 +14,7 @@ __all__ = ["constants_of"]
 
 
 def constants_of(problem: Problem, ds_m: float, bilinear: bool, isa: bool) -> Constants:
-    """Return the constants of a problem for the kernels."""
+    """Return the constants of a problem for the kernels, without those of its search rasters."""
     terrain, aircraft, limits = problem.terrain, problem.aircraft, problem.limits
     start, goal = (heading or (0.0, 0.0) for heading in problem.headings)
     rows, columns = terrain.elevation.shape
@@ -26,7 +26,7 @@ def constants_of(problem: Problem, ds_m: float, bilinear: bool, isa: bool) -> Co
         columns=columns,
         ds_m=ds_m,
         sampled=1,
-        zones=int(problem.nofly_raster.any()),
+        zones=0,
         bilinear=int(bilinear),
         isa=int(isa),
         turn_radius_m=limits.turn_radius_m,
@@ -43,7 +43,7 @@ def constants_of(problem: Problem, ds_m: float, bilinear: bool, isa: bool) -> Co
         utopia_area_m2=best.altitude_m * best.length_m,
         utopia_fuel=best.fuel_N,
         in_air=int(problem.rules is not None and problem.wind != (0.0, 0.0)),
-        roofed=int(problem.roof is not None),
+        roofed=0,
         headings=sum(heading is not None for heading in problem.headings),
         climb_m_s=_vertical_m_s(aircraft, aircraft.max_climb_deg),
         descent_m_s=_vertical_m_s(aircraft, aircraft.max_descent_deg),

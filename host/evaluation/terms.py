@@ -40,9 +40,9 @@ class Evaluation:
         Equation (1) at ``ds / 8``, metres.
 
     Under the rules of safe flight, ``feasible``, ``penalty``, ``fitness`` and the distances are
-    those of the strict rule; ``feasible_at_ds`` is what the search sees, and ``penalty_fine`` the
-    penalty again. ``minimum_clearance_m`` is then exact to a centimetre and counts the whole
-    corridor. The following are None as paper.
+    those of the strict rule; ``feasible_at_ds`` is that, or else what the search sees, and
+    ``penalty_fine`` the penalty again. ``minimum_clearance_m`` is then exact to a centimetre and
+    counts the whole corridor. The following are None as paper.
 
     clearance_m : float
         Clearance asked for.

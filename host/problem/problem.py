@@ -245,6 +245,9 @@ class Problem:
 
         As paper, and of zones that end before they can be reached, there are none.
         """
+        if all(zone.t0_s is None and zone.t1_s is None for zone in self.zones):
+            # The rasters take milliseconds.
+            return ()
         return () if self._rasters is None else self._rasters.at_times_zones
 
     @cached_property

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 from dataclasses import dataclass
+from functools import cached_property
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -205,10 +206,8 @@ class SearchRasters:
     roof : (ny, nx) float64, metres, or None
         Highest altitude at each node: the ceiling above ground, and zones to be flown under;
         infinite where there is none. None if no node has one.
-    nofly : (ny, nx) bool
-        Nodes in zones that are neither flown over nor under.
     at_times : (ny, nx) bool
-        The same of zones that are active at times.
+        Nodes in zones that are active at times and neither flown over nor under.
     at_times_zones : tuple of Zone
         These zones.
     """
@@ -222,19 +221,18 @@ class SearchRasters:
         fastest_m_s: float,
     ) -> None:
         self.floor = _floor(terrain, demand, rules.corridor_m)
-        roof = np.full(terrain.shape, np.inf)
+        self._terrain, self._margin_m = terrain, rules.zone_margin_m
+        roof: Floats | None = None
         if rules.ceiling_agl_m is not None:
             # The surface in a node's square is nowhere below the node.
-            np.copyto(roof, terrain.elevation + rules.ceiling_agl_m, where=~terrain.voids)
-        self.nofly = np.zeros(terrain.shape, dtype=bool)
+            roof = np.where(terrain.voids, np.inf, terrain.elevation + rules.ceiling_agl_m)
+        self._never = np.zeros(terrain.shape, dtype=bool)
         self.at_times = np.zeros(terrain.shape, dtype=bool)
         at_times = []
         start = demand.ends[0]
-        # All zones without heights and times at once: there may be thousands.
-        limited = [zone for zone in zones if zone.limits.keys() - {"name"}]
-        plain = [zone for zone in zones if not zone.limits.keys() - {"name"}]
-        self.nofly |= blocked_cells(plain, terrain, rules.zone_margin_m)
-        for zone in limited:
+        self._plain = [zone for zone in zones if not zone.limits.keys() - {"name"}]
+        self._limited = [zone for zone in zones if zone.limits.keys() - {"name"}]
+        for zone in self._limited:
             if zone.t1_s is not None:
                 reach_m = fastest_m_s * zone.t1_s + rules.zone_margin_m
                 if _least_distance_m(zone, start[0], start[1]) > reach_m:
@@ -243,11 +241,12 @@ class SearchRasters:
             if zone.lower_m is not None:
                 lowest = zone.lower_m - rules.zone_margin_m
                 under = cells & (self.floor + rules.clearance_m <= lowest)
+                roof = np.full(terrain.shape, np.inf) if roof is None else roof
                 roof[under] = np.minimum(roof[under], lowest)
                 cells &= ~under
             if zone.upper_m is None:
                 if zone.t0_s is None and zone.t1_s is None:
-                    self.nofly |= cells
+                    self._never |= cells
                 else:
                     self.at_times |= cells
                     at_times.append(zone)
@@ -256,7 +255,14 @@ class SearchRasters:
                     self.floor[cells], zone.upper_m + rules.zone_margin_m
                 )
         self.at_times_zones = tuple(at_times)
-        self.roof = roof if np.isfinite(roof).any() else None
+        self.roof = roof if roof is not None and np.isfinite(roof).any() else None
+
+    @cached_property
+    def nofly(self) -> NDArray[np.bool_]:
+        """Nodes in zones that are neither flown over nor under; replans do without."""
+        # All zones without heights and times at once: there may be thousands.
+        plain = blocked_cells(self._plain, self._terrain, self._margin_m)
+        return plain | self._never if self._limited else plain
 
 
 def _least_distance_m(zone: Zone, x: float, y: float) -> float:

@@ -174,7 +174,7 @@ def run(options: Options) -> Report:
             "from PROBLEM to BEST by the chip's counter. In the last columns with BLOCK, and all",
             "bytes of both directions at 3 Mbaud: MAP beside the ends, PROBLEM, RUN, STATUS until",
             "one tells the end, BEST. From new seeds the map is uploaded, which is not counted.",
-            "The retry is of 5 ms from new seeds.",
+            "The retry is of 2.8 ms at most, from new seeds.",
             *missing(),
         ],
     )

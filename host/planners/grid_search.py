@@ -16,7 +16,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from host.evaluation.fuel import SEA_LEVEL_DENSITY_KG_M3, air_distance
-from host.evaluation.reference import utopia
+from host.evaluation.reference import problem_utopia
 from host.problem.problem import Problem
 
 
@@ -53,7 +53,7 @@ class Prices:
     """
 
     def __init__(self, problem: Problem) -> None:
-        best = utopia(problem.start, problem.goal, problem.aircraft, problem.wind)
+        best = problem_utopia(problem)
         aircraft = problem.aircraft
         lift_area = (
             0.5 * SEA_LEVEL_DENSITY_KG_M3 * aircraft.cruise_speed_m_s**2 * aircraft.wing_area_m2

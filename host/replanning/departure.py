@@ -10,20 +10,45 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from host.evaluation.fuel import thrust_needed
 from host.evaluation.geometry import Straight
 from host.problem.aircraft import Aircraft
+from host.problem.ends import Point
 from host.problem.problem import Problem
 from host.replanning.present import Present
 from host.replanning.tracks import Pose, Track, part, pose_at
 
 
-__all__ = ["Departure", "depart"]
+__all__ = ["Departure", "RestOfFlight", "depart"]
 
 # Straights that lead to a start: turn radii, and share of the steepest climb; the first that is
 # safe. Half of one that climbs may be a turn's tangent, over which its climb is lost.
 _LEADS = (1.1, 0.0), (2.0, 0.25), (2.0, 0.45)
 # A new track begins so far behind the aircraft: guidance finds its place on it, metres.
 _BACK_M = 60.0
+# A glide takes less than this share of the thrust of level flight.
+_GLIDE = 0.25
+
+
+class RestOfFlight(Problem):
+    """The problem of the rest of a flight, which may begin high above a near goal.
+
+    Costs are relative to the straight line from start to goal. Where that is so steep a glide that
+    it burns little fuel or none, they are relative to the level line below it, at the goal's
+    altitude.
+    """
+
+    @property
+    def way(self) -> tuple[Point, ...]:
+        """Ends of the line that costs are relative to."""
+        (x, y, z), goal = self.start, self.goal
+        run_m, rise_m = math.hypot(goal[0] - x, goal[1] - y), goal[2] - z
+        thrust, level = (
+            thrust_needed(self.aircraft, self.aircraft.weight_N, run_m or 1.0, rise)
+            for rise in (rise_m, 0.0)
+        )
+        is_glide = run_m > 0 and thrust < _GLIDE * level
+        return (x, y, goal[2] if is_glide else z), goal
 
 
 @dataclass(frozen=True)
@@ -52,7 +77,7 @@ class Departure:
 
     def problem(
         self, mission: Problem, present: Present, aircraft: Aircraft, goal_heading: float | None
-    ) -> Problem:
+    ) -> RestOfFlight:
         """Return the problem of the rest of the flight.
 
         Raises
@@ -61,7 +86,7 @@ class Departure:
             If its start or goal is in a zone, in the ground or off the map.
         """
         start = self.start
-        return Problem(
+        return RestOfFlight(
             mission.terrain,
             start.point,
             present.goal,

@@ -1,0 +1,88 @@
+"""Where a plan leaves a track, and the problem of the rest of a flight."""
+
+import math
+
+import numpy as np
+import pytest
+
+from host.errors import InputError
+from host.evaluation import Evaluator, problem_utopia, utopia
+from host.planners import make
+from host.planners.base import Options
+from host.problem.problem import Problem
+from host.replanning.departure import RestOfFlight
+from host.replanning.tracks import end_of, is_smooth
+
+
+def rest(mission, z, *, away_m=5000.0, goal_z=250.0):
+    """Return the problem from an altitude ``z`` to a goal at ``goal_z`` west of it."""
+    return RestOfFlight(
+        mission.terrain,
+        (1500.0 + away_m, 4500.0, z),
+        (1500.0, 4500.0, goal_z),
+        mission.aircraft,
+        rules=mission.rules,
+        start_heading_deg=270.0,
+    )
+
+
+@pytest.mark.parametrize("z", [200.0, 250.0, 400.0])
+def test_costs_of_a_usual_rest_are_relative_to_the_straight_line(mission, z):
+    problem = rest(mission, z)
+    assert problem.way == (problem.start, problem.goal)
+    assert problem_utopia(problem) == utopia(
+        problem.start, problem.goal, mission.aircraft, (0.0, 0.0)
+    )
+
+
+@pytest.mark.parametrize(
+    ("planner", "away_m"),
+    [("ga-chip", 650.0), ("ga-chip", 450.0), ("astar", 450.0), ("astar", 5e3)],
+)
+def test_a_glide_that_burns_no_fuel_is_planned(mission, board, planner, away_m):
+    z = 250.0 + 0.2 * away_m
+    problem = rest(mission, z, away_m=away_m)
+    plain = Problem(
+        mission.terrain, problem.start, problem.goal, mission.aircraft, rules=mission.rules
+    )
+    with pytest.raises(InputError, match="so steep a glide"):
+        Evaluator(plain, threads=1)
+    level = problem_utopia(problem)
+    assert (level.altitude_m, level.length_m) == (250.0, away_m)
+    assert level.fuel_N > 0
+    options = {"board": board, "chip_ms": 5} if planner == "ga-chip" else {}
+    evaluator = Evaluator(problem, threads=1)
+    result = make(planner, **options).plan(evaluator, Options(generations=1000))
+    assert result.evaluation.feasible
+    assert 1 < result.evaluation.fitness < 2
+    assert math.isfinite(result.evaluation.cost)
+
+
+def test_a_start_above_its_goal_has_no_line(mission):
+    with pytest.raises(InputError, match="so steep a glide"):
+        problem_utopia(rest(mission, 600.0, away_m=0.0))
+
+
+def test_the_straight_line_of_a_replan_leaves_along_the_heading(board, mission):
+    """The straight line itself would turn at the start, where the aircraft flies already."""
+    planner = make("ga-chip", board=board, chip_ms=2, polish="off")
+    evaluator = Evaluator(mission, threads=1)
+    before = planner.plan(evaluator, Options(generations=1000))
+    for heading_deg in (80.0, 88.0, 93.0, 120.0):
+        problem = RestOfFlight(
+            mission.terrain,
+            (2000.0, 4500.0, 250.0),
+            mission.goal,
+            mission.aircraft,
+            rules=mission.rules,
+            start_heading_deg=heading_deg,
+        )
+        changed = Evaluator(problem, threads=1)
+        after = before.replanner.replan(changed, Options())
+        before = after
+        assert after.evaluation.feasible
+        first = changed.track(after.path).pieces[0]
+        assert np.allclose(first.start, problem.start)
+        assert first.heading == pytest.approx(problem.headings[0], abs=1e-6)
+        assert is_smooth(changed.track(after.path).pieces)
+        assert end_of(first).z >= 250.0

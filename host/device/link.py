@@ -290,8 +290,8 @@ class Link:
             if len(requests) == 1 and len(requests[0].payloads) == 1:
                 self.session = session
             raise
-        self.session = session
         self._next = (self._next + len(requests)) % 256
+        self.session = session
 
     def _exchange(self, session: int, requests: Sequence[Request]) -> None:
         """Send ``requests`` until the last has its answer: go-back-N within the credit."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
+from types import TracebackType
 
 from host.device.link import Link
 
@@ -35,23 +35,18 @@ class Orders:
 
     def __init__(self, link: Link) -> None:
         self._link = link
-        self._is_together = False
-        self._commands: list[tuple[int, bytes]] = []
-        self._lost: list[Callable[[], object]] = []
+        self._batch: _Batch | None = None
 
-    @contextmanager
-    def together(self) -> Iterator[None]:
-        """Within this context commands wait for each other; no other request may come between.
+    def together(self) -> _Batch:
+        """Return a context in which commands wait for each other; no other request comes between.
 
         They are sent at its end. Where there are many, some are sent before.
         """
-        self._is_together = True
-        try:
-            yield
-            self._send()
-        finally:
-            self._is_together = False
-            self._forget()
+        return _Batch(self, self._link)
+
+    def enter(self, batch: _Batch | None) -> None:
+        """Collect the commands that follow in a batch, or in none."""
+        self._batch = batch
 
     def give(
         self,
@@ -71,24 +66,66 @@ class Orders:
         then : callable
             Called once the chip has executed them, or will have: they are sent with others.
         """
+        batch = _Batch(self, self._link) if self._batch is None else self._batch
         try:
-            self._lost.append(lost)
-            self._commands += commands
-            if not self._is_together or len(self._commands) >= _MOST:
-                self._send()
+            batch.add(commands, lost)
+            if batch is not self._batch or len(batch) >= _MOST:
+                batch.send()
             then()
-        finally:
-            if not self._is_together:
-                self._forget()
+        except BaseException:
+            batch.forget()
+            raise
 
-    def _send(self) -> None:
+
+class _Batch:
+    """Commands that are sent together, and what is to be called if they are lost."""
+
+    def __init__(self, orders: Orders, link: Link) -> None:
+        self._orders, self._link = orders, link
+        self._commands: list[tuple[int, bytes]] = []
+        self._lost: list[Callable[[], object]] = []
+
+    def __len__(self) -> int:
+        return len(self._commands)
+
+    def __enter__(self) -> None:
+        self._orders.enter(self)
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        try:
+            if kind is None:
+                self.send()
+        finally:
+            self._orders.enter(None)
+            self.forget()
+
+    def add(self, commands: Sequence[tuple[int, bytes]], lost: Callable[[], object]) -> None:
+        """Add commands."""
+        self._lost.append(lost)
+        self._commands += commands
+
+    def send(self) -> None:
+        """Send all commands, and wait until the chip has executed them."""
         if self._commands:
             self._link.order(self._commands)
         self._commands.clear()
         self._lost.clear()
 
-    def _forget(self) -> None:
-        """Forget all commands; those that were not confirmed are lost."""
+    def forget(self) -> None:
+        """Forget all commands: they are lost."""
+        try:
+            self._tell()
+        except BaseException:
+            # An interrupt here must not leave some untold.
+            self._tell()
+            raise
+
+    def _tell(self) -> None:
         self._commands.clear()
         while self._lost:
             self._lost[-1]()

@@ -104,7 +104,8 @@ class Runs:
         """Return a context within which commands that have no answer share one wait for a reply.
 
         They are those of this object but :meth:`status` and :meth:`best`, which may not come
-        between, and writes of the map. What one of them raises comes at the end of the context.
+        between, and writes of the map. A value out of its range is told at once, what the chip or
+        the line says at the end. A refusal of several ends the session.
         """
         return self._orders.together()
 

@@ -199,7 +199,7 @@ class Evaluator:
         corners = impossible / arcs * length if arcs else 0.0
         penalty = under + zone + steep + corners + beyond
         cost = kernels.cost_of(self._bare, altitude, fuel)
-        # The rasters of the search take milliseconds, which a replan need not wait for.
+        # Copies of the search's rasters take milliseconds, for which a replan need not wait.
         is_seen = penalty == 0 or bool(
             self._population(path[None], np.array([len(path)]), self._constants)[0, 0] == 0
         )

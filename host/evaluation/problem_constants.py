@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from host.evaluation.constants import SLOPE_TOLERANCE_RAD, Constants
-from host.evaluation.reference import problem_utopia
+from host.evaluation.reference import Utopia, problem_utopia
 from host.problem.aircraft import Aircraft
 from host.problem.problem import Problem
 
@@ -13,12 +13,22 @@ from host.problem.problem import Problem
 __all__ = ["constants_of"]
 
 
-def constants_of(problem: Problem, ds_m: float, bilinear: bool, isa: bool) -> Constants:
-    """Return the constants of a problem for the kernels, without those of its search rasters."""
+def constants_of(
+    problem: Problem,
+    ds_m: float,
+    bilinear: bool = False,
+    isa: bool = False,
+    *,
+    best: Utopia | None = None,
+) -> Constants:
+    """Return the constants of a problem for the kernels, without those of its search rasters.
+
+    Costs are relative to ``best``, by default to what :func:`problem_utopia` returns, or raises.
+    """
     terrain, aircraft, limits = problem.terrain, problem.aircraft, problem.limits
     start, goal = (heading or (0.0, 0.0) for heading in problem.headings)
     rows, columns = terrain.elevation.shape
-    best = problem_utopia(problem, isa=isa)
+    best = best or problem_utopia(problem, isa=isa)
     return Constants(
         dx_m=float(terrain.dx_m),
         dy_m=float(terrain.dy_m),

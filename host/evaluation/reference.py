@@ -5,7 +5,6 @@ Source: Roberge and Tarbouchi, sections 3.1 and 3.2, equations (1) to (3).
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -242,7 +241,7 @@ def problem_utopia(problem: Problem, *, isa: bool = False) -> Utopia:
     """
     lines = [
         utopia(start, stop, problem.aircraft, problem.wind, isa=isa)
-        for start, stop in itertools.pairwise(problem.way)
+        for start, stop in problem.lines
     ]
     if len(lines) == 1:
         return lines[0]

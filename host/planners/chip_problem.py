@@ -125,7 +125,7 @@ def problem_record(config: Config, problem: Problem, grid: CornerMap) -> Problem
     )
 
 
-@functools.lru_cache(maxsize=4)
+@functools.lru_cache(maxsize=1)
 def committed_points(problem: Problem) -> tuple[Point | None, Point | None]:
     """Return the first and the last waypoint of every path, x, y and altitude; None without.
 

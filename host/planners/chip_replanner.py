@@ -32,8 +32,8 @@ _WARM = RunOptions(
     warm=True,
     paths=1,
 )
-#: Of the run that follows where none of its paths is feasible: from new seeds alone, longer, and on
-#: other surfaces.
+#: Of a run from new seeds alone, longer and on other surfaces: it follows where no path of the
+#: first is feasible, and comes first on a new map.
 _COLD = RunOptions(cycles=280_000, generations=300, until_feasible=True, slopes=(2, 5), paths=4)
 
 
@@ -85,9 +85,9 @@ class ChipReplanner:
         """
         run = Run(evaluator, options)
         problem = evaluator.problem
-        # The straight line, which leaves the start along its heading as the chip's paths do. The
-        # strict rule needs no raster of the search.
-        straight = whole_path(problem, np.empty((0, 3)))
+        # The straight line, which leaves the start along its heading as the chip's paths do.
+        with run.phase("map"):
+            straight = whole_path(problem, np.empty((0, 3)))
         run.record(0, run.fitness([straight], strict=True))
         try:
             with run.phase("map"):

@@ -14,6 +14,7 @@ from host.device.chip import Chip
 from host.errors import InputError, JobError
 from host.evaluation import Evaluator
 from host.planners.base import Options, Progress, Result, Run, Stop
+from host.planners.chip_problem import whole_path
 from host.planners.chip_replanner import ChipReplanner
 from host.planners.chip_runs import ChipRuns
 from host.planners.chip_schedule import ChipSchedule
@@ -94,10 +95,10 @@ class ChipGeneticPlanner:
     ) -> Result:
         """Search; see :class:`host.planners.base.Planner`.
 
-        Generation 0 is the straight line; a record follows after each run. The generations of the
-        options are those of a plan whose first run finds a path; a run ends earlier at a time
-        limit, which is also taken as the longest time by the chip's clock, and at an interrupt. The
-        target fitness counts between runs, as the chip knows no fitness.
+        Generation 0 is the straight line, along the headings; a record follows after each run. The
+        generations of the options are those of a plan whose first run finds a path; a run ends
+        earlier at a time limit, which is also taken as the longest time by the chip's clock, and at
+        an interrupt. The target fitness counts between runs, as the chip knows no fitness.
 
         ``hardware`` of the result has the cycles and generations of each run, the map from metres
         to corners, and the bytes of both directions. ``seconds`` has ``link``, the time spent
@@ -120,7 +121,7 @@ class ChipGeneticPlanner:
                 grid = _map_for(chip.config, evaluator, options)
             run = Run(evaluator, options, progress, stop)
             problem = evaluator.problem
-            run.record(0, run.fitness([np.array([problem.start, problem.goal])]))
+            run.record(0, run.fitness([whole_path(problem, np.empty((0, 3)))]))
             with run.phase("map"):
                 task = ProblemOnChip(chip, problem, grid)
             runs = ChipRuns(task, run, polishes=self.polishes)

@@ -161,7 +161,6 @@ class ProblemOnChip:
         self._shapes = []
         self.chip.update_map(self._corners if self._first is None else self._first)
         self.chip.runs.set_problem(self._record)
-        self._is_sent = True
 
     def free(self) -> None:
         """Set free on the chip what the first run has left blocked."""
@@ -194,6 +193,7 @@ class ProblemOnChip:
             if not self._is_sent:
                 self._send()
             runs.start(options)
+        self._is_sent = True
         stopped = False
         before = dataclasses.replace(self.chip.link.traffic)
         self.looks = 1

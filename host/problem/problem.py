@@ -165,11 +165,16 @@ class Problem:
 
     @property
     def way(self) -> tuple[Point, ...]:
-        """Points of the straight lines that costs are relative to: start and goal.
+        """Start and goal.
 
         The problem of a whole mission has its via points between them, and may end where it starts.
         """
         return self.start, self.goal
+
+    @property
+    def lines(self) -> list[tuple[Point, Point]]:
+        """Straight lines that costs are relative to: those between the points of the way."""
+        return list(itertools.pairwise(self.way))
 
     @property
     def as_paper(self) -> bool:

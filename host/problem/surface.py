@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 from dataclasses import dataclass
-from functools import cached_property
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -206,8 +205,10 @@ class SearchRasters:
     roof : (ny, nx) float64, metres, or None
         Highest altitude at each node: the ceiling above ground, and zones to be flown under;
         infinite where there is none. None if no node has one.
+    nofly : (ny, nx) bool
+        Nodes in zones that are neither flown over nor under.
     at_times : (ny, nx) bool
-        Nodes in zones that are active at times and neither flown over nor under.
+        The same of zones that are active at times.
     at_times_zones : tuple of Zone
         These zones.
     """
@@ -221,18 +222,18 @@ class SearchRasters:
         fastest_m_s: float,
     ) -> None:
         self.floor = _floor(terrain, demand, rules.corridor_m)
-        self._terrain, self._margin_m = terrain, rules.zone_margin_m
         roof: Floats | None = None
         if rules.ceiling_agl_m is not None:
             # The surface in a node's square is nowhere below the node.
             roof = np.where(terrain.voids, np.inf, terrain.elevation + rules.ceiling_agl_m)
-        self._never = np.zeros(terrain.shape, dtype=bool)
+        # All zones without heights and times at once: there may be thousands.
+        plain = [zone for zone in zones if not zone.limits.keys() - {"name"}]
+        limited = [zone for zone in zones if zone.limits.keys() - {"name"}]
+        self.nofly = blocked_cells(plain, terrain, rules.zone_margin_m)
         self.at_times = np.zeros(terrain.shape, dtype=bool)
         at_times = []
         start = demand.ends[0]
-        self._plain = [zone for zone in zones if not zone.limits.keys() - {"name"}]
-        self._limited = [zone for zone in zones if zone.limits.keys() - {"name"}]
-        for zone in self._limited:
+        for zone in limited:
             if zone.t1_s is not None:
                 reach_m = fastest_m_s * zone.t1_s + rules.zone_margin_m
                 if _least_distance_m(zone, start[0], start[1]) > reach_m:
@@ -246,7 +247,7 @@ class SearchRasters:
                 cells &= ~under
             if zone.upper_m is None:
                 if zone.t0_s is None and zone.t1_s is None:
-                    self._never |= cells
+                    self.nofly |= cells
                 else:
                     self.at_times |= cells
                     at_times.append(zone)
@@ -256,13 +257,6 @@ class SearchRasters:
                 )
         self.at_times_zones = tuple(at_times)
         self.roof = roof if roof is not None and np.isfinite(roof).any() else None
-
-    @cached_property
-    def nofly(self) -> NDArray[np.bool_]:
-        """Nodes in zones that are neither flown over nor under; replans do without."""
-        # All zones without heights and times at once: there may be thousands.
-        plain = blocked_cells(self._plain, self._terrain, self._margin_m)
-        return plain | self._never if self._limited else plain
 
 
 def _least_distance_m(zone: Zone, x: float, y: float) -> float:

@@ -34,21 +34,21 @@ class RestOfFlight(Problem):
     """The problem of the rest of a flight, which may begin high above a near goal.
 
     Costs are relative to the straight line from start to goal. Where that is so steep a glide that
-    it burns little fuel or none, they are relative to the level line below it, at the goal's
-    altitude.
+    it burns little fuel or none, they are relative to the level line at its mean altitude.
     """
 
     @property
-    def way(self) -> tuple[Point, ...]:
-        """Ends of the line that costs are relative to."""
-        (x, y, z), goal = self.start, self.goal
-        run_m, rise_m = math.hypot(goal[0] - x, goal[1] - y), goal[2] - z
+    def lines(self) -> list[tuple[Point, Point]]:
+        """The line that costs are relative to."""
+        (x0, y0, z0), (x1, y1, z1) = self.start, self.goal
+        run_m = math.hypot(x1 - x0, y1 - y0)
         thrust, level = (
-            thrust_needed(self.aircraft, self.aircraft.weight_N, run_m or 1.0, rise)
-            for rise in (rise_m, 0.0)
+            thrust_needed(self.aircraft, self.aircraft.weight_N, run_m or 1.0, rise_m)
+            for rise_m in (z1 - z0, 0.0)
         )
-        is_glide = run_m > 0 and thrust < _GLIDE * level
-        return (x, y, goal[2] if is_glide else z), goal
+        if run_m > 0 and thrust < _GLIDE * level:
+            z0 = z1 = 0.5 * (z0 + z1)
+        return [((x0, y0, z0), (x1, y1, z1))]
 
 
 @dataclass(frozen=True)

@@ -155,6 +155,8 @@ class InFlightPlanner:
     def prepare(self, evaluator: Evaluator) -> Plan:
         """Plan the mission before the flight: the chip gets its map, the processor is measured.
 
+        From then on the process keeps memory that is freed: see :mod:`host.memory`.
+
         Raises
         ------
         InputError, JobError

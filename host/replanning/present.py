@@ -12,6 +12,7 @@ from host.evaluation.constants import COORDINATE_LIMIT_M, Floats
 from host.evaluation.geometry import Piece
 from host.evaluation.laid_pieces import lay_pieces
 from host.evaluation.problem_constants import constants_of
+from host.evaluation.reference import Utopia
 from host.evaluation.safety import StrictRule
 from host.evaluation.zones import pack_zones, zone_metres
 from host.problem.ends import Point
@@ -26,6 +27,8 @@ __all__ = ["Present"]
 _PART_M = 50.0
 #: Length of the piece that stands for a point, metres.
 _POINT_M = 0.01
+#: No cost is asked for. The line from the mission's start to a new goal may be no reference.
+_NO_COSTS = Utopia(1.0, 1.0, 1.0)
 
 
 class Present:
@@ -156,7 +159,7 @@ class Present:
                 clearance_m, corridor_m = share * rules.clearance_m, share * rules.corridor_m
                 less = dataclasses.replace(rules, clearance_m=clearance_m, corridor_m=corridor_m)
                 bare = dataclasses.replace(bare, rules=less)
-            constants = constants_of(bare, bare.ds_m, False, False)
+            constants = constants_of(bare, bare.ds_m, best=_NO_COSTS)
             self._rules[share] = StrictRule(bare, constants)
         return self._rules[share]
 

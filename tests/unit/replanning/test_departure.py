@@ -10,8 +10,10 @@ from host.evaluation import Evaluator, problem_utopia, utopia
 from host.planners import make
 from host.planners.base import Options
 from host.problem.problem import Problem
+from host.problem.rules import Rules
 from host.replanning.departure import RestOfFlight
 from host.replanning.tracks import end_of, is_smooth
+from host.terrain import Terrain
 
 
 def rest(mission, z, *, away_m=5000.0, goal_z=250.0):
@@ -29,7 +31,7 @@ def rest(mission, z, *, away_m=5000.0, goal_z=250.0):
 @pytest.mark.parametrize("z", [200.0, 250.0, 400.0])
 def test_costs_of_a_usual_rest_are_relative_to_the_straight_line(mission, z):
     problem = rest(mission, z)
-    assert problem.way == (problem.start, problem.goal)
+    assert problem.lines == [(problem.start, problem.goal)]
     assert problem_utopia(problem) == utopia(
         problem.start, problem.goal, mission.aircraft, (0.0, 0.0)
     )
@@ -48,7 +50,7 @@ def test_a_glide_that_burns_no_fuel_is_planned(mission, board, planner, away_m):
     with pytest.raises(InputError, match="so steep a glide"):
         Evaluator(plain, threads=1)
     level = problem_utopia(problem)
-    assert (level.altitude_m, level.length_m) == (250.0, away_m)
+    assert (level.altitude_m, level.length_m) == (250.0 + 0.1 * away_m, away_m)
     assert level.fuel_N > 0
     options = {"board": board, "chip_ms": 5} if planner == "ga-chip" else {}
     evaluator = Evaluator(problem, threads=1)
@@ -56,6 +58,14 @@ def test_a_glide_that_burns_no_fuel_is_planned(mission, board, planner, away_m):
     assert result.evaluation.feasible
     assert 1 < result.evaluation.fitness < 2
     assert math.isfinite(result.evaluation.cost)
+
+
+def test_a_glide_to_the_datum_has_costs(mission):
+    terrain = Terrain("sea", np.zeros((151, 151)), dx_m=60.0, dy_m=60.0)
+    problem = RestOfFlight(
+        terrain, (1500.0, 4500.0, 300.0), (2500.0, 4500.0, 0.0), mission.aircraft, rules=Rules()
+    )
+    assert problem_utopia(problem).altitude_m == 150.0
 
 
 def test_a_start_above_its_goal_has_no_line(mission):

@@ -74,3 +74,15 @@ def test_wind_widens_turns_and_changes_climbs(mission):
     ahead = Pose(3000.0, 4500.0, 290.0, 1.0, 0.0, 0.0)
     assert windy.climb(ahead) < calm.climb(ahead)
     assert run_of((ahead.straight(5.0),)) == 5
+
+
+def test_tracks_are_judged_where_costs_are_not_defined(mission, straight):
+    """The line from the mission's start to a new goal may be a glide that burns no fuel."""
+    track = Evaluator(mission, threads=1).track(straight).pieces
+    usual = present(mission)
+    for goal in ((1700.0, 4500.0, 170.0), (1500.0, 4500.0, 220.0)):
+        air = present(mission, goal=goal)
+        # Nowhere near the goals' reach.
+        beyond = part(track, 3000.0, 4000.0)
+        assert air.off_limits_m(beyond) == usual.off_limits_m(beyond) == 0
+        assert air.safe_until_m(part(track, 3000.0, 4000.0), 0.0) == math.inf

@@ -59,6 +59,15 @@ def test_a_zone_on_the_path_is_flown_around_by_the_chip(mission, straight, on_ch
     assert [leg.kind for leg in session.pilot.legs] == ["path", "path"]
 
 
+def test_a_goal_far_below_the_start_is_flown_to(mission, straight, on_chip):
+    """Neither from the mission's start nor from the aircraft the line to it burns fuel."""
+    goal = (2300.0, 4500.0, 170.0)
+    session, outcome, _ = fly(mission, straight, on_chip, Event(15.0, goal=goal))
+    assert (outcome.ended, outcome.kept) == ("arrived", True)
+    (change,) = session.changes
+    assert change.active_s is not None
+
+
 def test_a_slow_planner_plans_from_where_the_aircraft_will_be(mission, straight, on_processor):
     zone = Circle(4500.0, 4500.0, 300.0)
     session, outcome, _ = fly(mission, straight, on_processor(2.0), Event(30.0, (NewZone(zone),)))

@@ -23,7 +23,7 @@ class Traffic:
     frames_repeated : int
         Frames repeated because their answer was missing.
     exchanges : int
-        Requests, and transfers of many commands, that have waited for their answers.
+        Times that the host has waited for answers, to one command or to several sent together.
     waiting_s : float
         Seconds spent waiting for bytes from the board.
     """

@@ -60,7 +60,7 @@ class ChipTime:
     whole_s : float
         Seconds of drawing, runs, looks and all bytes on the line, one after the other.
     exchanges : int
-        Requests, and transfers of the map, that wait for replies; looks at a run count as one.
+        Times that the host waits for replies; all looks at a run count as one.
     """
 
     whole_s: float

@@ -55,6 +55,7 @@ def metres_of(text):
     return float(value.replace(",", "")) * (1000 if unit == "km" else 1)
 
 
+@pytest.mark.ci
 def test_all_views_draw_and_the_pointer_over_the_profile_marks_them(opened):
     page = opened("plain")
     shown = {view: pixels(page.locator(f"{view} canvas")) for view in VIEWS}
@@ -122,6 +123,7 @@ def test_the_keyboard_does_all_that_the_pointer_does(opened):
         assert np.abs(pixels(canvas) - first).mean() < 0.002, view
 
 
+@pytest.mark.ci
 def test_the_pointer_over_the_map_marks_the_nearest_place(opened):
     page = opened("plain")
     x, y = page.evaluate(

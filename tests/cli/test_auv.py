@@ -12,6 +12,9 @@ from host.cli import main
 from .conftest import assert_check_agrees, interrupted, plan
 
 
+pytestmark = pytest.mark.ci
+
+
 def run(capsys, out, *options):
     assert main(["auv", *options, "--out", str(out), "--json"]) == 0
     return json.loads(capsys.readouterr().out)

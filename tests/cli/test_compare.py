@@ -134,6 +134,7 @@ def test_prints_a_finished_comparison_at_once(compared, hills, capsys):
     assert any("not paired" in line for line in lines)
 
 
+@pytest.mark.ci
 def test_interrupted_and_resumed(hills, tmp_path, capsys):
     command = arguments(
         hills, tmp_path, "ga-pc", "--runs", 6, "--generations", 10**6, "--time-limit", 0.6

@@ -36,6 +36,7 @@ def test_a_popup_is_flown_around(summary, tmp_path, capsys):
     }
 
 
+@pytest.mark.ci
 def test_a_scenario_and_json_alone(summary, tmp_path, capfd):
     file = tmp_path / "storm.toml"
     file.write_text('[[event]]\nat_s = 40\nappear = [{on = "goal", radius_m = 200}]\n')

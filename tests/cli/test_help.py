@@ -86,6 +86,7 @@ def place(tmp_path_factory):
     return place
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize(
     "command",
     [

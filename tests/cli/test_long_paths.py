@@ -22,6 +22,9 @@ TOO_FAR = (
 
 MEASURE = """
 import resource, subprocess, sys
+
+
+pytestmark = pytest.mark.ci
 done = subprocess.run(sys.argv[1:], stdout=subprocess.DEVNULL)
 print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
 sys.exit(done.returncode)

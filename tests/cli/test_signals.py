@@ -79,6 +79,7 @@ def test_a_plan_is_written_after_a_signal(hills, tmp_path, number):
     assert is_gone(process.pid)
 
 
+@pytest.mark.ci
 def test_further_signals_during_writing_lose_nothing(hills, tmp_path):
     with plan(hills, tmp_path) as process:
         process.send_signal(signal.SIGTERM)
@@ -181,6 +182,7 @@ def test_auv_is_written_after_a_signal(tmp_path):
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["auv.json", "auv.png"]
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("number", OTHERS)
 def test_a_comparison_keeps_its_runs_and_ends_its_processes(hills, tmp_path, number):
     file = tmp_path / "runs.jsonl"

@@ -112,7 +112,7 @@ def test_a_plan_without_standard_output_is_written(redirected, hills, tmp_path, 
     [
         pytest.param(">broken 2>&1", marks=pytest.mark.ci),
         pytest.param(">full 2>&1", marks=pytest.mark.ci),
-        ">&- 2>&-",
+        pytest.param(">&- 2>&-", marks=pytest.mark.ci),
     ],
 )
 def test_a_plan_without_any_stream_is_written(redirected, hills, tmp_path, redirection):
@@ -122,6 +122,7 @@ def test_a_plan_without_any_stream_is_written(redirected, hills, tmp_path, redir
     assert names(tmp_path) == FILES
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("redirection", SILENT)
 def test_a_comparison_needs_no_progress(redirected, hills, tmp_path, redirection):
     done = redirected(
@@ -235,6 +236,7 @@ def started(writer, *arguments):
             process.kill()
 
 
+@pytest.mark.ci
 def test_a_stalled_reader_of_progress_is_not_waited_for(stalled, hills, tmp_path):
     with started(stalled[1], *plan(hills, tmp_path)) as process:
         assert process.wait(timeout=120) == 0

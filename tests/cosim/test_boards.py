@@ -104,6 +104,7 @@ def test_cycles_of_full_length_parents(pair, config, generations):
     assert counters["crossover"] == generations * (config.max_waypoints + 1)
 
 
+@pytest.mark.ci
 def test_replies_to_random_frames_as_the_model():
     """Whole, broken, repeated and damaged frames, and garbage between them; byte for byte."""
     fuzz = fuzz_simulated_board(SMALL, seed=1, frames=3000)
@@ -154,6 +155,7 @@ def test_gives_up_a_stopped_board():
     assert children() <= before
 
 
+@pytest.mark.ci
 def test_ctrl_c_does_not_wait_for_a_stopped_board(tmp_path):
     """The best path so far is written at once, and the simulator ends with its host."""
     terrain = tmp_path / "plain.npz"

@@ -144,6 +144,7 @@ def test_icarus_agrees(pair, icarus):
     chips.check()
 
 
+@pytest.mark.ci
 def test_replies_to_random_frames_as_the_model():
     """Whole, broken, repeated and damaged frames of every command; byte for byte."""
     fuzz = fuzz_simulated_board(CHECKERS["parallel"], seed=1, frames=3000)

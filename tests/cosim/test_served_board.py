@@ -168,6 +168,7 @@ def test_a_host_whose_board_was_taken_says_so(chip):
             first.status()
 
 
+@pytest.mark.ci
 def test_a_plan_that_loses_its_board_to_another_client_keeps_its_best_path(chip, tmp_path):
     """A host that computes for more than a second between two frames, here one that is stopped."""
     terrain = tmp_path / "plain.npz"

@@ -101,6 +101,7 @@ def test_refuses_a_run_without_tests(sample, simulator):
         sample("nosuchtest")
 
 
+@pytest.mark.ci
 def test_variables_and_seed_reach_the_bench(sample):
     texts = []
     for seed in (1, 1, 2):
@@ -114,6 +115,7 @@ def test_reports_a_dying_simulator(sample):
         sample("dies")
 
 
+@pytest.mark.ci
 def test_ends_a_hanging_simulator(sample):
     with pytest.raises(CosimError, match=r" did not end within 3 s; its log is \S+\.log$"):
         sample("hangs", timeout_s=3)

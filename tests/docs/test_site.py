@@ -9,6 +9,9 @@ import pytest
 from tests.docs.pages import ROOT
 
 
+pytestmark = pytest.mark.ci
+
+
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
     """Folder of the site, built for the test."""

@@ -206,6 +206,7 @@ def test_no_file_is_too_long():
     assert {path: length for path, length in lengths.items() if length > MOST_LINES} == {}
 
 
+@pytest.mark.ci
 def test_no_elaborate_is_too_long():
     long = {
         f"{path}:{node.lineno}": node.end_lineno - node.lineno + 1

@@ -60,6 +60,7 @@ def test_a_disc_is_on_the_path_ahead_and_clear_of_both_ends(number):
     assert drawn != scenario(flown, path, (number + 1,))
 
 
+@pytest.mark.ci
 def test_a_path_without_room_is_refused():
     flown = problem("canyon")
     near = dataclasses.replace(flown, goal=(flown.start[0] + 30, *flown.start[1:]))

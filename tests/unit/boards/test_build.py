@@ -144,6 +144,7 @@ def test_keeps_the_best_seed_if_none_closes(tools, tmp_path):
     assert (tmp_path / "chip.config").read_text() == "2"
 
 
+@pytest.mark.ci
 def test_repeats_no_finished_step(tools, tmp_path):
     tools(achieved=(80, 100))
     folder = tmp_path / "out"
@@ -258,6 +259,7 @@ def test_command_line(tools, tmp_path, capsys):
     assert capsys.readouterr().err == "bitstream: --hours must be more than 0, not -1.\n"
 
 
+@pytest.mark.ci
 def test_interrupted(tools, tmp_path, capsys, monkeypatch):
     """Running seeds are stopped; finished ones are not repeated."""
     tools(achieved=(80, 101), slow={2: 2})

@@ -127,6 +127,7 @@ def paths_of(length, seed=1):
     return [random_path(CONFIG, rng, length) for _ in range(CONFIG.population)]
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("length", [2, None])
 def test_a_point_in_every_clock(length):
     """However short the paths are, and wherever the checker held the points up."""

@@ -135,7 +135,8 @@ def test_generations(config, pace):
 @pytest.mark.parametrize(
     ("config", "generations"),
     [
-        pytest.param(SMALL, 30, id="small"),
+        pytest.param(SMALL, 8, id="short"),
+        pytest.param(SMALL, 30, id="small", marks=pytest.mark.ci),
         pytest.param(USUAL, 6, id="usual", marks=pytest.mark.ci),
     ],
 )
@@ -217,6 +218,7 @@ def test_one_island():
     bench.simulate(run)
 
 
+@pytest.mark.ci
 def test_reset():
     """A reset in any part of a generation is followed by a run like the first one."""
     bench = Bench(SMALL, 11, latency=10)

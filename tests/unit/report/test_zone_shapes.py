@@ -83,6 +83,7 @@ def test_many_zones_are_one_patch():
     np.testing.assert_allclose(extents.get_points(), [[-3, -3], [493, 3]], atol=1e-6)
 
 
+@pytest.mark.ci
 def test_many_zones_look_as_each_alone():
     rng = np.random.default_rng(1)
     zones = [Circle(*rng.uniform(0, 900, 2), rng.uniform(5, 80)) for _ in range(40)]

@@ -17,6 +17,9 @@ from tools.mutation.suites import slow_suite, suites
 from tools.mutation.workshop import Workshop
 
 
+pytestmark = pytest.mark.ci
+
+
 ROOT = Path(__file__).resolve().parents[3]
 
 

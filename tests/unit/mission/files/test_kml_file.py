@@ -1,6 +1,7 @@
 """KML, read by fastkml."""
 
 import numpy as np
+import pytest
 from fastkml import KML, Folder, Placemark
 from fastkml.enums import AltitudeMode
 from shapely.geometry import Point
@@ -19,6 +20,7 @@ def read(text):
     return track, points.features, zones.features
 
 
+@pytest.mark.ci
 def test_fastkml_reads_the_same_track_and_waypoints(missions, tracks):
     for (problem, path), track in zip(missions, tracks, strict=True):
         line, points, zones = read(kml_text(problem, path, "hills & dales"))
@@ -42,6 +44,7 @@ def corners(ring):
     return lat, lon, alt
 
 
+@pytest.mark.ci
 def test_fastkml_reads_the_zones_with_their_heights(missions):
     seen = set()
     for problem, path in missions:

@@ -66,6 +66,7 @@ def test_keys_margins_and_cycles(heading, rows, lanes):
     assert late > 0
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("stalled", [(0,), (1,), (0, 1)], ids=str)
 def test_back_pressure(stalled):
     """With pauses in some of the streams: points, keys."""
@@ -79,6 +80,7 @@ def test_back_pressure(stalled):
     assert check(run(PathEvaluator(SMALL, SLOTS, 64), evaluator, paths, keys), expected) >= 3
 
 
+@pytest.mark.ci
 def test_reset_discards_all_paths():
     """Paths that are inside when the reset comes leave nothing behind."""
     rng = np.random.default_rng(6)

@@ -90,6 +90,7 @@ def test_a_terrain_without_a_place_has_a_note_and_no_files_of_ground_stations(jo
     assert len(job.notes) == 1
 
 
+@pytest.mark.ci
 def test_stopped_jobs_keep_their_best_path_and_others_wait_for_them(jobs):
     first = jobs.submit(ENDLESS, "first")
     second = jobs.submit(CANYON, "second")
@@ -109,6 +110,7 @@ def test_stopped_jobs_keep_their_best_path_and_others_wait_for_them(jobs):
     assert not third.folder.exists()
 
 
+@pytest.mark.ci
 def test_bad_problems_and_dead_processes_fail_alone(jobs):
     bad = jobs.submit({**CANYON, "start": (-1.0, 0.0, 50.0)}, "bad")
     until(lambda: bad.done)
@@ -123,6 +125,7 @@ def test_bad_problems_and_dead_processes_fail_alone(jobs):
     assert after.state == "saved"
 
 
+@pytest.mark.ci
 def test_a_full_folder_is_one_sentence(tmp_path):
     (tmp_path / "desk").write_text("a file, no folder")
     jobs = Jobs(tmp_path / "desk")

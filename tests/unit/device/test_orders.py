@@ -187,3 +187,24 @@ def test_a_map_that_was_not_sent_is_sent_again(monkeypatch):
 
 def _fails(*_):
     raise KeyError
+
+
+def test_an_interrupt_while_losses_are_told_leaves_none_untold(noted):
+    link, _, _ = connect(to_board=Script(dict.fromkeys(range(FIRST, 10_000), lose)))
+    orders = Orders(link)
+    interrupts = iter([KeyboardInterrupt])
+
+    def interrupted():
+        for interrupt in interrupts:
+            raise interrupt
+        noted.lost.append("interrupted")
+
+    with pytest.raises(KeyboardInterrupt):
+        _give_two(orders, noted, interrupted)
+    assert noted.lost == ["interrupted", 1]
+
+
+def _give_two(orders, noted, lost):
+    with orders.together():
+        orders.give(commands(1), **noted.of(1))
+        orders.give(commands(2), lost=lost)

@@ -169,3 +169,8 @@ def test_a_shape_has_a_box_of_a_corner_at_least(box, is_valid):
 )
 def test_waypoints_of_seeds(longest, expected):
     assert seed_waypoints(longest) == expected
+
+
+def test_a_shape_is_drawn_at_a_corner_a_cycle():
+    box = {"first_x": 3, "first_y": 5, "last_x": 9, "last_y": 6}
+    assert NoFlyShape(**box, edges=()).drawing_cycles == 7 * 2 + 2

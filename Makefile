@@ -109,7 +109,7 @@ desk: setup
 setup-long:
 	$(call SET_UP,long)
 
-# The C library keeps freed memory: its return to the kernel, and back, is up to half of a test's time.
+# The C library keeps freed memory. Returning it to the kernel takes up to half of a test's time.
 PYTEST = MALLOC_MMAP_THRESHOLD_=33554432 MALLOC_TRIM_THRESHOLD_=1073741824 \
 	"$(BIN)/python" -m pytest -n $(WORKERS) --dist worksteal
 

@@ -1,4 +1,4 @@
-"""Memory of the process: freed pages are kept, so that nothing waits for the kernel's."""
+"""Keeps freed memory in the process, since new pages from the kernel take time."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import ctypes
 
 __all__ = ["keep_memory"]
 
-# Options of the GNU C library's mallopt, and values: arrays below 32 MiB, the most it allows, are
-# not mapped on their own, and a GiB of free memory stays with the process.
+# Options of the GNU C library's mallopt, and their values. Arrays below 32 MiB, the maximum that it
+# allows, get no mapping of their own, and the process keeps up to a GiB of free memory.
 _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3
 _LARGEST, _KEPT = 32 << 20, 1 << 30
 
@@ -16,8 +16,8 @@ _LARGEST, _KEPT = 32 << 20, 1 << 30
 def keep_memory() -> None:
     """Have the process keep up to a GiB of memory that is freed.
 
-    An array of a map is over a thousand pages. Where each comes anew, it takes a replan several
-    milliseconds. It does nothing with another C library than GNU's.
+    An array of a map has over a thousand pages. Getting them anew from the kernel costs a replan
+    several milliseconds. This has no effect with C libraries other than GNU's.
     """
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
     if mallopt is not None:

@@ -253,7 +253,7 @@ class Link:
         return self._deliver([Request(code, (payload,)) for code, payload in commands])
 
     def order(self, commands: Sequence[tuple[int, bytes]]) -> None:
-        """Have many commands executed once each, in their order; their answers say nothing.
+        """Have commands executed exactly once, in order. Their answers carry no payload.
 
         Parameters
         ----------

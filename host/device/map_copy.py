@@ -86,7 +86,7 @@ class MapCopy:
         self._give([(Command.BLOCK, shape.pack(self._config))], [(cells, blocked)])
 
     def _give(self, commands: list[tuple[int, bytes]], written: list[Written]) -> None:
-        """Give commands that write parts of the map; unknown if the chip may not have them."""
+        """Send writes to parts of the map. If they are lost, those parts are unknown."""
 
         def forget() -> None:
             for cells, _ in written:

@@ -1,4 +1,4 @@
-"""Commands whose answers say nothing, one after the other or many at once."""
+"""Commands whose answers carry no payload, sent one by one or in batches."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def _nothing() -> None:
 
 
 class Orders:
-    """Gives a chip commands whose answers say nothing; several share one wait for a reply.
+    """Sends a chip commands whose answers carry no payload; a batch waits once for all of them.
 
     Parameters
     ----------
@@ -38,14 +38,14 @@ class Orders:
         self._batch: _Batch | None = None
 
     def together(self) -> _Batch:
-        """Return a context in which commands wait for each other; no other request comes between.
+        """Return a context that collects commands and sends them when it ends.
 
-        They are sent at its end. Where there are many, some are sent before.
+        A full batch of 64 is sent before. The context must not send any other request.
         """
         return _Batch(self, self._link)
 
     def enter(self, batch: _Batch | None) -> None:
-        """Collect the commands that follow in a batch, or in none."""
+        """Collect further commands in ``batch``, or none."""
         self._batch = batch
 
     def give(
@@ -55,16 +55,16 @@ class Orders:
         lost: Callable[[], object] = _nothing,
         then: Callable[[], object] = _nothing,
     ) -> None:
-        """Have commands executed once each, in their order.
+        """Have commands executed exactly once, in order.
 
         Parameters
         ----------
         commands : sequence of (int, bytes)
             Code and payload of each.
         lost : callable
-            Called if it is unknown in the end whether the chip has executed them.
+            Called if it stays unknown whether the chip has executed them.
         then : callable
-            Called once the chip has executed them, or will have: they are sent with others.
+            Called when they are executed, or added to the batch.
         """
         batch = _Batch(self, self._link) if self._batch is None else self._batch
         try:
@@ -78,7 +78,7 @@ class Orders:
 
 
 class _Batch:
-    """Commands that are sent together, and what is to be called if they are lost."""
+    """Commands to send together, and the functions to call if they are lost."""
 
     def __init__(self, orders: Orders, link: Link) -> None:
         self._orders, self._link = orders, link
@@ -117,11 +117,11 @@ class _Batch:
         self._lost.clear()
 
     def forget(self) -> None:
-        """Forget all commands: they are lost."""
+        """Drop all commands, and report each as lost."""
         try:
             self._tell()
         except BaseException:
-            # An interrupt here must not leave some untold.
+            # After an interrupt, the remaining losses must still be reported.
             self._tell()
             raise
 

@@ -101,11 +101,12 @@ class Runs:
         self.started = 0
 
     def together(self) -> AbstractContextManager[None]:
-        """Return a context within which commands that have no answer share one wait for a reply.
+        """Return a context that sends its commands together and waits once for all of them.
 
-        They are those of this object but :meth:`status` and :meth:`best`, which may not come
-        between, and writes of the map. A value out of its range is told at once, what the chip or
-        the line says at the end. A refusal of several ends the session.
+        It takes writes of the map and the commands of this object, except :meth:`status` and
+        :meth:`best`, which must not be called in it. Values out of range are refused at once.
+        Refusals by the chip and failures of the line are raised when the context ends. If the chip
+        refuses one of several commands, the session ends.
         """
         return self._orders.together()
 

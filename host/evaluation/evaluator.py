@@ -100,7 +100,7 @@ class Evaluator:
 
     @cached_property
     def _constants(self) -> Constants:
-        """Constants with those of the rasters of the search, which the strict rule needs not."""
+        """All constants; the strict rule does without those of the search rasters."""
         problem = self.problem
         return self._bare._replace(
             zones=int(problem.nofly_raster.any()), roofed=int(problem.roof is not None)
@@ -199,7 +199,7 @@ class Evaluator:
         corners = impossible / arcs * length if arcs else 0.0
         penalty = under + zone + steep + corners + beyond
         cost = kernels.cost_of(self._bare, altitude, fuel)
-        # Copies of the search's rasters take milliseconds, for which a replan need not wait.
+        # The search rasters take milliseconds to copy. A replan must not wait for that.
         is_seen = penalty == 0 or bool(
             self._population(path[None], np.array([len(path)]), self._constants)[0, 0] == 0
         )

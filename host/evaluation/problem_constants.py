@@ -21,7 +21,7 @@ def constants_of(
     *,
     best: Utopia | None = None,
 ) -> Constants:
-    """Return the constants of a problem for the kernels, without those of its search rasters.
+    """Return the kernels' constants of a problem; ``zones`` and ``roofed``, of its rasters, are 0.
 
     Costs are relative to ``best``, by default to what :func:`problem_utopia` returns, or raises.
     """

@@ -26,15 +26,15 @@ __all__ = ["Departure", "RestOfFlight", "depart"]
 _LEADS = (1.1, 0.0), (2.0, 0.25), (2.0, 0.45)
 # A new track begins so far behind the aircraft: guidance finds its place on it, metres.
 _BACK_M = 60.0
-# A glide takes less than this share of the thrust of level flight.
+# A line is a glide if it needs less than this share of the thrust of level flight.
 _GLIDE = 0.25
 
 
 class RestOfFlight(Problem):
     """The problem of the rest of a flight, which may begin high above a near goal.
 
-    Costs are relative to the straight line from start to goal. Where that is so steep a glide that
-    it burns little fuel or none, they are relative to the level line at its mean altitude.
+    Costs are relative to the straight line from start to goal. If that line is a glide that burns
+    little fuel or none, they are relative to a level line at its mean altitude instead.
     """
 
     @property

@@ -155,14 +155,14 @@ class InFlightPlanner:
     def prepare(self, evaluator: Evaluator) -> Plan:
         """Plan the mission before the flight: the chip gets its map, the processor is measured.
 
-        From then on the process keeps memory that is freed: see :mod:`host.memory`.
+        From then on the process keeps freed memory; see :mod:`host.memory`.
 
         Raises
         ------
         InputError, JobError
             As those of the planner.
         """
-        # Loads SciPy, which a replan must not wait for; nor for memory.
+        # A replan must wait neither for SciPy, which this loads, nor for memory.
         import host.problem.no_fly_shape  # noqa: F401
 
         keep_memory()

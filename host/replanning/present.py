@@ -27,7 +27,7 @@ __all__ = ["Present"]
 _PART_M = 50.0
 #: Length of the piece that stands for a point, metres.
 _POINT_M = 0.01
-#: No cost is asked for. The line from the mission's start to a new goal may be no reference.
+#: This class judges no costs, and the line from the mission's start to a new goal may have none.
 _NO_COSTS = Utopia(1.0, 1.0, 1.0)
 
 

@@ -415,7 +415,7 @@ class Session:
 
     def _fly(self, kind: str, track: Track) -> None:
         self.pilot.follow(kind, track)
-        # A plan under way begins on the old track.
+        # A pending plan starts from the old track, so it is dropped.
         self._pending, self._unsafe_m = None, math.inf
         self._holding = self._waits_since_s = None
         self._next_look_s = self.pilot.time_s

@@ -20,11 +20,11 @@ TOO_FAR = (
     "2,000,000 samples; correct the path, or increase the step to 16 m.\n"
 )
 
+pytestmark = pytest.mark.ci
+
 MEASURE = """
 import resource, subprocess, sys
 
-
-pytestmark = pytest.mark.ci
 done = subprocess.run(sys.argv[1:], stdout=subprocess.DEVNULL)
 print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
 sys.exit(done.returncode)

@@ -12,7 +12,8 @@ from bench.report import Report
 from bench.rules import clearance_table, strict_table
 from bench.scenarios import EMBEDDED, problem
 from host.device.boards import open_board
-from host.device.chip import Chip, unpack_waypoints
+from host.device.chip import Chip
+from host.device.waypoints import unpack_waypoints
 from host.evaluation import Evaluator
 from host.planners.base import Options
 from host.planners.ga_fpga import FpgaGeneticPlanner

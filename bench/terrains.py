@@ -21,8 +21,9 @@ from bench.scenarios import missing, names, problem
 from hdl.config import CheckerBuild, Config
 from hdl.protocol import LinkMode
 from host.device.boards import open_board
-from host.device.chip import Chip, Step, unpack_waypoints
+from host.device.chip import Chip, Step
 from host.device.link import Link
+from host.device.waypoints import unpack_waypoints
 from host.evaluation import Evaluator
 from host.planners import make
 from host.planners.base import Options

@@ -17,8 +17,8 @@ from host.cli.feasible_files import read_map, read_points
 from host.cli.output import print_json
 from host.device.boards import open_board
 from host.device.checker_boards import order_board, require_checker
-from host.device.chip import pack_waypoints
 from host.device.path_checks import CheckReport
+from host.device.waypoints import pack_waypoints
 from host.errors import JobError
 
 

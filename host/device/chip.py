@@ -11,7 +11,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from hdl.config import CheckerBuild, Config
+from hdl.config import CheckerBuild
 from hdl.protocol import (
     Command,
     Layout,
@@ -38,15 +38,7 @@ from host.device.runs import Runs
 from host.errors import InputError
 
 
-__all__ = [
-    "CheckReport",
-    "Chip",
-    "LinkMode",
-    "PathResult",
-    "Step",
-    "pack_waypoints",
-    "unpack_waypoints",
-]
+__all__ = ["CheckReport", "Chip", "LinkMode", "PathResult", "Step"]
 
 #: Maximum bytes of waypoints in one frame of a transfer: a short frame survives a bad line.
 _TRANSFER_BYTES = 128
@@ -67,22 +59,6 @@ class Step:
 
     paths: list[list[int]]
     origin: tuple[int, ...] | None
-
-
-def pack_waypoints(config: Config, cells: NDArray[np.integer]) -> list[int]:
-    """Pack ``cells``, (n, 3) integers x, y, altitude step, in the chip's format."""
-    bits = config.coordinate_bits
-    columns = np.asarray(cells, dtype=np.int64).T
-    packed: list[int] = (columns[0] | columns[1] << bits | columns[2] << 2 * bits).tolist()
-    return packed
-
-
-def unpack_waypoints(config: Config, path: Sequence[int]) -> NDArray[np.int64]:
-    """Return the (n, 3) cells of a packed path, the inverse of :func:`pack_waypoints`."""
-    bits = config.coordinate_bits
-    packed = np.asarray(path, dtype=np.int64)
-    mask = (1 << bits) - 1
-    return np.stack((packed & mask, packed >> bits & mask, packed >> 2 * bits), axis=-1)
 
 
 class Chip:
@@ -128,6 +104,7 @@ class Chip:
         self._beside: Chip | None = None
         self.closed = False
         link.open(self.info["session"], credit=self.config.receive_buffer)
+        self._end_earlier_run()
 
     def __enter__(self) -> Self:
         return self
@@ -155,6 +132,22 @@ class Chip:
         self.link.close()
         if self._beside is not None:
             self._beside.close()
+
+    def reopen(self) -> None:
+        """Open a session again after one that has failed.
+
+        Raises
+        ------
+        LinkError
+            If the board still does not answer, or was reset in the meantime.
+        """
+        self.link.reopen()
+        self._end_earlier_run()
+
+    def _end_earlier_run(self) -> None:
+        """End what an earlier session has left going on: a run makes other commands wait."""
+        if self.config.streaming_core:
+            self._runs.end()
 
     def beside(self, opened: Callable[[], Chip]) -> Chip:
         """Return a chip that is closed with this one; ``opened`` makes it at the first call."""
@@ -290,7 +283,7 @@ class Chip:
         """
         self._require_checker()
         if self.link.session is None:
-            self.link.reopen()
+            self.reopen()
         self._map.update(heights, progress=progress)
 
     def check_path(self, points: Sequence[int], *, counting: bool = False) -> CheckReport:

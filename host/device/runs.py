@@ -71,8 +71,8 @@ class BestPaths:
 class Runs:
     """Runs of the planner on a chip.
 
-    While a run goes on, only :meth:`status` and :meth:`stop` are answered; the chip refuses all
-    other methods, and writes of the map, with :attr:`hdl.protocol.Status.BUSY`.
+    While a run goes on, only :meth:`status`, :meth:`stop` and :meth:`end` are answered; the chip
+    refuses all other methods, and writes of the map, with :attr:`hdl.protocol.Status.BUSY`.
 
     Parameters
     ----------
@@ -170,6 +170,13 @@ class Runs:
         First populations are completed before.
         """
         self._orders.give([(Command.STOP, b"")])
+
+    def end(self) -> None:
+        """Stop a run that goes on, and wait for its end."""
+        if self.status().running:
+            self.stop()
+            while self.status().running:
+                pass
 
     def best(self) -> BestPaths:
         """Return the paths of the latest run, the best first; none without one on the problem."""

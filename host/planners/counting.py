@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hdl.config import CheckerBuild
-from host.device.chip import Chip, pack_waypoints
+from host.device.chip import Chip
+from host.device.waypoints import pack_waypoints
 from host.evaluation import Evaluator
 from host.evaluation.geometry import smooth
 from host.evaluation.track import SmoothedTrack

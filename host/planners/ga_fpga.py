@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from hdl.config import CheckerBuild, GeneticCore
 from hdl.protocol import LinkMode
 from host.device.boards import entered, known_config, url_of
-from host.device.chip import Chip, pack_waypoints, unpack_waypoints
+from host.device.chip import Chip
+from host.device.waypoints import pack_waypoints, unpack_waypoints
 from host.errors import InputError, JobError
 from host.evaluation import Evaluator
 from host.planners.airspace import NO_FLYABLE_CELL

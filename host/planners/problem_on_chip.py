@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from hdl.protocol.planner import NoFlyShape
 from hdl.protocol.runs import RunOptions
-from host.device.chip import Chip, unpack_waypoints
+from host.device.chip import Chip
 from host.device.map_copy import drawn_corners
 from host.device.runs import BestPaths, RunStatus
 from host.device.traffic import Traffic
+from host.device.waypoints import unpack_waypoints
 from host.planners.chip_problem import chip_ends, problem_record, whole_path
 from host.problem.corner_map import EASES, CornerMap
 from host.problem.problem import Problem

@@ -93,7 +93,7 @@ class LineJudge(Judge):
         if opened is not None and case.resumes and verdict.outcome != "done":
             line.heal()
             try:
-                link.reopen()
+                opened.reopen()
                 _do(opened, case, told)
                 verdict.outcome += ", resumed"
             except JobError:

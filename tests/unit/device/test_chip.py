@@ -19,8 +19,9 @@ from hdl.protocol import (
     write_request,
 )
 from hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
-from host.device.chip import Chip, Step, pack_waypoints, unpack_waypoints
+from host.device.chip import Chip, Step
 from host.device.link import Link, RefusedError
+from host.device.waypoints import pack_waypoints, unpack_waypoints
 from host.errors import InputError
 from sim.model.chip import ChipModel
 from sim.model.core import Core

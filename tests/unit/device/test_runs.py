@@ -9,9 +9,10 @@ from hdl.config import Config
 from hdl.protocol import Command, Status, StickyError
 from hdl.protocol.planner import VALUE_BITS, NoFlyShape, PathClass
 from hdl.protocol.runs import RunOptions
-from host.device.chip import Chip, unpack_waypoints
+from host.device.chip import Chip
 from host.device.link import Link, LinkError, RefusedError
 from host.device.runs import RunStatus
+from host.device.waypoints import unpack_waypoints
 from host.errors import InputError
 from sim.model import refusal
 from sim.model.chip import ChipModel
@@ -121,6 +122,28 @@ def test_a_long_run_of_the_model_goes_on_until_it_is_stopped(chip, problem):
     outcome = plan(SMALL, heights, task, OPTIONS, marked=0)
     assert chip.runs.status().cycles == outcome.cycles
     assert chip.runs.best().keys == outcome.keys
+
+
+@pytest.mark.parametrize("is_reopened", [True, False])
+def test_a_session_ends_the_run_that_another_left(problem, is_reopened):
+    heights, task = problem
+    model = ChipModel(SMALL)
+    endless = dataclasses.replace(OPTIONS, cycles=(1 << 32) - 1, generations=(1 << 32) - 1)
+    chip = Chip(Link(ModelPort(model), timeout_s=0.01, attempts=3))
+    chip.update_map(heights)
+    chip.runs.set_problem(task)
+    chip.runs.start(endless)
+    assert chip.runs.status().running
+    if is_reopened:
+        chip.reopen()
+    else:
+        chip = Chip(Link(ModelPort(model), timeout_s=0.01, attempts=3))
+    ended = chip.runs.status()
+    assert not ended.running
+    assert ended.generations >= 4000
+    chip.runs.set_problem(task)
+    chip.runs.start(OPTIONS)
+    assert chip.runs.best().keys == plan(SMALL, heights, task, OPTIONS, marked=0).keys
 
 
 def test_a_run_scans_the_blocks_that_have_changed(chip, problem):

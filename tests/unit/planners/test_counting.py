@@ -7,7 +7,7 @@ import pytest
 
 from hdl.config import CheckerBuild, Config
 from host.device.boards import open_board
-from host.device.chip import pack_waypoints
+from host.device.waypoints import pack_waypoints
 from host.errors import InputError
 from host.evaluation import Evaluator
 from host.planners.base import Options, Run

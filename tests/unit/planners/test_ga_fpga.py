@@ -9,7 +9,7 @@ from hdl.config import Config
 from hdl.protocol import LinkMode
 from host.device import boards
 from host.device.boards import open_board
-from host.device.chip import unpack_waypoints
+from host.device.waypoints import unpack_waypoints
 from host.errors import InputError, JobError
 from host.planners import ga_fpga
 from host.planners.base import Options, Stop

@@ -56,19 +56,30 @@ def test_port_times_out(ends, timeout):
     assert timeout <= time.monotonic() - start < timeout + 0.5
 
 
-def test_port_writes_more_than_buffers_hold(ends):
+def test_port_writes_more_than_buffers_hold(ends, monkeypatch):
     port, peer = ends
-    data = bytes(range(256)) * (1 << 14)  # 4 MiB.
+    peer.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 16)
+    data = bytes(range(256)) * (1 << 16)  # 16 MiB.
     received = bytearray()
+    waits = threading.Event()
+    real = SocketPort._wait
+
+    def wait(port, **how):
+        waits.set()
+        return real(port, **how)
 
     def drain():
+        # Nothing is read before the port has no more room.
+        waits.wait(timeout=60)
         while len(received) < len(data):
             received.extend(peer.recv(1 << 16))
 
+    monkeypatch.setattr(SocketPort, "_wait", wait)
     reader = threading.Thread(target=drain)
     reader.start()
     assert port.write(data) == len(data)
     reader.join()
+    assert waits.is_set()
     assert received == data
 
 

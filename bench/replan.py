@@ -13,15 +13,12 @@ import time
 from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from statistics import mean, median
 from typing import Any
 
-import numpy as np
-
 from bench.kept import Kept, measure, paste
+from bench.replan_report import report
 from bench.replan_scenarios import KINDS, draw_mission, draw_scenario
 from bench.report import Options, Report
-from bench.scenarios import missing
 from host.device.chip import Chip
 from host.errors import InputError, JobError
 from host.evaluation import Evaluator
@@ -60,8 +57,6 @@ _STORE = Path("build/bench/replans.json")
 _PAGE = Path(__file__).resolve().parents[1] / "docs" / "replanning.md"
 _PICTURES = Path("build/bench/replans")
 _WORST = 10
-# Place of the time of chip and line in an attempt.
-_CHIP_MS = 1
 _SOURCES = (
     "bench/replan.py",
     "bench/replan_scenarios.py",
@@ -116,9 +111,14 @@ def run(options: Options) -> Report:
         return f"{name}, {numbers[0]} to {numbers[-1]}"
 
     measure("replan", tasks, fly_row, keep)
+    yardstick = _results(kept, YARDSTICK, count)
     if not options.only:
-        paste(_PAGE, "replan", _report(kept, ROWS, count).text())
-    return _report(kept, rows, count)
+        results = {name: _results(kept, name, count) for name in ROWS}
+        paste(_PAGE, "replan", report(results, yardstick, count).text())
+    table = report({name: _results(kept, name, count) for name in rows}, yardstick, count)
+    failed = [each["scenario"] for each in table.data["failures"] if each["row"] == _CHIP]
+    _draw_worst(failed, kept, count)
+    return table
 
 
 def fly_row(name: str, numbers: Sequence[int]) -> list[Result]:
@@ -148,10 +148,10 @@ def _fly(name: str, number: int, chip: Chip | None, first_chip: Chip) -> Result:
         return {"flown": False}
     assert first.evaluation.flight_time_s is not None
     drawn = draw_scenario(number, mission, first.evaluation.flight_time_s)
-    report = _flown(name, number, mission, evaluator, first, chip, drawn.scenario)
-    if isinstance(report, str):
-        return {"flown": True, "error": report, "alive": False, "ended": "error"}
-    outcome, session = report.outcome, report.session
+    flown = _flown(name, number, mission, evaluator, first, chip, drawn.scenario)
+    if isinstance(flown, str):
+        return {"flown": True, "error": flown, "alive": False, "ended": "error"}
+    outcome, session = flown.outcome, flown.session
     assert isinstance(session, _Timed)
     return {
         "flown": True,
@@ -233,104 +233,9 @@ class _Timed(Session):
                 self.host_ms[id(change)] = 1000 * (seconds - waited_s)
 
 
-def _report(kept: Kept, rows: dict[str, tuple[str, str, int]], count: int) -> Report:
-    report = Report(
-        f"Replans in flight: {count} scenarios",
-        (
-            "planner",
-            "flown",
-            "survived of what the yardstick survives",
-            "new path after ms",
-            "metres flown",
-            "chip and line ms",
-            "first attempt",
-            "host's share, measured ms",
-            "waited on a circle",
-            "least clearance, m",
-            "least zone distance, m",
-            "mean F of new paths",
-        ),
-        notes=[
-            "Figures with slashes: p50 / p95 / p99 / most. Time and metres from the change to the",
-            "new path at the autopilot, of changes that need one, where the row's planner found it",
-            "and the aircraft did not wait on a circle. Chip and line: of all attempts together.",
-            "Host's share measured: the median, on this machine. Survived: neither ground nor zone",
-            "touched, a zone over the aircraft left within 1.1 times the shortest way out, and",
-            "arrived where the yardstick does.",
-            *missing(),
-        ],
-    )
-    yardstick = _results(kept, YARDSTICK, count)
-    failures = []
-    for name in rows:
-        results = _results(kept, name, count)
-        if not results:
-            continue
-        report.rows.append((name, *_cells(results, yardstick)))
-        failures += [
-            (name, number, result)
-            for number, result in results.items()
-            if not _survives(result, yardstick.get(number)) and _can(yardstick.get(number))
-        ]
-    report.data["failures"] = [
-        {"row": name, "scenario": number, **result} for name, number, result in failures
-    ]
-    _draw_worst([number for name, number, _ in failures if name == _CHIP], kept, count)
-    return report
-
-
 def _results(kept: Kept, name: str, count: int) -> dict[int, Result]:
     found = {number: kept.get(name, str(number)) for number in range(count)}
     return {number: result for number, result in found.items() if result and result["flown"]}
-
-
-def _can(yardstick: Result | None) -> bool:
-    return yardstick is not None and yardstick["alive"]
-
-
-def _survives(result: Result, yardstick: Result | None) -> bool:
-    if not result["alive"]:
-        return False
-    return yardstick is None or yardstick["ended"] != "arrived" or result["ended"] == "arrived"
-
-
-def _cells(results: dict[int, Result], yardstick: dict[int, Result]) -> tuple[object, ...]:
-    possible = [number for number in results if _can(yardstick.get(number))]
-    survived = [number for number in possible if _survives(results[number], yardstick.get(number))]
-    told = [result for result in results.values() if "error" not in result]
-    changes = [change for result in told for change in result["changes"] if change["needed"]]
-    prompt = [change for change in changes if _is_prompt(change)]
-    fitness = [change["fitness"] for change in changes if change["fitness"] is not None]
-    chip = [sum(each[_CHIP_MS] for each in change["attempts"]) for change in prompt]
-    once = sum(len(change["attempts"]) == 1 for change in prompt)
-    host = [change["measured_ms"] for change in prompt if change["measured_ms"] is not None]
-    zones = [result["zone"] for result in told if result["zone"] is not None]
-    return (
-        len(results),
-        f"{len(survived)} of {len(possible)} ({100 * len(survived) / max(len(possible), 1):.1f} %)",
-        _spread([change["active_ms"] for change in prompt], 1),
-        _spread([change["flown_m"] for change in prompt], 2),
-        _spread(chip, 2) if any(chip) else "-",
-        f"{once} of {len(prompt)}",
-        f"{median(host):.1f}" if host else "-",
-        f"{sum(change['held'] for change in changes)} of {len(changes)}",
-        f"{min(result['clearance'] for result in told):.1f}" if told else "-",
-        f"{min(zones):.1f}" if zones else "-",
-        f"{mean(fitness):.4f}" if fitness else "-",
-    )
-
-
-def _is_prompt(change: Result) -> bool:
-    """Tell whether the planner that the flight began with found a path before a circle."""
-    planners = {each[0] for each in change["attempts"]}
-    return change["active_ms"] is not None and not change["held"] and len(planners) == 1
-
-
-def _spread(values: Sequence[float], digits: int) -> str:
-    if not values:
-        return "-"
-    parts = (*np.percentile(values, (50, 95, 99)), max(values))
-    return " / ".join(f"{value:.{digits}f}" for value in parts)
 
 
 def _draw_worst(failed: Sequence[int], kept: Kept, count: int) -> None:
@@ -350,6 +255,6 @@ def _draw_worst(failed: Sequence[int], kept: Kept, count: int) -> None:
             first = _first_plan(evaluator, chip, number)
             assert first.evaluation.flight_time_s is not None
             drawn = draw_scenario(number, mission, first.evaluation.flight_time_s)
-            report = _flown(_CHIP, number, mission, evaluator, first, chip, drawn.scenario)
-        if isinstance(report, Replanned):
-            picture.write(report, _PICTURES / f"{number:04d}.png")
+            flown = _flown(_CHIP, number, mission, evaluator, first, chip, drawn.scenario)
+        if isinstance(flown, Replanned):
+            picture.write(flown, _PICTURES / f"{number:04d}.png")

@@ -41,17 +41,6 @@ def test_scenarios_follow_from_their_number(canyon):
     assert len(others) == 5
 
 
-def test_what_cannot_be_survived_does_not_count():
-    arrived = {"alive": True, "ended": "arrived"}
-    holding = {"alive": True, "ended": "holding"}
-    dead = {"alive": False, "ended": "arrived"}
-    told = {"changes": [], "zone": None, "clearance": 30.0}
-    yardstick = {0: arrived, 1: holding, 2: dead, 3: arrived}
-    results = {0: arrived, 1: holding, 2: dead, 3: holding}
-    cells = replan._cells({number: {**each, **told} for number, each in results.items()}, yardstick)
-    assert cells[1] == "2 of 3 (66.7 %)"
-
-
 @pytest.mark.ci  # Starts processes that fly.
 def test_a_run_is_kept_and_pasted(canyon, tmp_path, monkeypatch):
     page = tmp_path / "page.md"

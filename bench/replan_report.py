@@ -1,0 +1,148 @@
+"""The table of replans in flight, from the results of :mod:`bench.replan`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from statistics import mean, median
+from typing import Any
+
+import numpy as np
+
+from bench.report import Report
+from bench.scenarios import missing
+
+
+__all__ = ["report"]
+
+Result = dict[str, Any]
+#: Results by scenario.
+Flights = dict[int, Result]
+
+# Place of the time of chip and line in an attempt.
+_CHIP_MS = 1
+
+
+def report(results: dict[str, Flights], yardstick: Flights, count: int) -> Report:
+    """Return the table of rows by name, and in its data the flights that should have survived."""
+    table = Report(
+        f"Replans in flight: {count} scenarios",
+        (
+            "planner",
+            "flown",
+            "survived of what the yardstick survives",
+            "new path after ms",
+            "metres flown",
+            "chip and line ms",
+            "where there is a path at once: chip and line ms",
+            "and new path after ms",
+            "first attempt",
+            "host's share, measured ms",
+            "waited on a circle",
+            "least clearance, m",
+            "least zone distance, m",
+            "mean F of new paths",
+        ),
+        notes=[
+            "Figures with slashes: p50 / p95 / p99 / most. Time and metres from the change to the",
+            "new path at the autopilot, of changes that need one, where the row's planner found it",
+            "and the aircraft did not wait on a circle. Chip and line: of all attempts together.",
+            "Where there is a path at once: of the first change of each flight, if the yardstick",
+            "has a path at that instant, and no board is lost; until then all flights are the",
+            "same. Host's share measured: the median, on this machine. Survived: neither ground",
+            "nor zone touched, a zone over the aircraft left within 1.1 times the shortest way",
+            "out, and arrived where the yardstick does.",
+            *missing(),
+        ],
+    )
+    failures = []
+    for name, flights in results.items():
+        if not flights:
+            continue
+        table.rows.append((name, *_cells(flights, yardstick)))
+        failures += [
+            {"row": name, "scenario": number, **flight}
+            for number, flight in flights.items()
+            if not _survives(flight, yardstick.get(number)) and _can(yardstick.get(number))
+        ]
+    table.data["failures"] = failures
+    return table
+
+
+def _can(yardstick: Result | None) -> bool:
+    return yardstick is not None and yardstick["alive"]
+
+
+def _survives(result: Result, yardstick: Result | None) -> bool:
+    if not result["alive"]:
+        return False
+    return yardstick is None or yardstick["ended"] != "arrived" or result["ended"] == "arrived"
+
+
+def _cells(results: Flights, yardstick: Flights) -> tuple[object, ...]:
+    possible = [number for number in results if _can(yardstick.get(number))]
+    survived = [number for number in possible if _survives(results[number], yardstick.get(number))]
+    told = [result for result in results.values() if "error" not in result]
+    changes = [change for result in told for change in result["changes"] if change["needed"]]
+    prompt = [change for change in changes if _is_prompt(change)]
+    fitness = [change["fitness"] for change in changes if change["fitness"] is not None]
+    chip = [_chip_ms(change) for change in prompt]
+    at_once = [change for change in _solved_at_once(results, yardstick) if _is_prompt(change)]
+    once = sum(len(change["attempts"]) == 1 for change in prompt)
+    host = [change["measured_ms"] for change in prompt if change["measured_ms"] is not None]
+    zones = [result["zone"] for result in told if result["zone"] is not None]
+    return (
+        len(results),
+        f"{len(survived)} of {len(possible)} ({100 * len(survived) / max(len(possible), 1):.1f} %)",
+        _spread([change["active_ms"] for change in prompt], 1),
+        _spread([change["flown_m"] for change in prompt], 2),
+        _spread(chip, 2) if any(chip) else "-",
+        _spread([_chip_ms(change) for change in at_once], 2) if any(chip) else "-",
+        _spread([change["active_ms"] for change in at_once], 1),
+        f"{once} of {len(prompt)}",
+        f"{median(host):.1f}" if host else "-",
+        f"{sum(change['held'] for change in changes)} of {len(changes)}",
+        f"{min(result['clearance'] for result in told):.1f}" if told else "-",
+        f"{min(zones):.1f}" if zones else "-",
+        f"{mean(fitness):.4f}" if fitness else "-",
+    )
+
+
+def _is_prompt(change: Result) -> bool:
+    """Tell whether the planner that the flight began with found a path before a circle."""
+    planners = {each[0] for each in change["attempts"]}
+    return change["active_ms"] is not None and not change["held"] and len(planners) == 1
+
+
+def _chip_ms(change: Result) -> float:
+    """Return the time of chip and line, of all attempts."""
+    return float(sum(each[_CHIP_MS] for each in change["attempts"]))
+
+
+def _solved_at_once(results: Flights, yardstick: Flights) -> list[Result]:
+    """Return the first change of each flight that needs a path, if the yardstick has one at once.
+
+    Until then both flights are the same. A lost board is left out: its planner can do nothing.
+    """
+    found = []
+    for number, result in results.items():
+        own, other = _first_needed(result), _first_needed(yardstick.get(number, {}))
+        if (
+            own is None
+            or other is None
+            or (own["at_s"], own["what"]) != (other["at_s"], other["what"])
+        ):
+            continue
+        if other["active_ms"] == 0 and len({each[0] for each in own["attempts"]}) == 1:
+            found.append(own)
+    return found
+
+
+def _first_needed(result: Result) -> Result | None:
+    return next((change for change in result.get("changes", ()) if change["needed"]), None)
+
+
+def _spread(values: Sequence[float], digits: int) -> str:
+    if not values:
+        return "-"
+    parts = (*np.percentile(values, (50, 95, 99)), max(values))
+    return " / ".join(f"{value:.{digits}f}" for value in parts)

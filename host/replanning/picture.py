@@ -79,7 +79,7 @@ def draw(report: Replanned) -> Figure:
         path_effects=halo(0.4),
     )
     legend += [
-        Line2D([], [], color=TEXT, label="later path", **VERSION),
+        Line2D([], [], color=SERIES[1], label="later paths", **VERSION),
         Line2D([], [], label="circle, way out", **_HELD),
         Line2D([], [], color=FLOWN, linewidth=1.6, label="flown"),
     ]

@@ -57,7 +57,7 @@ def test_all_files_are_written_and_tell_the_flight(report, tmp_path):
 def test_the_picture_has_all_versions_of_the_path(report):
     figure = picture.draw(report)
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert labels[-3:] == ["later path", "circle, way out", "flown"]
+    assert labels[-3:] == ["later paths", "circle, way out", "flown"]
     assert "first path" in labels
     title, subtitle = picture.titles(report)
     assert "replanned in flight by ga-chip" in title

@@ -269,7 +269,7 @@ void Bridge::meet_clients() {
     if (moved_at_ > waiting_since_) {
         refuse(waiting_);
         waiting_ = -1;
-    } else if (Clock::now() - moved_at_ > kIdleLimit) {
+    } else if (Clock::now() - waiting_since_ > kIdleLimit) {
         lose_client();
     }
 }

@@ -117,6 +117,18 @@ def test_an_idle_client_keeps_the_board_while_nobody_waits(served):
         assert read(client, 1) == b"c"
 
 
+def test_a_client_that_goes_on_keeps_the_board_however_long_it_was_idle(served):
+    with connect(served) as client:
+        client.sendall(b"a")
+        assert read(client, 1) == b"a"
+        time.sleep(1.2)
+        with connect(served) as second:
+            time.sleep(0.2)
+            client.sendall(b"b")
+            assert read(client, 1) == b"b"
+            assert read(second, 100) == BUSY
+
+
 def test_a_second_client_hears_that_the_board_is_busy(served):
     with connect(served) as first, connect(served) as second, connect(served) as third:
         begun = time.monotonic()

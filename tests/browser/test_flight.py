@@ -121,6 +121,7 @@ def test_the_goal_is_another_in_flight_and_a_flight_ends_without_files(open_desk
     assert not list(folder.glob("flight*"))
 
 
+@pytest.mark.long
 def test_a_flight_whose_tab_is_closed_is_flown_to_its_end(open_desk):
     page = open_desk()
     folder = take_off(page)

@@ -30,11 +30,12 @@ def assert_refused(first, last):
     assert bad >= REFUSED * (last - first)
 
 
+@pytest.mark.ci
 def test_a_sample(kept_kernels):
     assert_refused(0, 60)
 
 
-@pytest.mark.ci
+@pytest.mark.long
 @pytest.mark.parametrize("first", range(0, CASES, 200))
 def test_a_thousand(kept_kernels, first):
     assert CASES * REFUSED > 1000

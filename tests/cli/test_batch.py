@@ -88,6 +88,7 @@ def test_no_path_is_status_1(files, tmp_path, capsys):
     assert told == [line for line in again.splitlines() if line.startswith("pathgene: one: ")]
 
 
+@pytest.mark.ci
 def test_fallback_is_that_of_the_option_before_that_of_the_file(files, tmp_path, capsys):
     file = Path(files[0])
     blind = 'name = "fpa"\nwaypoints = 6\ngenerations = 1\npopulation = 4'

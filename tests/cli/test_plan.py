@@ -241,6 +241,7 @@ def test_stop_criteria(hills, tmp_path, capsys):
     assert 0.5 <= summary["seconds"]["total"] < 5
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize(
     "planner",
     [

@@ -99,6 +99,7 @@ def test_grid_search_without_a_way_exits_1_with_files(hills, tmp_path, capsys):
     assert len(summary_in(tmp_path)["waypoints"]) == 2
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("planner", ["ga-fpga", "ga-pc", "fpa", "fpa-2opt", "ga-dp", "ga-auv"])
 def test_start_from_the_grid_search(hills, tmp_path, capsys, planner):
     common = ["plan", "--terrain", str(hills), *ENDS, "--generations", "3", "--json"]

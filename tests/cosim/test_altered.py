@@ -147,9 +147,17 @@ def open_chip():
         board.close()
 
 
+def some_in_ci(names):
+    """Return the names as parameters: two are built in `make test-ci`, the others take minutes."""
+    return [
+        pytest.param(name, marks=[pytest.mark.long] if i >= 2 else [])
+        for i, name in enumerate(names)
+    ]
+
+
 # `tools.mutate` makes many more alterations.
 @pytest.mark.ci
-@pytest.mark.parametrize("name", ALTERATIONS)
+@pytest.mark.parametrize("name", some_in_ci(ALTERATIONS))
 def test_comparison_with_the_model_fails(name, tmp_path, open_chip):
     verilog = altered_verilog(tmp_path, name)
     assert verilog != exported_verilog("planner", SMALL)
@@ -173,7 +181,7 @@ def test_a_copy_of_the_planner_that_is_not_altered_is_the_same(tmp_path):
 
 
 @pytest.mark.ci
-@pytest.mark.parametrize("name", ALTERATIONS_OF_THE_PLANNER)
+@pytest.mark.parametrize("name", some_in_ci(ALTERATIONS_OF_THE_PLANNER))
 def test_comparison_of_the_planner_fails(name, tmp_path):
     alteration = ALTERATIONS_OF_THE_PLANNER[name]
     text = exported_of(tmp_path / "copy", alteration, EXPORT_OF_THE_PLANNER)

@@ -59,6 +59,7 @@ def test_default_chip_in_every_mode(pair, mode):
         chips.check()
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize(
     "config",
     [
@@ -85,6 +86,7 @@ def test_icarus_agrees(pair, icarus):
     chips.check()
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize(
     ("config", "generations"),
     [

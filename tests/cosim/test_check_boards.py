@@ -57,6 +57,7 @@ def check_all(chips, counting):
     return told
 
 
+@pytest.mark.ci
 @CHIP
 def test_verdicts_and_cycles_match_the_model(pair, config):
     """Paths evolve and the map changes between the checks."""
@@ -91,6 +92,7 @@ def test_new_waypoints_avoid_the_ground(pair, config):
     assert counters["left_out"] > 0
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("checker", ["two-tier", pytest.param("parallel", marks=pytest.mark.long)])
 def test_check_only_chip(pair, checker):
     """Verdicts and cycles match the model, and commands of the genetic core are refused."""

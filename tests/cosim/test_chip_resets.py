@@ -106,6 +106,7 @@ def interrupted(port, job):
     return results, error is not None
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize(
     ("config", "job", "resets"),
     [

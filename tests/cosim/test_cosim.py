@@ -25,26 +25,11 @@ LONG_ON_ICARUS = (
 )
 
 
-#: Benches that compile for ten seconds and more on Verilator. ``test_boards.py`` runs boards of
-#: those sizes, with all of these units, and ``test_parallel_checker.py`` the checker.
-LARGE = (
-    "checker",
-    "control",
-    "core",
-    "core_with_map",
-    "crossover",
-    "planner",
-    "planner_core",
-    "population",
-    "receiver",
-    "transmitter",
-)
-
-
 def marks(simulator, name):
+    """Return the marks of a bench; of the builds by Verilator, which take seconds, one is quick."""
     if simulator == "icarus" and name in LONG_ON_ICARUS:
         return [pytest.mark.long]
-    return [pytest.mark.ci] if simulator == "verilator" and name in LARGE else []
+    return [pytest.mark.ci] if simulator == "verilator" and name != "uart" else []
 
 
 @pytest.mark.parametrize(

@@ -69,7 +69,7 @@ def test_every_segment_of_a_tiny_map():
     assert 5_000 < hits < 25_000
 
 
-@pytest.mark.ci
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("lanes", "latency", "bits"), [(8, 1, 16), (8, 2, 6), (16, 1, 6), (16, 2, 14)]
 )

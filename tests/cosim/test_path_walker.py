@@ -172,6 +172,7 @@ def random_paths(config, rng, number, *, pool=40, repeat=0.6, heading=0):
     return paths
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize(
     ("lanes", "rows", "latency", "bits"),
     [
@@ -226,7 +227,7 @@ def test_more_lanes_than_corners_of_most_segments():
 
 @pytest.mark.parametrize("paths", [1500, pytest.param(100_000, marks=pytest.mark.long)])
 @pytest.mark.ci
-@pytest.mark.parametrize("lanes", [8, 16])
+@pytest.mark.parametrize("lanes", [8, pytest.param(16, marks=pytest.mark.long)])
 def test_full_size(lanes, paths):
     config = USUAL.replace(lanes=lanes)
     rng = np.random.default_rng(lanes)

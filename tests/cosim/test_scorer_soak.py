@@ -78,7 +78,7 @@ def unpack(config, raw, sizes):
     [
         (SMALL, 3_000),
         (USUAL, 3_000),
-        (LARGE, 500),
+        pytest.param(LARGE, 500, marks=pytest.mark.long),
         pytest.param(SMALL, 100_000, marks=pytest.mark.long),
         pytest.param(USUAL, 100_000, marks=pytest.mark.long),
         pytest.param(LARGE, 20_000, marks=pytest.mark.long),

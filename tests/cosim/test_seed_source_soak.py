@@ -216,7 +216,7 @@ def check(config, job, expected, raw):
     [
         (SMALL, 20, 5, 0),
         (USUAL, 8, 5, 4),
-        (LARGE, 1, 4, 3),
+        pytest.param(LARGE, 1, 4, 3, marks=pytest.mark.long),
         pytest.param(SMALL, 400, 5, 0, marks=pytest.mark.long),
         pytest.param(USUAL, 100, 8, 4, marks=pytest.mark.long),
         pytest.param(LARGE, 2, 8, 7, marks=pytest.mark.long),

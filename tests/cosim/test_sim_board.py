@@ -82,6 +82,7 @@ def test_line_runs_at_full_rate(echo):
     assert frames <= used <= frames + 64 * 100
 
 
+@pytest.mark.ci
 def test_real_divisor():
     with (
         open_simulated(
@@ -255,6 +256,7 @@ def test_waveform(simulator, tmp_path):
     assert "rx_bits" in trace.read_text()
 
 
+@pytest.mark.ci
 def test_framing_errors_are_reported():
     verilog = echo_verilog(CLOCKS_PER_BIT, bad_stop=True)
     program = build_program("verilator", verilog, "uart_echo", CLOCKS_PER_BIT)

@@ -76,6 +76,7 @@ def sample(simulator, bench):
     return start
 
 
+@pytest.mark.ci
 def test_returns_tests_and_log(sample):
     result = sample("passes")
     assert result.tests == 1
@@ -91,11 +92,13 @@ def test_names_a_failed_test(sample, simulator):
         sample("fails")
 
 
+@pytest.mark.ci
 def test_names_one_failure_among_others(sample):
     with pytest.raises(CosimError, match=r": 1 failed: fails \(as it should\); log"):
         sample("(passes|fails)")
 
 
+@pytest.mark.ci
 def test_refuses_a_run_without_tests(sample, simulator):
     with pytest.raises(CosimError, match=rf"^sample-{simulator}-nosuchtest: no test ran; log \S+$"):
         sample("nosuchtest")

@@ -11,6 +11,7 @@ from tools.runner import BENCHES, run
 pytestmark = pytest.mark.cosim
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize(
     ("simulator", "clocks_per_bit"),
     [

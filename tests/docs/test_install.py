@@ -36,7 +36,7 @@ def test_at_most_ten_lines():
     assert len([line for line in lines.splitlines() if line]) <= 10
 
 
-@pytest.mark.ci
+@pytest.mark.long
 def test_pip_install_in_a_new_environment(tmp_path):
     wheels, folder = tmp_path / "wheels", tmp_path / "elsewhere"
     folder.mkdir()

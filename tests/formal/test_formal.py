@@ -6,14 +6,10 @@ from hdl.primitives.skid_buffer import SkidBuffer
 from tools.formal import Proof, altered, check, load, main, proofs
 
 
-#: Proofs whose faults take some seconds each.
-COSTLY = ("run_control",)
-
-
-def marks(name, proof, what):
+def marks(proof, what):
     if proof.is_long(what):
         return [pytest.mark.long]
-    return [pytest.mark.ci] if name in COSTLY and what in proof.faults else []
+    return [pytest.mark.ci] if what in proof.faults else []
 
 
 CHECKS = [
@@ -21,7 +17,7 @@ CHECKS = [
         name,
         what,
         id=f"{name}-{what}",
-        marks=marks(name, proof, what),
+        marks=marks(proof, what),
     )
     for name in proofs()
     for proof in [load(name)]

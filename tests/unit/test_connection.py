@@ -52,6 +52,7 @@ def test_names_the_first_planner_that_finds_a_path(mountains, alone):
     assert found.result.evaluations == sum(result.evaluations for result in alone.values())
 
 
+@pytest.mark.ci
 def test_a_planner_after_the_one_that_finds_a_path_is_not_asked(mountains):
     found = connect(Evaluator(mountains), searchers=("fpa-2opt", "astar"))
     options = Options(generations=PLANNERS["fpa-2opt"].generations)
@@ -127,6 +128,7 @@ def test_names_the_heading_that_no_path_keeps_and_one_that_would_do():
     assert connect(Evaluator(dead_ends(reason.figure.would_do, 90))).reason is None
 
 
+@pytest.mark.ci
 def test_names_the_heading_at_the_goal():
     reason = connect(Evaluator(dead_ends(90, 270))).reason
     assert (reason.code, reason.end, reason.place) == ("heading", "goal", (3650, 2000))
@@ -134,6 +136,7 @@ def test_names_the_heading_at_the_goal():
     assert connect(Evaluator(dead_ends(90, reason.figure.would_do))).reason is None
 
 
+@pytest.mark.ci
 def test_names_both_headings_where_each_is_one_too_many():
     reason = connect(Evaluator(dead_ends(270, 270))).reason
     assert [(end, fixed) for end, fixed, _ in reason.headings] == [("start", 270), ("goal", 270)]

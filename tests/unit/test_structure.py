@@ -240,6 +240,7 @@ def writing_calls(tree: ast.Module) -> list[int]:
     return lines
 
 
+@pytest.mark.ci
 def test_the_host_writes_through_one_disk():
     found = {
         f"{path}:{line}"

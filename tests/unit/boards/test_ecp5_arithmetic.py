@@ -40,6 +40,7 @@ def prove(folder, maps, *, width, sign, first_width):
     run_tool("yosys", ["-q", "-p", "; ".join(script)], folder)
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize(("width", "sign", "first_width"), SIZES)
 def test_a_chain_is_the_sum(width, sign, first_width, tmp_path):
     prove(tmp_path, ARITHMETIC.read_text(), width=width, sign=sign, first_width=first_width)

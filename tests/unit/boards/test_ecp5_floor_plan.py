@@ -25,7 +25,7 @@ def test_sites_are_different():
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param("ulx3s-85f", marks=pytest.mark.ci),
+        pytest.param("ulx3s-85f", marks=pytest.mark.long),
         pytest.param("ecpix5-85f", marks=pytest.mark.long),
     ],
 )

@@ -90,6 +90,7 @@ endmodule
 """
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize(
     ("rows", "width", "ports"),
     [

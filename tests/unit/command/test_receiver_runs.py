@@ -252,6 +252,7 @@ class Reference:
         return [(Status(answer[2]), answer[1]) for answer, _ in map(decode_frame, answers)]
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("pauses", [(0,), (0, 5, 1)], ids=["steady", "stalled"])
 def test_random_requests(pauses):
     """Match the model's statuses, and what reaches its core."""

@@ -53,6 +53,7 @@ def test_search_agrees_with_the_definition():
     assert counts["feasible"] >= 20
 
 
+@pytest.mark.ci
 def test_limits_of_reference_and_kernels_agree():
     beyond = 0
     for case in range(150):

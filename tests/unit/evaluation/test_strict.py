@@ -46,6 +46,7 @@ def compare(count, seed):
     return counts
 
 
+@pytest.mark.ci
 def test_no_path_is_feasible_that_samples_reject():
     counts = compare(100, 1)
     assert counts["near"] >= 25

@@ -143,6 +143,7 @@ def test_a_point_in_every_clock(length):
         assert cycles[0] <= 13 + count * 5 / 4
 
 
+@pytest.mark.ci
 def test_one_path():
     orders = [(path, "check") for path in paths_of(None)]
     for (path, _), (points, cycles, missed) in zip(orders, offered([], orders), strict=True):

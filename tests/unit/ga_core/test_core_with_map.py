@@ -101,6 +101,7 @@ def test_new_waypoints_are_above_the_ground():
     simulate(config, bench)
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize(("memory_latency", "redraws"), [(2, 0), (2, 2), (2, 7), (1, 2)])
 def test_cycles_of_a_generation(memory_latency, redraws):
     """All above the ground, then all in it; the shortest paths, then the longest."""
@@ -144,6 +145,7 @@ def test_cycles_of_a_ranking():
     simulate(SMALL, bench)
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("event", ["start", "write", "rank", "generation", "read"])
 def test_event_while_waypoints_are_read_ahead(event):
     """In every cycle of it. All but a read discard the ranking; a read only delays it."""

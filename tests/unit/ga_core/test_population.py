@@ -155,6 +155,7 @@ def test_reset():
     bench_of(bench)
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("pauses", [(0,), (0, 1, 3)], ids=["steady", "stalled"])
 @pytest.mark.parametrize("max_waypoints", [3, 5, 8])
 def test_reads_return_writes(max_waypoints, pauses):

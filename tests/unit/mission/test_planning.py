@@ -57,6 +57,7 @@ def test_the_path_passes_all_points_and_returns(planned):
     assert len(plan.path) == sum(len(leg.path) for leg in plan.legs) - 2
 
 
+@pytest.mark.ci
 def test_an_observer_sees_the_legs_before_in_every_path(terrain):
     class Observer:
         def __init__(self):
@@ -89,6 +90,7 @@ def test_legs_join_with_turns_that_fit(planned):
     assert plan.evaluation.impossible_arcs == 0
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("planner", ["ga-pc", "fpa-2opt"])
 def test_a_return_comes_near_the_goal_and_is_feasible(planner):
     """The fallback plans what random planners do not: to turn around beyond the goal."""

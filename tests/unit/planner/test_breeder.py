@@ -185,6 +185,7 @@ def compare(config, generations, stalled):
 CONFIGS = {"tiny": (TINY, 12), "small": (SMALL, 12), "usual": (USUAL, 2), "large": (LARGE, 1)}
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("stalled", [False, True], ids=["steady", "stalled"])
 @pytest.mark.parametrize("name", CONFIGS)
 def test_matches_definition(name, stalled):

@@ -132,6 +132,7 @@ def test_generations(config, pace):
         assert taken == begun(bench)
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize(
     ("config", "generations"),
     [
@@ -161,13 +162,14 @@ def test_evaluated_by_the_definition(config, generations):
         assert classes == {PathClass.FEASIBLE, PathClass.GIVEN_UP, PathClass.INFEASIBLE}
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("pace", [pytest.param("fast", marks=pytest.mark.ci), "stalled"])
 @pytest.mark.parametrize(
     "config",
     [
         pytest.param(TINY, id="tiny"),
         pytest.param(SMALL, id="small", marks=pytest.mark.ci),
-        pytest.param(TIGHT, id="tight", marks=pytest.mark.ci),
+        pytest.param(TIGHT, id="tight", marks=pytest.mark.long),
     ],
 )
 def test_runs_go_on(config, pace):

@@ -177,6 +177,7 @@ def test_seeds(config, share):
     simulate(bench.dut, run)
 
 
+@pytest.mark.ci
 @SHARES
 @CONFIGS
 def test_lifted_members(config, share):

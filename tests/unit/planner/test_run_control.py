@@ -182,6 +182,7 @@ def drawn_options(rng):
     )
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("seed", range(4))
 def test_steps_of_runs(seed):
     dut, rng = RunControl(SMALL), random.Random(seed)

@@ -84,6 +84,7 @@ def check(config, shapes, pauses=(0,)):
     return len(cells)
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("config", [TINY, SMALL, USUAL, LARGE], ids=["8", "32", "512", "4096"])
 def test_random_shapes(config):
     """Boxes, discs, polygons of up to 8 edges; one right behind the other, and with pauses."""

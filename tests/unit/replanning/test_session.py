@@ -166,6 +166,7 @@ def test_a_board_that_dies_is_replaced_by_the_processor(mission, straight, on_pr
     assert change.active_s == pytest.approx(0.4, abs=0.15)
 
 
+@pytest.mark.ci
 def test_an_autopilot_that_finishes_its_leg_first(mission, on_processor):
     bend = np.array([mission.start, (4000.0, 5200.0, 250.0), mission.goal])
     event = Event(20.0, (NewZone(Circle(5500.0, 4700.0, 250.0)),))

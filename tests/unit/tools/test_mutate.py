@@ -309,7 +309,7 @@ def test_refuses_a_count_that_cannot_be_drawn(count, capsys):
     assert "--count must be from 1 to " in capsys.readouterr().err
 
 
-@pytest.mark.ci  # A minute; all of the 200 take hours: ``tests/long/test_mutation_long.py``.
+@pytest.mark.long  # A minute; all of the 200 take hours: ``tests/long/test_mutation_long.py``.
 def test_a_sample_is_killed():
     """The first of the 200 alterations of which CONTRIBUTING gives the result."""
     arguments = ["--seed", "2026", "--count", "6", "--depth", "near", "--require", "100"]

@@ -70,6 +70,7 @@ def test_widest_altitudes():
     assert {verdict.collision for verdict in results.verdicts} == {0, 1}
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("lanes", [2, 4])
 def test_every_segment_of_a_tiny_map(lanes):
     """All pairs of cells in one queue, altitudes and ground at random; standing ones too."""

@@ -130,6 +130,7 @@ def flown(points, lateral_m_s2, reach_m):
     return np.array(way)
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("strength", [1.05, 1.5])
 @pytest.mark.parametrize(("reach_m", "limit_m"), [(40.0, 6.0), (90.0, 25.0)])
 def test_an_autopilot_that_turns_at_the_waypoint_stays_in_the_corridor(strength, reach_m, limit_m):

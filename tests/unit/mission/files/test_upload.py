@@ -67,6 +67,7 @@ def test_mavsdk_takes_a_hundred_missions_with_their_fences(plans, autopilot):
     link.close()
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize(
     "most", [4, *(pytest.param(most, marks=pytest.mark.ci) for most in (9, 22)), 15]
 )

@@ -18,6 +18,7 @@ def problem(config, seed):
     return ground(config, rng, blocked=0.001), record(config, rng)
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize(
     "seed", [0, *(pytest.param(seed, marks=pytest.mark.ci) for seed in (1, 2, 3))]
 )

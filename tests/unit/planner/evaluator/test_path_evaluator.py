@@ -41,6 +41,7 @@ def case(config, rng, count, heading, **options):
 
 # The memo has no rows or 64; walks are short, or long with one lane. With paths as short as these,
 # all places fill up in any case. Many more paths, of the default sizes too, run compiled.
+@pytest.mark.ci
 @pytest.mark.parametrize(
     ("heading", "rows", "lanes"),
     [

@@ -199,6 +199,7 @@ def test_matches_the_definition(config, problems, count, ends):
         assert np.diff(job.launches).tolist() == sizes[:-1]
 
 
+@pytest.mark.ci
 def test_matches_the_definition_with_pauses():
     """Of points, and of room."""
     rng = np.random.default_rng(4)
@@ -216,6 +217,7 @@ def test_matches_the_definition_with_pauses():
         job.check_cycles(SMALL)
 
 
+@pytest.mark.ci
 def test_shortest_and_longest_paths():
     """Start and goal alone, and as many points as fit, in turn."""
     rng = np.random.default_rng(11)
@@ -261,6 +263,7 @@ def test_cycles():
     assert [cycle - start for cycle in job.taken] == [-1, *range(2, 11, 2)]
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("ends", ENDS, ids=["free", "exit", "entry", "both"])
 def test_a_path_begins(ends):
     """In the cycle that the model tells, whenever points come and room is there."""
@@ -281,6 +284,7 @@ def test_a_path_begins(ends):
         assert job.launches == [launched(first, second, 0, room)]
 
 
+@pytest.mark.ci
 def test_the_next_path_begins():
     """Behind the one before, or later if points or room are late."""
     rng = np.random.default_rng(12)

@@ -158,6 +158,7 @@ def corners_in(heights, lanes, rows):
     return [heights[row["y"], row["x"] * lanes : (row["x"] + 1) * lanes].tolist() for row in rows]
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("latency", [1, 2])
 @pytest.mark.parametrize("lanes", [1, 2, 4, 8, 16])
 def test_rows(lanes, latency):

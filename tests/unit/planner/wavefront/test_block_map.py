@@ -163,6 +163,7 @@ class WalkerBench(Bench):
         await self.ctx.tick()
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize(
     ("config", "lanes", "latency"), [(SMALL, 1, 2), (TWICE, 4, 1), (SMALL, 8, 2)]
 )

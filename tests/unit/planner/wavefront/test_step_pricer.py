@@ -103,6 +103,7 @@ async def price(ctx, dut, steps, leads):
     return costs
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize(
     "config", [TINY, SMALL, USUAL, LARGE], ids=["tiny", "small", "usual", "large"]
 )

@@ -60,6 +60,7 @@ def until(condition, limit_s=180.0):
         time.sleep(0.01)
 
 
+@pytest.mark.ci
 def test_a_job_tells_its_progress_and_saves_its_plan(jobs):
     place = {"origin": (36.2, -84.4)}
     job = jobs.submit({**CANYON, **place}, "canyon-ga-pc")

@@ -98,6 +98,8 @@ class Link:
 
     Attributes
     ----------
+    patience_s : float
+        Seconds of silence after which the board is given up.
     traffic : Traffic
         Traffic so far.
     session : int or None
@@ -133,7 +135,11 @@ class Link:
         self._credit = 0
         self._next = 0
         transport.timeout = timeout_s
-        transport.write_timeout = self._patience_s = attempts * timeout_s
+        transport.write_timeout = self.patience_s = attempts * timeout_s
+
+    def now(self) -> float:
+        """Return the time by the clock of the waits, seconds."""
+        return self._clock()
 
     def close(self) -> None:
         """Close the port."""
@@ -355,7 +361,7 @@ class Link:
             self._transport.write(data)
         except TimeoutError:
             raise LinkTimeoutError(
-                f"The board took no bytes for {self._patience_s:g} s: check that it runs, and the "
+                f"The board took no bytes for {self.patience_s:g} s: check that it runs, and the "
                 "cable."
             ) from None
         except OSError as error:

@@ -10,7 +10,7 @@ from hdl.protocol import Command, status_reply
 from hdl.protocol.codes import UNITS
 from hdl.protocol.planner import VALUE_BITS, NoFlyShape, PathClass, ProblemRecord
 from hdl.protocol.runs import RunOptions, unpack_best
-from host.device.link import Link
+from host.device.link import Link, LinkTimeoutError
 from host.device.map_copy import MapCopy
 from host.device.orders import Orders
 
@@ -172,11 +172,23 @@ class Runs:
         self._orders.give([(Command.STOP, b"")])
 
     def end(self) -> None:
-        """Stop a run that goes on, and wait for its end."""
-        if self.status().running:
-            self.stop()
-            while self.status().running:
-                pass
+        """Stop a run that goes on, and wait for its end.
+
+        Raises
+        ------
+        LinkTimeoutError
+            If the chip still runs after the patience of the link.
+        """
+        if not self.status().running:
+            return
+        self.stop()
+        limit = self._link.now() + self._link.patience_s
+        while self.status().running:
+            if self._link.now() > limit:
+                raise LinkTimeoutError(
+                    f"The board goes on with a run {self._link.patience_s:g} s after it was told "
+                    "to stop: reset it."
+                )
 
     def best(self) -> BestPaths:
         """Return the paths of the latest run, the best first; none without one on the problem."""

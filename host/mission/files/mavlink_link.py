@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import os
 import socket
 import stat
@@ -20,6 +21,8 @@ __all__ = ["Link", "NoReplyError", "open_link"]
 # Our own address: a ground station.
 _SYSTEM, _COMPONENT = 255, 190
 _HEARTBEAT_S = 1.0
+# A serial port that takes no byte for so long loses the message.
+_WRITE_S = 1.0
 # The standard's time for an answer, and how often it is asked for again.
 _ANSWER_S = 1.5
 _TRIES = 5
@@ -100,7 +103,8 @@ class Link:
             If there is none after several repeats.
         """
         for _ in range(_TRIES):
-            send()
+            with _silent():
+                send()
             end = time.monotonic() + self._answer_s
             while (left_s := end - time.monotonic()) > 0:
                 message = self._read(left_s)
@@ -130,7 +134,8 @@ class Link:
             from pymavlink import mavutil
 
             known = mavutil.mavlink
-            self.mav.heartbeat_send(known.MAV_TYPE_GCS, known.MAV_AUTOPILOT_INVALID, 0, 0, 0)
+            with _silent():
+                self.mav.heartbeat_send(known.MAV_TYPE_GCS, known.MAV_AUTOPILOT_INVALID, 0, 0, 0)
             self._next_beat = now + _HEARTBEAT_S
         wait_s = max(min(left_s, self._next_beat - now), 1e-3)
         return self._connection.recv_match(blocking=True, timeout=wait_s)
@@ -140,6 +145,13 @@ class Link:
 def _quiet() -> Any:
     """Keep what pymavlink prints off standard output."""
     with contextlib.redirect_stdout(sys.stderr):
+        yield
+
+
+@contextlib.contextmanager
+def _silent() -> Any:
+    """Drop what pymavlink prints of a port that takes nothing: no answer will say as much."""
+    with contextlib.redirect_stdout(io.StringIO()):
         yield
 
 
@@ -184,6 +196,8 @@ def open_link(to: str, *, baud: int = 57600, answer_s: float = _ANSWER_S) -> Lin
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise JobError(f"Cannot open {to} ({reason}); check the address and the cable.") from None
+    if hasattr(connection.port, "write_timeout"):
+        connection.port.write_timeout = _WRITE_S
     return Link(connection, answer_s)
 
 

@@ -10,8 +10,8 @@ from hdl.protocol import Command, Status, StickyError
 from hdl.protocol.planner import VALUE_BITS, NoFlyShape, PathClass
 from hdl.protocol.runs import RunOptions
 from host.device.chip import Chip
-from host.device.link import Link, LinkError, RefusedError
-from host.device.runs import RunStatus
+from host.device.link import Link, LinkError, LinkTimeoutError, RefusedError
+from host.device.runs import Runs, RunStatus
 from host.device.waypoints import unpack_waypoints
 from host.errors import InputError
 from sim.model import refusal
@@ -144,6 +144,24 @@ def test_a_session_ends_the_run_that_another_left(problem, is_reopened):
     chip.runs.set_problem(task)
     chip.runs.start(OPTIONS)
     assert chip.runs.best().keys == plan(SMALL, heights, task, OPTIONS, marked=0).keys
+
+
+def test_a_run_that_does_not_end_costs_the_patience(monkeypatch):
+    model, said = ChipModel(SMALL), []
+    real = Runs.status
+
+    def status(runs):
+        said.append("status")
+        return dataclasses.replace(real(runs), running=len(said) < most)
+
+    monkeypatch.setattr(Runs, "status", status)
+    most = 4
+    Chip(Link(ModelPort(model), timeout_s=0.01, attempts=3)).close()
+    assert len(said) == 4
+    most = np.inf
+    sentence = r"^The board goes on with a run 0\.03 s after it was told to stop: reset it\.$"
+    with pytest.raises(LinkTimeoutError, match=sentence):
+        Chip(Link(ModelPort(model), timeout_s=0.01, attempts=3))
 
 
 def test_a_run_scans_the_blocks_that_have_changed(chip, problem):

@@ -1,7 +1,10 @@
 """Uploads to MAVSDK's autopilot over UDP, and to one of ours that misbehaves."""
 
+import contextlib
 import math
+import os
 import time
+import tty
 
 import pytest
 
@@ -239,3 +242,26 @@ def test_says_what_cannot_be_opened(own):
     with pytest.raises(JobError, match=r"^Cannot open tcp:127.0.0.1:9 \(.*\); check the address"):
         open_link("tcp:127.0.0.1:9")
     assert isinstance(open_link(own.address), Link)
+
+
+def test_a_serial_port_that_takes_nothing_costs_a_second(capfd):
+    ours, theirs = os.openpty()
+    tty.setraw(theirs)
+    os.set_blocking(theirs, False)
+    with contextlib.suppress(BlockingIOError):
+        while True:
+            os.write(theirs, bytes(256))
+    link = open_link(os.ttyname(theirs))
+    try:
+        begun = time.monotonic()
+        with pytest.raises(NoReplyError):
+            link.find(0.5)
+        assert time.monotonic() - begun < 5
+        assert capfd.readouterr().out == ""
+    finally:
+        # Makes room for what a close would wait for.
+        os.set_blocking(ours, False)
+        os.read(ours, 1 << 16)
+        link.close()
+        os.close(ours)
+        os.close(theirs)

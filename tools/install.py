@@ -50,8 +50,10 @@ def set_up(level: str, venv: Path, root: Path) -> None:
     if not venv_works(venv):
         make_venv(venv)
     say(f"installing packages for `{level}` into .venv")
-    # Python compiles a module when it is imported. Compiling all packages takes 40 s.
     pip(python, "install", "--no-compile", "--editable", f"{root}{EXTRAS[level]}")
+    # On all cores; pip compiles on one. Some packages have files of other Pythons.
+    compiling: list[str | Path] = [python, "-m", "compileall", "-q", "-j", "0", venv / "lib"]
+    subprocess.run(compiling, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
     if level != "plan":
         check_libpython(python)
         require_for_tests("iverilog", "for the tests on a second simulator")

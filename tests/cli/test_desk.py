@@ -1,5 +1,6 @@
 """The desk from the command line: its address, its token, its end."""
 
+import contextlib
 import json
 import os
 import re
@@ -7,6 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 import urllib.error
 import urllib.request
 from pathlib import Path
@@ -80,6 +82,28 @@ def test_a_desk_answers_to_its_token_and_ends_at_a_signal(tmp_path):
     assert errors == "pathgene: Serving until Ctrl-C.\n"
     assert (tmp_path / "out" / "desk").is_dir()
     assert not (tmp_path / ".nicegui").exists()
+
+
+def test_clients_that_ask_for_nothing_stop_nobody(tmp_path):
+    desk, address = served(tmp_path)
+    port = int(re.search(r":(\d+)/", address)[1])
+    with contextlib.ExitStack() as stack:
+        stack.callback(ended, desk)
+        first = stack.enter_context(socket.create_connection(("127.0.0.1", port)))
+        first.sendall(b"GET / HTTP/1.1\r\nHost: desk\r\n")
+        clients = [
+            stack.enter_context(socket.create_connection(("127.0.0.1", port))) for _ in range(300)
+        ]
+        begun = time.monotonic()
+        assert answer(address)[0] == 200
+        assert time.monotonic() - begun < 5
+        # The oldest are closed, the others after a while.
+        first.settimeout(5)
+        assert first.recv(1) == b""
+        clients[-1].settimeout(20)
+        assert clients[-1].recv(1) == b""
+        assert time.monotonic() - begun > 5
+        assert answer(address)[0] == 200
 
 
 def test_beyond_this_machine_it_warns(tmp_path):

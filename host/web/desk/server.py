@@ -19,6 +19,7 @@ from nicegui import Client, ui
 from host import interrupts
 from host.errors import InputError
 from host.terrain.untrusted import MAX_CELLS
+from host.web.desk.connections import LimitedProtocol
 from host.web.desk.desk import Desk
 from host.web.desk.guard import Guard
 from host.web.desk.page import Page
@@ -74,6 +75,7 @@ def serve(desk: Desk, host: str, port: int, ready: Callable[[str], object]) -> N
         config = uvicorn.Config(
             Guard(app, token, number, upload_bytes),
             log_level="warning",
+            http=LimitedProtocol,
             ws="wsproto",
             ws_max_size=1 << 20,
             timeout_graceful_shutdown=2,

@@ -32,7 +32,7 @@ def read_map(file: Path, config: Config) -> NDArray[np.uint16]:
     """
     try:
         with reading("map", file), opened(file) as binary:
-            heights = read_array(file, binary, None)
+            heights = read_array(file, binary, None, "cut it to the part that the path is in")
     except UNREADABLE:
         raise InputError(
             f"{file}: cannot be read as a numpy array; write it with numpy.save."

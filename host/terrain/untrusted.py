@@ -51,7 +51,13 @@ _MOST_VALUES = 16
 _HEADER_BYTES = 1 << 14
 
 
-def require_cells(path: Path, shape: tuple[int, ...], max_cells: int | None) -> None:
+#: What a user can do about a file with too many cells.
+_REMEDY = "cut it, make it coarser, or allow more (--max-cells)"
+
+
+def require_cells(
+    path: Path, shape: tuple[int, ...], max_cells: int | None, remedy: str = _REMEDY
+) -> None:
     """Check the cells that a file states, before they are read.
 
     Raises
@@ -62,12 +68,13 @@ def require_cells(path: Path, shape: tuple[int, ...], max_cells: int | None) -> 
     most = MAX_CELLS if max_cells is None else max_cells
     if math.prod(shape) > most:
         raise InputError(
-            f"{path}: its {' x '.join(map(str, shape))} cells are more than {most:,}; cut it, make "
-            "it coarser, or allow more (--max-cells)."
+            f"{path}: its {' x '.join(map(str, shape))} cells are more than {most:,}; {remedy}."
         )
 
 
-def read_array(path: Path, opened: BinaryIO, max_cells: int | None) -> NDArray[Any]:
+def read_array(
+    path: Path, opened: BinaryIO, max_cells: int | None, remedy: str = _REMEDY
+) -> NDArray[Any]:
     """Read an array of cells in numpy's format from the beginning of a file, its header first.
 
     Raises
@@ -77,7 +84,7 @@ def read_array(path: Path, opened: BinaryIO, max_cells: int | None) -> NDArray[A
     OSError, ValueError, EOFError
         If it cannot be read.
     """
-    require_cells(path, _shape(opened, _CELL_BYTES), max_cells)
+    require_cells(path, _shape(opened, _CELL_BYTES), max_cells, remedy)
     opened.seek(0)
     return np.lib.format.read_array(opened, allow_pickle=False)
 

@@ -38,8 +38,8 @@ class SimulatedBoard:
     pty : bool
         Serve a pseudo terminal instead of TCP.
     keep : bool
-        Wait for another client when one leaves, and give the board to a client that waits when no
-        byte has passed for a second; otherwise the simulator ends with its only client.
+        Wait for another client when one leaves, and give the board to one that waits when no byte
+        passes for a second; otherwise the simulator ends with its only client.
     idle_clocks : int, optional
         Cycles simulated at full speed after the last activity; default 2**20.
     trace : Path, optional

@@ -362,3 +362,11 @@ def test_check_refuses_another_start(hills, tmp_path, capsys):
 )
 def test_other_commands_refuse_bad_options(capsys, arguments, sentence):
     assert refused(capsys, *arguments).startswith(sentence)
+
+
+def test_a_terrain_is_not_written_to_a_folder(capsys, tmp_path):
+    folder = tmp_path / "canyon.npz"
+    folder.mkdir()
+    said = refused(capsys, "terrain", "synth", "canyon", "--out", folder)
+    assert said == f"{str(folder)!r} is a directory; give the name of a file."
+    assert not list(folder.iterdir())

@@ -310,6 +310,18 @@ def text(name, content):
     return make
 
 
+def header(name, shape):
+    """Return a maker of a file of 192 bytes that states an array of any size."""
+
+    def make(folder):
+        with (folder / name).open("wb") as file:
+            told = {"descr": "<i8", "fortran_order": False, "shape": shape}
+            np.lib.format.write_array_header_1_0(file, told)
+            file.write(bytes(64))
+
+    return make
+
+
 @pytest.mark.parametrize(
     ("name", "make", "sentence"),
     [
@@ -321,6 +333,9 @@ def text(name, content):
          "{}: cannot be read as a numpy array; write it with numpy.save."),
         ("o.npy", array("o.npy", np.array([[None]])),
          "{}: cannot be read as a numpy array; write it with numpy.save."),
+        ("huge.npy", header("huge.npy", (10**6, 10**6)),
+         "{}: its 1000000 x 1000000 cells are more than 25,000,000; cut it to the part that the "
+         "path is in."),
         ("f.npy", array("f.npy", np.zeros((3, 4))),
          "{}: a map must be a filled array [y, x] of integers, not of shape (3, 4) of float64."),
         ("f.npy", array("f.npy", np.zeros(9, int)),

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from host.device.boards import open_board
 from host.report.run_files import verify
 from tests.chips import SMALL, board_url
 from tests.cli.conftest import ENDS, ROOT
@@ -75,7 +76,15 @@ def trial(hills, tmp_path_factory):
         assert_whole(folders[name])
         return status
 
-    run.clean = lambda name: name == "serve" or finished(commands[name])
+    def clean(name):
+        """Assert that a command does its work now."""
+        if name == "serve":
+            answers(commands[name])
+        else:
+            finished(commands[name])
+            assert_whole(folders[name])
+
+    run.clean = clean
     return run
 
 
@@ -96,7 +105,18 @@ def finished(command):
         error = process.communicate(timeout=300)[1]
     # A path need not be feasible, nor a flight kept.
     assert process.returncode in (0, 1), error
-    return process.returncode
+    assert "Internal error" not in error
+
+
+def answers(command):
+    """Assert that a served board answers, and ends at a signal."""
+    with started(command, "none") as process:
+        url = process.stdout.readline().strip()
+        with open_board(url) as chip:
+            assert chip.config.population == SMALL.population
+        process.send_signal(signal.SIGTERM)
+        error = process.communicate(timeout=60)[1]
+    assert process.returncode == 128 + signal.SIGTERM, error
 
 
 def interrupted(command, number, delay_s, *, to_group):
@@ -114,11 +134,14 @@ def interrupted(command, number, delay_s, *, to_group):
         time.sleep(0.05)
     # Before Python has set its handlers, and after it has removed them, a signal kills.
     assert status in (128 + number, -number, 0, 1), error
+    assert "Internal error" not in error
     if status == 128 + number:
         assert "Traceback" not in error
         said = error.splitlines()[-1]
         kept = said.startswith("pathgene: Interrupted; ") and "runs are kept" in said
         assert kept or said.startswith((WRITTEN, ENDED, EARLY, "pathgene: Serving until")), error
+        if command[0] == "plan" and "generation " in error:
+            assert said == WRITTEN, error
         if said == WRITTEN:
             summary = json.loads((Path(command[-1]) / "summary.json").read_text())
             assert summary["interrupted"] is True

@@ -261,6 +261,14 @@ COMMANDS = {
         ("batch", "{problem}", "--jobs", "1", "--no-picture", "--out", "{out}"),
         "batch.json",
     ),
+    "compare": (
+        (
+            *("compare", "{problem}", "--planners", "ga-pc", "--runs", "1", "--generations", "5"),
+            *("--jobs", "1", "--out", "{out}"),
+        ),
+        "runs.jsonl",
+    ),
+    "auv": (("auv", "--generations", "3", "--out", "{out}"), "auv.json"),
     "check": (("check", "--terrain", "{hills}", "--path", "{path}"), None),
     "diagnose": (("diagnose", "{problem}", "--out", "{out}"), "diagnosis.json"),
     "export": (("export", "{summary}", "--write", "geojson", "--out", "{out}"), "path.geojson"),

@@ -426,3 +426,10 @@ def test_refuses_a_missing_file(tmp_path):
         r"file or directory\.$",
     ):
         read_zones(tmp_path / "none.geojson", terrain())
+
+
+@pytest.mark.parametrize("far", [2e9, -2e9, 1e308, math.inf])
+def test_corners_that_are_nowhere_near_are_refused(far):
+    """Exact arithmetic takes a minute with coordinates of 1e308."""
+    with pytest.raises(InputError, match=r"^No-fly polygon: "):
+        Polygon(((0.0, 0.0), (far, 0.0), (0.0, 5.0)))

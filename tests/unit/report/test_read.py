@@ -57,6 +57,15 @@ def test_loads_the_source_where_there_is_no_grid(make_run, tmp_path):
     assert run.problem.terrain.crs is None
 
 
+@pytest.mark.parametrize("source", [3, 10**400, [], {}])
+def test_a_source_that_is_no_name_is_refused(make_run, tmp_path, source):
+    file = save(tmp_path, make_run())
+    file.with_name("terrain.npz").unlink()
+    terrain = json.loads(file.read_text())["terrain"] | {"source": source}
+    with pytest.raises(InputError, match=r"terrain\.npz, the terrain of the run, is missing, and"):
+        read_run(altered(file, terrain=terrain))
+
+
 def test_takes_the_default_aircraft_where_none_is_stated(make_run, tmp_path):
     file = save(tmp_path, make_run())
     summary = json.loads(file.read_text())
@@ -113,6 +122,12 @@ def test_a_path_is_no_summary(make_run, tmp_path):
             "rules must be a table of the rules of safe flight, not {'height': 3}.",
         ),
         ({"uav": 3}, "uav must be a table of the aircraft's values."),
+        ({"uav": None}, "uav must be a table of the aircraft's values."),
+        (
+            {"wind": []},
+            "the summary does not say how its path was evaluated; give --terrain and the other "
+            "options.",
+        ),
         (
             {"wind": None},
             "the summary does not say how its path was evaluated; give --terrain and the other "

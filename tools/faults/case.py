@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from tools.faults.disk import SLOW
 from tools.faults.line import LineEvent, LineFault, Way
 
 
@@ -59,16 +60,16 @@ class DiskExtent:
 
 @dataclass(frozen=True)
 class DiskFault:
-    """A call of the disk that fails; see :class:`tools.faults.disk.FaultyDisk`.
+    """A call of the disk that fails, or is slow; see :class:`tools.faults.disk.FaultyDisk`.
 
     Parameters
     ----------
     at : int
         Number of the call, from 1.
     error : int
-        Number of the error.
+        Number of the error; 0 if the call is slow.
     lasting, kill : bool
-        All later calls fail; the process is killed.
+        All later calls fail, or are slow; the process is killed.
     """
 
     at: int
@@ -96,7 +97,8 @@ class Case:
     jumps : tuple of (int, float)
         Readings of the processor's clock at which it jumps ahead, and the seconds.
     signal_at : int or None
-        The line of the host's code, counted as they are executed, at which Ctrl-C arrives.
+        The line of the host's code, counted as they are executed, at which a signal arrives;
+        :func:`tools.faults.tracing.signal_of` says which.
     resumes : bool
         After an error, the session goes on with the same chip and another link session.
     disk : tuple of DiskFault
@@ -212,7 +214,7 @@ def _disk_case(rng: random.Random, seed: int, session: str, extent: DiskExtent) 
         disk=tuple(
             DiskFault(
                 at=rng.randrange(1, extent.calls + 1),
-                error=rng.choice((errno.ENOSPC, errno.ENOSPC, errno.EIO, errno.EROFS)),
+                error=rng.choice((errno.ENOSPC, errno.ENOSPC, errno.EIO, errno.EROFS, SLOW)),
                 lasting=rng.random() < 0.5,
                 kill=rng.random() < 0.4,
             )

@@ -1,4 +1,4 @@
-"""A disk that fails at a chosen call, or whose process is killed there."""
+"""A disk that fails or is slow at a chosen call, or whose process is killed there."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import errno
 import io
 import os
 import random
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
@@ -15,7 +16,12 @@ from host.files.disk import Disk
 if TYPE_CHECKING:
     from _typeshed import ReadableBuffer
 
-__all__ = ["FaultyDisk", "Killed"]
+__all__ = ["SLOW", "FaultyDisk", "Killed"]
+
+#: Number of no error: the call takes long, and succeeds.
+SLOW = 0
+# Seconds of a slow call, and of each if all later ones are slow, too.
+_SLOW_S, _ALWAYS_SLOW_S = 0.05, 0.002
 
 # The errors of a full disk.
 _FULL = frozenset({errno.ENOSPC, errno.EDQUOT})
@@ -39,9 +45,9 @@ class FaultyDisk(Disk):
         Number of the call that fails; None counts only. A full disk fails at the first call from
         there on that needs space: it still renames and removes.
     error : int
-        Number of the error, a constant of :mod:`errno`; a full disk by default.
+        Number of the error, a constant of :mod:`errno`, or :data:`SLOW`; a full disk by default.
     lasting : bool
-        Every later call fails as well.
+        Every later call fails, or is slow, as well.
     kill : bool
         Raise :class:`Killed` instead, then and at every later call.
     seed : int
@@ -51,8 +57,8 @@ class FaultyDisk(Disk):
     ----------
     calls : list of str
         The calls so far: their names, and the names of their files.
-    failed : bool
-        True once a call has failed, or the process is killed.
+    failed, slowed : bool
+        True once a call has failed, or the process is killed; once a call was slow.
     """
 
     def __init__(
@@ -68,7 +74,7 @@ class FaultyDisk(Disk):
         self._at, self._error, self._lasting, self._kill = at, error, lasting, kill
         self._random = random.Random(seed)
         self._owed = False
-        self.failed = False
+        self.failed = self.slowed = False
 
     def create(self, path: Path) -> BinaryIO:
         """Open a new file."""
@@ -117,7 +123,8 @@ class FaultyDisk(Disk):
         OSError, Killed
             If none does.
         """
-        if not self.failed and not self._owed and self._is_due(needs_space=True):
+        is_slow = self._error == SLOW and not self._kill
+        if not (self.failed or self._owed or is_slow) and self._is_due(needs_space=True):
             share = self._random.randrange(size) if size else 0
             if share:
                 self._owed = True  # The next call fails.
@@ -133,6 +140,10 @@ class FaultyDisk(Disk):
         self.calls.append(f"{name} {path.name}")
         if not is_due:
             return
+        if self._error == SLOW and not self._kill:
+            self.slowed = True
+            time.sleep(_ALWAYS_SLOW_S if self._lasting else _SLOW_S)
+            return
         self.failed = True
         if self._kill:
             raise Killed
@@ -145,7 +156,7 @@ class FaultyDisk(Disk):
         if self._kill:
             return True
         is_needed = needs_space or self._error not in _FULL
-        return is_needed and (self._lasting or not self.failed)
+        return is_needed and (self._lasting or not (self.failed or self.slowed))
 
 
 class _File(io.FileIO):

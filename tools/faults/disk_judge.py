@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import errno
-from collections import Counter
 from functools import cache
 from pathlib import Path
 
 from host.errors import InputError, JobError
 from host.files.disk import using
-from tools.faults.case import Case, DiskExtent
-from tools.faults.disk import FaultyDisk, Killed
+from tools.faults.case import Case, DiskExtent, DiskFault
+from tools.faults.disk import SLOW, FaultyDisk, Killed
 from tools.faults.disk_sessions import DISK_SESSIONS, DiskSession, in_folder
 from tools.faults.judge import Judge
-from tools.faults.tracing import counted_lines, signalled
+from tools.faults.tracing import counted_lines, signal_of, signalled
 from tools.faults.verdict import DifferentError, Verdict
 
 
@@ -54,11 +53,10 @@ class DiskJudge(Judge):
                 signal_at = case.signal_at if is_first else None
                 death = case.death_after if is_first else None
                 end = _attempt(session, folder, number, disk, signal_at, death)
-                if disk.failed and fault is not None:
+                if fault is not None and (disk.failed or disk.slowed):
                     if fault.kill:
-                        end = "killed"  # Whatever came after it: Ctrl-C, held back until then.
-                    name = "disk: killed" if fault.kill else f"disk: {errno.errorcode[fault.error]}"
-                    verdict.faults[name] += 1
+                        end = "killed"  # Whatever came after it: a signal, held back until then.
+                    verdict.faults[f"disk: {_name(fault)}"] += 1
                 if end != "done":
                     may_mix |= end in ("killed", "not put back")
                     session.check(folder, number, is_whole=False, may_mix=may_mix)
@@ -68,13 +66,17 @@ class DiskJudge(Judge):
                 ends.append(end)
             if any(file.name[0] == "." for file in folder.iterdir()):
                 raise DifferentError("a temporary file is left")
-        verdict.faults += Counter(
-            {
-                "signal": int(case.signal_at is not None),
-                "worker killed": int(case.death_after is not None),
-            }
-        )
+        if case.signal_at is not None:
+            verdict.faults[signal_of(case.signal_at).name] += 1
+        if case.death_after is not None:
+            verdict.faults["worker killed"] += 1
         verdict.outcome = ends[0]
+
+
+def _name(fault: DiskFault) -> str:
+    if fault.kill:
+        return "killed"
+    return "slow" if fault.error == SLOW else errno.errorcode[fault.error]
 
 
 def _attempt(

@@ -15,7 +15,7 @@ from tools.faults.chips import Board, chip_on_line
 from tools.faults.judge import Judge
 from tools.faults.line import ChipOnLine, FaultyLine, VirtualClock, Way
 from tools.faults.sessions import SESSIONS, Session
-from tools.faults.tracing import counted_lines, signalled
+from tools.faults.tracing import counted_lines, signal_of, signalled
 from tools.faults.verdict import DifferentError, Verdict
 
 
@@ -89,7 +89,8 @@ class LineJudge(Judge):
             verdict.outcome = type(error).__name__
         verdict.faults.update(event.fault.value for event in line.happened)
         verdict.faults["clock jump"] += len(case.jumps)
-        verdict.faults["signal"] += case.signal_at is not None
+        if case.signal_at is not None:
+            verdict.faults[signal_of(case.signal_at).name] += 1
         if opened is not None and case.resumes and verdict.outcome != "done":
             line.heal()
             try:

@@ -1,4 +1,4 @@
-"""Ctrl-C at a chosen line of the product's code, and the number of its lines."""
+"""A signal at a chosen line of the product's code, and the number of its lines."""
 
 from __future__ import annotations
 
@@ -10,15 +10,24 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
+from host.interrupts import SIGNALS, caught
 
-__all__ = ["counted_lines", "signalled"]
+
+__all__ = ["counted_lines", "signal_of", "signalled"]
 
 _HOST = Path(__file__).parents[2] / "host"
 
 
+def signal_of(at: int) -> signal.Signals:
+    """Return the signal that is sent at a line: Ctrl-C and the others in turn."""
+    return SIGNALS[at % len(SIGNALS)]
+
+
 @contextlib.contextmanager
 def signalled(at: int | None, packages: tuple[str, ...]) -> Iterator[None]:
-    """Send Ctrl-C to this process at a line that is executed in the block.
+    """Send this process a signal at a line that is executed in the block.
+
+    The product's own handlers take it.
 
     Parameters
     ----------
@@ -34,15 +43,16 @@ def signalled(at: int | None, packages: tuple[str, ...]) -> Iterator[None]:
 
     def count() -> None:
         if next(left, None) == 0:
-            signal.raise_signal(signal.SIGINT)
+            signal.raise_signal(signal_of(at))
 
-    # A process in the background may have been started deaf to Ctrl-C.
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    # A process in the background may have been started deaf to some of them.
+    before = {number: signal.signal(number, signal.SIG_DFL) for number in SIGNALS}
     try:
-        with _traced(count, packages):
+        with caught(), _traced(count, packages):
             yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 @contextlib.contextmanager

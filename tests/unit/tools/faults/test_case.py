@@ -1,11 +1,16 @@
 """Cases: drawn from a seed, kept as text."""
 
+import errno
+import time
 from collections import Counter
 
 import pytest
 
-from tools.faults.case import Case, Extent, draw
+from host.interrupts import SIGNALS
+from tools.faults.case import Case, DiskExtent, Extent, draw
+from tools.faults.disk import SLOW, FaultyDisk
 from tools.faults.line import LineFault, Way
+from tools.faults.tracing import signal_of
 
 
 EXTENT = Extent({Way.TO_BOARD: 20_000, Way.FROM_BOARD: 10_000}, readings=500, lines=9_000)
@@ -35,3 +40,27 @@ def test_every_fault_is_drawn():
     assert {case.resumes for case in cases} == {True, False}
     # Some sessions have no fault but a signal, or none at all.
     assert any(not case.line for case in cases)
+
+
+def test_every_signal_and_every_fault_of_the_disk_is_drawn():
+    extent = DiskExtent(calls=40, lines=3_000)
+    cases = [draw(seed, "comparison", lambda work: extent) for seed in range(500)]
+    assert {signal_of(case.signal_at) for case in cases if case.signal_at is not None} == set(
+        SIGNALS
+    )
+    faults = [fault for case in cases for fault in case.disk]
+    errors = {errno.ENOSPC, errno.EIO, errno.EROFS, SLOW}
+    assert {fault.error for fault in faults if not fault.kill} == errors
+    assert any(fault.kill for fault in faults)
+    assert any(case.death_after is not None for case in cases)
+
+
+def test_a_slow_disk_writes_everything(tmp_path):
+    for lasting in (False, True):
+        disk = FaultyDisk(1, error=SLOW, lasting=lasting)
+        begun = time.monotonic()
+        with disk.create(tmp_path / f"{lasting}") as file:
+            file.write(b"all")
+        assert time.monotonic() - begun > 0.003
+        assert (disk.slowed, disk.failed) == (True, False)
+        assert (tmp_path / f"{lasting}").read_bytes() == b"all"

@@ -53,6 +53,15 @@ def answer(url, headers=()):
         return error.code, dict(error.headers), error.read()
 
 
+def is_closed(client, timeout_s):
+    """Wait until the far end closes a connection; what it has not read resets it."""
+    client.settimeout(timeout_s)
+    try:
+        return client.recv(1) == b""
+    except ConnectionResetError:
+        return True
+
+
 def test_a_desk_answers_to_its_token_and_ends_at_a_signal(tmp_path):
     desk, address = served(tmp_path)
     try:
@@ -84,6 +93,7 @@ def test_a_desk_answers_to_its_token_and_ends_at_a_signal(tmp_path):
     assert not (tmp_path / ".nicegui").exists()
 
 
+@pytest.mark.ci
 def test_clients_that_ask_for_nothing_stop_nobody(tmp_path):
     desk, address = served(tmp_path)
     port = int(re.search(r":(\d+)/", address)[1])
@@ -98,10 +108,8 @@ def test_clients_that_ask_for_nothing_stop_nobody(tmp_path):
         assert answer(address)[0] == 200
         assert time.monotonic() - begun < 5
         # The oldest are closed, the others after a while.
-        first.settimeout(5)
-        assert first.recv(1) == b""
-        clients[-1].settimeout(20)
-        assert clients[-1].recv(1) == b""
+        assert is_closed(first, 5)
+        assert is_closed(clients[-1], 20)
         assert time.monotonic() - begun > 5
         assert answer(address)[0] == 200
 

@@ -123,6 +123,7 @@ def children():
     return found
 
 
+@pytest.mark.ci
 def test_reports_a_killed_board_in_a_sentence():
     before = children()
     chip = open_board(board_url("sim", SMALL))

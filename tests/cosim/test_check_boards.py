@@ -77,6 +77,7 @@ def test_verdicts_and_cycles_match_the_model(pair, config):
     assert counters["feasibility"] > 0
 
 
+@pytest.mark.ci
 @CHIP
 def test_new_waypoints_avoid_the_ground(pair, config):
     chips = pair(config)

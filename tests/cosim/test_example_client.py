@@ -211,6 +211,7 @@ def test_plans_over_a_bad_line(planner):
         assert planner(port, "20") == expected_paths(STREAMING)
 
 
+@pytest.mark.ci
 @pytest.mark.cosim
 @pytest.mark.parametrize(
     ("program", "config", "expected"),

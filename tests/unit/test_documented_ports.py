@@ -97,6 +97,7 @@ def compare(members, ports, names):
     return wrong, compared
 
 
+@pytest.mark.ci
 def test_every_port_is_documented(components):
     wrong = []
     for kind, instances in components.items():

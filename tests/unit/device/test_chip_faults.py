@@ -34,6 +34,7 @@ def breed(chip, generations, mode):
     return chip.paths
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize(
     ("mode", "generations"),
     [

@@ -75,6 +75,7 @@ def found(outcomes):
     }
 
 
+@pytest.mark.ci
 def test_a_bad_problem_stops_no_other(job, tmp_path):
     jobs = [
         job("off", goal="[9000, 0, 100]"),

@@ -89,6 +89,7 @@ def test_names_of_a_user_are_no_markup():
     assert set(elements.scripts) == {"application/json", "importmap", "module"}
 
 
+@pytest.mark.ci
 def test_the_page_of_a_huge_problem_keeps_its_size():
     rng = np.random.default_rng(1)
     terrain = Terrain("huge", rng.uniform(0, 900, (3000, 2500)), 30, 30)

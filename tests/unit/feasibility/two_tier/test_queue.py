@@ -37,6 +37,7 @@ def load(checker, terrain):
     checker.write(terrain.heights)
 
 
+@pytest.mark.ci
 def test_every_segment_of_a_tiny_map():
     """All pairs of cells as first, second and third segment of a path: both tiers, all slopes."""
     config = TINY

@@ -41,6 +41,7 @@ def test_compiled_run_is_the_defined_one_on_a_small_chip(options, seed):
     assert outcome.keys == sorted(set(outcome.keys))
 
 
+@pytest.mark.ci
 def test_compiled_run_is_the_defined_one_on_the_usual_chip():
     options = RunOptions(seed=5, cycles=10**9, generations=12, seeds=32)
     heights, problem_record = problem(USUAL, 5)

@@ -49,9 +49,7 @@ _CELL_BYTES, _VALUE_BYTES = 16, 1 << 16
 _MOST_VALUES = 16
 # Bytes of the header of an array; numpy itself refuses one of 10,000.
 _HEADER_BYTES = 1 << 14
-
-
-#: What a user can do about a file with too many cells.
+# What a user can do about a file with too many cells.
 _REMEDY = "cut it, make it coarser, or allow more (--max-cells)"
 
 

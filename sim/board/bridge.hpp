@@ -1,7 +1,7 @@
 // Connects the UART pins of a simulated chip to one TCP client or to a pseudo terminal.
 //
-// One client at a time has the board. With --keep, another may wait for it: if then no byte passes in
-// either direction for a second, the board is taken from its client; as soon as one does, the
+// One client at a time has the board. With --keep, another may wait for it: if then no byte passes
+// in either direction for a second, the board is taken from its client; as soon as one does, the
 // waiting client reads `kBusy` and is disconnected, and so is every further one at once. What a
 // client that has left had sent is discarded, and so are the chip's answers to it. A client that is
 // `kFlood` bytes ahead of the chip is disconnected, since its end might lie behind more of them than

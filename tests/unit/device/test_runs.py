@@ -28,13 +28,13 @@ WARM = dataclasses.replace(OPTIONS, seed=8, slopes=(3,), warm=True)
 UNITS = ("breed", "score", "walk", "sort", "wavefront")
 
 
-def opened(config):
-    return Chip(Link(ModelPort(ChipModel(config)), timeout_s=0.01, attempts=3))
+def opened(model):
+    return Chip(Link(ModelPort(model), timeout_s=0.01, attempts=3))
 
 
 @pytest.fixture
 def chip():
-    with opened(SMALL) as chip:
+    with opened(ChipModel(SMALL)) as chip:
         yield chip
 
 
@@ -129,7 +129,7 @@ def test_a_session_ends_the_run_that_another_left(problem, is_reopened):
     heights, task = problem
     model = ChipModel(SMALL)
     endless = dataclasses.replace(OPTIONS, cycles=(1 << 32) - 1, generations=(1 << 32) - 1)
-    chip = Chip(Link(ModelPort(model), timeout_s=0.01, attempts=3))
+    chip = opened(model)
     chip.update_map(heights)
     chip.runs.set_problem(task)
     chip.runs.start(endless)
@@ -137,7 +137,7 @@ def test_a_session_ends_the_run_that_another_left(problem, is_reopened):
     if is_reopened:
         chip.reopen()
     else:
-        chip = Chip(Link(ModelPort(model), timeout_s=0.01, attempts=3))
+        chip = opened(model)
     ended = chip.runs.status()
     assert not ended.running
     assert ended.generations >= 4000
@@ -156,12 +156,12 @@ def test_a_run_that_does_not_end_costs_the_patience(monkeypatch):
 
     monkeypatch.setattr(Runs, "status", status)
     most = 4
-    Chip(Link(ModelPort(model), timeout_s=0.01, attempts=3)).close()
+    opened(model).close()
     assert len(said) == 4
     most = np.inf
     sentence = r"^The board goes on with a run 0\.03 s after it was told to stop: reset it\.$"
     with pytest.raises(LinkTimeoutError, match=sentence):
-        Chip(Link(ModelPort(model), timeout_s=0.01, attempts=3))
+        opened(model)
 
 
 def test_a_run_scans_the_blocks_that_have_changed(chip, problem):
@@ -190,7 +190,7 @@ def test_a_run_scans_the_blocks_that_have_changed(chip, problem):
 def test_a_shape_is_blocked_and_an_upload_frees_it(problem):
     heights, _ = problem
     model = ChipModel(SMALL)
-    chip = Chip(Link(ModelPort(model), timeout_s=0.01, attempts=3))
+    chip = opened(model)
     chip.update_map(heights)
     rng = np.random.default_rng(8)
     for _ in range(20):
@@ -216,7 +216,7 @@ def test_a_shape_is_blocked_and_an_upload_frees_it(problem):
 def test_after_a_block_that_failed_its_box_is_sent_again(problem, monkeypatch):
     heights, _ = problem
     model = ChipModel(SMALL)
-    chip = Chip(Link(ModelPort(model), timeout_s=0.01, attempts=3))
+    chip = opened(model)
     chip.update_map(heights)
     corner = NoFlyShape(first_x=9, first_y=9, last_x=11, last_y=9, edges=((0, -1, 0),))
     real = chip.link.order
@@ -274,7 +274,7 @@ def test_a_busy_board_is_named(chip, monkeypatch):
 def test_a_repeated_run_is_not_run_again(problem):
     heights, task = problem
     model = ChipModel(SMALL)
-    chip = Chip(Link(ModelPort(model), timeout_s=0.01, attempts=3))
+    chip = opened(model)
     chip.update_map(heights)
     chip.runs.set_problem(task)
     payload = OPTIONS.pack(SMALL)
@@ -318,7 +318,7 @@ def test_the_host_names_the_core_that_is_missing(chip):
         chip.start(1, (3, 3, 3))
     with pytest.raises(InputError, match=r"has the streaming genetic core, which checks the paths"):
         chip.check_path([0, 1])
-    with opened(Config()) as other:
+    with opened(ChipModel(Config())) as other:
         with pytest.raises(InputError, match=r"^The board has no streaming genetic core: "):
             other.runs.best()
         with pytest.raises(RefusedError) as refused:

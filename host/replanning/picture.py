@@ -38,6 +38,8 @@ _STEP_M = 10.0
 _EVERY = 10
 #: Style of the versions of the path behind the first.
 VERSION: dict[str, Any] = {"linewidth": 2.0, "linestyle": (0, (4, 1.5))}
+# Colours of later paths: those that nothing else in the picture has.
+_VERSIONS = tuple(each for each in SERIES if each not in (PATH, FLOWN, START, NOFLY))
 _HELD: dict[str, Any] = {"color": START, "linewidth": 1.6, "linestyle": (0, (1.5, 1))}
 
 
@@ -67,7 +69,7 @@ def draw(report: Replanned) -> Figure:
         plan.add_patch(zone_shapes.outline(zone, unit_m))
     for number, leg in enumerate(session.pilot.legs[1:], 1):
         points = version_points(report, number)
-        style = {"color": SERIES[number % len(SERIES)], **VERSION}
+        style = {"color": _VERSIONS[(number - 1) % len(_VERSIONS)], **VERSION}
         plan.plot(*(points / unit_m).T, zorder=6, **(style if leg.kind == "path" else _HELD))
     flown = np.array(session.pilot.samples)[::_EVERY]
     plan.plot(
@@ -79,7 +81,7 @@ def draw(report: Replanned) -> Figure:
         path_effects=halo(0.4),
     )
     legend += [
-        Line2D([], [], color=SERIES[1], label="later paths", **VERSION),
+        Line2D([], [], color=_VERSIONS[0], label="later paths", **VERSION),
         Line2D([], [], label="circle, way out", **_HELD),
         Line2D([], [], color=FLOWN, linewidth=1.6, label="flown"),
     ]
@@ -95,13 +97,12 @@ def titles(report: Replanned) -> tuple[str, str]:
     board = f" (board {report.board})" if report.board else ""
     title = f"{session.mission.terrain.name}, replanned in flight by {report.planner}{board}"
     times = [1000 * each.active_s for each in session.changes if each.active_s is not None]
-    found = (
-        f"new paths after {min(times):.1f} to {max(times):.1f} ms"
-        if len(times) > 1
-        else f"a new path after {times[0]:.1f} ms"
-        if times
-        else "no new path"
-    )
+    found = "no new path"
+    if times:
+        first, last = f"{min(times):.1f}", f"{max(times):.1f}"
+        found = f"{'new paths' if len(times) > 1 else 'a new path'} after {first} ms"
+        if first != last:
+            found = f"new paths after {first} to {last} ms"
     subtitle = (
         f"{len(session.changes)} changes, {found}; {outcome.flight_time_s / 60:.1f} min, least "
         f"clearance {outcome.clearance_flown_m:.1f} m. "

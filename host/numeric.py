@@ -1,16 +1,24 @@
-"""Numbers as users give them: integers and real numbers of any type that Python counts as such."""
+"""Numbers that are not ours: of users, files and browsers.
+
+A sentence that says what is wrong is the caller's who knows what the numbers are; here is what a
+number is.
+"""
 
 from __future__ import annotations
 
 import math
 import operator
+from collections.abc import Sequence
 from numbers import Real
-from typing import Any
+from typing import Any, Literal, overload
+
+import numpy as np
+from numpy.typing import NDArray
 
 from host.errors import InputError
 
 
-__all__ = ["integer", "is_number", "real"]
+__all__ = ["as_number", "integer", "is_number", "numbers", "parse", "real", "rows"]
 
 
 def is_number(value: Any) -> bool:
@@ -50,3 +58,64 @@ def real(name: str, value: Any) -> float:
     except OverflowError:
         pass
     raise InputError(f"The {name} must be a number, not {value!r}.")
+
+
+def as_number(value: Any) -> float:
+    """Return a finite number as a float.
+
+    Raises
+    ------
+    ValueError
+        If ``value`` is none.
+    """
+    if not is_number(value):
+        raise ValueError("not a finite number")
+    return float(value)
+
+
+@overload
+def numbers(values: Any, count: Literal[2]) -> tuple[float, float]: ...
+@overload
+def numbers(values: Any, count: Literal[3]) -> tuple[float, float, float]: ...
+@overload
+def numbers(values: Any, count: int) -> tuple[float, ...]: ...
+
+
+def numbers(values: Any, count: int) -> tuple[float, ...]:
+    """Return a sequence of ``count`` finite numbers as floats.
+
+    Raises
+    ------
+    ValueError
+        If ``values`` is anything else.
+    """
+    if not isinstance(values, Sequence | np.ndarray) or len(values) != count:
+        raise ValueError(f"not {count} numbers")
+    return tuple(map(as_number, values))
+
+
+def rows(values: Any, columns: int) -> NDArray[np.float64]:
+    """Return a sequence of rows of ``columns`` finite numbers, (n, columns) float64.
+
+    Raises
+    ------
+    ValueError
+        If ``values`` is anything else.
+    """
+    if not isinstance(values, Sequence | np.ndarray):
+        raise ValueError("not a list of rows")
+    return np.array([numbers(row, columns) for row in values]).reshape(-1, columns)
+
+
+def parse(text: str) -> float:
+    """Return the finite number that ``text`` states.
+
+    Raises
+    ------
+    ValueError
+        If it states none.
+    """
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError("not a finite number")
+    return value

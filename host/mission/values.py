@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from host.errors import InputError
-from host.numeric import is_number
+from host.numeric import as_number, numbers
 from host.terrain.embedded import names as terrain_names
 
 
@@ -60,12 +60,6 @@ class Kind:
     choices: tuple[str, ...] = ()
 
 
-def _number(value: Any, _: Path | None = None) -> float:
-    if not is_number(value):
-        raise ValueError
-    return float(value)
-
-
 def _integer(value: Any, _: Path) -> int:
     if isinstance(value, bool) or not isinstance(value, int):
         raise ValueError
@@ -84,12 +78,6 @@ def _text(value: Any, _: Path) -> str:
     return value
 
 
-def _vector(value: Any, length: int) -> tuple[float, ...]:
-    if not isinstance(value, list | tuple) or len(value) != length:
-        raise ValueError
-    return tuple(map(_number, value))
-
-
 def _list(value: Any) -> Sequence[Any]:
     if not isinstance(value, list | tuple):
         raise ValueError
@@ -97,11 +85,11 @@ def _list(value: Any) -> Sequence[Any]:
 
 
 def _ring(value: Any) -> list[list[float]]:
-    return [list(_vector(corner, 2)) for corner in _list(value)]
+    return [list(numbers(corner, 2)) for corner in _list(value)]
 
 
 def _cell(value: Any, _: Path) -> tuple[float, ...]:
-    return _vector(value, 2) if isinstance(value, list | tuple) else (_number(value),) * 2
+    return numbers(value, 2) if isinstance(value, list | tuple) else (as_number(value),) * 2
 
 
 def _path(value: Any, folder: Path) -> str:
@@ -123,31 +111,26 @@ def _written_terrain(value: Any, folder: Path) -> str:
 
 BOOLEAN = Kind("true or false", _boolean)
 INTEGER = Kind("a whole number", _integer)
-NUMBER = Kind("a number", _number)
+NUMBER = Kind("a number", lambda value, _: as_number(value))
 TEXT = Kind("a text", _text)
 PATH = Kind("the path of a file", _path, _relative)
 TERRAIN = Kind("the path of a file or a name", _terrain, _written_terrain)
 CELL = Kind("a number or a list of two", _cell)
-POINT = Kind("a list of three numbers", lambda value, _: _vector(value, 3))
+POINT = Kind("a list of three numbers", lambda value, _: numbers(value, 3))
 POINTS = Kind(
     "a list of points, each a list of three numbers",
-    lambda value, _: [_vector(point, 3) for point in _list(value)],
+    lambda value, _: [numbers(point, 3) for point in _list(value)],
 )
-RING = Kind(
-    "a list of corners, each a list of two numbers",
-    lambda value, _: [list(_vector(corner, 2)) for corner in _list(value)],
-)
+RING = Kind("a list of corners, each a list of two numbers", lambda value, _: _ring(value))
 RINGS = Kind(
     "a list of rings, each a list of corners",
-    lambda value, _: [
-        [list(_vector(corner, 2)) for corner in _list(ring)] for ring in _list(value)
-    ],
+    lambda value, _: [_ring(ring) for ring in _list(value)],
 )
 
 
 def vector(length: int) -> Kind:
     """Return the kind of a list of ``length`` numbers."""
-    return Kind(f"a list of {length} numbers", lambda value, _: _vector(value, length))
+    return Kind(f"a list of {length} numbers", lambda value, _: numbers(value, length))
 
 
 def choice(values: Sequence[str]) -> Kind:

@@ -10,10 +10,11 @@ import math
 from collections.abc import Sequence
 
 from host.errors import InputError
+from host.numeric import numbers
 from host.terrain import Terrain
 
 
-__all__ = ["Point", "check_above_ground", "end_point", "numbers", "place"]
+__all__ = ["Point", "check_above_ground", "end_point", "finite", "place"]
 
 Point = tuple[float, float, float]
 
@@ -50,7 +51,7 @@ def end_point(
         If they are no three finite numbers; with ``agl``, if they lie off the map or over a void;
         with ``geo``, if the terrain has no reference system.
     """
-    x, y, z = numbers(name, values, 3)
+    x, y, z = finite(name, values, 3)
     if geo:
         x, y = place(name, x, y, terrain)
     if agl:
@@ -105,7 +106,7 @@ def check_above_ground(name: str, terrain: Terrain, point: Point) -> None:
         )
 
 
-def numbers(name: str, values: Sequence[float], count: int) -> tuple[float, ...]:
+def finite(name: str, values: Sequence[float], count: int) -> tuple[float, ...]:
     """Return ``values`` as a tuple of ``count`` finite floats.
 
     Raises
@@ -114,12 +115,9 @@ def numbers(name: str, values: Sequence[float], count: int) -> tuple[float, ...]
         If they are something else.
     """
     try:
-        floats = tuple(float(value) for value in values)
-    except (TypeError, ValueError):
-        floats = ()
-    if len(floats) != count or not all(map(math.isfinite, floats)):
-        raise InputError(f"The {name} must be {count} finite numbers, not {values!r}.")
-    return floats
+        return numbers(values, count)
+    except ValueError:
+        raise InputError(f"The {name} must be {count} finite numbers, not {values!r}.") from None
 
 
 def _ground(name: str, terrain: Terrain, x: float, y: float) -> float:

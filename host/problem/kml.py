@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -10,6 +9,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from host.errors import InputError
+from host.numeric import parse
 from host.problem.geojson import Shape
 from host.problem.rings import Ring
 from host.terrain import Terrain
@@ -111,12 +111,10 @@ def _upper(
 def _ring(text: str, terrain: Terrain) -> tuple[Ring, list[float]]:
     """Return positions ``lon,lat[,alt]`` as local x, y and altitudes, 0 where there is none."""
     try:
-        points = [tuple(map(float, position.split(","))) for position in text.split()]
+        points = [tuple(map(parse, position.split(","))) for position in text.split()]
     except ValueError:
         points = []
-    if not points or not all(
-        len(point) in (2, 3) and all(map(math.isfinite, point)) for point in points
-    ):
+    if not points or not all(len(point) in (2, 3) for point in points):
         raise InputError(f"{text[:60]!r} are no positions longitude,latitude,altitude.")
     for point in points:
         if abs(point[0]) > 180 or abs(point[1]) > 90:
@@ -135,12 +133,11 @@ def _extended(placemark: ET.Element) -> dict[str, str]:
 
 def _number(key: str, text: str) -> float:
     try:
-        value = float(text)
+        return parse(text)
     except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise InputError(f"the extended data {key} must be a number or none, not {text!r}.")
-    return value
+        raise InputError(
+            f"the extended data {key} must be a number or none, not {text!r}."
+        ) from None
 
 
 def _tag(element: ET.Element) -> str:

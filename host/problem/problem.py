@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from host.errors import InputError
 from host.numeric import real
 from host.problem.aircraft import DEFAULT, Aircraft, load
-from host.problem.ends import Point, check_above_ground, end_point, numbers
+from host.problem.ends import Point, check_above_ground, end_point, finite
 from host.problem.limits import Limits, slope_limits
 from host.problem.rules import Rules
 from host.problem.zones import Zone, raster
@@ -122,7 +122,7 @@ class Problem:
             "goal": end_point("goal", goal, terrain, agl=agl, geo=geo),
             "aircraft": aircraft if isinstance(aircraft, Aircraft) else load(aircraft),
             "zones": _zones(zones),
-            "wind": numbers("wind", wind, 2),
+            "wind": finite("wind", wind, 2),
             "ds_m": half_a_cell_m if ds_m is None else real("sampling step", ds_m),
             "rules": _rules(rules, as_paper),
             "start_heading_deg": _heading("start", start_heading_deg),

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from host.errors import InputError
-from host.numeric import is_number
+from host.numeric import as_number, rows
 from host.problem.geojson import Shape
 from host.problem.rings import Ring
 from host.terrain import Terrain
@@ -54,8 +54,8 @@ def fence_shapes(document: dict[str, Any], terrain: Terrain) -> Iterator[Shape]:
     for number, circle in enumerate(circles, start=1):
         try:
             (centre,) = _local([circle["circle"]["center"]], terrain)
-            radius_m, inclusion = circle["circle"]["radius"], circle["inclusion"]
-            if not is_number(radius_m) or radius_m <= 0:
+            radius_m, inclusion = as_number(circle["circle"]["radius"]), circle["inclusion"]
+            if radius_m <= 0:
                 raise ValueError
         except (KeyError, TypeError, ValueError):
             raise InputError(f"circle {number} of its fence is bad.") from None
@@ -88,9 +88,8 @@ def _outside(ring: Ring, terrain: Terrain, name: str) -> Shape:
 
 def _local(places: Any, terrain: Terrain) -> Ring:
     """Latitudes and longitudes of the file as local x, y."""
-    for place in places:
-        if len(place) != 2 or not all(map(is_number, place)) or abs(place[1]) > 180:
-            raise ValueError
-    lat, lon = np.array(places, dtype=np.float64).reshape(-1, 2).T
+    lat, lon = rows(places, 2).T
+    if (abs(lon) > 180).any():
+        raise ValueError
     x, y = terrain.to_local(lat, lon)
     return tuple(zip(x.tolist(), y.tolist(), strict=True))

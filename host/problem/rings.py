@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from host.errors import InputError
-from host.numeric import is_number
+from host.numeric import numbers
 
 
 __all__ = [
@@ -63,12 +63,14 @@ def ring_of(corners: Any) -> Ring:
     InputError
         If a corner is not two finite numbers, or there are fewer than three.
     """
-    if not isinstance(corners, list | tuple) or not all(
-        isinstance(corner, list | tuple) and len(corner) == 2 and all(map(is_number, corner))
-        for corner in corners
-    ):
-        raise InputError("No-fly polygon: every corner must be two finite numbers, x and y.")
-    ring = tuple((float(x), float(y)) for x, y in corners)
+    try:
+        if not isinstance(corners, list | tuple):
+            raise ValueError
+        ring = tuple(numbers(corner, 2) for corner in corners)
+    except ValueError:
+        raise InputError(
+            "No-fly polygon: every corner must be two finite numbers, x and y."
+        ) from None
     if len(ring) > 1 and ring[0] == ring[-1]:
         ring = ring[:-1]
     if len(ring) < 3:

@@ -27,7 +27,7 @@ from typing import Any
 from host.errors import InputError
 from host.files.output import reading
 from host.inputs import parse_toml, read_text
-from host.numeric import is_number
+from host.numeric import is_number, numbers
 from host.problem.ends import Point
 from host.problem.problem import Problem
 from host.problem.zones import Circle, Zone, read_zones, zone_from_dict
@@ -298,9 +298,10 @@ def _placed(on: Any, radius_m: Any, ahead_m: Any = 0.0) -> Placed:
 
 
 def _numbers(key: str, value: Any, count: int) -> tuple[float, ...]:
-    if not isinstance(value, Sequence) or len(value) != count or not all(map(is_number, value)):
-        raise InputError(f"{key} must be {count} numbers, not {value!r}.")
-    return tuple(map(float, value))
+    try:
+        return numbers(value, count)
+    except ValueError:
+        raise InputError(f"{key} must be {count} numbers, not {value!r}.") from None
 
 
 def _list(key: str, value: Any) -> list[Any]:

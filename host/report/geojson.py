@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from host.errors import InputError
 from host.files.output import reading
 from host.inputs import parse_json, read_text
+from host.numeric import rows
 from host.problem.ends import Point
 from host.problem.rings import Ring, wound
 from host.problem.zones import Circle, Polygon, Zone
@@ -157,10 +158,10 @@ def read_path(file: Path, terrain: Terrain) -> NDArray[np.float64]:
     if positions is None:
         raise InputError(f"{file}: there is no LineString in it to take as the path.")
     try:
-        points = np.array(positions, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
+        points = rows(positions, 3)
+    except ValueError:
         points = np.empty(0)
-    if points.ndim != 2 or points.shape[1] != 3 or len(points) < 2:
+    if len(points) < 2:
         raise InputError(
             f"{file}: the LineString must have two or more positions of three numbers "
             "each, the third the altitude."

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from host.errors import InputError
 from host.files.output import reading
 from host.inputs import exists, opened, parse_json, read_text
+from host.numeric import as_number, numbers, rows
 from host.problem.aircraft import DEFAULT, Aircraft
 from host.problem.aircraft import load as load_aircraft
 from host.problem.ends import Point
@@ -186,9 +186,9 @@ def summary_terrain(
         if not is_grid:
             fill_voids = fill_voids or bool(stated["fill_voids"])
         if cell is None and stated["cell_m"] and Path(source).suffix == ".npy":
-            east, north = map(float, stated["cell_m"])
+            east, north = numbers(stated["cell_m"], 2)
             cell = east, north
-    except (KeyError, TypeError, ValueError, OverflowError):
+    except (KeyError, TypeError, ValueError):
         raise InputError(f"{file}: {_UNKNOWN_PROBLEM}") from None
     try:
         terrain = load(source, cell=cell, fill_voids=fill_voids, max_cells=max_cells)
@@ -211,10 +211,10 @@ def summary_path(file: Path, summary: dict[str, Any]) -> NDArray[np.float64]:
         If they are not two or more lists of three numbers.
     """
     try:
-        path = np.array(summary["waypoints"], dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
+        path = rows(summary["waypoints"], 3)
+    except ValueError:
         path = np.empty(0)
-    if path.ndim != 2 or path.shape[1] != 3 or len(path) < 2:
+    if len(path) < 2:
         raise InputError(f"{file}: waypoints must be two or more lists of three numbers.")
     return path
 
@@ -228,10 +228,8 @@ def summary_way(file: Path, summary: dict[str, Any]) -> tuple[Point, ...]:
         If the legs do not state where they begin.
     """
     try:
-        points = [tuple(map(float, leg["from"])) for leg in summary.get("legs") or ()][1:]
-        if not all(len(point) == 3 for point in points):
-            raise ValueError
-    except (KeyError, TypeError, ValueError, OverflowError):
+        points = [numbers(leg["from"], 3) for leg in summary.get("legs") or ()][1:]
+    except (KeyError, TypeError, ValueError):
         raise InputError(
             f"{file}: every leg must be a table with three numbers under from."
         ) from None
@@ -276,10 +274,11 @@ def summary_wind_and_step(file: Path, summary: dict[str, Any]) -> tuple[tuple[fl
         If one is missing or not made of numbers.
     """
     try:
-        east, north = map(float, summary["wind"])
-        return (east, north), float(summary["ds_m"])
-    except (KeyError, TypeError, ValueError, OverflowError):
+        east, north = numbers(summary["wind"], 2)
+        ds_m = as_number(summary["ds_m"])
+    except (KeyError, ValueError):
         raise InputError(f"{file}: {_UNKNOWN_PROBLEM}") from None
+    return (east, north), ds_m
 
 
 def summary_rules(file: Path, summary: dict[str, Any]) -> dict[str, Any]:
@@ -317,14 +316,14 @@ def _placed(file: Path, terrain: Terrain, stated: dict[str, Any]) -> Terrain:
     if terrain.crs is not None or crs is None or origin is None:
         return terrain
     try:
-        east, north = map(float, origin)
-    except (TypeError, ValueError, OverflowError):
-        east = north = math.nan
-    if not isinstance(crs, str) or not (math.isfinite(east) and math.isfinite(north)):
+        if not isinstance(crs, str):
+            raise ValueError
+        east, north = numbers(origin, 2)
+    except ValueError:
         raise InputError(
             f"{file}: crs must be the name of a reference system and origin two numbers, "
             f"not {crs!r} and {origin!r}."
-        )
+        ) from None
     from host.terrain.geodesy import known_crs
 
     try:

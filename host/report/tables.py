@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import math
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 from host.errors import InputError
 from host.files.output import reading
 from host.inputs import read_text
+from host.numeric import parse
 
 
 __all__ = ["read_csv"]
@@ -47,10 +47,10 @@ def read_csv(file: Path) -> NDArray[np.float64]:
 
 def _point(file: Path, number: int, row: list[str]) -> list[float]:
     try:
-        point = [float(cell) for cell in row]
+        point = [parse(cell) for cell in row]
     except ValueError:
         point = []
-    if len(point) != 3 or not all(map(math.isfinite, point)):
+    if len(point) != 3:
         raise InputError(
             f"{file}, line {number}: must be three finite numbers x,y,z, not {','.join(row)!r}."
         )

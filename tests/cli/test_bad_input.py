@@ -53,11 +53,11 @@ def refused(capsys, *arguments):
         ),
         (
             ["--start", "nan,500,900", "--goal", "5500,3500,900"],
-            "The start must be 3 finite numbers",
+            "Argument --start: must be finite numbers X,Y,Z, not 'nan,500,900'; ",
         ),
         (
             ["--start", "500,500,900", "--goal", "5500,3500,-inf"],
-            "The goal must be 3 finite numbers",
+            "Argument --goal: must be finite numbers X,Y,Z, not '5500,3500,-inf'; ",
         ),
         (
             ["--start", "500,500,9000", "--goal", "5500,3500,9000"],
@@ -79,7 +79,7 @@ def refused(capsys, *arguments):
         ),
         (
             [*ENDS, "--nofly-circle", "3000,nan,400"],
-            "No-fly circle: y_m must be a finite number, not nan.",
+            "Argument --nofly-circle: must be finite numbers X,Y,R, not '3000,nan,400'; ",
         ),
         ([*ENDS, "--uav", ""], "The name of a UAV file must end in .toml, unlike ''; shipped are "),
         (

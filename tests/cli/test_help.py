@@ -223,11 +223,11 @@ def test_help_is_quick(pathgene):
         (["plan"], "The terrain is missing; give --terrain or a problem file."),
         (
             ["plan", "--terrain", "x", "--start", "1,2"],
-            "Argument --start: must be numbers X,Y,Z, not '1,2'; see pathgene plan --help.",
+            "Argument --start: must be finite numbers X,Y,Z, not '1,2'; see pathgene plan --help.",
         ),
         (
             ["plan", "--terrain", "x", "--wind", "-1,south"],
-            "Argument --wind: must be numbers VX,VY, not '-1,south'; see pathgene plan --help.",
+            "Argument --wind: must be finite numbers VX,VY, not '-1,south'; see pathgene plan --help.",
         ),
         (
             ["plan", "--terrain", "x", "--generations", "many"],

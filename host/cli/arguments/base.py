@@ -7,6 +7,7 @@ from collections.abc import Callable, Collection
 from typing import NoReturn, TypeAlias
 
 from host.errors import InputError
+from host.numeric import parse
 
 
 __all__ = [
@@ -133,11 +134,11 @@ def numbers(names: str) -> Callable[[str], tuple[float, ...]]:
     def convert(text: str) -> tuple[float, ...]:
         parts = text.split(",")
         try:
-            values = tuple(map(float, parts))
+            values = tuple(map(parse, parts))
         except ValueError:
             values = ()
         if len(values) != len(names.split(",")):
-            raise argparse.ArgumentTypeError(f"must be numbers {names}, not {text!r}")
+            raise argparse.ArgumentTypeError(f"must be finite numbers {names}, not {text!r}")
         return values
 
     return convert

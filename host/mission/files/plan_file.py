@@ -11,7 +11,7 @@ from host.files.output import reading
 from host.inputs import parse_json, read_text
 from host.mission.files.fence import Fence, FenceCircle, FencePolygon
 from host.mission.files.flight_plan import FlightPlan, Item
-from host.numeric import is_number
+from host.numeric import as_number, integer, numbers
 from host.report.summary import version
 
 
@@ -127,11 +127,11 @@ def _plan(document: dict[str, Any]) -> FlightPlan:
     if not isinstance(feasible, bool | None):
         raise InputError(f"feasible of {_MARK} must be true or false, not {feasible!r}.")
     return FlightPlan(
-        _numbers(mission["plannedHomePosition"], 3),
+        numbers(mission["plannedHomePosition"], 3),
         tuple(_item(number, item) for number, item in enumerate(mission["items"], start=1)),
         tuple(_fences(geofence)),
-        tuple(_numbers(point, 3) for point in document["rallyPoints"]["points"]),
-        float(mission["cruiseSpeed"]),
+        tuple(numbers(point, 3) for point in document["rallyPoints"]["points"]),
+        as_number(mission["cruiseSpeed"]),
         feasible=feasible,
     )
 
@@ -148,23 +148,18 @@ def _item(number: int, item: dict[str, Any]) -> Item:
             "sea level (frame 0)."
         )
     *params, lat, lon, alt_m = item["params"]
-    first, second, third, fourth = (None if value is None else float(value) for value in params)
-    lat, lon, alt_m = _numbers((lat, lon, alt_m), 3)
-    return Item(int(item["command"]), (first, second, third, fourth), lat, lon, alt_m)
+    first, second, third, fourth = (None if p is None else as_number(p) for p in params)
+    lat, lon, alt_m = numbers((lat, lon, alt_m), 3)
+    return Item(
+        integer("command", item["command"]), (first, second, third, fourth), lat, lon, alt_m
+    )
 
 
 def _fences(geofence: dict[str, Any]) -> Iterator[Fence]:
     for circle in geofence["circles"]:
-        lat, lon = _numbers(circle["circle"]["center"], 2)
-        (radius_m,) = _numbers([circle["circle"]["radius"]], 1)
+        lat, lon = numbers(circle["circle"]["center"], 2)
+        radius_m = as_number(circle["circle"]["radius"])
         yield FenceCircle(lat, lon, radius_m, bool(circle["inclusion"]))
     for polygon in geofence["polygons"]:
-        corners = tuple(_numbers(corner, 2) for corner in polygon["polygon"])
+        corners = tuple(numbers(corner, 2) for corner in polygon["polygon"])
         yield FencePolygon(corners, bool(polygon["inclusion"]))
-
-
-def _numbers(values: Any, count: int) -> tuple[Any, ...]:
-    """``values`` as a tuple of ``count`` finite floats."""
-    if len(values) != count or not all(map(is_number, values)):
-        raise ValueError
-    return tuple(map(float, values))

@@ -8,6 +8,7 @@ from typing import Any
 from nicegui import ui
 
 from host.errors import InputError
+from host.numeric import parse
 from host.web.desk.form import Field
 
 
@@ -109,7 +110,7 @@ def add_numbers(
     def reader(name: str) -> Callable[[str], float]:
         def read(text: str) -> float:
             try:
-                return float(text)
+                return parse(text)
             except ValueError:
                 raise InputError(f"The {name} must be a number.") from None
 

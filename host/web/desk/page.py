@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-import math
+import operator
 from typing import Any
 
 from nicegui import events, ui
@@ -12,6 +12,7 @@ from host.errors import InputError, PathgeneError
 from host.evaluation import Evaluator
 from host.inputs import read_text
 from host.mission.build import zones_of
+from host.numeric import numbers
 from host.planners import PLANNERS
 from host.report.read import read_run
 from host.report.run_files import SUMMARY
@@ -192,18 +193,18 @@ class Page:
             self._panels.pick(number)
             self._stage.pick(number)
         elif what == "via":
-            x, y = _numbers([values["x"], values["y"]])
+            x, y = numbers([values["x"], values["y"]], 2)
             sheet.add_via(x, y)
         elif what == "place" and values["name"] in ("start", "goal", "via"):
-            x, y = _numbers([values["x"], values["y"]])
-            sheet.place(values["name"], x, y, int(values["number"]))
+            x, y = numbers([values["x"], values["y"]], 2)
+            sheet.place(values["name"], x, y, operator.index(values["number"]))
         elif what == "zone":
             sheet.zones.append(_shape(values))
             number = len(sheet.zones) - 1
             self._panels.pick(number)
             self._stage.pick(number)
         elif what == "reshape":
-            sheet.zones[int(values["number"])].update(_shape(values))
+            sheet.zones[operator.index(values["number"])].update(_shape(values))
 
     def _happened(self, values: Any) -> None:
         """Let what a user has drawn happen in the flight."""
@@ -216,7 +217,7 @@ class Page:
                 (zone,) = zones_of(table, self._drawn_terrain)
                 self._cockpit.order(zone)
             elif values["what"] == "place" and values["name"] == "goal":
-                self._cockpit.order(Goal(*_numbers([values["x"], values["y"]])))
+                self._cockpit.order(Goal(*numbers([values["x"], values["y"]], 2)))
         except InputError as error:
             ui.notify(str(error), type="negative", multi_line=True)
         except (KeyError, TypeError, ValueError):
@@ -326,22 +327,14 @@ def _copy(text: str) -> None:
     ui.notify("Copied.")
 
 
-def _numbers(values: Any) -> list[float]:
-    """Return the numbers that a browser gives; raises ValueError for others."""
-    numbers = [float(value) for value in values]
-    if not all(map(math.isfinite, numbers)):
-        raise ValueError
-    return numbers
-
-
 def _shape(values: Any) -> dict[str, Any]:
     """Return the shape of a zone that a browser gives, to the decimetre."""
     if "circle" in values:
-        x, y, radius_m = _numbers(values["circle"])
+        x, y, radius_m = numbers(values["circle"], 3)
         return {"circle": (round(x, 1), round(y, 1), round(radius_m, 1))}
 
     def ring(corners: Any) -> list[list[float]]:
-        return [[round(part, 1) for part in _numbers(corner)] for corner in corners]
+        return [[round(part, 1) for part in numbers(corner, 2)] for corner in corners]
 
     shape: dict[str, Any] = {"polygon": ring(values["polygon"])}
     if values.get("holes"):

@@ -1,11 +1,11 @@
 #include "bridge.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <utility>
 
 #include <fcntl.h>
 #include <netdb.h>
@@ -48,6 +48,12 @@ void set_nonblocking(int fd) { fcntl(fd, F_SETFL, fcntl(fd, F_GETFL) | O_NONBLOC
 // Tells whether the far end of a connection sends no more, though bytes may wait to be read.
 bool has_left(int fd) {
     pollfd state{fd, POLLRDHUP, 0};
+    return poll(&state, 1, 0) > 0;
+}
+
+// Tells whether a client has sent bytes that nobody has read.
+bool has_spoken(int fd) {
+    pollfd state{fd, POLLIN, 0};
     return poll(&state, 1, 0) > 0;
 }
 
@@ -120,9 +126,10 @@ Bridge::~Bridge() {
                  static_cast<unsigned long long>(driver_.begun()),
                  static_cast<unsigned long long>(bytes_out_),
                  static_cast<unsigned long long>(line_errors_));
-    for (const int fd : {listener_, client_, waiting_, terminal_}) {
+    for (const int fd : {listener_, client_, terminal_}) {
         if (fd >= 0) close(fd);
     }
+    for (const auto& client : waiting_) close(client.fd);
 }
 
 void Bridge::open_listener() {
@@ -237,7 +244,8 @@ void Bridge::send_to_client() {
     const auto count = write(client_, unsent_.data(), unsent_.size());
     if (count > 0) {
         unsent_.erase(unsent_.begin(), unsent_.begin() + count);
-        moved_at_ = Clock::now();
+        moved_at_ = answered_at_ = Clock::now();
+        answered_begun_ = driver_.begun();
     } else if (count < 0 && errno != EAGAIN && errno != EINTR) {
         lose_client();
     } else if (options_.pty && Clock::now() - moved_at_ > kIdleLimit) {
@@ -249,29 +257,48 @@ void Bridge::send_to_client() {
 void Bridge::meet_clients() {
     if (options_.pty) return;
     if (client_ >= 0 && has_left(client_)) lose_client();
-    if (waiting_ >= 0 && has_left(waiting_)) {
-        close(waiting_);
-        waiting_ = -1;
-    }
+    std::erase_if(waiting_, [](const auto& other) {
+        return has_left(other.fd) && close(other.fd) == 0;
+    });
     for (int i = 0; i < kBacklog; ++i) {
         const int client = accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
         if (client < 0) break;
         if (client_ < 0) {
             seat(client);
-        } else if (options_.keep && waiting_ < 0) {
-            waiting_ = client;
-            waiting_since_ = Clock::now();
+        } else if (options_.keep) {
+            waiting_.push_back({client, Clock::now()});
         } else {
             refuse(client);
         }
     }
-    if (waiting_ < 0) return;
-    if (moved_at_ > waiting_since_) {
-        refuse(waiting_);
-        waiting_ = -1;
-    } else if (Clock::now() - waiting_since_ > kIdleLimit) {
-        lose_client();
+    refuse_some();
+    const auto limit = Clock::now() - kIdleLimit;
+    const bool is_used = moved_at_ > limit && driver_.begun() - answered_begun_ < kUnanswered;
+    const bool is_wanted = std::any_of(waiting_.begin(), waiting_.end(), [&](const auto& other) {
+        return other.since < limit && has_spoken(other.fd);
+    });
+    if (is_wanted && !is_used) lose_client();
+}
+
+// Tells clients that the board is busy: once it is, or if too many wait, silent ones first.
+void Bridge::refuse_some() {
+    std::erase_if(waiting_, [this](const auto& other) {
+        if (other.since > answered_at_) return false;
+        refuse(other.fd);
+        return true;
+    });
+    while (waiting_.size() > kWaiting) {
+        auto other = first_waiting(false);
+        if (other == waiting_.end()) --other;
+        refuse(other->fd);
+        waiting_.erase(other);
     }
+}
+
+// Returns the one that has waited longest of those that have sent something, or have not.
+std::vector<Bridge::Waiting>::iterator Bridge::first_waiting(bool spoken) {
+    return std::find_if(waiting_.begin(), waiting_.end(),
+                        [=](const auto& other) { return has_spoken(other.fd) == spoken; });
 }
 
 void Bridge::seat(int client) {
@@ -279,6 +306,7 @@ void Bridge::seat(int client) {
     setsockopt(client, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
     client_ = client;
     moved_at_ = Clock::now();
+    answered_begun_ = driver_.begun();
 }
 
 void Bridge::lose_client() {
@@ -291,7 +319,11 @@ void Bridge::lose_client() {
     settling_ = true;
     quiet_from_ = cycles_;
     settled_at_ = Clock::now() + kSettleLimit;
-    if (waiting_ >= 0) seat(std::exchange(waiting_, -1));
+    if (waiting_.empty()) return;
+    auto next = first_waiting(true);
+    if (next == waiting_.end()) next = waiting_.begin();
+    seat(next->fd);
+    waiting_.erase(next);
 }
 
 // Handles signals and clients, answers standard input, and ends when the parent does.

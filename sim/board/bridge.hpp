@@ -1,12 +1,13 @@
 // Connects the UART pins of a simulated chip to one TCP client or to a pseudo terminal.
 //
-// One client at a time has the board. With --keep, another may wait for it: if then no byte passes
-// in either direction for a second, the board is taken from its client; as soon as one does, the
-// waiting client reads `kBusy` and is disconnected, and so is every further one at once. What a
-// client that has left had sent is discarded, and so are the chip's answers to it. A client that is
-// `kFlood` bytes ahead of the chip is disconnected, since its end might lie behind more of them than
-// the chip takes in minutes. Bytes that a terminal does not take for a second are lost, as on a
-// real line.
+// One client at a time has the board. With --keep, others may wait for it. As soon as the chip
+// answers its client, those that wait read `kBusy` and are disconnected. If one that waits has sent
+// something, and for a second no byte passes in either direction, or the chip does not answer
+// `kUnanswered` bytes, then the board is taken from its client. So a client that is silent, or sends
+// what the chip does not understand, stops another one for a second at most. What a client that has
+// left had sent is discarded, and so are the chip's answers to it. A client that is `kFlood` bytes
+// ahead of the chip is disconnected, since its end might lie behind more of them than the chip takes
+// in minutes. Bytes that a terminal does not take for a second are lost, as on a real line.
 //
 // Usage of a simulator with this bridge: PROGRAM --clocks-per-bit N [options]
 //   --listen HOST:PORT   address of the server (default 127.0.0.1:0; port 0: any free port)
@@ -96,9 +97,18 @@ private:
     static constexpr std::size_t kReadAhead = 4096;        // Bytes read ahead of the line.
     static constexpr std::size_t kFlood = 1u << 20;        // The same with --keep and --listen.
     static constexpr std::size_t kUnsentLimit = 1u << 16;  // Maximum of unread bytes.
+    static constexpr std::size_t kWaiting = 8;             // Clients that wait for the board.
+    // More bytes than any chip receives before it answers.
+    static constexpr std::uint64_t kUnanswered = 1u << 16;
     static constexpr unsigned kReportedErrors = 10;
     static constexpr std::uint64_t kNever = ~std::uint64_t{0};
     static constexpr unsigned kQuietBits = 640;  // Silence after which the chip has answered all.
+
+    // A client that waits for the board.
+    struct Waiting {
+        int fd;
+        Clock::time_point since;
+    };
 
     void handle(UartSampler::Event event);
     void service();
@@ -106,6 +116,8 @@ private:
     void serve_client();
     void send_to_client();
     void meet_clients();
+    void refuse_some();
+    std::vector<Waiting>::iterator first_waiting(bool spoken);
     void seat(int client);
     void lose_client();
     void check_control();
@@ -122,7 +134,7 @@ private:
     std::vector<std::uint8_t> unsent_;
     int listener_ = -1;
     int client_ = -1;
-    int waiting_ = -1;  // The client that waits for the board.
+    std::vector<Waiting> waiting_;  // The longest first.
     int terminal_ = -1;  // Own handle of the terminal's far end, which stays open between users.
     bool running_ = true;
     bool settling_ = false;  // The chip still answers a client that has left.
@@ -139,7 +151,8 @@ private:
     Clock::time_point started_;
     Clock::time_point control_due_;
     Clock::time_point moved_at_;  // When a byte passed.
-    Clock::time_point waiting_since_;
+    Clock::time_point answered_at_;  // When a byte of the chip was sent to the client.
+    std::uint64_t answered_begun_ = 0;  // Bytes that had begun on the line to the chip then.
     Clock::time_point settled_at_;  // When the chip's last answers are no longer waited for.
     Clock::duration slept_{0};
 };

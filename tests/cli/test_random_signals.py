@@ -19,7 +19,7 @@ from tests.cli.conftest import ENDS, ROOT
 
 
 SIGNALS = [signal.SIGTERM, signal.SIGHUP, signal.SIGINT, signal.SIGQUIT]
-COMMANDS = ["plan-model", "plan-sim", "compare", "fly", "serve"]
+COMMANDS = ["plan-model", "plan-sim", "compare", "fly", "replan", "serve"]
 WRITTEN = "pathgene: Interrupted; the best path so far is written."
 ENDED = "pathgene: Interrupted before the end."
 EARLY = "pathgene: Interrupted before a path was found; nothing is written to "
@@ -50,6 +50,11 @@ def trial(hills, tmp_path_factory):
             *["fly", folders["plan-model"] / "summary.json", "--gusts", "light"],
             *["--out", folders["fly"]],
         ],
+        "replan": [
+            *["fly", folders["plan-model"] / "summary.json", "--popup", "ahead:1500,250@20"],
+            *["--planner", "ga-chip", "--board", "sim:?map_size=128&lanes=4"],
+            *["--out", folders["replan"]],
+        ],
         "serve": ["board", "serve", "--board", board_url("sim", SMALL)],
     }
 
@@ -59,7 +64,7 @@ def trial(hills, tmp_path_factory):
             if name == "serve":
                 durations[name] = SERVED_S
                 return SERVED_S
-            if name == "fly":
+            if name in ("fly", "replan"):
                 usual_s("plan-model")
             finished(commands[name])
             started = time.monotonic()

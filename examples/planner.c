@@ -8,7 +8,7 @@
  * After so many milliseconds of silence, 2000 by default, it sends a request again. */
 #include "link.h"
 
-enum { STATUS = 3, MAP = 10, PROBLEM = 14, RUN = 15, BEST = 17, BLOCK = 18 };
+enum { STATUS = 3, MAP = 10, PROBLEM = 14, RUN = 15, STOP = 16, BEST = 17, BLOCK = 18 };
 /* Fraction bits of a position, an altitude and a scale; width of an edge's fall; edges, blocks. */
 enum { POSITION = 8, ALTITUDE = 4, SCALE = 14, EDGE_BITS = 16, EDGES = 8, BLOCK_BITS = 5 };
 enum { RUNNING_AT = 10, MAX_PAYLOAD = 256 };
@@ -29,6 +29,18 @@ static void field(struct fields *fields, int64_t value, unsigned width)
 static void send_fields(struct link *link, int code, const struct fields *fields)
 {
     command(link, code, fields->data, (fields->bits + 7) / 8);
+}
+
+/* Wait until no run goes on. */
+static void wait_for_end(struct link *link)
+{
+    size_t size;
+    const uint8_t *status;
+    do {
+        status = request(link, STATUS, NULL, 0, &size);
+        if (size <= RUNNING_AT)
+            fail("the reply to STATUS is too short");
+    } while (status[RUNNING_AT] != 0);
 }
 
 /* Make every corner of the map flat, a row at a time. */
@@ -83,7 +95,6 @@ static void set_problem(struct link *link, const struct chip *chip)
     send_fields(link, PROBLEM, &problem);
 }
 
-/* Do a run, and wait for its end. */
 static void run(struct link *link, const struct chip *chip, bool warm)
 {
     struct fields options = {0};
@@ -101,15 +112,7 @@ static void run(struct link *link, const struct chip *chip, bool warm)
     field(&options, 0, 4);
     field(&options, 8, 4);                      /* Paths. */
     send_fields(link, RUN, &options);
-
-    size_t size;
-    do {
-        const uint8_t *status = request(link, STATUS, NULL, 0, &size);
-        if (size <= RUNNING_AT)
-            fail("the reply to STATUS is too short");
-        if (status[RUNNING_AT] == 0)
-            return;
-    } while (true);
+    wait_for_end(link);
 }
 
 /* Block a disc in the middle of the map. */
@@ -137,6 +140,8 @@ int main(int count, char **arguments)
     struct chip chip = open_chip(&link, count, arguments);
     if (chip.core != 2)
         fail("the board has no streaming genetic core");
+    command(&link, STOP, NULL, 0);              /* A run that an earlier session has left. */
+    wait_for_end(&link);
     flatten(&link, &chip);
     set_problem(&link, &chip);
     run(&link, &chip, false);

@@ -227,7 +227,8 @@ def test_help_is_quick(pathgene):
         ),
         (
             ["plan", "--terrain", "x", "--wind", "-1,south"],
-            "Argument --wind: must be finite numbers VX,VY, not '-1,south'; see pathgene plan --help.",
+            "Argument --wind: must be finite numbers VX,VY, not '-1,south'; "
+            "see pathgene plan --help.",
         ),
         (
             ["plan", "--terrain", "x", "--generations", "many"],

@@ -105,10 +105,10 @@ def expected_line(config):
     return f"population CRC-32: {zlib.crc32(packed):08x}\n"
 
 
-def expected_paths(config):
-    """Return the line that the planning client must print, from the same runs by the host."""
+def problem(config):
+    """Return the problem of docs/protocol.md."""
     edge, middle, altitude = config.map_size, config.map_size // 2, config.blocked_altitude // 2
-    problem = ProblemRecord(
+    return ProblemRecord(
         start_x=edge // 8 << 8, start_y=middle << 8, start_altitude=altitude << 4,
         goal_x=edge - edge // 8 << 8, goal_y=middle << 8, goal_altitude=altitude << 4,
         x_limit=edge - 1, y_limit=edge - 1, altitude_limit=config.blocked_altitude - 1,
@@ -116,11 +116,19 @@ def expected_paths(config):
         base=0, drag=5_201, fuel=60_294, fuel_shift=13, key_shift=10,
         block_shift=max(config.coordinate_bits - 5, 0),
     )  # fmt: skip
-    options = RunOptions(
+
+
+def options(config):
+    """Return the options of its first run."""
+    return RunOptions(
         seed=1, cycles=1_000_000, generations=50, give_up_rank=config.population - 1,
         seeds=2 * config.population, slopes=(3, 0), lifts=2, share=8,
     )  # fmt: skip
-    radius = edge // 16
+
+
+def expected_paths(config):
+    """Return the line that the planning client must print, from the same runs by the host."""
+    edge, middle, radius = config.map_size, config.map_size // 2, config.map_size // 16
     low, high = middle - radius, middle + radius
     disc = NoFlyShape(
         first_x=low, first_y=low, last_x=high, last_y=high, bend_x=1, bend_y=1,
@@ -128,10 +136,10 @@ def expected_paths(config):
     )  # fmt: skip
     with open_board(board_url("model", config)) as chip:
         chip.update_map(np.zeros((edge, edge), dtype=np.int64))
-        chip.runs.set_problem(problem)
-        chip.runs.start(options)
+        chip.runs.set_problem(problem(config))
+        chip.runs.start(options(config))
         chip.runs.block(disc)
-        chip.runs.start(dataclasses.replace(options, slopes=(3,), warm=True))
+        chip.runs.start(dataclasses.replace(options(config), slopes=(3,), warm=True))
         best = chip.runs.best()
     assert len(best.paths) > 1
     return f"best paths CRC-32: {zlib.crc32(pack_best(config, best.paths, best.keys)):08x}\n"
@@ -211,6 +219,16 @@ def test_plans_over_a_bad_line(planner):
         assert planner(port, "20") == expected_paths(STREAMING)
 
 
+def leave_a_run(url):
+    """Start a run that takes minutes, and leave."""
+    with open_board(url) as chip:
+        edge = chip.config.map_size
+        chip.update_map(np.zeros((edge, edge), dtype=np.int64))
+        chip.runs.set_problem(problem(chip.config))
+        chip.runs.start(dataclasses.replace(options(chip.config), cycles=10**9, generations=10**6))
+        assert chip.runs.status().running
+
+
 @pytest.mark.ci
 @pytest.mark.cosim
 @pytest.mark.parametrize(
@@ -232,6 +250,8 @@ def test_with_the_simulated_board(request, program, config, expected):
     ) as server:
         try:
             url = server.stdout.readline().strip()
+            if program == "planner":
+                leave_a_run(url)
             assert client(url.rpartition(":")[2]) == expected(config)
         finally:
             server.send_signal(signal.SIGINT)

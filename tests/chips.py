@@ -1,12 +1,10 @@
 """Chips shared by tests, so that each is built once, and a comparison of two boards."""
 
-import dataclasses
 import random
-from urllib.parse import urlencode
 
 from hdl.config import CheckerBuild, Config
 from hdl.protocol import Counter, LinkMode
-from tools.chips import SMALL
+from tools.chips import SMALL, board_url
 
 
 __all__ = [
@@ -57,16 +55,6 @@ TINY = Config(
 
 #: Counters from which the model omits a few cycles per command.
 LINE_CYCLES = (Counter.CYCLES, Counter.RECEIVE, Counter.TRANSMIT)
-
-
-def board_url(scheme, config, **options):
-    """Return the URL of ``scheme`` (``model`` or ``sim``) for a chip of ``config``."""
-    fields = {
-        field.name: int(value) if isinstance(value := getattr(config, field.name), bool) else value
-        for field in dataclasses.fields(Config)
-        if field.name == "clocks_per_bit" or getattr(config, field.name) != field.default
-    }
-    return f"{scheme}:?{urlencode(fields | options)}"
 
 
 def random_path(config, rng, length=None):

@@ -1,11 +1,14 @@
-"""The small chip of tests, mutation testing and documents."""
+"""The small chip of tests, mutation testing and documents; URLs of chips."""
 
 from __future__ import annotations
+
+import dataclasses
+from urllib.parse import urlencode
 
 from hdl.config import CheckerBuild, Config
 
 
-__all__ = ["SMALL"]
+__all__ = ["SMALL", "board_url"]
 
 #: A chip that simulators build and run in seconds, with odd sizes, short messages, and a receive
 #: buffer that fills soon.
@@ -23,3 +26,13 @@ SMALL = Config(
     receive_buffer=256,
     checker=CheckerBuild.NONE,
 )
+
+
+def board_url(scheme: str, config: Config, **options: object) -> str:
+    """Return the URL of ``scheme`` (``model`` or ``sim``) for a chip of ``config``."""
+    fields = {
+        field.name: int(value) if isinstance(value := getattr(config, field.name), bool) else value
+        for field in dataclasses.fields(Config)
+        if field.name == "clocks_per_bit" or getattr(config, field.name) != field.default
+    }
+    return f"{scheme}:?{urlencode(fields | options)}"

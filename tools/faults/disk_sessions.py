@@ -31,6 +31,7 @@ from host.report.run_files import SUMMARY, verify
 from host.report.summary import summarise
 from host.report.write import write_report
 from host.terrain import Terrain
+from tools.chips import SMALL, board_url
 from tools.faults.verdict import DifferentError
 
 
@@ -90,12 +91,13 @@ class DiskSession(ABC):
 
 
 class Comparison(DiskSession):
-    """Runs of two planners over some seeds, each stored when it ends."""
+    """Runs of a planner on a board and of one without, each stored when it ends."""
 
     packages = ("compare", "files")
 
     def __init__(self) -> None:
-        self._entrants = parse_entrants("ga-pc,fpa:population=8", {"generations": 2}, {})
+        entrants = f"ga-fpga:board={board_url('model', SMALL)},fpa:population=8"
+        self._entrants = parse_entrants(entrants, {"generations": 2}, {})
         self._digest = problem_digest(problem())
 
     def attempt(self, folder: Path, number: int, death: int | None) -> None:

@@ -68,8 +68,8 @@ class ProblemOnChip:
     looks, look_bytes : int, (int, int)
         Looks at the latest run, and the bytes of one to the board and from it.
     eased : int
-        The ease of the corners beside start and goal: a key of
-        :data:`host.problem.corner_map.EASES`.
+        The ease of the corners beside ends that the problem before had not, and of all after
+        :meth:`ease`: a key of :data:`host.problem.corner_map.EASES`.
     """
 
     def __init__(self, chip: Chip, problem: Problem, grid: CornerMap) -> None:
@@ -100,7 +100,8 @@ class ProblemOnChip:
         corners of zones that are gone, those beside the ends, zones with heights or times, and
         dents and holes of a zone. What is gone waits for :meth:`free` where a zone is new: a path
         that keeps clear of both is safe, and comes sooner. Elsewhere the chip keeps the map that it
-        has: the corners beside an earlier end stay lowered. Where an end lies off the steps of that
+        has: the corners beside an earlier end stay lowered, and those beside an end that stays are
+        eased as a plan to it has needed. Where an end lies off the steps of that
         map, the other problem gets a new map, and its first run starts cold.
         """
         grid = self.grid.of_problem(problem)
@@ -115,7 +116,7 @@ class ProblemOnChip:
             other._renew(*grid.around_zone(zone))
         for zone in new:
             other._add(zone)
-        around_ends = [grid.around(end) for end in other._ends]
+        around_ends = [grid.around(end) for end in other._ends if end not in self._ends]
         for part in around_ends:
             other._renew(*part)
         if gone and new:

@@ -209,6 +209,25 @@ def test_where_there_is_no_way_one_more_run_follows_and_the_reason(make_evaluato
     assert after.result.replanner.is_ready
 
 
+def test_a_goal_that_stays_is_not_sent_again(make_evaluator, board, search):
+    elevation = np.zeros((41, 61))
+    elevation[8, 56] = 300  # Beside the goal, and above it.
+    evaluator = make_evaluator(elevation, zones=(), rules=NO_MARGINS)
+    before = search.run(evaluator).replan(zones=[WALL])
+    # The corners beside both ends are eased now.
+    problem = before.evaluator.problem
+    grid = CornerMap(board.config, problem)
+    ends = problem.start, problem.goal
+    heights = model_of(board).checking.terrain.heights
+    at_goal = grid.around(problem.goal)
+    eased = heights[at_goal].copy()
+    assert np.array_equal(eased, grid.corners(ends, 1)[at_goal])
+    assert not np.array_equal(eased, grid.corners(ends)[at_goal])
+    after = before.replan(gone=[WALL], start=(1500, 600, 210))
+    assert after.evaluation.feasible
+    assert np.array_equal(heights[at_goal], eased)
+
+
 def test_where_the_chip_finds_none_the_fallback_does(make_evaluator, search, monkeypatch):
     before = search.run(make_evaluator(rules=NO_MARGINS))
     flight = before.evaluator.problem

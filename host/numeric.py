@@ -10,12 +10,14 @@ import math
 import operator
 from collections.abc import Sequence
 from numbers import Real
-from typing import Any, Literal, overload
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 from host.errors import InputError
+
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 
 __all__ = ["as_number", "integer", "is_number", "numbers", "parse", "real", "rows"]
@@ -89,7 +91,8 @@ def numbers(values: Any, count: int) -> tuple[float, ...]:
     ValueError
         If ``values`` is anything else.
     """
-    if not isinstance(values, Sequence | np.ndarray) or len(values) != count:
+    values = _sequence(values)
+    if len(values) != count:
         raise ValueError(f"not {count} numbers")
     return tuple(map(as_number, values))
 
@@ -102,9 +105,9 @@ def rows(values: Any, columns: int) -> NDArray[np.float64]:
     ValueError
         If ``values`` is anything else.
     """
-    if not isinstance(values, Sequence | np.ndarray):
-        raise ValueError("not a list of rows")
-    return np.array([numbers(row, columns) for row in values]).reshape(-1, columns)
+    import numpy as np  # Here, since options of planners are read without it.
+
+    return np.array([numbers(row, columns) for row in _sequence(values)]).reshape(-1, columns)
 
 
 def parse(text: str) -> float:
@@ -119,3 +122,12 @@ def parse(text: str) -> float:
     if not math.isfinite(value):
         raise ValueError("not a finite number")
     return value
+
+
+def _sequence(values: Any) -> Sequence[Any]:
+    """Return a list, a tuple or an array as a sequence."""
+    if hasattr(values, "tolist"):
+        values = values.tolist()
+    if not isinstance(values, Sequence):
+        raise ValueError("no sequence")
+    return values

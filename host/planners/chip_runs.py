@@ -36,10 +36,15 @@ class ChipRuns:
         The record of the plan.
     polishes : bool
         Each path is given the lowest altitudes, too.
+    repairs : bool
+        The best path is, where no path of a run is feasible.
     """
 
-    def __init__(self, task: ProblemOnChip, run: Run, *, polishes: bool) -> None:
-        self._task, self._run, self._polishes = task, run, polishes
+    def __init__(
+        self, task: ProblemOnChip, run: Run, *, polishes: bool = False, repairs: bool = False
+    ) -> None:
+        self._task, self._run = task, run
+        self._polishes, self._repairs = polishes, repairs
         self._traffic_before = self._traffic_noted = replace(task.chip.link.traffic)
         self._done: list[dict[str, Any]] = []
         self._cycles = dict.fromkeys((*UNITS, "total"), 0)
@@ -93,6 +98,7 @@ class ChipRuns:
                 "limit": options.cycles,
                 "looks": task.looks,
                 "bytes": self._bytes_since(self._traffic_noted),
+                "repair": None,
             }
         )
         self._traffic_noted = replace(task.chip.link.traffic)
@@ -100,6 +106,9 @@ class ChipRuns:
         fitness = run.fitness(paths, strict=True)
         if self._polishes and (is_last or fitness.max() <= 1 or self._is_stopped):
             fitness = np.concatenate((fitness, self._polished(paths)))
+        if self._repairs and fitness.max() <= 1 and not self._is_stopped:
+            fitness = np.append(fitness, self._repaired(paths[0]))
+            self._done[-1]["repair"] = bool(fitness[-1] > 1)
         run.record(self._generations, fitness)
         return best, bool(fitness.max() > 1)
 
@@ -116,6 +125,24 @@ class ChipRuns:
         self._run.show(before + status.generations)
         stop = self._run.stop
         return (stop is not None and stop.requested) or self._run.out_of_time
+
+    def _repaired(self, path: NDArray[np.float64]) -> float:
+        """Evaluate a path with the altitudes of least cost; return its fitness.
+
+        The strict rule may refuse a path for a slope, or for ground that is lowered on the map
+        beside the ends; then such altitudes may keep all limits. Turns and zones they do not mend.
+        """
+        # They load SciPy.
+        from host.planners.altitudes import lowest_altitudes
+        from host.planners.grid_search import Prices
+
+        run, problem = self._run, self._run.evaluator.problem
+        with run.phase("repair"):
+            broken = run.evaluator.evaluate(path)
+            if broken.impossible_arcs or broken.distance_in_nofly_m > 0:
+                return 0.0
+            lowest = lowest_altitudes(problem, Prices(problem), path[:, :2])
+        return 0.0 if lowest is None else float(run.fitness([lowest], strict=True)[0])
 
     def _polished(self, paths: list[NDArray[np.float64]]) -> NDArray[np.float64]:
         """Evaluate the paths with the lowest altitudes; return the fitness of each, (m,).

@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+from host.device.boards import open_board
 from host.evaluation import Evaluator
+from host.planning import Search
 from host.problem import aircraft
 from host.problem.problem import Problem
 from host.problem.zones import Circle
@@ -58,3 +60,16 @@ def record():
 
     progress.seen = []
     return progress
+
+
+@pytest.fixture
+def board():
+    """A chip with the streaming core, which stays open."""
+    with open_board("model:?genetic=streaming") as chip:
+        yield chip
+
+
+@pytest.fixture
+def search(board):
+    """The planner on it, unpolished."""
+    return Search("ga-chip", board=board, chip_ms=4, polish="off", seed=3, fallback="astar")

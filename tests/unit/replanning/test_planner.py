@@ -8,9 +8,17 @@ import pytest
 from host.device.boards import open_board
 from host.evaluation import Evaluator
 from host.planners.chip_time import chip_time
+from host.planners.problem_on_chip import ProblemOnChip
 from host.problem.changes import changed_problem
 from host.problem.zones import Circle
-from host.replanning.planner import HOST_S, PATIENCE_S, ROUND_TRIP_S, InFlightPlanner, PlanningTime
+from host.replanning.planner import (
+    HOST_S,
+    PATIENCE_S,
+    REPAIR_S,
+    ROUND_TRIP_S,
+    InFlightPlanner,
+    PlanningTime,
+)
 
 
 def changed(mission):
@@ -32,6 +40,23 @@ def test_the_time_on_the_chip_follows_from_cycles_and_bytes(on_chip, mission):
     # Nothing of it is the clock of this machine.
     assert attempt.plan.result.hardware["runs"][0]["warm"]
     assert on_chip.budget_s == 0.025
+
+
+def test_a_repair_takes_the_host_longer(on_chip, mission, monkeypatch):
+    metres = ProblemOnChip.metres
+
+    def too_low(task, packed):
+        path = metres(task, packed)
+        path[1:-1, 2] = 20.0
+        return path
+
+    monkeypatch.setattr(ProblemOnChip, "metres", too_low)
+    attempt = on_chip.attempt(changed(mission), 0)
+    assert attempt.plan.evaluation.feasible
+    assert [run["repair"] for run in attempt.plan.result.hardware["runs"]] == [True]
+    assert attempt.time.host_s == HOST_S + REPAIR_S
+    # It costs the chip and the line nothing.
+    assert attempt.time.chip_s < 0.003
 
 
 def test_another_attempt_has_another_seed(on_chip, mission):

@@ -1,0 +1,175 @@
+"""Replans where the first run finds no feasible path, or the board is not as it was."""
+
+import numpy as np
+import pytest
+
+from host.device.boards import open_board
+from host.device.link import LinkError
+from host.device.runs import Runs
+from host.planners.problem_on_chip import ProblemOnChip
+from host.planning import Search
+from host.problem.corner_map import CornerMap
+from host.problem.rules import Rules
+from host.problem.zones import Zone
+
+
+#: In the gap of the ridge, and behind it.
+IN_THE_GAP = Zone.circle(3000, 3300, 250)
+BEHIND = Zone.circle(4300, 2600, 300)
+#: Across the whole map.
+WALL = Zone.polygon([(3400, -100), (3600, -100), (3600, 4100), (3400, 4100)])
+NO_MARGINS = Rules(clearance_m=0, corridor_m=0, zone_margin_m=0, reserve=0)
+
+
+def runs_of(plan):
+    return plan.result.hardware["runs"]
+
+
+@pytest.fixture
+def altered(monkeypatch):
+    """Function that has paths of the chip pass a function on their way to the host."""
+    metres = ProblemOnChip.metres
+
+    def alter(change):
+        monkeypatch.setattr(
+            ProblemOnChip, "metres", lambda task, packed: change(metres(task, packed))
+        )
+
+    return alter
+
+
+def too_low(path):
+    """Return a path whose waypoints between the ends are in the ground."""
+    low = path.copy()
+    low[1:-1, 2] = 20.0
+    return low
+
+
+@pytest.mark.parametrize("rules", [None, NO_MARGINS], ids=["as paper", "by the rules"])
+def test_other_altitudes_mend_a_path(make_evaluator, search, altered, rules):
+    before = search.run(make_evaluator(**({} if rules is None else {"rules": rules})))
+    right = before.replan(zones=[BEHIND])
+    assert [run["repair"] for run in runs_of(right)] == [None]
+    altered(too_low)
+    again = search.run(before.evaluator).replan(zones=[BEHIND])
+    assert again.evaluation.feasible
+    assert [run["repair"] for run in runs_of(again)] == [True]
+    assert again.fallback is None
+    assert 0 < again.result.seconds["repair"] < again.result.seconds["total"]
+
+
+def test_other_altitudes_mend_no_path_through_a_zone(make_evaluator, search, altered):
+    before = search.run(make_evaluator(rules=NO_MARGINS))
+
+    def into_the_zone(path):
+        return np.vstack((path[:1], [(BEHIND.x_m, BEHIND.y_m, 240.0)], path[-1:]))
+
+    altered(into_the_zone)
+    after = before.replan(zones=[BEHIND])
+    assert [run["repair"] for run in runs_of(after)] == [False, False]
+    assert after.fallback == "astar"
+
+
+def test_where_there_is_no_way_one_more_run_follows_and_the_reason(make_evaluator, search):
+    before = search.run(make_evaluator(rules=NO_MARGINS))
+    after = before.replan(zones=[WALL])
+    assert not after.evaluation.feasible
+    assert [run["seed"] for run in runs_of(after)] == [3, 4]
+    assert [run["ease"] for run in runs_of(after)] == [0, 1]
+    assert after.reason.proven
+    # The chip is as ready as before.
+    assert after.result.replanner.is_ready
+
+
+def test_where_the_chip_finds_none_the_fallback_does(make_evaluator, search, monkeypatch):
+    before = search.run(make_evaluator(rules=NO_MARGINS))
+    flight = before.evaluator.problem
+    straight = np.array([flight.start, flight.goal])
+    monkeypatch.setattr(ProblemOnChip, "metres", lambda task, packed: straight)
+    after = before.replan(zones=[BEHIND])
+    assert len(runs_of(after)) == 2
+    assert after.evaluation.feasible
+    assert after.fallback == after.summary["fallback"] == "astar"
+    monkeypatch.undo()
+    assert after.replan(zones=[IN_THE_GAP]).evaluation.feasible
+
+
+def test_the_retry_may_find_one(evaluator, search, monkeypatch):
+    before = search.run(evaluator)
+    straight = np.array([evaluator.problem.start, evaluator.problem.goal])
+    run, metres, seeds, warm = ProblemOnChip.run, ProblemOnChip.metres, [], []
+
+    def noted(task, options, stop):
+        seeds.append(options.seed)
+        warm.append(options.warm)
+        return run(task, options, stop)
+
+    # All paths of the first run are the straight line.
+    monkeypatch.setattr(ProblemOnChip, "run", noted)
+    monkeypatch.setattr(
+        ProblemOnChip,
+        "metres",
+        lambda task, packed: straight if len(seeds) == 1 else metres(task, packed),
+    )
+    after = before.replan(zones=[BEHIND])
+    assert seeds == [3, 4]
+    assert warm == [True, False]
+    assert after.evaluation.feasible
+    assert after.fallback is None
+
+
+def test_without_the_population_the_problem_is_planned_anew(evaluator, make_evaluator, search):
+    before = search.run(evaluator)
+    assert before.result.replanner.is_ready
+    search.run(make_evaluator(goal=(5500, 3500, 220)))
+    assert not before.result.replanner.is_ready
+    after = before.replan(zones=[BEHIND])
+    assert after.evaluation.feasible
+    assert [run["warm"] for run in runs_of(after)] == [False]
+    # That run has left its own.
+    assert after.replan(zones=[IN_THE_GAP]).result.hardware["runs"][0]["warm"]
+
+
+def test_a_closed_board_is_opened_anew(evaluator):
+    with open_board("model:?genetic=streaming") as board:
+        before = Search("ga-chip", board=board, chip_ms=4).run(evaluator)
+        assert before.board == "model:?genetic=streaming"
+    assert not before.result.replanner.is_ready
+    after = before.replan(zones=[BEHIND])
+    assert after.evaluation.feasible
+    assert [run["warm"] for run in runs_of(after)] == [False]
+
+
+def test_a_board_of_a_url_is_opened_for_each_plan(evaluator):
+    before = Search("ga-chip", chip_ms=4).run(evaluator)
+    assert before.result.replanner is None
+    after = before.replan(zones=[BEHIND])
+    assert after.evaluation.feasible
+    assert [run["warm"] for run in runs_of(after)] == [False]
+
+
+def test_a_lost_board_costs_no_path(evaluator, search, monkeypatch):
+    before = search.run(evaluator)
+
+    def lost(runs):
+        raise LinkError("The board was lost: unplugged.")
+
+    monkeypatch.setattr(Runs, "best", lost)
+    after = before.replan(zones=[BEHIND])
+    assert after.failure == "The board was lost: unplugged."
+    assert after.result.replanner is None
+    monkeypatch.undo()
+    # The map has arrived, the population is not that of the plan.
+    assert after.replan().evaluation.feasible
+
+
+def test_a_start_off_the_steps_of_the_map_is_planned_from_new_seeds(evaluator, search, monkeypatch):
+    """The earlier waypoints are on the steps of another map."""
+    before = search.run(evaluator)
+    monkeypatch.setattr(CornerMap, "of_problem", lambda grid, problem: None)
+    after = before.replan(zones=[BEHIND])
+    assert runs_of(after)[0]["warm"] is False
+    assert after.evaluation.feasible
+    monkeypatch.undo()
+    # It has left its own population.
+    assert runs_of(after.replan(zones=[IN_THE_GAP]))[0]["warm"]

@@ -35,6 +35,7 @@ NAMES = {
     "cheng-table4": "ga-dp and ga-auv on the AUV problem, beside the paper's table IV",
     "roberge-table4": "fpa with and without 2-opt on four maps, 50 trials, beside the paper's",
     "roberge-speed": "seconds of fpa-2opt by threads, solutions and engine, beside the paper's",
+    "desk": "the desk in Chromium: until it shows, frames in 3-D, generations seen",
     "peers": "optimizers and planners of other projects, beside fpa-2opt",
     "fpga": "area and routed clock on real devices; hours, so only if named",
 }

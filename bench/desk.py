@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bench.report import Options, Report
+from host.errors import JobError
 
 
 if TYPE_CHECKING:
@@ -106,7 +107,7 @@ def run(options: Options) -> Report:
             for what, seconds in zip(_MOMENTS, zip(*loads, strict=True), strict=True)
         ),
         ("frames a second in 3-D while it turns", frames),
-        ("generations a second shown of a plan", generations),
+        ("generations a second of a plan that come to be shown", generations),
     ]
     return report
 
@@ -130,7 +131,10 @@ def _serving(folder: Path) -> Iterator[str]:
         try:
             text = ""
             while not text.rstrip().endswith("}"):
-                text += desk.stdout.readline()
+                line = desk.stdout.readline()
+                if not line:
+                    raise JobError("The desk has ended before it served; see above.")
+                text += line
             yield json.loads(text)["url"]
         finally:
             desk.send_signal(signal.SIGINT)
@@ -164,8 +168,7 @@ def _generations(page: Page) -> int:
         text = (count.text_content() or "").removeprefix("generation ").partition(" ")[0]
         return int(text.replace(",", "") or 0)
 
-    while not shown():
-        page.wait_for_timeout(20)
+    page.wait_for_selector('[data-role="generation"]:has-text("generation")')
     before = shown()
     page.wait_for_timeout(1000 * _SECONDS)
     after = shown()

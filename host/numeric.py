@@ -1,7 +1,6 @@
 """Numbers that are not ours: of users, files and browsers.
 
-A sentence that says what is wrong is the caller's who knows what the numbers are; here is what a
-number is.
+The caller words the error; this module only decides what is a number.
 """
 
 from __future__ import annotations
@@ -68,7 +67,7 @@ def as_number(value: Any) -> float:
     Raises
     ------
     ValueError
-        If ``value`` is none.
+        If ``value`` is not one.
     """
     if not is_number(value):
         raise ValueError("not a finite number")
@@ -116,7 +115,7 @@ def parse(text: str) -> float:
     Raises
     ------
     ValueError
-        If it states none.
+        If it states no such number.
     """
     value = float(text)
     if not math.isfinite(value):
@@ -128,6 +127,6 @@ def _sequence(values: Any) -> Sequence[Any]:
     """Return a list, a tuple or an array as a sequence."""
     if hasattr(values, "tolist"):
         values = values.tolist()
-    if not isinstance(values, Sequence):
+    if not isinstance(values, Sequence) or isinstance(values, bytes | bytearray):
         raise ValueError("no sequence")
     return values

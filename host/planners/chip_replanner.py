@@ -55,10 +55,10 @@ class ChipReplanner:
 
     The chip draws new zones on its map and runs for a millisecond or two: an island of the earlier
     paths, less what lies behind the start, and one of new seeds. The host judges the paths by the
-    strict rule. Where none is feasible, it gives the best the altitudes of least cost, which takes
-    milliseconds of the processor and none of chip and line. Where that mends nothing, one more run
-    follows, of 2.8 ms at most, from new seeds alone. What is gone besides new zones is set free by
-    :meth:`finish`.
+    strict rule. Where none is feasible, it gives the chip's best the altitudes of least cost, which
+    takes milliseconds of the processor and none of chip and line. Where that mends nothing, one
+    more run follows, of 2.8 ms at most, from new seeds alone. What is gone besides new zones is set
+    free by :meth:`finish`.
 
     Parameters
     ----------

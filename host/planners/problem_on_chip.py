@@ -101,8 +101,9 @@ class ProblemOnChip:
         dents and holes of a zone. What is gone waits for :meth:`free` where a zone is new: a path
         that keeps clear of both is safe, and comes sooner. Elsewhere the chip keeps the map that it
         has: the corners beside an earlier end stay lowered, and those beside an end that stays are
-        eased as a plan to it has needed. Where an end lies off the steps of that
-        map, the other problem gets a new map, and its first run starts cold.
+        as the last :meth:`ease` has left them, unless a zone that is gone or new is there. Where an
+        end lies off the steps of that map, the other problem gets a new map, and its first run
+        starts cold.
         """
         grid = self.grid.of_problem(problem)
         if grid is None:
@@ -116,7 +117,13 @@ class ProblemOnChip:
             other._renew(*grid.around_zone(zone))
         for zone in new:
             other._add(zone)
-        around_ends = [grid.around(end) for end in other._ends if end not in self._ends]
+        changed = [grid.around_zone(zone) for zone in (*gone, *new)]
+        around_ends = [
+            part
+            for end in other._ends
+            if end not in self._ends or any(_meet(grid.around(end), each) for each in changed)
+            for part in (grid.around(end),)
+        ]
         for part in around_ends:
             other._renew(*part)
         if gone and new:
@@ -227,3 +234,8 @@ class ProblemOnChip:
         """Return a path of the chip in metres, (n, 3), start and goal included."""
         corners = unpack_waypoints(self.chip.config, list(packed))
         return whole_path(self.problem, self.grid.corners_to_metres(corners))
+
+
+def _meet(one: tuple[slice, slice], other: tuple[slice, slice]) -> bool:
+    """Return whether two parts of the map have a corner in common."""
+    return all(a.start < b.stop and b.start < a.stop for a, b in zip(one, other, strict=True))

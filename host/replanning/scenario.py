@@ -18,7 +18,6 @@ end of the straight or turn that it flies.
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -27,7 +26,7 @@ from typing import Any
 from host.errors import InputError
 from host.files.output import reading
 from host.inputs import parse_toml, read_text
-from host.numeric import is_number, numbers
+from host.numeric import is_number, numbers, parse
 from host.problem.ends import Point
 from host.problem.problem import Problem
 from host.problem.zones import Circle, Zone, read_zones, zone_from_dict
@@ -214,8 +213,8 @@ def parse_popup(text: str, terrain: Terrain) -> Event:
     """
     shape, at, seconds = text.rpartition("@")
     try:
-        time_s = float(seconds)
-        if not shape or not at or not 0 <= time_s < math.inf:
+        time_s = parse(seconds)
+        if not shape or not at or time_s < 0:
             raise ValueError
     except ValueError:
         raise InputError(
@@ -224,13 +223,13 @@ def parse_popup(text: str, terrain: Terrain) -> Event:
     kind, colon, rest = shape.partition(":")
     try:
         if colon and kind == "ahead":
-            ahead, radius = (float(each) for each in rest.split(","))
+            ahead, radius = map(parse, rest.split(","))
             return Event(time_s, (NewZone(_placed("path", radius, ahead)),))
         if colon and kind in ("goal", "aircraft"):
-            return Event(time_s, (NewZone(_placed(kind, float(rest))),))
+            return Event(time_s, (NewZone(_placed(kind, parse(rest))),))
         parts = shape.split(",")
         if len(parts) == 3:
-            x, y, radius = (float(each) for each in parts)
+            x, y, radius = map(parse, parts)
             return Event(time_s, (NewZone(Circle(x, y, radius)),))
     except InputError as error:
         raise InputError(f"--popup {text!r}: {error}") from None

@@ -51,10 +51,10 @@ bool has_left(int fd) {
     return poll(&state, 1, 0) > 0;
 }
 
-// Tells whether a client has sent bytes that nobody has read.
+// Tells whether a client that has not left has sent bytes that nobody has read.
 bool has_spoken(int fd) {
     pollfd state{fd, POLLIN, 0};
-    return poll(&state, 1, 0) > 0;
+    return !has_left(fd) && poll(&state, 1, 0) > 0;
 }
 
 void refuse(int fd) {
@@ -102,7 +102,8 @@ Bridge::Bridge(const Options& options, const Pace& pace)
       parent_{getppid()},
       driver_{options.clocks_per_bit},
       sampler_{options.clocks_per_bit},
-      started_{Clock::now()} {
+      started_{Clock::now()},
+      counted_at_{started_} {
     struct sigaction action {};
     action.sa_handler = [](int) { stop_requested = 1; };
     sigaction(SIGTERM, &action, nullptr);
@@ -195,8 +196,7 @@ void Bridge::handle(UartSampler::Event event) {
 // Serves everything outside the chip; sleeps while both sides are idle.
 void Bridge::service() {
     serve_client();
-    if (moved_) moved_at_ = Clock::now();
-    moved_ = false;
+    count_silence();
     if (Clock::now() >= control_due_) check_control();
     if (settling_) settle();
     if (!driver_.idle() || !sampler_.idle()) {
@@ -204,8 +204,21 @@ void Bridge::service() {
         full_speed_until_ = cycles_ + options_.idle_clocks;
     } else if (running_ && !settling_ && cycles_ >= full_speed_until_) {
         sleep(POLLIN);
+        count_silence();
         serve_client();
     }
+}
+
+// Adds the time since the last count to the silence, unless a byte has passed.
+void Bridge::count_silence() {
+    const auto now = Clock::now();
+    if (moved_) {
+        moved_at_ = now;
+    } else {
+        silence_ += now - counted_at_;
+    }
+    moved_ = false;
+    counted_at_ = now;
 }
 
 // Ends the time in which the chip's answers are dropped: with silence, or at the limit.
@@ -234,6 +247,7 @@ void Bridge::serve_client() {
     // A UART cannot wait, but simulated time can: the clock stops until the client reads.
     while (running_ && unsent_.size() > kUnsentLimit) {
         sleep(POLLOUT);
+        count_silence();
         check_control();
         send_to_client();
     }
@@ -246,6 +260,7 @@ void Bridge::send_to_client() {
         unsent_.erase(unsent_.begin(), unsent_.begin() + count);
         moved_at_ = answered_at_ = Clock::now();
         answered_begun_ = driver_.begun();
+        silence_ = Clock::duration::zero();
     } else if (count < 0 && errno != EAGAIN && errno != EINTR) {
         lose_client();
     } else if (options_.pty && Clock::now() - moved_at_ > kIdleLimit) {
@@ -256,10 +271,10 @@ void Bridge::send_to_client() {
 // Accepts and refuses clients, and gives the board to the one that waits.
 void Bridge::meet_clients() {
     if (options_.pty) return;
-    if (client_ >= 0 && has_left(client_)) lose_client();
     std::erase_if(waiting_, [](const auto& other) {
         return has_left(other.fd) && close(other.fd) == 0;
     });
+    if (client_ >= 0 && has_left(client_)) lose_client();
     for (int i = 0; i < kBacklog; ++i) {
         const int client = accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
         if (client < 0) break;
@@ -273,7 +288,8 @@ void Bridge::meet_clients() {
     }
     refuse_some();
     const auto limit = Clock::now() - kIdleLimit;
-    const bool is_used = moved_at_ > limit && driver_.begun() - answered_begun_ < kUnanswered;
+    const bool is_used =
+        silence_ < kIdleLimit && driver_.begun() - answered_begun_ <= kUnanswered;
     const bool is_wanted = std::any_of(waiting_.begin(), waiting_.end(), [&](const auto& other) {
         return other.since < limit && has_spoken(other.fd);
     });
@@ -307,6 +323,7 @@ void Bridge::seat(int client) {
     client_ = client;
     moved_at_ = Clock::now();
     answered_begun_ = driver_.begun();
+    silence_ = Clock::duration::zero();
 }
 
 void Bridge::lose_client() {

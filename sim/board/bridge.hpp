@@ -2,12 +2,13 @@
 //
 // One client at a time has the board. With --keep, others may wait for it. As soon as the chip
 // answers its client, those that wait read `kBusy` and are disconnected. If one that waits has sent
-// something, and for a second no byte passes in either direction, or the chip does not answer
-// `kUnanswered` bytes, then the board is taken from its client. So a client that is silent, or sends
-// what the chip does not understand, stops another one for a second at most. What a client that has
-// left had sent is discarded, and so are the chip's answers to it. A client that is `kFlood` bytes
-// ahead of the chip is disconnected, since its end might lie behind more of them than the chip takes
-// in minutes. Bytes that a terminal does not take for a second are lost, as on a real line.
+// something, the board is taken from a client once the line has been silent for a second in all
+// since the chip's last answer to it, or the chip has not answered `kUnanswered` bytes. So a client
+// that is silent, or sends now and then what the chip does not understand, stops another one for a
+// second at most. What a client that has left had sent is discarded, and so are the chip's answers
+// to it. A client that is `kFlood` bytes ahead of the chip is disconnected, since its end might lie
+// behind more of them than the chip takes in minutes. Bytes that a terminal does not take for a
+// second are lost, as on a real line.
 //
 // Usage of a simulator with this bridge: PROGRAM --clocks-per-bit N [options]
 //   --listen HOST:PORT   address of the server (default 127.0.0.1:0; port 0: any free port)
@@ -98,8 +99,8 @@ private:
     static constexpr std::size_t kFlood = 1u << 20;        // The same with --keep and --listen.
     static constexpr std::size_t kUnsentLimit = 1u << 16;  // Maximum of unread bytes.
     static constexpr std::size_t kWaiting = 8;             // Clients that wait for the board.
-    // More bytes than any chip receives before it answers.
-    static constexpr std::uint64_t kUnanswered = 1u << 16;
+    // Bytes that a chip with the largest receive buffer takes before it answers.
+    static constexpr std::uint64_t kUnanswered = 1u << 15;
     static constexpr unsigned kReportedErrors = 10;
     static constexpr std::uint64_t kNever = ~std::uint64_t{0};
     static constexpr unsigned kQuietBits = 640;  // Silence after which the chip has answered all.
@@ -112,6 +113,7 @@ private:
 
     void handle(UartSampler::Event event);
     void service();
+    void count_silence();
     void settle();
     void serve_client();
     void send_to_client();
@@ -150,7 +152,9 @@ private:
     std::uint64_t line_errors_ = 0;
     Clock::time_point started_;
     Clock::time_point control_due_;
-    Clock::time_point moved_at_;  // When a byte passed.
+    Clock::time_point moved_at_;  // When a byte passed, or the client got the board.
+    Clock::time_point counted_at_;
+    Clock::duration silence_{0};  // Of the line, since an answer to the client.
     Clock::time_point answered_at_;  // When a byte of the chip was sent to the client.
     std::uint64_t answered_begun_ = 0;  // Bytes that had begun on the line to the chip then.
     Clock::time_point settled_at_;  // When the chip's last answers are no longer waited for.

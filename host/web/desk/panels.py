@@ -10,6 +10,7 @@ from typing import Any
 from nicegui import ui
 
 from host.errors import InputError
+from host.numeric import parse
 from host.web.desk.fields import Input, add_field, add_numbers
 from host.web.desk.form import GROUPS, ZONE_FIELDS, fields_of, planner_fields
 from host.web.desk.sheet import Sheet
@@ -258,7 +259,7 @@ def _corners(text: str) -> list[list[float]]:
     """
     try:
         ring = [
-            [float(part) for part in line.replace(",", " ").split()]
+            [parse(part) for part in line.replace(",", " ").split()]
             for line in text.strip().splitlines()
         ]
     except ValueError:

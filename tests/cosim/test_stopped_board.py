@@ -1,0 +1,59 @@
+"""A simulator that is stopped: what waits for it ends in time."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from host.device.boards import open_board
+from host.device.link import LinkTimeoutError
+from host.errors import InputError
+from sim.board.scheme import start_simulated
+from tests.chips import CHECKING, board_url
+
+
+pytestmark = pytest.mark.cosim
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.mark.parametrize("pty", [True, pytest.param(False, marks=pytest.mark.ci)])
+def test_a_stopped_simulator_costs_the_patience(pty):
+    """In the middle of an upload, and before the first answer."""
+    with start_simulated(board_url("sim", CHECKING), pty=pty, keep=True) as board:
+        size = CHECKING.map_size
+        with open_board(f"{board.url}?patience=1.5") as client:
+            client.upload_map([[1] * size] * size)
+            os.kill(board.pid, signal.SIGSTOP)
+            begun = time.monotonic()
+            with pytest.raises(LinkTimeoutError, match=r"^The board (did not answer MAP|took no)"):
+                client.upload_map([[2] * size] * size)
+            assert 1.5 <= time.monotonic() - begun < 6
+            with pytest.raises(InputError, match=r"^Nothing answers at "):
+                open_board(f"{board.url}?patience=0.5")
+            os.kill(board.pid, signal.SIGCONT)
+            client.update_map([[3] * size] * size)
+            assert client.check_path([0, 1], counting=True)
+
+
+@pytest.mark.ci
+def test_a_simulator_that_stops_ends_a_plan_with_a_sentence_and_status_1(tmp_path):
+    terrain = tmp_path / "plain.npz"
+    np.savez(terrain, elevation=np.zeros((21, 21)), dx_m=100.0, dy_m=100.0)
+    with start_simulated(board_url("sim", CHECKING), pty=True, keep=True) as board:
+        command = [sys.executable, "-m", "host", "plan", "--terrain", terrain, "--agl", "--start",
+                   "100,100,50", "--goal", "1900,1900,50", "--board", f"{board.url}?patience=1",
+                   "--planner", "ga-fpga", "--generations", "1000000",
+                   "--out", tmp_path / "out"]  # fmt: skip
+        with subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True) as process:
+            while not process.stderr.readline().startswith("generation 0/"):
+                assert process.poll() is None
+            os.kill(board.pid, signal.SIGSTOP)
+            error = process.communicate(timeout=300)[1]
+    assert process.returncode == 1
+    assert error.splitlines()[-1].startswith("pathgene: The board did not answer GENERATE in 5 ")

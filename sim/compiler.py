@@ -7,6 +7,7 @@ import os
 import shutil
 import signal
 import subprocess
+import threading
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
@@ -49,6 +50,8 @@ _NO_ROOM = ("No space left on device", "Disk quota exceeded", "Read-only file sy
 
 # Process groups of the tools that run now.
 _running: set[int] = set()
+# Held while a tool is started, so that none is missed by :func:`end_tools`.
+_starting = threading.Lock()
 
 
 def run_tool(
@@ -82,20 +85,21 @@ def run_tool(
         raise JobError(f"{what} needs {command[0]}, which is not an installed program.")
     guarded, held = os.pipe()
     try:
-        # A new process group, so that Ctrl-C on the terminal does not reach the tool.
-        process = subprocess.Popen(
-            ["/bin/sh", "-c", _GUARD, "sh", program, *map(str, command[1:])],
-            cwd=cwd,
-            env={**own, **(env or {})},
-            stdin=guarded,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            errors="replace",
-            start_new_session=True,
-        )
-        with process:
+        with _starting:
+            # A new process group, so that Ctrl-C on the terminal does not reach the tool.
+            process = subprocess.Popen(
+                ["/bin/sh", "-c", _GUARD, "sh", program, *map(str, command[1:])],
+                cwd=cwd,
+                env={**own, **(env or {})},
+                stdin=guarded,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                text=True,
+                errors="replace",
+                start_new_session=True,
+            )
             _running.add(process.pid)
+        with process:
             try:
                 printed, _ = process.communicate()
             except BaseException:
@@ -123,7 +127,9 @@ def run_tool(
 
 def end_tools() -> None:
     """Kill the tools that run in all threads, with all that they have started."""
-    for group in list(_running):
+    with _starting:
+        groups = list(_running)
+    for group in groups:
         _end(group)
 
 

@@ -1,6 +1,7 @@
 """Build tools: their errors are sentences, and none outlives its user."""
 
 import os
+import subprocess
 import sys
 import threading
 import time
@@ -50,8 +51,18 @@ def test_nothing_is_left_of_a_tool_that_has_ended(tmp_path):
         os.killpg(group, 0)
 
 
-def test_the_tools_of_all_threads_end_together(tmp_path):
+@pytest.mark.parametrize("delay_s", [0, 0.3])
+def test_the_tools_of_all_threads_end_together(tmp_path, monkeypatch, delay_s):
+    """Also one that runs, while the thread that has started it does not know that yet."""
     failures = []
+    start = subprocess.Popen
+
+    def slow(*arguments, **options):
+        process = start(*arguments, **options)
+        time.sleep(delay_s)
+        return process
+
+    monkeypatch.setattr(subprocess, "Popen", slow)
 
     def run():
         try:

@@ -12,6 +12,7 @@ from host.device.serial_port import SerialPort
 from host.device.socket_port import SocketPort
 from host.device.transport import Transport
 from host.errors import InputError
+from host.numeric import parse
 
 
 __all__ = ["SerialScheme"]
@@ -76,7 +77,7 @@ def _whole(text: str) -> int | None:
 def _seconds(text: str) -> float | None:
     """Return a number of seconds above 0, or None if ``text`` is none."""
     try:
-        seconds = float(text)
+        seconds = parse(text)
     except ValueError:
         return None
     return seconds if 0 < seconds <= _MAXIMUM_PATIENCE_S else None

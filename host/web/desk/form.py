@@ -9,6 +9,7 @@ from typing import Any, Literal
 from host.errors import InputError
 from host.mission.keys import KEYS, TABLES, Key
 from host.mission.values import BOOLEAN, CELL, INTEGER, NUMBER
+from host.numeric import parse
 from host.planners import OPTIONS, PLANNERS
 from host.problem import aircraft
 
@@ -92,9 +93,9 @@ def _typed(key: Key, text: Any) -> Any:
     if key.kind is INTEGER:
         return int(text)
     if key.kind is NUMBER:
-        return float(text)
+        return parse(text)
     if _is_list(key):
-        parts = [float(part) for part in text.replace(";", ",").split(",")]
+        parts = [parse(part) for part in text.replace(";", ",").split(",")]
         return parts[0] if key.kind is CELL and len(parts) == 1 else parts
     return text
 

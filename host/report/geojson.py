@@ -156,7 +156,10 @@ def read_path(file: Path, terrain: Terrain) -> NDArray[np.float64]:
         raise InputError(f"{file}: not JSON; give GeoJSON, a CSV or a summary.") from None
     positions = _first_line(document)
     if positions is None:
-        raise InputError(f"{file}: there is no LineString in it to take as the path.")
+        raise InputError(
+            f"{file}: there is no LineString in it to take as the path; give GeoJSON with one, a "
+            "CSV or a summary."
+        )
     try:
         points = rows(positions, 3)
     except ValueError:

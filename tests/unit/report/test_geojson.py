@@ -165,10 +165,15 @@ def test_reads_any_wrapping(make_run, tmp_path, wrap):
     ("document", "sentence"),
     [
         ("{", "{}: not JSON; give GeoJSON, a CSV or a summary."),
-        ([1], "{}: there is no LineString in it to take as the path."),
+        (
+            [1],
+            "{}: there is no LineString in it to take as the path; give GeoJSON with one, a CSV or "
+            "a summary.",
+        ),
         (
             {"type": "FeatureCollection", "features": 3},
-            "{}: there is no LineString in it to take as the path.",
+            "{}: there is no LineString in it to take as the path; give GeoJSON with one, a CSV or "
+            "a summary.",
         ),
         (
             {"type": "LineString", "coordinates": [[1, 2], [3, 4]]},

@@ -65,15 +65,15 @@ class Sorted(Elaboratable):
         m.d.comb += [
             Assert((worst >= -1) & (worst <= last)),
             Assert(members.ready == ~(inserting | sorter.emptying)),
-            Assert(members.ready.implies(row == worst)),
-            Assert(inserting.implies((at >= -1) & (at <= worst) & (row == at - 1))),
-            Assert(inserting.implies(entering.tag + 1 == number)),
-            Assert(sorter.emptying.implies(worst + inserting >= last)),
-            Assert(emptying.implies((row >= 0) & (row <= last) & (worst == last))),
-            Assert(emptying.implies(left.valid == (row != 0))),
-            Assert(left.valid.implies(~inserting & (at == Mux(emptying, row - 1, last)))),
-            Assert((left.valid & ~emptying).implies(worst == -1)),
-            Assert(dropped.valid.implies((worst == last) & ~left.valid)),
+            Assert(~members.ready | (row == worst)),
+            Assert(~inserting | ((at >= -1) & (at <= worst) & (row == at - 1))),
+            Assert(~inserting | (entering.tag + 1 == number)),
+            Assert(~sorter.emptying | (worst + inserting >= last)),
+            Assert(~emptying | ((row >= 0) & (row <= last) & (worst == last))),
+            Assert(~emptying | (left.valid == (row != 0))),
+            Assert(~left.valid | (~inserting & (at == Mux(emptying, row - 1, last)))),
+            Assert(~left.valid | emptying | (worst == -1)),
+            Assert(~dropped.valid | ((worst == last) & ~left.valid)),
         ]
         newest = Mux(inserting, entering.tag, number)
         for i, each in enumerate(rows):
@@ -107,7 +107,7 @@ class Sorted(Elaboratable):
         m.d.comb += [
             Assert(entered == gone + present + drops + leaves),
             Assert(entered == (tag < number)),
-            Assert(leaves.implies(left.key == watched.key)),
+            Assert(~leaves | (left.key == watched.key)),
             Cover((gone == 1) & (tag == 2) & ~sorter.emptying),
             Cover(drops & (tag == 0)),
             Cover(drops & (tag == 3)),

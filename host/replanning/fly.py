@@ -114,7 +114,8 @@ def underway(
         plans = InFlightPlanner(planner, board=chip, seed=seed, seconds=seconds)
         plans.prepare(evaluator)
         fallback = None
-        if chip is not None and any(event.board_lost for event in scenario.events):
+        if chip is not None:
+            # Any board may die.
             fallback = InFlightPlanner(FALLBACK, seed=seed)
             fallback.prepare(evaluator)
         session = Session(

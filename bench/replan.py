@@ -23,7 +23,7 @@ from host.device.chip import Chip
 from host.errors import InputError, JobError
 from host.evaluation import Evaluator
 from host.files.output import prepare_directory
-from host.planning import Plan
+from host.planning import Plan, Search
 from host.problem.problem import Problem
 from host.replanning import picture
 from host.replanning.fly import FALLBACK, on_board
@@ -169,8 +169,13 @@ def _fly(name: str, number: int, chip: Chip | None, first_chip: Chip) -> Result:
 
 
 def _first_plan(evaluator: Evaluator, chip: Chip, number: int) -> Plan:
-    """Return the plan that is flown, the same for every planner."""
-    return InFlightPlanner("ga-chip", board=chip, seed=number).prepare(evaluator)
+    """Return the plan that is flown, the same for every planner: by the chip, or else by astar."""
+    planner = InFlightPlanner("ga-chip", board=chip, seed=number)
+    # A map that is new to the chip costs cycles of its first run. Without that one, no flight
+    # depends on those before it.
+    planner.prepare(evaluator)
+    plan = planner.prepare(evaluator)
+    return plan if plan.evaluation.feasible else Search(FALLBACK, seed=number).run(evaluator)
 
 
 def _flown(
@@ -239,9 +244,11 @@ def _results(kept: Kept, name: str, count: int) -> dict[int, Result]:
 
 
 def _draw_worst(failed: Sequence[int], kept: Kept, count: int) -> None:
-    """Draw the worst flights of the chip's model: failures, then those of the least clearance."""
+    """Draw the worst flights of the chip's model: failures, other losses, least clearances."""
     others = _results(kept, _CHIP, count)
-    lowest = sorted(others, key=lambda number: others[number].get("share", math.inf))
+    lowest = sorted(
+        others, key=lambda number: (others[number]["alive"], others[number].get("share", math.inf))
+    )
     worst = list(dict.fromkeys((*failed, *lowest)))[:_WORST]
     if not worst:
         return

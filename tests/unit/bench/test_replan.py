@@ -7,10 +7,13 @@ import numpy as np
 import pytest
 
 from bench import replan, replan_scenarios
-from bench.replan import ROWS, YARDSTICK, fly_row, run
+from bench.replan import ROWS, YARDSTICK, _first_plan, fly_row, run
 from bench.replan_scenarios import KINDS, draw_mission, draw_scenario, terrain_of
 from bench.report import Options
 from host.errors import InputError
+from host.evaluation import Evaluator
+from host.planning import Search
+from host.replanning.planner import InFlightPlanner
 
 
 @pytest.fixture
@@ -69,6 +72,23 @@ def test_the_verilog_flies_as_its_model_does(canyon):
     assert model == verilog
     assert model["alive"]
     assert np.isfinite([change["active_ms"] for change in model["changes"]]).all()
+
+
+@pytest.mark.ci  # Flies.
+def test_a_flight_does_not_depend_on_the_flights_before_on_its_board(canyon):
+    """A map that is new to the chip costs cycles, so fewer generations: another first path."""
+    alone, after = (fly_row("ga-chip, model:", numbers)[-1] for numbers in ([3], [2, 3]))
+    for change in (*alone["changes"], *after["changes"]):
+        change.pop("measured_ms")
+    assert alone == after
+
+
+def test_where_the_chip_has_no_first_plan_astars_is_flown(canyon, monkeypatch):
+    infeasible = Search("ga-pc", generations=1, fallback="none")
+    monkeypatch.setattr(InFlightPlanner, "prepare", lambda _, evaluator: infeasible.run(evaluator))
+    evaluator = Evaluator(draw_mission(3), threads=1)
+    assert not infeasible.run(evaluator).evaluation.feasible
+    assert _first_plan(evaluator, None, 3).evaluation.feasible
 
 
 def test_a_row_that_is_none_is_refused():

@@ -24,7 +24,7 @@ _FINE_DEG = 3
 # How far a straight out of a zone goes at most, and how exactly its end is known, metres.
 _FARTHEST_M = 20_000.0
 _BORDER_M = 0.5
-# Shares of the steepest climb that are tried, in this order.
+# Shares of the steepest climb that are tried.
 _CLIMBS = (0.0, 0.5, 0.9)
 # Shares of the clearance that a way keeps, in this order: less of it is better than a zone, and a
 # zone is better than the ground.
@@ -111,9 +111,11 @@ def _circle_at(present: Present, pose: Pose) -> Track | None:
     return None
 
 
-def _ways(present: Present, pose: Pose, runs: Iterable[float]) -> Iterator[Track]:
+def _ways(
+    present: Present, pose: Pose, runs: Iterable[float], shares: Iterable[float] = _CLIMBS
+) -> Iterator[Track]:
     """Yield ways from a pose: a turn and a straight of some turn radii, level or climbing."""
-    for run, share, turn_deg in itertools.product(runs, _CLIMBS, _WAY_TURNS_DEG):
+    for run, share, turn_deg in itertools.product(runs, shares, _WAY_TURNS_DEG):
         yield _turn_and_straight(present, pose, turn_deg, share, run * present.turn_radius_m)
 
 
@@ -137,7 +139,8 @@ def way_out(present: Present, pose: Pose) -> Track | None:
     """Return the shortest way out of all zones and their margins that keeps the clearance.
 
     Where none keeps it, the shortest one that keeps half of it is taken, or a tenth; None if there
-    is no way out above the ground.
+    is no way out above the ground. Of equally short ones it is the one that climbs most: what is
+    behind the way out may be steeper than any climb.
 
     Parameters
     ----------
@@ -148,7 +151,7 @@ def way_out(present: Present, pose: Pose) -> Track | None:
     """
     found = sorted(
         (
-            (length, share, way)
+            (length, -share, way)
             for share in _CLIMBS
             for length, way in _fan(present, pose, share, _TURN_DEG, margin=True)
         ),
@@ -164,10 +167,10 @@ def way_on(present: Present, pose: Pose) -> Track:
     """Return a way on from a place where there is neither a path nor a circle.
 
     The farthest that keeps out of zones, or if none does, through them, with as much of the
-    clearance as :func:`way_out` keeps. Where every way leads into the ground, it is the one that
-    leads there the least, climbing.
+    clearance as :func:`way_out` keeps, climbing if it can. Where every way leads into the ground,
+    it is the one that leads there the least.
     """
-    ways = list(_ways(present, pose, _WAY_RUNS[::-1]))
+    ways = list(_ways(present, pose, _WAY_RUNS[::-1], _CLIMBS[::-1]))
     for keeps_out, clearance, way in itertools.product((True, False), _CLEARANCES, ways):
         if present.off_limits_m(way, clearance) == 0 and not (
             keeps_out and present.in_zones_m(way) > 0

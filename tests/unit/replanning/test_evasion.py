@@ -81,6 +81,21 @@ def test_a_way_out_of_two_zones_leaves_both(mission):
     assert run_of(way) < 1000
 
 
+def test_ways_climb_where_they_can(mission):
+    """What lies behind them may be steeper than any climb."""
+    pose = Pose(4000.0, 4500.0, 260.0, 1.0, 0.0, 0.0)
+    air = present(mission, Circle(4000.0, 4500.0, 300.0))
+    out = way_out(air, pose)
+    assert out[-1].rise_m > 0.8 * math.tan(math.radians(mission.aircraft.max_climb_deg)) * 300
+    low = Rules(ceiling_m=265.0)
+    below = Problem(mission.terrain, mission.start, mission.goal, mission.aircraft, rules=low)
+    level = way_out(present(below, Circle(4000.0, 4500.0, 300.0)), pose)
+    assert level[-1].rise_m == 0
+    assert run_of(level) == run_of(out)
+    on = way_on(present(mission), pose)
+    assert on[-1].rise_m > 0.8 * math.tan(math.radians(mission.aircraft.max_climb_deg)) * 900
+
+
 def test_a_circle_is_entered_as_late_as_possible_and_is_safe(mission, straight):
     track = Evaluator(mission, threads=1).track(straight).pieces
     air = present(mission, Circle(4000.0, 4500.0, 200.0))

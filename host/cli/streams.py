@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from typing import Any, TextIO, cast
 
 from host.errors import PathgeneError
+from host.files.special import write_patiently
 
 
 __all__ = ["OutputError", "guarded"]
@@ -98,17 +99,9 @@ class _Patient:
 
     def write(self, text: str) -> int:
         """Write ``text``, or as much of it as there is room for."""
-        left = text.encode("utf-8", "backslashreplace")
-        while left:
-            if not self._room.poll(0 if self._stalled else 1000 * _PATIENCE_S):
-                self._stalled = True
-                break
-            try:
-                left = left[os.write(self._number, left) :]
-            except BlockingIOError:
-                self._stalled = True
-                break
-            self._stalled = False
+        if not self._stalled or self._room.poll(0):
+            content = text.encode("utf-8", "backslashreplace")
+            self._stalled = not write_patiently(self._number, content, _PATIENCE_S)
         return len(text)
 
     def flush(self) -> None:

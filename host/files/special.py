@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import errno
 import os
+import select
 import stat
+import time
 from pathlib import Path
 
 
-__all__ = ["is_special", "write_through"]
+__all__ = ["is_special", "write_patiently", "write_through"]
 
 # Most symbolic links followed, as in Linux.
 _MOST_LINKS = 40
+# A reader that takes nothing for so long is given up: signals may be waiting for the end.
+_PATIENCE_S = 10.0
+_POLL_S = 0.02
 
 
 def is_special(path: Path) -> bool:
@@ -28,17 +33,73 @@ def is_special(path: Path) -> bool:
 def write_through(path: Path, content: bytes) -> None:
     """Write ``content`` to the special file ``path``.
 
+    An open descriptor of this process waits for its reader, as standard output does.
+
     Raises
     ------
     OSError
-        If that fails, or the file is a block device.
+        If that fails, the file is a block device or a FIFO that nobody reads, or its reader takes
+        nothing for 10 s.
     """
     number = _descriptor(path)
-    if number is None and path.is_block_device():
+    if number is not None:
+        # The descriptor itself: its file, opened again, would begin at position 0.
+        with os.fdopen(os.dup(number), "wb") as file:
+            file.write(content)
+        return
+    if path.is_block_device():
         raise OSError(errno.ENOTSUP, "it is a block device, which may hold a file system")
-    # The descriptor itself: its file, opened again, would begin at position 0.
-    with os.fdopen(os.open(path, os.O_WRONLY) if number is None else os.dup(number), "wb") as file:
-        file.write(content)
+    number = _opened(path)
+    try:
+        if not write_patiently(number, content, _PATIENCE_S):
+            raise OSError(
+                errno.ETIMEDOUT,
+                f"the reader of {path.name} has taken nothing for {_PATIENCE_S:g} s",
+            )
+    finally:
+        os.close(number)
+
+
+def write_patiently(number: int, content: bytes, patience_s: float) -> bool:
+    """Write to a pipe, a terminal or a device; return whether all of it was taken.
+
+    Parameters
+    ----------
+    number : int
+        A descriptor in non-blocking mode.
+    content : bytes
+    patience_s : float
+        Longest wait for room, in seconds, after which the rest is not written.
+
+    Raises
+    ------
+    OSError
+        If the reader has left, or the system refuses.
+    """
+    room = select.poll()
+    room.register(number, select.POLLOUT)
+    deadline = time.monotonic() + patience_s
+    left = memoryview(content)
+    while left and room.poll(1000 * max(0.0, deadline - time.monotonic())):
+        try:
+            left = left[os.write(number, left) :]
+        except BlockingIOError:  # Another writer has taken the room.
+            if time.monotonic() > deadline:
+                break
+            time.sleep(_POLL_S)
+        else:
+            deadline = time.monotonic() + patience_s
+    return not left
+
+
+def _opened(path: Path) -> int:
+    """Open a special file for writing, without waiting for a reader."""
+    try:
+        return os.open(path, os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY)
+    except OSError as error:
+        if error.errno == errno.ENXIO and path.is_fifo():
+            raise OSError(errno.ENXIO, f"{path.name} is a pipe that nobody reads") from None
+        raise
 
 
 def _descriptor(path: Path) -> int | None:

@@ -1,7 +1,9 @@
 """Every command writes to devices, FIFOs and sockets, and never replaces them."""
 
 import json
+import os
 import socket
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -53,6 +55,24 @@ def test_the_summary_of_a_plan(hills, tmp_path):
     assert main([*command, "--no-picture", "--out", str(tmp_path), *saving]) == 0
     check()
     assert (tmp_path / "path.geojson").stat().st_size > 1000
+
+
+def test_a_plan_whose_path_nobody_reads_is_kept(hills, tmp_path, capsys, monkeypatch):
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(temporary))
+    out = tmp_path / "out"
+    out.mkdir()
+    os.mkfifo(out / "path.geojson")
+    command = ["plan", "--terrain", str(hills), *ENDS, "--planner", "astar", "--as-paper"]
+    assert main([*command, "--no-picture", "--out", str(out)]) == 2
+    (kept,) = temporary.iterdir()
+    assert capsys.readouterr().err.splitlines()[-1] == (
+        f"pathgene: Cannot write to the directory {str(out)!r} (path.geojson is a pipe that nobody "
+        f"reads); give another (--out); this plan is kept in {str(kept)!r}."
+    )
+    assert [file.name for file in out.iterdir()] == ["path.geojson"]
+    assert (kept / "summary.json").stat().st_size > 1000
 
 
 @pytest.mark.parametrize("words", [("terrain", "synth", "canyon", "--out"), ("problem", "new")])

@@ -1,7 +1,10 @@
 """Files that are written whole or not at all."""
 
+import contextlib
 import json
 import os
+import pty
+import select
 import stat
 import threading
 
@@ -100,6 +103,24 @@ def test_a_device_stays_and_its_error_is_a_sentence(full, tmp_path, linked):
     assert sorted(names(tmp_path)) == sorted({"full", file.name})
 
 
+@contextlib.contextmanager
+def reading(fifo):
+    """Read a FIFO in the block, in a thread, until its writer closes it; yield what is read."""
+    end = os.open(fifo, os.O_RDONLY | os.O_NONBLOCK)
+    os.set_blocking(end, True)
+    read = []
+
+    def take():
+        while select.select([end], [], [], 10)[0] and (some := os.read(end, 1 << 16)):
+            read.append(some)
+
+    reader = threading.Thread(target=take, daemon=True)
+    reader.start()
+    yield read
+    reader.join(10)
+    os.close(end)
+
+
 @pytest.mark.parametrize("linked", [False, True])
 def test_a_fifo_gets_the_text_and_stays(tmp_path, linked):
     fifo = tmp_path / "fifo"
@@ -108,12 +129,9 @@ def test_a_fifo_gets_the_text_and_stays(tmp_path, linked):
     if linked:
         file = tmp_path / "link"
         file.symlink_to("fifo")
-    read = []
-    reader = threading.Thread(target=lambda: read.append(fifo.read_bytes()), daemon=True)
-    reader.start()
-    write_json(file, {"x": 1})
-    reader.join(10)
-    assert read == [b'{\n "x": 1\n}\n']
+    with reading(fifo) as read:
+        write_json(file, {"x": 1})
+    assert b"".join(read) == b'{\n "x": 1\n}\n'
     assert fifo.is_fifo()
     assert file.is_symlink() == linked
 
@@ -132,6 +150,49 @@ def test_a_fifo_gets_nothing_of_an_incomplete_file(tmp_path):
         break_off()
     assert os.read(end, 100) == b""
     os.close(end)
+
+
+def test_a_fifo_gets_more_than_it_holds(tmp_path):
+    fifo = tmp_path / "fifo"
+    os.mkfifo(fifo)
+    content = bytes(range(256)) * 4000
+    with reading(fifo) as read, output_file(fifo) as binary:
+        binary.write(content)
+    assert b"".join(read) == content
+
+
+def test_a_fifo_that_nobody_reads_is_refused_at_once(tmp_path):
+    fifo = tmp_path / "fifo"
+    os.mkfifo(fifo)
+    with pytest.raises(InputError) as caught, output_file(fifo) as binary:
+        binary.write(b"new")
+    assert str(caught.value) == (
+        f"Cannot write to {str(fifo)!r} (fifo is a pipe that nobody reads); give another file "
+        "(--out)."
+    )
+    assert fifo.is_fifo()
+
+
+@pytest.mark.parametrize("kind", ["pipe", "terminal"])
+def test_a_reader_that_takes_nothing_more_is_given_up(tmp_path, monkeypatch, kind):
+    monkeypatch.setattr("host.files.special._PATIENCE_S", 0.2)
+    file = tmp_path / "file"
+    if kind == "pipe":
+        os.mkfifo(file)
+        ends = (os.open(file, os.O_RDONLY | os.O_NONBLOCK),)
+    else:
+        ends = pty.openpty()
+        file.symlink_to(os.ttyname(ends[1]))
+    try:
+        with pytest.raises(InputError) as caught, output_file(file) as binary:
+            binary.write(b"new\n" * 100_000)
+    finally:
+        for end in ends:
+            os.close(end)
+    assert str(caught.value) == (
+        f"Cannot write to {str(file)!r} (the reader of file has taken nothing for 0.2 s); give "
+        "another file (--out)."
+    )
 
 
 def test_an_open_descriptor_is_written_at_its_position(tmp_path):

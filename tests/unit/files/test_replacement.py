@@ -156,6 +156,15 @@ def test_a_special_file_is_written_before_the_rest_and_stays(folder):
     assert contents(folder) == {name: NEW[name] for name in ("a", "c", "last")}
 
 
+def test_a_fifo_that_nobody_reads_changes_nothing(folder):
+    before = contents(folder)
+    os.mkfifo(folder / "b.fifo")
+    with pytest.raises(OSError, match=r"b\.fifo is a pipe that nobody reads"):
+        replace_files(folder, {"a": b"other", "b.fifo": b"other"})
+    (folder / "b.fifo").unlink()
+    assert contents(folder) == before
+
+
 def test_signals_wait_for_the_end(folder):
     class Signalling(Disk):
         def rename(self, source, target):

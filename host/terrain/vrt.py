@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
+from host.errors import InputError
 from host.inputs import exists, opened, read_text
 
 
@@ -14,15 +15,24 @@ __all__ = ["sources"]
 # GDAL takes a file for virtual by this word in its first bytes, whatever its name.
 _ROOT = b"<VRTDataset"
 _HEAD_BYTES = 1024
+# Elements, attributes and keys of metadata whose text GDAL opens: sources, the raster that a
+# warped one is made of, its heights and positions, overviews.
+_NAMING = (
+    "sourcefilename", "sourcedataset", "dempath", "rpc_dem", "x_dataset", "y_dataset",
+    "overview_file",
+)  # fmt: skip
+# Arguments of a processed one.
+_ARGUMENT = "dataset_filename"
 
 
 def sources(path: Path) -> Iterator[Path]:
-    """Yield the files that a virtual raster names and that exist; none of another file.
+    """Yield the files that a virtual raster names; none of another file.
 
     Raises
     ------
     InputError
-        If ``path`` is no regular file, or is virtual and larger than a text may be.
+        If ``path`` is no regular file, is virtual and larger than a text may be, or names anything
+        but files: GDAL would wait for a pipe in ``/vsisubfile/0_9,PIPE`` or in a nested XML text.
     OSError, ValueError
         If it cannot be read, or is virtual and no XML.
     """
@@ -34,9 +44,31 @@ def sources(path: Path) -> Iterator[Path]:
     except ET.ParseError as error:
         raise ValueError(f"no XML: {error}") from None
     for element in root.iter():
-        # Sources, and the rasters that a warped one is made of.
-        if element.tag in ("SourceFilename", "SourceDataset") and element.text:
-            is_relative = "1" in (element.get("relativeToVRT"), element.get("relativetoVRT"))
-            named = path.parent / element.text if is_relative else Path(element.text)
-            if exists(named):
-                yield named
+        values = {_folded(name): value for name, value in element.items()}
+        for name in _names(element, values):
+            is_relative = values.get("relativetovrt", "0") != "0"
+            named = path.parent / name if is_relative else Path(name)
+            if not _is_plain(name) or not exists(named) or named.is_dir():
+                raise InputError(
+                    f"{path}: names the source {name!r}, which is not a file; a virtual raster "
+                    "may be made of files only, so name one, or give its heights as a GeoTIFF."
+                )
+            yield named
+
+
+def _names(element: ET.Element, values: Mapping[str, str]) -> Iterator[str]:
+    """Yield what an element names; to GDAL, an attribute is an element, and all cases are one."""
+    key = (values.get("key") or values.get("name") or "").lower()
+    if _folded(element.tag) in _NAMING or key in _NAMING or _ARGUMENT in key:
+        yield "".join(element.itertext())
+    yield from (value for name, value in values.items() if name in _NAMING)
+
+
+def _folded(name: str) -> str:
+    """Return a name without its namespace, in lower case."""
+    return name.rpartition("}")[2].lower()
+
+
+def _is_plain(name: str) -> bool:
+    """Return whether GDAL takes a name for that of a file: not of a subdataset, nor for XML."""
+    return not name.startswith(("<", "\\", "/vsi")) and ":" not in name.partition("/")[0]

@@ -1,6 +1,7 @@
 """Virtual rasters: what they name is checked before GDAL opens it."""
 
 import os
+from xml.sax.saxutils import unescape
 
 import numpy as np
 import pytest
@@ -76,7 +77,58 @@ def test_a_source_of_huge_blocks(virtual, tmp_path):
     assert refusal(virtual("source.tif")) == sentence
 
 
-@pytest.mark.parametrize("name", ["made.tif", "nowhere.tif", "a&amp;b", "<"])
+# Names under which GDAL would find the FIFO, or anything but a file.
+NAMES = (
+    "/vsisubfile/0_1000,{folder}/fifo",
+    "/vsizip/{folder}/fifo",
+    "/vsicurl/http://127.0.0.1:9/a.tif",
+    "vrt://{folder}/fifo?bands=1",
+    "GTIFF_DIR:1:{folder}/fifo",
+    "a:/fifo",
+    "&lt;VRTDataset>&lt;/VRTDataset>",
+    "nowhere.tif",
+    "a&amp;b",
+    "",
+    ".",
+    "\\fifo",
+)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("relative", [0, 1])
+def test_names_that_are_no_files(virtual, tmp_path, name, relative):
+    os.mkfifo(tmp_path / "fifo")
+    name = name.format(folder=tmp_path)
+    file = virtual(name, relative=relative)
+    assert refusal(file) == (
+        f"{file}: names the source {unescape(name)!r}, which is not a file; a virtual raster may "
+        "be made of files only, so name one, or give its heights as a GeoTIFF."
+    )
+
+
+@pytest.mark.parametrize(
+    "element",
+    [
+        "<sourcefilename>{fifo}</sourcefilename>",
+        "<SimpleSource SourceFilename='{fifo}'/>",
+        "<SourceDataset xmlns='urn:x'>{fifo}</SourceDataset>",
+        "<SourceFilename><a/>{fifo}</SourceFilename>",
+        "<DEMPath>{fifo}</DEMPath>",
+        "<MDI key='X_DATASET'>{fifo}</MDI>",
+        "<MDI key='OVERVIEW_FILE'>{fifo}</MDI>",
+        "<Argument name='gain_dataset_filename_1'>{fifo}</Argument>",
+    ],
+)
+def test_a_fifo_is_found_wherever_gdal_reads_a_name(tmp_path, element):
+    fifo, file = tmp_path / "fifo", tmp_path / "made.vrt"
+    os.mkfifo(fifo)
+    file.write_text(f"<VRTDataset>{element.format(fifo=fifo)}</VRTDataset>")
+    assert refusal(file) == (
+        f"{fifo}: must be a regular file, not a pipe or a device; copy it into one."
+    )
+
+
+@pytest.mark.parametrize("name", ["made.tif", "<"])
 def test_damaged_virtual_rasters(virtual, name):
     file = virtual(name)
     assert refusal(file).startswith(f"{file}: cannot be read as a raster of heights; ")

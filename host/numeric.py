@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
-__all__ = ["as_number", "integer", "is_number", "numbers", "parse", "real", "rows"]
+__all__ = ["as_number", "integer", "is_number", "numbers", "parse", "real", "rows", "whole"]
 
 
 def is_number(value: Any) -> bool:
@@ -120,6 +120,23 @@ def parse(text: str) -> float:
     value = float(text)
     if not math.isfinite(value):
         raise ValueError("not a finite number")
+    return value
+
+
+def whole(text: str, most: int | None = None) -> int:
+    """Return the number that a text of decimal digits states.
+
+    Raises
+    ------
+    ValueError
+        If it is no such text, its number is beyond ``most``, or it has more digits than Python
+        reads: some thousands.
+    """
+    if not (text.isascii() and text.isdigit()):
+        raise ValueError("not a whole number")
+    value = int(text)
+    if most is not None and value > most:
+        raise ValueError(f"more than {most}")
     return value
 
 

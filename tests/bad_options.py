@@ -56,6 +56,9 @@ _GOOD: Mapping[str, tuple[str, ...]] = {
     "terrain synth": ("terrain", "synth", "canyon", "--out", "../base/path.csv/x.npz"),
 }
 
+# Digits of more than an int of C, a float or an int of Python may have.
+_LONG = "9" * 10, "9" * 400, "9" * 5000
+
 #: Texts where a number is meant.
 NUMBERS = (
     "nan", "inf", "-inf", "-0", "0", "-1", "1e308", "-1e308", "1e-320", "9" * 400, "-" + "9" * 400,
@@ -116,10 +119,13 @@ def option(rng: random.Random) -> Case:
             ("--scheduler", ""), ("--scheduler", "tcp://127.0.0.1:1"), ("--planners", ""),
             ("--planners", "ga-pc,ga-pc"), ("--planners", "ga-pc:generations="),
             ("--planners", "ga-pc:seed=1"), ("--planners", ":::"), ("--gusts", ""), ("--to", ""),
-            ("--to", "udpout:x"), ("--aircraft", ""), ("--aircraft", "/dev/zero"),
+            ("--to", "udpout:x"), ("--to", f"tcp:127.0.0.1:{'9' * 5000}"),
+            ("--to", f"tcp:{'x' * 64}.de:9"), ("--aircraft", ""), ("--aircraft", "/dev/zero"),
             ("--engine", "gpu", "--planner", "astar"), ("--save-problem", ""), ("--listen", ""),
             ("--save-problem", "../base"), ("../base/path.csv",), ("../base/summary.json",), ("",),
-            ("--out", "x" * 5000), ("--out", "/dev/null"), ("--out", "../base/path.csv"),
+            ("--out", "x" * 5000), ("--out", "/dev/null"),
+            ("--out", f"/proc/self/fd/{'9' * 20}"), ("--out", f"/proc/self/fd/{'9' * 5000}"),
+            ("--out", "../base/path.csv"),
             ("--return", "--goal-heading", "400"), ("--jso",),
         )
     )  # fmt: skip
@@ -133,15 +139,19 @@ def option(rng: random.Random) -> Case:
 def board(rng: random.Random) -> Case:
     """A URL at which no board is, or with fields that no board has."""
     fields = "population", "map_size", "max_waypoints", "genetic", "coarse_factor", "x", "", "sim"
+    values = *_LONG, "33", "-1", "0", "nan", "", "x", "1e9"
     query = "&".join(
-        f"{rng.choice(fields)}={rng.choice(('33', '-1', '0', '9' * 400, 'nan', '', 'x', '1e9'))}"
+        f"{rng.choice((*fields, 'idle_clocks', 'baud', 'patience'))}={rng.choice(values)}"
         for _ in range(rng.randint(1, 3))
     )
     url = rng.choice(
         (
             f"model:?{query}", f"model:?{query}", f"sim:?x=1&{query}", f"sim:?=1&{query}",
             "socket://127.0.0.1:1", "socket://", "socket://127.0.0.1:99999", "socket://[",
-            "/dev/null", "/dev/full", "../base", "../base/path.csv", "", " ", "x" * 5000, "\udcff",
+            f"/dev/ptmx?baud={rng.choice(_LONG)}", f"/dev/null?{query}",
+            f"sim:?idle_clocks={'9' * 5000}",
+            f"socket://127.0.0.1:{'9' * 5000}", "/dev/null", "/dev/full", "../base",
+            "../base/path.csv", "", " ", "x" * 5000, "\udcff",
             "rfc2217://127.0.0.1:1", "http://127.0.0.1", "loop://?x", "hwgrep://nothing", "spy://",
             "spy:///dev/null?x=1", "alt://", "://", "model", "model:x", "model:?",
             "model:?population", "sim",

@@ -11,6 +11,7 @@ from host.cli.listening import is_local
 from host.cli.output import note, print_json, print_pairs
 from host.device.boards import board_scheme, open_board
 from host.errors import InputError, JobError
+from host.numeric import whole
 
 
 __all__ = ["info", "serve"]
@@ -66,13 +67,17 @@ def serve(args: argparse.Namespace) -> int:
 
 def _check_address(text: str) -> None:
     """Refuse an address at which nothing can listen, before a simulator is built."""
-    host, _, port = text.rpartition(":")
-    if not (host and text.isascii() and port.isdigit() and len(port) <= 5 and int(port) <= 65535):
+    host, _, digits = text.rpartition(":")
+    try:
+        port = whole(digits, 65535)
+    except ValueError:
+        host = ""
+    if not (host and text.isascii()):
         raise InputError(f"The address to listen at must be HOST:PORT, not {text!r}.")
     try:
         with socket.socket() as trial:
             trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            trial.bind((host, int(port)))
+            trial.bind((host, port))
     except OSError as error:
         reason = error.strerror or "unknown reason"
         raise InputError(

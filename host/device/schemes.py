@@ -26,6 +26,7 @@ from urllib.parse import parse_qsl, urlencode
 from hdl.config import Config
 from host.device.transport import Transport
 from host.errors import InputError, JobError
+from host.numeric import whole
 
 
 __all__ = [
@@ -186,6 +187,14 @@ def scheme_names() -> list[str]:
     return list(dict.fromkeys(point.name for point in _entry_points()))
 
 
+def _value(text: str) -> int | str:
+    """Return what a text states; the configuration refuses what is neither number nor choice."""
+    try:
+        return whole(text)
+    except ValueError:
+        return text
+
+
 def _entry_points() -> Iterator[metadata.EntryPoint]:
     """Yield what the checkout declares, then what installed packages declare.
 
@@ -220,7 +229,7 @@ def split_config(url: str, default: Config) -> tuple[str, Config]:
     rest = []
     for name, value in parse_qsl(query, keep_blank_values=True):
         if name in CONFIG_FIELDS:
-            changes[name] = int(value) if value.isascii() and value.isdigit() else value
+            changes[name] = _value(value)
         else:
             rest.append((name, value))
     try:

@@ -12,7 +12,7 @@ from host.device.serial_port import SerialPort
 from host.device.socket_port import SocketPort
 from host.device.transport import Transport
 from host.errors import InputError
-from host.numeric import parse
+from host.numeric import parse, whole
 
 
 __all__ = ["SerialScheme"]
@@ -21,6 +21,8 @@ __all__ = ["SerialScheme"]
 _MINIMUM_ATTEMPTS = 5
 #: Longest patience that a URL may ask for, seconds.
 _MAXIMUM_PATIENCE_S = 86_400
+#: Highest baud rate that a URL may ask for, above all that ports know.
+_MAXIMUM_BAUD = 1_000_000_000
 
 
 class SerialScheme(BoardScheme):
@@ -52,8 +54,8 @@ class SerialScheme(BoardScheme):
         baud, patience_s = _whole(options["baud"]), _seconds(options["patience"])
         if set(options) != known or baud is None or patience_s is None:
             raise InputError(
-                "A serial board takes the options baud=NUMBER and patience=SECONDS (at most "
-                f"{_MAXIMUM_PATIENCE_S:,}) and no others, not {url!r}."
+                f"A serial board takes the options baud=NUMBER (at most {_MAXIMUM_BAUD:,}) and "
+                f"patience=SECONDS (at most {_MAXIMUM_PATIENCE_S:,}) and no others, not {url!r}."
             )
         try:
             port = _open_port(place, baud)
@@ -70,8 +72,11 @@ class SerialScheme(BoardScheme):
 
 
 def _whole(text: str) -> int | None:
-    """Return a number above 0, or None if ``text`` is none."""
-    return (int(text) or None) if text.isascii() and text.isdigit() else None
+    """Return a number above 0, or None if ``text`` is none or too large for a port."""
+    try:
+        return whole(text, _MAXIMUM_BAUD) or None
+    except ValueError:
+        return None
 
 
 def _seconds(text: str) -> float | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import os
 import select
@@ -9,11 +10,15 @@ import stat
 import time
 from pathlib import Path
 
+from host.numeric import whole
+
 
 __all__ = ["is_special", "write_patiently", "write_through"]
 
 # Most symbolic links followed, as in Linux.
 _MOST_LINKS = 40
+# The system numbers them by an int.
+_MOST_DESCRIPTORS = 2**31 - 1
 # A reader that takes nothing for so long is given up: signals may be waiting for the end.
 _PATIENCE_S = 10.0
 _POLL_S = 0.02
@@ -106,8 +111,10 @@ def _descriptor(path: Path) -> int | None:
     """Return the descriptor of this process that ``path`` is, as ``/dev/stdout`` is."""
     own = Path(f"/proc/{os.getpid()}/fd")
     for _ in range(_MOST_LINKS):
-        if path.name.isdecimal() and Path(os.path.realpath(path.parent)) == own:
-            return int(path.name)
+        with contextlib.suppress(ValueError):
+            number = whole(path.name, _MOST_DESCRIPTORS)
+            if Path(os.path.realpath(path.parent)) == own:
+                return number
         try:
             path = path.parent / path.readlink()
         except OSError:

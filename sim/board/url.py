@@ -8,6 +8,7 @@ from typing import get_args
 from urllib.parse import parse_qsl
 
 from host.errors import InputError
+from host.numeric import whole
 from sim.board.programs import Simulator
 
 
@@ -83,9 +84,12 @@ def _integer(options: dict[str, str], name: str, minimum: int, maximum: int) -> 
     text = options.get(name)
     if text is None:
         return None
-    if not text.isascii() or not text.isdigit() or not minimum <= int(text) <= maximum:
-        raise InputError(
-            f"Option {name} of the simulated board must be an integer from {minimum} to "
-            f"{maximum}, not {text!r}."
-        )
-    return int(text)
+    try:
+        if (value := whole(text, maximum)) >= minimum:
+            return value
+    except ValueError:
+        pass
+    raise InputError(
+        f"Option {name} of the simulated board must be an integer from {minimum} to {maximum}, "
+        f"not {text!r}."
+    )

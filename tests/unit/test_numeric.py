@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from host.errors import InputError
-from host.numeric import as_number, integer, numbers, parse, real, rows
+from host.numeric import as_number, integer, numbers, parse, real, rows, whole
 
 
 @pytest.mark.parametrize("value", [3, np.int64(3), np.uint8(3), np.array(3)])
@@ -68,3 +68,16 @@ def test_refuses_a_text_that_states_no_finite_number(text):
     assert parse(" -2.5e1 ") == -25
     with pytest.raises(ValueError):
         parse(text)
+
+
+@pytest.mark.parametrize("text", ["", "one", "-1", "+1", " 1", "1_0", "1.0", "٣", "²", "9" * 5000])
+def test_refuses_a_text_that_states_no_whole_number(text):
+    assert whole("007", 7) == 7
+    with pytest.raises(ValueError):
+        whole(text)
+
+
+def test_refuses_a_whole_number_that_is_too_large():
+    assert whole("9" * 400) == 10**400 - 1
+    with pytest.raises(ValueError, match=r"^more than 7$"):
+        whole("8", 7)

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from host.errors import InputError, JobError
+from host.numeric import whole
 
 
 __all__ = ["Link", "NoReplyError", "open_link"]
@@ -193,7 +194,7 @@ def open_link(to: str, *, baud: int = 57600, answer_s: float = _ANSWER_S) -> Lin
                 dialect="common",
                 retries=1,
             )
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, OverflowError) as error:  # The last of a baud rate.
         reason = getattr(error, "strerror", None) or error
         raise JobError(f"Cannot open {to} ({reason}); check the address and the cable.") from None
     if hasattr(connection.port, "write_timeout"):
@@ -206,11 +207,15 @@ def _check_address(to: str) -> None:
     scheme, _, address = to.partition(":")
     if f"{scheme}:" in _SCHEMES:
         host, _, port = address.rpartition(":")
-        if not (host and port.isdecimal() and 0 < int(port) < 65536):
+        try:
+            is_address = bool(host and whole(port, 65535))
+        except ValueError:
+            is_address = False
+        if not is_address:
             raise InputError(f"The address must be {scheme}:HOST:PORT, not {to!r} (--to).")
         try:
             socket.gethostbyname(host)
-        except OSError:
+        except (OSError, UnicodeError):  # A name with a part of over 63 letters.
             raise InputError(f"There is no host {host!r}; check the address (--to).") from None
         return
     try:

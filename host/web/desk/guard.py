@@ -8,6 +8,8 @@ from http.cookies import CookieError, SimpleCookie
 from typing import Any
 from urllib.parse import parse_qs
 
+from host.numeric import whole
+
 
 __all__ = ["Guard"]
 
@@ -107,7 +109,11 @@ class _Limited:
         self._receive, self._most, self._taken = receive, most, 0
 
     def is_too_long(self, stated: str) -> bool:
-        return stated.isdecimal() and int(stated) > self._most
+        try:
+            whole(stated, self._most)
+        except ValueError:
+            return stated.isdecimal()  # Of more digits than Python reads.
+        return False
 
     async def __call__(self) -> Message:
         message = await self._receive()

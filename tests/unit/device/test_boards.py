@@ -25,8 +25,8 @@ from tests.chips import SMALL, board_url
 
 DEFAULT = Config(clocks_per_bit=4)
 SERIAL_OPTIONS = (
-    "A serial board takes the options baud=NUMBER and patience=SECONDS (at most 86,400) and no "
-    "others, not '{}'."
+    "A serial board takes the options baud=NUMBER (at most 1,000,000,000) and patience=SECONDS (at "
+    "most 86,400) and no others, not '{}'."
 )
 FIELDS = ", ".join(field.name for field in dataclasses.fields(Config))
 
@@ -89,6 +89,16 @@ def test_every_field_is_an_option():
             "see the options in 'model:?survivor_selection=best'.",
         ),
         (
+            f"model:?population={'9' * 5000}",
+            f"Config.population must be an integer, not '{'9' * 5000}'; "
+            f"see the options in 'model:?population={'9' * 5000}'.",
+        ),
+        (
+            f"sim:?idle_clocks={'9' * 5000}",
+            "Option idle_clocks of the simulated board must be an integer from 0 to "
+            f"9223372036854775808, not '{'9' * 5000}'.",
+        ),
+        (
             "model:?max_waypoints=-4",
             "Config.max_waypoints must be an integer, not '-4'; "
             "see the options in 'model:?max_waypoints=-4'.",
@@ -119,6 +129,8 @@ def test_every_field_is_an_option():
             (f"/dev/ttyUSB0?{query}", SERIAL_OPTIONS.format(f"/dev/ttyUSB0?{query}"))
             for query in (
                 "baud=0",
+                "baud=1000000001",
+                f"baud={'9' * 5000}",
                 "baud=",
                 "patience=0",
                 "patience=-1",

@@ -3,6 +3,7 @@
 import contextlib
 import math
 import os
+import pty
 import time
 import tty
 
@@ -223,6 +224,9 @@ def test_an_autopilot_without_fences_takes_a_mission_without(own, plans):
             "The address must be udpout:HOST:PORT, not 'udpout:localhost' (--to).",
         ),
         ("tcp::5760", "The address must be tcp:HOST:PORT, not 'tcp::5760' (--to)."),
+        ("udpout:localhost:0", "The address must be udpout:HOST:PORT, not"),
+        (f"tcp:localhost:{'9' * 5000}", "The address must be tcp:HOST:PORT, not"),
+        (f"tcp:{'x' * 64}.de:9", f"There is no host '{'x' * 64}.de'; check the address (--to)."),
         ("udpin:127.0.0.1:70000", "The address must be udpin:HOST:PORT, not"),
         ("udpout:no.such.host.invalid:14550", "There is no host 'no.such.host.invalid'; check"),
         (
@@ -236,6 +240,16 @@ def test_refuses_other_addresses(address, sentence):
     with pytest.raises(InputError) as refusal:
         open_link(address)
     assert str(refusal.value).startswith(sentence)
+
+
+def test_a_speed_that_no_port_knows_is_a_sentence():
+    ends = pty.openpty()
+    try:
+        with pytest.raises(JobError, match=r"^Cannot open /dev/pts/\d+ \(.*\); check the address"):
+            open_link(os.ttyname(ends[1]), baud=10**10)
+    finally:
+        for end in ends:
+            os.close(end)
 
 
 def test_says_what_cannot_be_opened(own):

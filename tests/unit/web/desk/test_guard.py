@@ -92,6 +92,7 @@ def test_long_requests_are_refused_before_they_are_read():
     assert b"--max-cells" in sent[1]["body"]
     assert read == []
     assert status(call(query="token=secret", length=1_000_000)[0]) == 200
+    assert status(call(query="token=secret", length="9" * 5000)[0]) == 413
     upload = {"path": "/_nicegui/client/1/upload/2", "query": "token=secret"}
     assert status(call(length=5_000_000, **upload)[0]) == 200
     assert status(call(length=5_000_001, **upload)[0]) == 413

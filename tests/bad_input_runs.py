@@ -22,6 +22,7 @@ from itertools import islice
 from pathlib import Path
 
 from host.cli import main
+from host.cli.lines import LONGEST_LINE
 from tests.bad_inputs import cases
 from tests.bad_options import CHECK, Case
 from tests.good_inputs import write_base
@@ -128,8 +129,8 @@ def fault(case: Case, end: End) -> str | None:
         return "no sentence"
     if end.status == 2 and not lines[-1].endswith((".", "?")):
         return "no end of a sentence"
-    if len(end.error) > 4000:
-        return f"{len(end.error)} characters"
+    if (longest := max(map(len, lines), default=0)) > LONGEST_LINE:
+        return f"a line of {longest} characters"
     if end.bytes > MOST_BYTES or end.seconds > MOST_S:
         return f"{end.bytes / 1e6:.0f} MB, {end.seconds:.1f} s"
     return None

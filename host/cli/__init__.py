@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from typing import TextIO
 
 from host import interrupts
+from host.cli.lines import print_line
 from host.cli.parser import build_parser
 from host.cli.streams import OutputError, guarded
 from host.errors import InputError, JobError, PathgeneError
@@ -21,8 +22,6 @@ from host.errors import InputError, JobError, PathgeneError
 
 __all__ = ["main"]
 
-# Paths of files may have some hundreds of characters.
-_LONGEST_WORD = 400
 _NUMBER = re.compile(r"-[.\d]|-inf|-nan", re.IGNORECASE)
 
 
@@ -98,21 +97,14 @@ def _warn(
     line: str | None = None,
 ) -> None:
     if issubclass(category, shown):
-        print(f"pathgene: {message}", file=sys.stderr)
+        print_line(str(message))
 
 
 def _complain(sentence: str, debug: bool) -> None:
     if debug:
         traceback.print_exc()
     if sentence:
-        print(f"pathgene: {' '.join(map(_shortened, sentence.split()))}", file=sys.stderr)
-
-
-def _shortened(word: str) -> str:
-    """Return a word of a sentence, without the middle of one that is longer than any name."""
-    if len(word) <= _LONGEST_WORD:
-        return word
-    return f"{word[:100]}...{word[-50:]}"
+        print_line(sentence)
 
 
 def _prepared(arguments: list[str]) -> list[str]:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from host.cli.lines import print_line
 from host.report.limit_units import unit_of
 
 
@@ -36,7 +36,7 @@ def print_table(rows: Sequence[Sequence[str]]) -> None:
 
 def note(text: str) -> None:
     """Print a note on standard error."""
-    print(f"pathgene: {text}", file=sys.stderr, flush=True)
+    print_line(text)
 
 
 def term_pairs(summary: dict[str, Any]) -> list[tuple[str, str]]:

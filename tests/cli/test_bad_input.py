@@ -1,5 +1,6 @@
 """Bad input: exit status 2 and one sentence with a remedy."""
 
+import json
 import socket
 
 import numpy as np
@@ -7,6 +8,8 @@ import pytest
 
 from hdl.protocol import VERSION, info_values
 from host.cli import main
+from host.cli.lines import LONGEST_LINE
+from tests.good_inputs import summary, write_base
 
 from .conftest import ENDS
 
@@ -370,3 +373,16 @@ def test_a_terrain_is_not_written_to_a_folder(capsys, tmp_path):
     said = refused(capsys, "terrain", "synth", "canyon", "--out", folder)
     assert said == f"{str(folder)!r} is a directory; give the name of a file."
     assert not list(folder.iterdir())
+
+
+@pytest.mark.parametrize("key", ["rules", "nofly", "as_paper"])
+def test_a_long_list_is_not_repeated(tmp_path, monkeypatch, capsys, key):
+    (tmp_path / "base").mkdir()
+    (tmp_path / "out").mkdir()
+    write_base(tmp_path / "base")
+    monkeypatch.chdir(tmp_path / "out")
+    wrong = {"x": [1] * 5000} if key == "nofly" else [1] * 5000
+    (tmp_path / "out" / "summary.json").write_text(json.dumps({**summary(), key: wrong}))
+    sentence = refused(capsys, "check", "--path", "summary.json")
+    assert sentence.startswith(f"summary.json: {key} must be ")
+    assert len(sentence) <= LONGEST_LINE

@@ -2,6 +2,7 @@
 
 import io
 import os
+import re
 import resource
 import zipfile
 
@@ -94,6 +95,26 @@ def test_a_compression_that_numpy_never_uses(tmp_path, compression):
     np.save(elevation, np.zeros((3, 3)))
     archive(file, elevation.getvalue(), compression=compression)
     assert refusal(file).endswith("cannot be read as a numpy archive; write it with numpy.savez.")
+
+
+def test_an_encrypted_archive(tmp_path):
+    """The module zipfile writes none, but asks for a password where the flag of a member is set."""
+    file = tmp_path / "x.npz"
+    elevation = io.BytesIO()
+    np.save(elevation, np.zeros((3, 3)))
+    content = bytearray(archive(file, elevation.getvalue()).read_bytes())
+    # The flags are 6 bytes behind the signature of a local header, 8 behind that of a central one.
+    for signature, at in ((b"PK\3\4", 6), (b"PK\1\2", 8)):
+        places = [found.start() for found in re.finditer(re.escape(signature), content)]
+        assert len(places) == 3
+        for place in places:
+            content[place + at] |= 1
+    file.write_bytes(content)
+    with zipfile.ZipFile(file) as opened, pytest.raises(RuntimeError, match="encrypted"):
+        opened.read("elevation.npy")
+    assert refusal(file) == (
+        f"{file}: cannot be read as a numpy archive; write it with numpy.savez."
+    )
 
 
 def test_other_members_are_as_small_as_they_should_be(tmp_path):

@@ -147,3 +147,46 @@ def test_a_killed_plan_leaves_a_run_or_a_mixture_that_check_names(hills, older, 
         assert is_newer(out)
         assert content(out)[1] == 0
     assert mixed
+
+
+def test_a_picture_or_a_problem_that_cannot_be_written(hills, older, tmp_path, capsys):
+    """The picture of a whole run is missing, or there is no run, but never a part of either."""
+
+    def run(at=None):
+        out, problem = tmp_path / str(at) / "out", tmp_path / str(at) / "problem.toml"
+        shutil.copytree(older, out)
+        problem.write_text("older")
+        command = ["plan", "--terrain", str(hills), *ENDS, *PLACED, "--picture", "--out", str(out)]
+        capsys.readouterr()
+        with using(disk := FaultyDisk(at, error=errno.EIO, seed=at or 0)):
+            saved = ["--save-problem", str(problem), "--write", "kml,waypoints"]
+            status = main([*command, *saved])
+        return status, out, problem, disk.calls, capsys.readouterr().err.splitlines()
+
+    _, out, problem, calls, _ = run()
+    picture, whole = (out / "path.png").read_bytes(), problem.read_text()
+    drawn = calls.index("rename summary.json")
+    outcomes = set()
+    for at, call in enumerate(calls, start=1):
+        is_saving = "problem.toml" in call
+        if not (is_saving or ("path.png" in call and at > drawn)):
+            continue
+        status, out, problem, _, said = run(at)
+        visible, hidden = content(out)
+        has_picture = visible.pop("path.png") == picture if "path.png" in visible else False
+        outcomes.add((is_saving, status, has_picture))
+        if status == 0:
+            assert problem.read_text() == whole
+            assert set(visible) == NEW_FILES
+            sentence = "pathgene: There is no picture this time, drawing it failed: OSError: "
+            assert has_picture or said[-1].startswith(sentence)
+        else:
+            assert said == [
+                f"pathgene: Cannot write to {str(problem)!r} (Input/output error); give another "
+                "file (--out)."
+            ]
+            assert problem.read_text() == "older"
+            assert {**visible, "path.png": b"a picture"} == content(older)[0]
+        assert not hidden
+    # With the picture, which removes the older one that could not be removed; without; no run.
+    assert outcomes == {(False, 0, True), (False, 0, False), (True, 2, False)}

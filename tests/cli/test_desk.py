@@ -57,9 +57,13 @@ def is_closed(client, timeout_s):
     """Wait until the far end closes a connection; what it has not read resets it."""
     client.settimeout(timeout_s)
     try:
-        return client.recv(1) == b""
+        while client.recv(4096):
+            pass
     except ConnectionResetError:
         return True
+    except TimeoutError:
+        return False
+    return True
 
 
 def test_a_desk_answers_to_its_token_and_ends_at_a_signal(tmp_path):
@@ -115,6 +119,64 @@ def test_clients_that_ask_for_nothing_stop_nobody(tmp_path):
         assert is_closed(clients[-1], 20)
         assert time.monotonic() - begun > 5
         assert answer(address)[0] == 200
+
+
+def asked(port, *lines):
+    """Send a request on a new connection, and read as much of the answer as comes at once."""
+    client = socket.create_connection(("127.0.0.1", port))
+    client.settimeout(20)
+    client.sendall("\r\n".join([*lines, "Host: desk", "", ""]).encode())
+    return client, client.recv(4096).decode()
+
+
+WEBSOCKET = (
+    "GET /_nicegui_ws/socket.io/?EIO=4&transport=websocket HTTP/1.1",
+    "Connection: Upgrade",
+    "Upgrade: websocket",
+    "Sec-WebSocket-Version: 13",
+    "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==",
+)
+
+
+@pytest.mark.ci
+def test_clients_that_have_asked_stop_nobody_afterwards(tmp_path):
+    desk, address = served(tmp_path)
+    port, token = re.search(r":(\d+)/\?token=(.*)", address).groups()
+    cookie = f"Cookie: pathgene-desk-{port}={token}"
+    with contextlib.ExitStack() as stack:
+        stack.callback(ended, desk)
+        begun = time.monotonic()
+        assert answer(address)[0] == 200
+        usual_s = time.monotonic() - begun
+        # Refused, each is closed.
+        for lines in (("GET / HTTP/1.1",), WEBSOCKET):
+            client, reply = asked(port, *lines)
+            stack.enter_context(client)
+            assert reply.startswith("HTTP/1.1 403 ")
+            assert is_closed(client, 2)
+        tab, reply = asked(port, *WEBSOCKET, cookie)
+        stack.enter_context(tab)
+        assert reply.startswith("HTTP/1.1 101 ")
+        # Answered, each begins another request, as if it were not idle.
+        clients = []
+        for _ in range(300):
+            client, reply = asked(port, "GET /meshes/x HTTP/1.1", cookie)
+            clients.append(stack.enter_context(client))
+            assert reply.startswith("HTTP/1.1 404 ")
+            client.sendall(b"G")
+        begun = time.monotonic()
+        assert answer(address)[0] == 200
+        assert time.monotonic() - begun < usual_s + 1
+        assert is_closed(clients[0], 5)
+        assert is_closed(clients[-1], 20)
+        assert time.monotonic() - begun > 5
+        # The page of a tab is not among them: it answers a ping.
+        tab.sendall(b"\x89\x80" + bytes(4))
+        frames = b""
+        while not frames.endswith(b"\x8a\x00"):
+            part = tab.recv(4096)
+            assert part
+            frames += part
 
 
 def test_tabs_have_a_limit(tmp_path):

@@ -138,10 +138,11 @@ async def _refuse(scope: Scope, send: Send) -> None:
         # Before it is accepted, this is the status 403.
         await send({"type": "websocket.close", "code": 1008})
         return
-    await _answer(send, 403, _REFUSED)
+    # Who has no token keeps no connection.
+    await _answer(send, 403, _REFUSED, (b"connection", b"close"))
 
 
-async def _answer(send: Send, status: int, text: bytes) -> None:
-    headers = [(b"content-type", b"text/plain; charset=utf-8"), *_HEADERS]
+async def _answer(send: Send, status: int, text: bytes, *more: tuple[bytes, bytes]) -> None:
+    headers = [(b"content-type", b"text/plain; charset=utf-8"), *_HEADERS, *more]
     await send({"type": "http.response.start", "status": status, "headers": headers})
     await send({"type": "http.response.body", "body": text})

@@ -9,7 +9,7 @@ import shutil
 import pytest
 
 from tests.browser.desk_page import PATIENCE_MS, ready, serving
-from tests.browser.seen import is_local
+from tests.browser.seen import AFAR, is_local
 
 
 # WebGL is drawn by the processor: the same on every machine, with or without a graphics card.
@@ -57,6 +57,8 @@ def new_page(browser):
                 route.abort()
 
         context.route("**/*", guard)
+        # A route that connects to nothing.
+        context.route_web_socket(AFAR, lambda socket: faults.append(f"a WebSocket to {socket.url}"))
         page = context.new_page()
         page.on("pageerror", lambda error: faults.append(f"an error: {error}"))
         page.on(

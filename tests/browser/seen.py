@@ -1,6 +1,7 @@
 """What a page shows, and asks for."""
 
 import io
+import re
 from urllib.parse import urlsplit
 
 import numpy as np
@@ -9,6 +10,8 @@ from matplotlib.image import imread
 
 LOCAL_HOSTS = {"localhost", "127.0.0.1", "::1"}
 LOCAL_SCHEMES = {"file", "data", "blob", "about"}
+#: WebSockets that leave this machine. Playwright passes others on untouched only for a pattern.
+AFAR = re.compile(r"wss?://(?!(localhost|127\.0\.0\.1|\[::1\])[:/])")
 
 
 def is_local(url):

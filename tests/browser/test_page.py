@@ -1,6 +1,7 @@
 """The page of a plan in Chromium: what it draws, how its views move together, where it fits."""
 
 import re
+import socket
 
 import numpy as np
 import pytest
@@ -189,6 +190,26 @@ def test_the_guard_notices_a_request():
     assert is_local("http://localhost:8080/x")
     assert is_local("data:text/plain,x")
     assert not is_local("https://example.org/three.js")
+
+
+@pytest.mark.ci
+def test_the_guard_notices_a_websocket(new_page):
+    page = new_page()
+    page.goto("about:blank")
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        urls = [
+            "ws://192.0.2.1/x",
+            "wss://localhost.example.org/x",
+            f"ws://127.0.0.1:{server.getsockname()[1]}/x",
+        ]
+        page.evaluate("urls => { for (const url of urls) new WebSocket(url); }", urls)
+        # The one to this machine arrives.
+        server.settimeout(30)
+        server.accept()[0].close()
+    page.wait_for_timeout(100)
+    faults = [each for each in new_page.faults if "a WebSocket to" in each]
+    assert faults == [f"a WebSocket to {url}" for url in urls[:2]]
+    new_page.faults.clear()
 
 
 @pytest.mark.ci

@@ -103,7 +103,7 @@ fly: setup plan
 .PHONY: desk
 desk: OUT = out/desk
 desk: setup
-	@$(IN_ROOT) "$(BIN)/pathgene" desk --out "$(OUT)"
+	@$(IN_ROOT) "$(BIN)/pathgene" desk --open --out "$(OUT)"
 
 .PHONY: setup-long
 setup-long:

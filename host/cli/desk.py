@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import functools
 import os
+import subprocess
+import sys
+import threading
 from pathlib import Path
 
 from host import interrupts
@@ -46,6 +50,8 @@ def run(args: argparse.Namespace) -> int:
                 "the saved plans; nothing is encrypted."
             )
         note("Serving until Ctrl-C.")
+        if args.open:
+            _open(address)
 
     desk = Desk(directory, jobs=args.jobs, max_cells=args.max_cells, local=local, problem=problem)
     try:
@@ -63,3 +69,27 @@ def _is_local(host: str) -> bool:
     except (OSError, UnicodeError) as error:  # A name with a part of over 63 letters is the latter.
         reason = getattr(error, "strerror", None) or "unknown reason"
         raise InputError(f"There is no address {host!r} ({reason}); give another --host.") from None
+
+
+def _open(address: str) -> None:
+    """Open an address in the user's browser, if there is a screen for one.
+
+    Another process does so, and nothing waits for it: some browsers keep who starts them until they
+    end, and most write messages. Without ``TERM`` it finds no browser of terminals.
+    """
+    screens = ("DISPLAY", "WAYLAND_DISPLAY")
+    if sys.platform not in ("darwin", "win32") and not any(map(os.environ.get, screens)):
+        return
+    opening = functools.partial(
+        subprocess.run,
+        # Isolated: a webbrowser.py in this folder is not meant.
+        [sys.executable, "-I", "-m", "webbrowser", "-t", address],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        env={key: value for key, value in os.environ.items() if key != "TERM"},
+        # Ctrl-C ends the desk, and no browser.
+        start_new_session=True,
+        check=False,
+    )
+    threading.Thread(target=opening, daemon=True).start()

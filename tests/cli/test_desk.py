@@ -18,11 +18,14 @@ import pytest
 from host.cli import main
 
 
-def served(tmp_path, *arguments):
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def served(tmp_path, *arguments, **variables):
     """Start a desk in a folder; return it once it answers, and its address."""
     # NiceGUI behaves differently within pytest.
     environment = {key: value for key, value in os.environ.items() if "PYTEST" not in key}
-    environment["PYTHONPATH"] = str(Path(__file__).resolve().parents[2])
+    environment |= {"PYTHONPATH": str(ROOT), **variables}
     command = [sys.executable, "-m", "host", "desk", *arguments]
     desk = subprocess.Popen(
         command,
@@ -95,6 +98,61 @@ def test_a_desk_answers_to_its_token_and_ends_at_a_signal(tmp_path):
     assert errors == "pathgene: Serving until Ctrl-C.\n"
     assert (tmp_path / "out" / "desk").is_dir()
     assert not (tmp_path / ".nicegui").exists()
+
+
+#: It writes its arguments to a file and much elsewhere, and stays.
+BROWSER = """#!/bin/sh
+echo noise
+echo noise >&2
+echo $$ "$*" > opened.part
+mv opened.part opened
+exec sleep 100
+"""
+
+
+@pytest.mark.parametrize("screen", ["DISPLAY", "WAYLAND_DISPLAY", None])
+def test_open_opens_the_page_where_there_is_a_screen(tmp_path, screen, monkeypatch):
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    browser = tmp_path / "browser"
+    browser.write_text(BROWSER)
+    browser.chmod(0o755)
+    variables = {"BROWSER": f"{browser} %s", **({} if screen is None else {screen: ":7"})}
+    desk, address = served(tmp_path, "--open", **variables)
+    opened = tmp_path / "opened"
+    try:
+        deadline = time.monotonic() + (3 if screen is None else 60)
+        while not opened.exists() and time.monotonic() < deadline:
+            time.sleep(0.05)
+    finally:
+        status, errors = ended(desk)
+    assert status == 128 + signal.SIGINT
+    assert errors == "pathgene: Serving until Ctrl-C.\n"
+    assert re.fullmatch(r"http://127\.0\.0\.1:\d+/\?token=[\w-]{32}", address)
+    if screen is None:
+        assert not opened.exists()
+        return
+    number, url = opened.read_text().split()
+    assert url == address
+    # The browser stays when the desk has ended.
+    os.kill(int(number), signal.SIGKILL)
+
+
+def test_open_needs_no_browser(tmp_path):
+    desk, address = served(tmp_path, "--open", DISPLAY=":7", PATH=str(tmp_path), BROWSER="none")
+    try:
+        assert answer(address)[0] == 200
+        time.sleep(1)
+    finally:
+        _, errors = ended(desk)
+    assert errors == "pathgene: Serving until Ctrl-C.\n"
+
+
+def test_make_desk_opens_the_page():
+    recipes = subprocess.run(
+        ["make", "-n", "desk"], cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout
+    assert "desk --open --out " in recipes
 
 
 @pytest.mark.ci

@@ -33,6 +33,11 @@ def add_desk(commands: Commands) -> None:
         "--port", type=int, metavar="N", default=0, help="port; 0 takes a free one (default 0)"
     )
     parser.add_argument(
+        "--open",
+        action="store_true",
+        help="open the page in your browser, if there is a screen for one",
+    )
+    parser.add_argument(
         "--out",
         metavar="DIR",
         default="out/desk",

@@ -68,7 +68,8 @@ class BuildCache:
         ``build`` fills an empty directory, which gets its final name only when ``build`` returns:
         later calls never find the result of a build that failed or was killed. A file in it states
         the SHA-256 of the others; a directory that differs from it is built anew. If several
-        processes need the same key, one builds and the others wait.
+        processes need the same key, one builds and the others wait. A build removes what killed
+        builds have left, of any key.
 
         Parameters
         ----------
@@ -101,9 +102,8 @@ class BuildCache:
 
     def _build(self, final: Path, build: Callable[[Path], None]) -> None:
         """Build the directory ``final``, of which this process holds the lock."""
-        # Another process may have built it meanwhile, or was killed in the middle.
-        for left in self.root.glob(f"{final.name}.{'?' * _DIGITS}"):
-            shutil.rmtree(left, ignore_errors=True)
+        self._clear(final.name)
+        # Another process may have built it meanwhile.
         if _is_whole(final):
             return
         name = final.name.rpartition("-")[0]
@@ -126,14 +126,23 @@ class BuildCache:
             if damaged is not None:
                 shutil.rmtree(damaged, ignore_errors=True)
 
+    def _clear(self, held: str) -> None:
+        """Remove directories that killed builds have left; this process holds the lock ``held``."""
+        for left in self.root.glob(f"*.{'[0-9a-f]' * _DIGITS}"):
+            key = left.name.rpartition(".")[0]
+            # A build that goes on has the lock of its key, and keeps its directory.
+            lock = contextlib.nullcontext() if key == held else self._locked(key, wait=False)
+            with contextlib.suppress(OSError), lock:
+                shutil.rmtree(left, ignore_errors=True)
+
     def _beside(self, final: Path) -> Path:
         return self.root / f"{final.name}.{secrets.token_hex(_DIGITS // 2)}"
 
     @contextlib.contextmanager
-    def _locked(self, key: str) -> Iterator[None]:
+    def _locked(self, key: str, *, wait: bool = True) -> Iterator[None]:
         # The lock ends with its holder; the empty file stays.
         with current().append(self.root / f"{key}.lock") as file:
-            fcntl.flock(file, fcntl.LOCK_EX)
+            fcntl.flock(file, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
             yield
 
 

@@ -1,4 +1,5 @@
 import errno
+import fcntl
 import logging
 import os
 import signal
@@ -197,6 +198,29 @@ def test_a_killed_build_leaves_no_program_and_the_next_one_clears_up(tmp_path):
         assert sorted(path.name for path in tmp_path.glob(f"{key}*")) == [key, f"{key}.lock"]
 
 
+def test_a_build_removes_what_killed_builds_of_any_key_have_left(tmp_path):
+    """Not what another process still builds, nor what has no name of a build."""
+    left = [tmp_path / "chip-1.01234567", tmp_path / "old-2.89abcdef"]
+    others = [tmp_path / "notes.thisyear", tmp_path / "busy-3.01234567"]
+    for directory in (*left, *others):
+        (directory / "part").mkdir(parents=True)
+    builds = BuildCache(tmp_path)
+    with (tmp_path / "busy-3.lock").open("a") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        builds.get("chip-1", build_program)
+        assert [directory.exists() for directory in (*left, *others)] == [False, False, True, True]
+    builds.get("chip-4", build_program)
+    assert [directory.exists() for directory in others] == [True, False]
+
+
+def test_builds_side_by_side_leave_each_other_alone(tmp_path):
+    def build(directory):
+        build_program(directory)
+        BuildCache(tmp_path).get("inner-1", build_program)
+
+    assert (BuildCache(tmp_path).get("outer-1", build) / "program").exists()
+
+
 def test_what_is_no_directory_stays(tmp_path):
     os.mkfifo(tmp_path / "chip-1")
     with pytest.raises(JobError, match="chip-1 is no directory"):
@@ -229,8 +253,8 @@ def test_sigkill_of_a_builder_ends_its_tools_and_the_next_build_removes_its_fold
         assert time.monotonic() < deadline
         time.sleep(0.01)
     assert len(list(tmp_path.glob("key.????????"))) == 1
-    BuildCache(tmp_path).get("key", build_program)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["key", "key.lock"]
+    BuildCache(tmp_path).get("other", build_program)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["key.lock", "other", "other.lock"]
 
 
 def is_running(pid):

@@ -41,8 +41,9 @@ def open_board(url: str) -> Chip:
         ``model:``; ``sim:`` or ``sim:?sim=icarus``; a serial device; any URL of pyserial; a URL of
         any scheme that :mod:`host.device.schemes` finds. ``model:`` and ``sim:`` take any field of
         :class:`hdl.config.Config` as an option, as in ``sim:?max_waypoints=20``; a serial port
-        takes ``?baud=``, which defaults to the configuration's divisor at its clock, and
-        ``?patience=``, the seconds without an answer after which the board is given up.
+        takes ``?baud=``, which defaults to the configuration's divisor at its clock. Serial ports
+        and ``sim:`` take ``?patience=``, the seconds without an answer after which the board is
+        given up.
 
     Raises
     ------

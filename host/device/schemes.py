@@ -26,16 +26,18 @@ from urllib.parse import parse_qsl, urlencode
 from hdl.config import Config
 from host.device.transport import Transport
 from host.errors import InputError, JobError
-from host.numeric import whole
+from host.numeric import parse, whole
 
 
 __all__ = [
     "CONFIG_FIELDS",
     "GROUP",
+    "MAXIMUM_PATIENCE_S",
     "PATIENCE_S",
     "BoardScheme",
     "OpenPort",
     "ServedBoard",
+    "parse_patience",
     "registered_scheme",
     "scheme_names",
     "split_config",
@@ -47,6 +49,8 @@ GROUP = "pathgene.boards"
 #: Seconds for which a host waits for an answer before it gives the board up, for boards of every
 #: kind but simulations a thousand times slower.
 PATIENCE_S = 15.0
+#: Longest patience that a URL may ask for, seconds.
+MAXIMUM_PATIENCE_S = 86_400
 
 #: Names of the fields of the configuration, which are options of boards that are built to order.
 CONFIG_FIELDS = tuple(field.name for field in dataclasses.fields(Config))
@@ -209,6 +213,15 @@ def _entry_points() -> Iterator[metadata.EntryPoint]:
             for name, value in project.get("entry-points", {}).get(GROUP, {}).items():
                 yield metadata.EntryPoint(name, value, GROUP)
     yield from metadata.entry_points(group=GROUP)
+
+
+def parse_patience(text: str) -> float | None:
+    """Return the seconds of the option ``patience`` of a URL, or None if ``text`` has none."""
+    try:
+        seconds = parse(text)
+    except ValueError:
+        return None
+    return seconds if 0 < seconds <= MAXIMUM_PATIENCE_S else None
 
 
 def split_config(url: str, default: Config) -> tuple[str, Config]:

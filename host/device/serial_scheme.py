@@ -7,20 +7,25 @@ from urllib.parse import parse_qsl, urlsplit
 
 from hdl.config import Config
 from hdl.protocol import LINE_BITS
-from host.device.schemes import PATIENCE_S, BoardScheme, OpenPort, scheme_names
+from host.device.schemes import (
+    MAXIMUM_PATIENCE_S,
+    PATIENCE_S,
+    BoardScheme,
+    OpenPort,
+    parse_patience,
+    scheme_names,
+)
 from host.device.serial_port import SerialPort
 from host.device.socket_port import SocketPort
 from host.device.transport import Transport
 from host.errors import InputError
-from host.numeric import parse, whole
+from host.numeric import whole
 
 
 __all__ = ["SerialScheme"]
 
 #: Attempts however short the patience: the link asks for shorter replies from the fifth on.
 _MINIMUM_ATTEMPTS = 5
-#: Longest patience that a URL may ask for, seconds.
-_MAXIMUM_PATIENCE_S = 86_400
 #: Highest baud rate that a URL may ask for, above all that ports know.
 _MAXIMUM_BAUD = 1_000_000_000
 
@@ -51,11 +56,11 @@ class SerialScheme(BoardScheme):
         }
         known = set(options)
         options |= dict(parse_qsl(query, keep_blank_values=True))
-        baud, patience_s = _whole(options["baud"]), _seconds(options["patience"])
+        baud, patience_s = _whole(options["baud"]), parse_patience(options["patience"])
         if set(options) != known or baud is None or patience_s is None:
             raise InputError(
                 f"A serial board takes the options baud=NUMBER (at most {_MAXIMUM_BAUD:,}) and "
-                f"patience=SECONDS (at most {_MAXIMUM_PATIENCE_S:,}) and no others, not {url!r}."
+                f"patience=SECONDS (at most {MAXIMUM_PATIENCE_S:,}) and no others, not {url!r}."
             )
         try:
             port = _open_port(place, baud)
@@ -77,15 +82,6 @@ def _whole(text: str) -> int | None:
         return whole(text, _MAXIMUM_BAUD) or None
     except ValueError:
         return None
-
-
-def _seconds(text: str) -> float | None:
-    """Return a number of seconds above 0, or None if ``text`` is none."""
-    try:
-        seconds = parse(text)
-    except ValueError:
-        return None
-    return seconds if 0 < seconds <= _MAXIMUM_PATIENCE_S else None
 
 
 def _open_port(place: str, baud: int) -> Transport:

@@ -9,7 +9,7 @@ from urllib.parse import parse_qsl
 from hdl.config import Config
 from host.device.schemes import CONFIG_FIELDS, PATIENCE_S, BoardScheme, OpenPort, split_config
 from host.errors import InputError
-from sim.board import BoardOptions, SimulatedBoard, open_simulated
+from sim.board import BoardOptions, SimulatedBoard, open_simulated, parse_board_url
 from sim.default_config import DEFAULT_CONFIG
 from sim.exported import exported_verilog
 
@@ -18,7 +18,7 @@ __all__ = ["SCHEME", "SimulatedScheme", "start_simulated"]
 
 #: Attempts of a frame: TCP loses none, so one is sent again only to a board that hangs.
 _ATTEMPTS = 3
-#: Patience in seconds, by simulator; Icarus is a thousand times slower.
+#: Patience in seconds of a URL without one, by simulator; Icarus is a thousand times slower.
 _PATIENCE_S = {"verilator": PATIENCE_S, "icarus": 360.0}
 
 
@@ -30,8 +30,9 @@ class SimulatedScheme(BoardScheme):
     def open(self, url: str) -> OpenPort:
         """Start the board; closing the port ends it."""
         board = start_simulated(url)
-        timeout_s = _PATIENCE_S[board.program.simulator] / _ATTEMPTS
-        return OpenPort(board.open(ends_board=True), timeout_s, _ATTEMPTS)
+        options = parse_board_url(split_config(url, DEFAULT_CONFIG)[0])
+        patience_s = options.patience or _PATIENCE_S[options.sim]
+        return OpenPort(board.open(ends_board=True), patience_s / _ATTEMPTS, _ATTEMPTS)
 
     def known_config(self, url: str) -> Config:
         """Return the configuration that the URL orders."""

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import get_args
 from urllib.parse import parse_qsl
 
+from host.device.schemes import MAXIMUM_PATIENCE_S, parse_patience
 from host.errors import InputError
 from host.numeric import whole
 from sim.board.programs import Simulator
@@ -29,12 +30,16 @@ class BoardOptions:
         Cycles at full speed after the last activity, 0 or more; None: the simulator's default.
     trace : Path, optional
         VCD file to write.
+    patience : float, optional
+        Seconds without an answer after which the host gives the board up; None: the simulator's
+        default. Clients of a served board name their own.
     """
 
     sim: Simulator = "verilator"
     clocks_per_bit: int | None = None
     idle_clocks: int | None = None
     trace: Path | None = None
+    patience: float | None = None
 
 
 def parse_board_url(url: str) -> BoardOptions:
@@ -67,6 +72,7 @@ def parse_board_url(url: str) -> BoardOptions:
         clocks_per_bit=_integer(options, "clocks_per_bit", 4, 65535),
         idle_clocks=_integer(options, "idle_clocks", 0, 2**63),
         trace=None if trace is None else Path(trace),
+        patience=_patience(options),
     )
 
 
@@ -78,6 +84,19 @@ def _simulator(text: str) -> Simulator:
     raise InputError(
         f"Option sim of the simulated board must be verilator or icarus, not {text!r}."
     )
+
+
+def _patience(options: dict[str, str]) -> float | None:
+    text = options.get("patience")
+    if text is None:
+        return None
+    seconds = parse_patience(text)
+    if seconds is None:
+        raise InputError(
+            "Option patience of the simulated board must be a number of seconds above 0, at most "
+            f"{MAXIMUM_PATIENCE_S:,}, not {text!r}."
+        )
+    return seconds
 
 
 def _integer(options: dict[str, str], name: str, minimum: int, maximum: int) -> int | None:

@@ -141,6 +141,17 @@ def test_reports_a_killed_board_in_a_sentence():
     assert children() <= before
 
 
+def test_gives_up_a_stopped_board_after_the_patience_of_its_url():
+    before = children()
+    with open_board(board_url("sim", SMALL) + "&patience=0.6") as chip:
+        (simulator,) = children() - before
+        os.kill(simulator, signal.SIGSTOP)
+        begun = time.monotonic()
+        with pytest.raises(LinkTimeoutError, match=r"^The board did not answer STATUS in 3 "):
+            chip.status()
+        assert 0.6 <= time.monotonic() - begun < 3
+
+
 def test_gives_up_a_stopped_board():
     before = children()
     with start_simulated(board_url("sim", SMALL)) as board:

@@ -114,8 +114,8 @@ def test_every_field_is_an_option():
         ),
         (
             "sim:?speed=9",
-            "The simulated board has no option 'speed'; choose from sim, idle_clocks, trace and "
-            f"the fields of the configuration, {FIELDS}.",
+            "The simulated board has no option 'speed'; choose from sim, idle_clocks, trace, "
+            f"patience and the fields of the configuration, {FIELDS}.",
         ),
         (
             "/dev/ttyUSB0?baud=fast",

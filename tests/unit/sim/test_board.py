@@ -1,9 +1,10 @@
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
 from host.errors import InputError
-from sim.board import BoardOptions, Program, parse_board_url
+from sim.board import BoardOptions, Program, parse_board_url, scheme
 
 
 @pytest.mark.parametrize(
@@ -16,6 +17,7 @@ from sim.board import BoardOptions, Program, parse_board_url
             "sim:?sim=verilator&clocks_per_bit=868&idle_clocks=0&trace=a%20b.vcd",
             BoardOptions("verilator", 868, 0, Path("a b.vcd")),
         ),
+        ("sim:?sim=icarus&patience=0.5", BoardOptions(sim="icarus", patience=0.5)),
     ],
 )
 def test_url(url, options):
@@ -37,7 +39,7 @@ def test_url(url, options):
         (
             "sim:?speed=9",
             "The simulated board has no option 'speed'; choose from sim, clocks_per_bit, "
-            "idle_clocks, trace.",
+            "idle_clocks, trace, patience.",
         ),
         (
             "sim:?sim=icarus&sim=icarus",
@@ -63,6 +65,14 @@ def test_url(url, options):
             "Option idle_clocks of the simulated board must be an integer from 0 to "
             "9223372036854775808, not '-1'.",
         ),
+        *(
+            (
+                f"sim:?patience={text}",
+                "Option patience of the simulated board must be a number of seconds above 0, at "
+                f"most 86,400, not {text!r}.",
+            )
+            for text in ("0", "-1", "nan", "86401", "long", "")
+        ),
         ("sim:?trace=", "Option trace of the simulated board must be a file name, not ''."),
     ],
 )
@@ -70,6 +80,21 @@ def test_refuses_bad_urls(url, sentence):
     with pytest.raises(InputError) as caught:
         parse_board_url(url)
     assert str(caught.value) == sentence
+
+
+@pytest.mark.parametrize(
+    ("url", "patience_s"),
+    [
+        ("sim:", 15),
+        ("sim:?sim=icarus", 360),
+        ("sim:?patience=60&lanes=4", 60),
+        ("sim:?sim=icarus&patience=0.6", 0.6),
+    ],
+)
+def test_the_patience_of_a_simulated_board(monkeypatch, url, patience_s):
+    monkeypatch.setattr(scheme, "start_simulated", lambda url: Mock())
+    opened = scheme.SCHEME.open(url)
+    assert opened.timeout_s * opened.attempts == pytest.approx(patience_s)
 
 
 def test_command_of_verilator():

@@ -3,24 +3,32 @@
 from __future__ import annotations
 
 import argparse
+import functools
 import math
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
+from host import interrupts
+from host.cli.ending import ending
 from host.cli.output import note, print_json, print_pairs
-from host.errors import InputError
+from host.errors import InputError, JobError
 from host.files.output import prepare_directory, writing_into
-from host.flight.fly import fly, save
+from host.flight import fly as flight
 from host.flight.models import model_named
+from host.flight.report import FlightReport
+from host.planners.base import Stop
 from host.planners.default import named_or_default
-from host.replanning.fly import fly_scenario
-from host.replanning.fly import save as save_replanned
+from host.replanning import fly as replanning
+from host.replanning.report import Replanned
 from host.replanning.scenario import Scenario, parse_popup, read_scenario
-from host.report.read import Run, read_run
+from host.report.read import read_run
 from host.terrain import Terrain
 
 
 __all__ = ["run"]
+
+_Report = TypeVar("_Report", FlightReport, Replanned)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -32,21 +40,24 @@ def run(args: argparse.Namespace) -> int:
     scenario = _scenario(args, run.problem.terrain)
     directory = Path(args.out) if args.out else file.parent
     prepare_directory(directory)
-    if scenario.events:
-        return _replan(args, run, scenario, directory)
-    report = fly(
-        run.problem, run.path, args.aircraft, wind=args.wind, gusts=args.gusts, seed=args.seed
+    weather = {"gusts": args.gusts, "seed": args.seed}
+    if not scenario.events:
+        begin = functools.partial(
+            flight.fly, run.problem, run.path, args.aircraft, wind=args.wind, **weather
+        )
+        return _flown(args, directory, begin, flight.write, flight.draw, _pairs)
+    replan = functools.partial(
+        replanning.fly_scenario,
+        run.problem,
+        run.path,
+        scenario,
+        planner=named_or_default(args.planner, {"board": args.board}),
+        board=args.board,
+        seconds=args.planner_seconds,
+        say=note,
+        **weather,
     )
-    with writing_into(directory):
-        written = save(report, directory)
-    table = {key: value for key, value in report.to_dict().items() if key != "track"}
-    if args.json:
-        print_json(table | {"files": list(map(str, written))})
-    else:
-        print_pairs([*_pairs(table), ("files", ", ".join(map(str, written)))])
-    for sentence in report.verdict.breaks:
-        note(sentence)
-    return 0 if report.verdict.kept else 1
+    return _flown(args, directory, replan, replanning.write, replanning.draw, _replan_pairs)
 
 
 def _scenario(args: argparse.Namespace, terrain: Terrain) -> Scenario:
@@ -65,30 +76,49 @@ def _scenario(args: argparse.Namespace, terrain: Terrain) -> Scenario:
     return scenario
 
 
-def _replan(args: argparse.Namespace, run: Run, scenario: Scenario, directory: Path) -> int:
-    """Fly the path while the scenario happens."""
-    planner = named_or_default(args.planner, {"board": args.board})
-    report = fly_scenario(
-        run.problem,
-        run.path,
-        scenario,
-        planner=planner,
-        board=args.board,
-        seconds=args.planner_seconds,
-        gusts=args.gusts,
-        seed=args.seed,
-        say=note,
-    )
-    with writing_into(directory):
-        written = save_replanned(report, directory)
-    table = {key: value for key, value in report.to_dict().items() if key != "track"}
+def _flown(
+    args: argparse.Namespace,
+    directory: Path,
+    begin: Callable[..., _Report],
+    write: Callable[[_Report, Path], Path],
+    draw: Callable[[_Report, Path], list[Path]],
+    pairs: Callable[[dict[str, Any]], list[tuple[str, str]]],
+) -> int:
+    """Fly, write the files and print the verdict; return the exit status.
+
+    A signal ends the flight; what was flown until then is written without pictures.
+    """
+    stop = Stop()
+    with ending(stop):
+        try:
+            report = begin(stop=stop)
+        except (KeyboardInterrupt, JobError) as error:
+            # A signal to a group ends the processes that this one started, such as a compiler.
+            if isinstance(error, JobError) and not stop.requested:
+                raise
+            note(f"Interrupted before the flight began; nothing is written to {directory}.")
+            return interrupts.status()
+        with writing_into(directory):
+            written = [write(report, directory)]
+    interrupted = stop.requested
+    if not interrupted:
+        try:
+            with writing_into(directory):
+                written += draw(report, directory)
+        except KeyboardInterrupt:
+            interrupted = True
+    table: dict[str, Any] = report.to_dict()
+    del table["track"]
     if args.json:
         print_json(table | {"files": list(map(str, written))})
     else:
-        print_pairs([*_replan_pairs(table), ("files", ", ".join(map(str, written)))])
-    for sentence in report.outcome.breaks:
+        print_pairs([*pairs(table), ("files", ", ".join(map(str, written)))])
+    for sentence in table["breaks"]:
         note(sentence)
-    return 0 if report.outcome.kept else 1
+    if interrupted:
+        note("Interrupted; the flight until then is written.")
+        return interrupts.status()
+    return 0 if table["kept"] else 1
 
 
 def _replan_pairs(table: dict[str, Any]) -> list[tuple[str, str]]:

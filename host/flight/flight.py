@@ -16,6 +16,7 @@ from host.flight.guidance import GRAVITY_M_S2, Commands, Guidance, Limits, State
 from host.flight.models import FlightModel
 from host.flight.route import Route
 from host.flight.simulator import STEP_S, Simulator
+from host.planners.base import Stop
 from host.problem.aircraft import Aircraft
 from host.terrain import Terrain
 
@@ -61,6 +62,8 @@ class Flown:
         As commanded.
     arrived : bool
         The end of the track was reached.
+    interrupted : bool
+        The flight was ended early.
     """
 
     t_s: NDArray[np.float64]
@@ -77,10 +80,13 @@ class Flown:
     bank_command_rad: NDArray[np.float64]
     climb_command_m_s: NDArray[np.float64]
     arrived: bool
+    interrupted: bool = False
 
 
 Sample = tuple[float, ...]
-_COLUMNS = tuple(field.name for field in fields(Flown) if field.name != "arrived")
+_COLUMNS = tuple(
+    field.name for field in fields(Flown) if field.name not in ("arrived", "interrupted")
+)
 
 
 @dataclass(frozen=True)
@@ -253,7 +259,9 @@ def limits_of(aircraft: Aircraft) -> Limits:
     )
 
 
-def fly_track(flight: Flight, airspeed_m_s: float, slowest_m_s: float) -> Flown:
+def fly_track(
+    flight: Flight, airspeed_m_s: float, slowest_m_s: float, stop: Stop | None = None
+) -> Flown:
     """Fly to the end of the track and return the samples from its start on.
 
     Parameters
@@ -264,17 +272,22 @@ def fly_track(flight: Flight, airspeed_m_s: float, slowest_m_s: float) -> Flown:
         The airspeed that it holds.
     slowest_m_s : float
         The least ground speed to expect: airspeed less wind.
+    stop : Stop, optional
+        Ends the flight early.
 
     Raises
     ------
     JobError
         If the aircraft is lost before it reaches the start.
+    KeyboardInterrupt
+        If ``stop`` ends the flight before the start.
     """
     length = flight.route.length_m
     most_s = _PATIENCE * (length / slowest_m_s + 2 * _LEAD_S * airspeed_m_s / slowest_m_s)
     samples: list[Sample] = []
     arrived = False
-    while True:
+    stop = Stop() if stop is None else stop
+    while not (interrupted := stop.requested):
         sample = flight.step()
         time_s, along, cross = sample[0], sample[4], sample[5]
         if along >= length:
@@ -284,10 +297,15 @@ def fly_track(flight: Flight, airspeed_m_s: float, slowest_m_s: float) -> Flown:
             break
         if along >= 0:
             samples.append(sample)
+    stop.heeded = True
+    if interrupted and not samples:
+        raise KeyboardInterrupt
     if not samples:
         raise JobError(
             "The aircraft did not reach the start of the path; the gusts are too strong."
         )
     columns = np.array(samples, dtype=np.float64).reshape(-1, len(_COLUMNS)).T.copy()
     columns[0] -= columns[0, 0]
-    return Flown(**dict(zip(_COLUMNS, columns, strict=True)), arrived=arrived)
+    return Flown(
+        **dict(zip(_COLUMNS, columns, strict=True)), arrived=arrived, interrupted=interrupted
+    )

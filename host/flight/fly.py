@@ -16,11 +16,12 @@ from host.flight.flight import Flight, fly_track
 from host.flight.judge import judge
 from host.flight.models import model_for, model_named
 from host.flight.report import FlightReport
+from host.planners.base import Stop
 from host.problem.problem import Problem
 from host.report.run_files import FLIGHT
 
 
-__all__ = ["fly", "save"]
+__all__ = ["draw", "fly", "save", "write"]
 
 
 def fly(
@@ -31,6 +32,7 @@ def fly(
     wind: tuple[float, float] | None = None,
     gusts: str = "none",
     seed: int = 0,
+    stop: Stop | None = None,
 ) -> FlightReport:
     """Fly a path of ``problem`` in JSBSim and judge the flight.
 
@@ -49,6 +51,8 @@ def fly(
         Dryden turbulence: none, light, moderate or severe.
     seed : int
         Its seed: the same seed gives the same flight.
+    stop : Stop, optional
+        Ends the flight early: what was flown until then is judged, and is not kept.
 
     Raises
     ------
@@ -57,6 +61,8 @@ def fly(
         extra ``fly``, is missing.
     JobError
         If the aircraft is lost before the start of the path.
+    KeyboardInterrupt
+        If ``stop`` ends the flight before the start of the path.
     """
     model = model_for(problem.aircraft) if aircraft is None else model_named(aircraft)
     figures = model.figures()
@@ -77,7 +83,7 @@ def fly(
     flight = Flight(
         track.pieces, problem.terrain, figures, model, wind=wind, gusts=gusts, seed=seed
     )
-    flown = fly_track(flight, airspeed, slowest)
+    flown = fly_track(flight, airspeed, slowest, stop)
     return FlightReport(
         problem=problem,
         path=path,
@@ -94,11 +100,20 @@ def fly(
 
 def save(report: FlightReport, directory: Path) -> list[Path]:
     """Write ``flight.json`` and ``flight.png`` into ``directory``; return their paths."""
+    return [write(report, directory), *draw(report, directory)]
+
+
+def write(report: FlightReport, directory: Path) -> Path:
+    """Write ``flight.json``, and remove the pictures of an earlier flight, which would mislead."""
+    replace_files(directory, {FLIGHT[0]: json_bytes(report.to_dict())}, gone=FLIGHT)
+    return directory / FLIGHT[0]
+
+
+def draw(report: FlightReport, directory: Path) -> list[Path]:
+    """Write ``flight.png``; return its path in a list."""
     # Loads matplotlib, which flying does not need.
     from host.flight import picture
 
-    written = [directory / name for name in FLIGHT[:2]]
-    # A picture of an earlier flight would mislead.
-    replace_files(directory, {FLIGHT[0]: json_bytes(report.to_dict())}, gone=FLIGHT)
-    picture.write(report, written[1])
-    return written
+    written = directory / FLIGHT[1]
+    picture.write(report, written)
+    return [written]

@@ -45,6 +45,8 @@ class Verdict:
         Sentences on what it broke; empty if ``kept``.
     arrived : bool
         It reached the end of the track.
+    interrupted : bool
+        It was ended early, by a signal; all other figures are of what was flown until then.
     flight_time_s, length_m : float
         Time from start to goal, and length of the planned track.
     cross_track_rms_m, cross_track_max_m : float
@@ -71,6 +73,7 @@ class Verdict:
     kept: bool
     breaks: list[str]
     arrived: bool
+    interrupted: bool
     flight_time_s: float
     length_m: float
     cross_track_rms_m: float
@@ -126,7 +129,9 @@ def judge(problem: Problem, track: SmoothedTrack, flown: Flown, aircraft: Aircra
         if entered(zone, flown).any()
     ]
     breaks = []
-    if not flown.arrived:
+    if flown.interrupted:
+        breaks.append("The flight was interrupted before it reached the goal.")
+    elif not flown.arrived:
         breaks.append("The aircraft did not reach the goal.")
     if clearance[lowest] < 0:
         breaks.append(
@@ -146,6 +151,7 @@ def judge(problem: Problem, track: SmoothedTrack, flown: Flown, aircraft: Aircra
         kept=not breaks,
         breaks=breaks,
         arrived=flown.arrived,
+        interrupted=flown.interrupted,
         flight_time_s=float(flown.t_s[-1]),
         length_m=track.length_m,
         cross_track_rms_m=_rms(flown.cross_m),

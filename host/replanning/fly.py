@@ -15,6 +15,7 @@ from host.device.chip import Chip
 from host.evaluation import Evaluator
 from host.files.output import json_bytes
 from host.files.replacement import replace_files
+from host.planners.base import Stop
 from host.problem.problem import Problem
 from host.replanning.outcome import judge
 from host.replanning.planner import InFlightPlanner
@@ -24,7 +25,7 @@ from host.replanning.session import Session
 from host.report.run_files import FLIGHT
 
 
-__all__ = ["FALLBACK", "fly_scenario", "on_board", "save", "underway"]
+__all__ = ["FALLBACK", "draw", "fly_scenario", "on_board", "save", "underway", "write"]
 
 #: The planner on the processor that takes over where a board is lost.
 FALLBACK = "astar"
@@ -53,17 +54,33 @@ def fly_scenario(
     *,
     planner: str,
     board: str,
+    stop: Stop | None = None,
     **options: Any,
 ) -> Replanned:
-    """Fly a path of ``mission`` to its end while a scenario happens.
+    """Fly a path of ``mission`` to its end, or until ``stop`` ends it, while a scenario happens.
 
-    Parameters and errors are those of :func:`underway`.
+    A signal handler that raises :class:`KeyboardInterrupt` after the request ends a plan in flight,
+    too. Other parameters, and errors, are those of :func:`underway`.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        If ``stop`` ends the flight before the start of the path.
     """
+    stop = Stop() if stop is None else stop
     with underway(mission, path, scenario, planner=planner, board=board, **options) as (
         session,
         report,
     ):
-        session.run()
+        try:
+            while not (session.ended or stop.requested):
+                session.step()
+        except KeyboardInterrupt:
+            if not stop.requested:
+                raise
+        stop.heeded = True
+        if not session.pilot.samples:
+            raise KeyboardInterrupt
         return report()
 
 
@@ -138,12 +155,21 @@ def underway(
 
 def save(report: Replanned, directory: Path) -> list[Path]:
     """Write ``flight.json``, ``flight.png`` and ``flight.gif``; return their paths."""
+    return [write(report, directory), *draw(report, directory)]
+
+
+def write(report: Replanned, directory: Path) -> Path:
+    """Write ``flight.json``, and remove the pictures of an earlier flight, which would mislead."""
+    replace_files(directory, {FLIGHT[0]: json_bytes(report.to_dict())}, gone=FLIGHT)
+    return directory / FLIGHT[0]
+
+
+def draw(report: Replanned, directory: Path) -> list[Path]:
+    """Write ``flight.png`` and ``flight.gif``; return their paths."""
     # Loads matplotlib, which flying does not need.
     from host.replanning import animation, picture
 
-    written = [directory / name for name in FLIGHT]
-    # Pictures of an earlier flight would mislead.
-    replace_files(directory, {FLIGHT[0]: json_bytes(report.to_dict())}, gone=FLIGHT)
-    picture.write(report, written[1])
-    animation.write(report, written[2])
+    written = [directory / name for name in FLIGHT[1:]]
+    picture.write(report, written[0])
+    animation.write(report, written[1])
     return written

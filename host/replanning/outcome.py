@@ -33,8 +33,10 @@ class Outcome:
     Parameters
     ----------
     ended : str
-        ``arrived``, ``holding``: on a safe circle, with no path to the goal; ``crashed`` or
-        ``lost``.
+        ``arrived``, ``holding``: on a safe circle, with no path to the goal; ``crashed``, ``lost``
+        or ``interrupted``.
+    interrupted : bool
+        It was ended early, by a signal; all other figures are of what was flown until then.
     alive : bool
         It touched neither ground nor zone, and did not get lost.
     kept : bool
@@ -57,6 +59,7 @@ class Outcome:
     """
 
     ended: str
+    interrupted: bool
     alive: bool
     kept: bool
     breaks: list[str]
@@ -73,7 +76,7 @@ class Outcome:
 
 
 def judge(session: Session) -> Outcome:
-    """Return the verdict on a flight that has ended."""
+    """Return the verdict on a flight; one that has not ended by itself was interrupted."""
     problem = session.mission
     flown = np.array(session.pilot.samples, dtype=np.float64)
     x, y, z = flown[:, 1], flown[:, 2], flown[:, 3]
@@ -96,6 +99,8 @@ def judge(session: Session) -> Outcome:
     in_zones, distance = _zones(session, flown)
     touched += in_zones
     breaks = list(touched)
+    if not session.ended:
+        breaks.append("The flight was interrupted before it reached the goal.")
     if session.ended == "holding":
         breaks.append("The aircraft waits on a safe circle: no path to the goal was found.")
     if 0 <= share < SHARE:
@@ -105,7 +110,8 @@ def judge(session: Session) -> Outcome:
             f"at ({x[worst]:.0f}, {y[worst]:.0f})."
         )
     return Outcome(
-        ended=session.ended,
+        ended=session.ended or "interrupted",
+        interrupted=not session.ended,
         alive=not touched,
         kept=not breaks,
         breaks=breaks,

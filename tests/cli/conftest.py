@@ -1,9 +1,11 @@
 """A small terrain on disk, and plans over it from the command line."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -66,6 +68,29 @@ def assert_check_agrees(out, summary, capsys):
 def wait_for(process, begin):
     """Read standard error up to a line; notes on what is compiled may come first."""
     assert any(line.startswith(begin) for line in process.stderr), begin
+
+
+def started(*arguments, **options):
+    """Start a command; return its process."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "host", *map(str, arguments)],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        **options,
+    )
+
+
+def is_gone(group):
+    """Wait until no process of a group is left; return False after a limit."""
+    for _ in range(100):
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.1)
+    return False
 
 
 def interrupted(arguments, line):

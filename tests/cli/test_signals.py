@@ -13,7 +13,7 @@ import pytest
 from host.cli import main
 from host.errors import JobError
 
-from .conftest import ENDS, ROOT, wait_for
+from .conftest import ENDS, ROOT, is_gone, started, wait_for
 
 
 FILES = ["path.geojson", "path.png", "summary.json", "terrain.npz"]
@@ -23,17 +23,6 @@ OTHERS = [
     pytest.param(signal.SIGQUIT, marks=pytest.mark.ci),
 ]
 MANY = "10000000"
-
-
-def started(*arguments, **options):
-    return subprocess.Popen(
-        [sys.executable, "-m", "host", *map(str, arguments)],
-        cwd=ROOT,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        **options,
-    )
 
 
 def plan(hills, out, *options, **more):
@@ -53,17 +42,6 @@ def plan(hills, out, *options, **more):
     )
     wait_for(process, "generation 0/")
     return process
-
-
-def is_gone(group):
-    """Wait until no process of a group is left; return False after a limit."""
-    for _ in range(100):
-        try:
-            os.killpg(group, 0)
-        except ProcessLookupError:
-            return True
-        time.sleep(0.1)
-    return False
 
 
 @pytest.mark.parametrize("number", OTHERS)

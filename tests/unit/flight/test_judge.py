@@ -34,6 +34,7 @@ def flight(z=200.0, y=2000.0, **values):
     table |= {
         "t_s": np.arange(k) / 30, "x": x, "y": np.full(k, y), "z": np.full(k, z),
         "along_m": x - 1000, "airspeed_m_s": np.full(k, 23.0), "arrived": True,
+        "interrupted": False,
     }  # fmt: skip
     return Flown(**(table | values))
 
@@ -128,6 +129,12 @@ def test_lost_flights_and_voids_break():
         "The aircraft did not reach the goal.",
         "The flight crosses a void of the terrain.",
     ]
+
+
+def test_interrupted_flights_are_not_kept():
+    report = verdict(flight(arrived=False, interrupted=True))
+    assert (report.interrupted, report.kept) == (True, False)
+    assert report.breaks == ["The flight was interrupted before it reached the goal."]
 
 
 def test_limits_are_means_of_five_seconds():

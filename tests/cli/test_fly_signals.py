@@ -1,0 +1,204 @@
+"""Signals to a flight or a served board: what was flown is written, no process is left."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from host.cli import main
+from host.files.output import json_bytes
+from host.flight.flight import PERIOD_S, Flight
+from host.replanning.planner import InFlightPlanner
+from tests.chips import SMALL, board_url
+
+from .conftest import ROOT, is_gone, started, wait_for
+
+
+WRITTEN = "pathgene: Interrupted; the flight until then is written."
+BREAK = "The flight was interrupted before it reached the goal."
+POPUP = ("--popup", "ahead:1500,250@20", "--planner", "astar", "--planner-seconds", "0.2")
+NUMBERS = [
+    signal.SIGTERM,
+    pytest.param(signal.SIGINT, marks=pytest.mark.ci),
+    pytest.param(signal.SIGHUP, marks=pytest.mark.ci),
+    pytest.param(signal.SIGQUIT, marks=pytest.mark.ci),
+]
+#: Steps of a flight until its start, and of one that is on its way.
+BEGUN, UNDERWAY = 600, 3000
+#: Runs ``pathgene`` with a flight that says when it is under way, and goes on slowly from there.
+SLOWLY = f"""
+import sys, time
+from host.cli import main
+from host.files.output import json_bytes
+from host.flight.flight import Flight
+steps, step = 0, Flight.step
+def slow(flight):
+    global steps
+    steps += 1
+    if steps >= {UNDERWAY}:
+        time.sleep(0.01)
+    if steps == {UNDERWAY}:
+        print("under way", file=sys.stderr, flush=True)
+    return step(flight)
+Flight.step = slow
+sys.exit(main())
+"""
+
+
+@pytest.fixture(scope="module")
+def summary(tmp_path_factory):
+    """A plan over hills."""
+    folder = tmp_path_factory.mktemp("plan")
+    y, x = np.mgrid[:101, :101]
+    hills = 100 + 30 * (np.sin(x / 11) * np.cos(y / 9) + 1)
+    np.savez(folder / "hills.npz", elevation=hills, dx_m=60.0, dy_m=60.0)
+    arguments = f"plan --terrain {folder / 'hills.npz'} --start 800,3000,250 --goal 5200,3000,250"
+    arguments += f" --planner astar --no-picture --out {folder}"
+    assert main(arguments.split()) == 0
+    return str(folder / "summary.json")
+
+
+@pytest.fixture
+def out(tmp_path):
+    """A folder with the pictures of an earlier flight."""
+    for name in ("flight.json", "flight.png", "flight.gif"):
+        (tmp_path / name).write_bytes(b"of an earlier flight")
+    return tmp_path
+
+
+@pytest.fixture
+def at_step(monkeypatch):
+    """Function that sends a signal to this process at a step of the flight."""
+
+    def send(at, number=signal.SIGTERM):
+        step, steps = Flight.step, iter(range(1, 10**9))
+
+        def signalled(flight):
+            if next(steps) == at:
+                os.kill(os.getpid(), number)
+            return step(flight)
+
+        monkeypatch.setattr(Flight, "step", signalled)
+
+    return send
+
+
+def assert_interrupted(out, table):
+    """Assert that the file of a flight says so, and that it is alone."""
+    assert [file.name for file in out.iterdir()] == ["flight.json"]
+    content = json.loads((out / "flight.json").read_text())
+    track = content.pop("track")
+    assert content == {key: value for key, value in table.items() if key != "files"}
+    assert (table["interrupted"], table["kept"], table["breaks"]) == (True, False, [BREAK])
+    assert table["files"] == [str(out / "flight.json")]
+    flown_s = table["flight_time_s"]
+    assert 0 < flown_s < 180
+    assert len(track["x"]) == len(track["t_s"]) == pytest.approx(flown_s, abs=1.1)
+
+
+@pytest.mark.parametrize(
+    "options", [(), pytest.param(POPUP, marks=pytest.mark.ci)], ids=["simple", "popup"]
+)
+@pytest.mark.parametrize("number", NUMBERS)
+def test_a_flight_is_written_after_a_signal(summary, out, number, options):
+    command = [sys.executable, "-c", SLOWLY, "fly", summary, *options, "--out", out, "--json"]
+    with subprocess.Popen(
+        command,
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    ) as process:
+        wait_for(process, "under way")
+        os.killpg(process.pid, number)
+        output, error = process.communicate(timeout=60)
+    assert process.returncode == 128 + number, error
+    assert error.splitlines()[-2:] == [f"pathgene: {BREAK}", WRITTEN]
+    assert_interrupted(out, json.loads(output))
+    assert is_gone(process.pid)
+
+
+@pytest.mark.parametrize("options", [(), POPUP], ids=["simple", "popup"])
+def test_a_signal_before_the_start_writes_nothing(summary, tmp_path, at_step, capsys, options):
+    at_step(BEGUN)
+    out = tmp_path / "out"
+    assert main(["fly", summary, *options, "--out", str(out)]) == 128 + signal.SIGTERM
+    assert capsys.readouterr().err.splitlines()[-1] == (
+        f"pathgene: Interrupted before the flight began; nothing is written to {out}."
+    )
+    assert list(out.iterdir()) == []
+
+
+def test_a_signal_ends_a_plan_in_flight(summary, out, monkeypatch, capsys):
+    def endless(*_):
+        os.kill(os.getpid(), signal.SIGHUP)
+        time.sleep(60)
+
+    monkeypatch.setattr(InFlightPlanner, "attempt", endless)
+    begun = time.monotonic()
+    command = ["fly", summary, *POPUP, "--out", str(out), "--json"]
+    assert main(command) == 128 + signal.SIGHUP
+    assert time.monotonic() - begun < 30
+    table = json.loads(capsys.readouterr().out)
+    assert_interrupted(out, table)
+    assert table["ended"] == "interrupted"
+    assert table["flight_time_s"] == pytest.approx(20, abs=2 * PERIOD_S)
+
+
+@pytest.mark.parametrize("options", [(), POPUP], ids=["simple", "popup"])
+def test_a_second_signal_while_the_flight_is_judged_loses_nothing(
+    summary, out, at_step, monkeypatch, capsys, options
+):
+    at_step(UNDERWAY)
+
+    def signalled(value):
+        time.sleep(0.2)  # Sooner it would be the same request.
+        os.kill(os.getpid(), signal.SIGINT)
+        return json_bytes(value)
+
+    monkeypatch.setattr("host.flight.fly.json_bytes", signalled)
+    monkeypatch.setattr("host.replanning.fly.json_bytes", signalled)
+    command = ["fly", summary, *options, "--out", str(out), "--json"]
+    assert main(command) == 128 + signal.SIGTERM
+    assert_interrupted(out, json.loads(capsys.readouterr().out))
+
+
+@pytest.mark.parametrize("options", [(), POPUP], ids=["simple", "popup"])
+def test_a_signal_while_pictures_are_drawn_keeps_the_whole_flight(
+    summary, out, monkeypatch, capsys, options
+):
+    def endless(*_):
+        os.kill(os.getpid(), signal.SIGQUIT)
+        time.sleep(60)
+
+    monkeypatch.setattr("host.flight.picture.draw", endless)
+    monkeypatch.setattr("host.replanning.picture.draw", endless)
+    command = ["fly", summary, *options, "--out", str(out), "--json"]
+    assert main(command) == 128 + signal.SIGQUIT
+    printed, said = capsys.readouterr()
+    assert said.splitlines()[-1] == WRITTEN
+    table = json.loads(printed)
+    assert (table["interrupted"], table["kept"]) == (False, True)
+    assert [file.name for file in out.iterdir()] == ["flight.json"]
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+def test_a_served_board_ends_after_a_signal(number):
+    command = ["board", "serve", "--board", board_url("sim", SMALL), "--json"]
+    with started(*command, start_new_session=True) as process:
+        text = ""
+        while not text.endswith("}\n"):
+            text += process.stdout.readline()
+        wait_for(process, "pathgene: Serving until Ctrl-C.")
+        os.killpg(process.pid, number)
+        output, error = process.communicate(timeout=60)
+    assert (process.returncode, output, error) == (128 + number, "", "")
+    assert is_gone(process.pid)
+    with pytest.raises(ProcessLookupError):
+        os.kill(json.loads(text)["pid"], 0)

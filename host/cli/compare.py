@@ -53,21 +53,22 @@ def run(args: argparse.Namespace) -> int:
         note_compiling(as_paper=problem.as_paper)
     with RunStore(directory, problem_digest(problem)) as store:
         fields = kept(store, entrants, seeds)
+        report = functools.partial(document, problem, source_of(args), fields, seeds)
+        execute = functools.partial(_execute, problem, args.scheduler, jobs)
         try:
-            complete(
-                fields,
-                seeds,
-                store,
-                functools.partial(_execute, problem, args.scheduler, jobs),
-                sys.stderr,
-            )
+            try:
+                complete(fields, seeds, store, execute, sys.stderr)
+            except KeyboardInterrupt:
+                if any(part.records for part in fields):
+                    write_report(directory, report(interrupted=True), warn=note, picture=False)
+                raise
             if any(part.records for part in fields):
-                report = document(problem, source_of(args), fields, seeds)
-                written = [store.path, *write_report(directory, report, warn=note)]
+                table = report()
+                written = [store.path, *write_report(directory, table, warn=note)]
                 if args.json:
-                    print_json(report)
+                    print_json(table)
                 else:
-                    _print(report, written)
+                    _print(table, written)
         except KeyboardInterrupt:
             done = sum(len(part.records) for part in fields)
             note(

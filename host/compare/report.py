@@ -46,6 +46,8 @@ def document(
     source: Mapping[str, Any],
     fields: Sequence[Field],
     seeds: Sequence[int],
+    *,
+    interrupted: bool = False,
 ) -> dict[str, Any]:
     """Return the whole report; every number in it is finite.
 
@@ -59,12 +61,15 @@ def document(
         All entrants, in the user's order.
     seeds : sequence of int
         Seeds of the runs of each entrant.
+    interrupted : bool
+        A signal has ended the comparison before its last run.
     """
     report = {
         "pathgene": version(),
         **describe_problem(Evaluator(problem, threads=1), source),
         "seeds": [seeds[0], seeds[-1]],
         "paired": False,
+        "interrupted": interrupted,
         "planners": [_planner(part) for part in fields],
         "pairs": [
             {

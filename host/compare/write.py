@@ -17,8 +17,10 @@ def write_report(
     directory: Path,
     report: Mapping[str, Any],
     warn: Callable[[str], None],
+    *,
+    picture: bool = True,
 ) -> list[Path]:
-    """Write ``compare.json`` and ``compare.png``, and return the files written.
+    """Write ``compare.json`` and, unless ``picture`` is false, ``compare.png``; return the paths.
 
     An error in the picture is only a warning: the numbers are kept.
 
@@ -27,14 +29,16 @@ def write_report(
     InputError
         If the directory cannot be written to.
     """
-    numbers, picture = directory / "compare.json", directory / "compare.png"
+    numbers, drawing = directory / "compare.json", directory / "compare.png"
     with writing_into(directory):
-        replace_files(directory, {numbers.name: json_bytes(report)}, gone=[picture.name])
+        replace_files(directory, {numbers.name: json_bytes(report)}, gone=[drawing.name])
+    if not picture:
+        return [numbers]
     try:
         from host.compare.picture import write
 
-        write(report, picture)
+        write(report, drawing)
     except Exception as error:
         warn(f"There is no picture this time, drawing it failed: {type(error).__name__}: {error}.")
         return [numbers]
-    return [numbers, picture]
+    return [numbers, drawing]

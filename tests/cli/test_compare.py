@@ -167,6 +167,7 @@ def test_interrupted_and_resumed(hills, tmp_path, capsys):
 
     assert main([*command, "--jobs", "1", "--json"]) == 0
     report = json.loads(capsys.readouterr().out)
+    assert report["interrupted"] is False
     assert [run["seed"] for run in report["planners"][0]["runs"]] == list(range(6))
     assert file.read_bytes().startswith(before)
     assert file.read_bytes().count(b"\n") == 6

@@ -197,4 +197,6 @@ def test_a_comparison_keeps_its_runs_and_ends_its_processes(hills, tmp_path, num
     )
     assert "Traceback" not in error
     assert is_gone(process.pid)
-    assert [entry.name for entry in tmp_path.iterdir()] == ["runs.jsonl"]
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["compare.json", "runs.jsonl"]
+    report = json.loads((tmp_path / "compare.json").read_text())
+    assert (report["interrupted"], len(report["planners"][0]["runs"])) == (True, done)

@@ -1,13 +1,16 @@
 """Signals at random moments: no file is torn, and no process and no hidden file is left."""
 
+import contextlib
 import json
 import os
 import random
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 import uuid
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -23,10 +26,15 @@ COMMANDS = ["plan-model", "plan-sim", "compare", "fly", "replan", "serve"]
 WRITTEN = "pathgene: Interrupted; the best path so far is written."
 ENDED = "pathgene: Interrupted before the end."
 EARLY = "pathgene: Interrupted before a path was found; nothing is written to "
+FLOWN = "pathgene: Interrupted; the flight until then is written."
+GROUNDED = "pathgene: Interrupted before the flight began; nothing is written to "
 # Each process of a trial has this variable in its environment.
 MARK = "PATHGENE_TRIAL"
 # A board is served for ever.
 SERVED_S = 3.0
+# The longest time from the end of a search to the last file of its path, seconds.
+WRITING_S = 0.5
+PROGRAM = (sys.executable, "-m", "host")
 
 
 @pytest.fixture(scope="module")
@@ -93,13 +101,12 @@ def trial(hills, tmp_path_factory):
     return run
 
 
-def started(command, mark):
+def started(command, mark, program=PROGRAM, **streams):
     return subprocess.Popen(
-        [sys.executable, "-m", "host", *map(str, command)],
+        [*program, *map(str, command)],
         cwd=ROOT,
         env={**os.environ, MARK: mark},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
+        **{"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **streams},
         text=True,
         start_new_session=True,
     )
@@ -124,34 +131,133 @@ def answers(command):
     assert process.returncode == 128 + signal.SIGTERM, error
 
 
-def interrupted(command, number, delay_s, *, to_group):
+@dataclass(frozen=True)
+class Moment:
+    """What is seen of a command at its signal; it is stopped to look at it."""
+
+    #: The program has set its handlers of signals, and not removed them yet.
+    announced: bool
+    #: What it has written to standard output and standard error so far.
+    printed: str
+    said: str
+    #: Seconds since the epoch.
+    at_s: float
+
+
+def interrupted(command, number, delay_s, *, to_group, program=PROGRAM):
     """Send a signal to a command, or to all processes of its session, and judge its end."""
     mark = uuid.uuid4().hex
-    with started(command, mark) as process:
-        time.sleep(delay_s)
-        if process.poll() is None:
-            (os.killpg if to_group else os.kill)(process.pid, number)
-        _, error = process.communicate(timeout=60)
-    status = process.returncode
+    begun_s = time.time()
+    with tempfile.TemporaryFile() as output, tempfile.TemporaryFile() as errors:
+        with started(command, mark, program, stdout=output, stderr=errors) as process:
+            time.sleep(delay_s)
+            moment = signalled(process, number, output, errors, to_group=to_group)
+            status = process.wait(timeout=60)
+        printed, error = written(output), written(errors)
     deadline = time.monotonic() + 10
     while left := processes(mark):
         assert time.monotonic() < deadline, (left, error)
         time.sleep(0.05)
-    # Before Python has set its handlers, and after it has removed them, a signal kills.
-    assert status in (128 + number, -number, 0, 1), error
-    assert "Internal error" not in error
+    judge(command, number, status, moment, printed, error, begun_s)
+    return status
+
+
+def signalled(process, number, output, errors, *, to_group):
+    """Stop a process, look at it, and send it a signal; return None if it has ended before."""
+    tasks = Path(f"/proc/{process.pid}/task")
+    if process.poll() is not None:
+        return None
+    os.kill(process.pid, signal.SIGSTOP)
+    deadline = time.monotonic() + 30
+    states = set()
+    while states != {"T"}:
+        if "Z" in states:
+            return None
+        assert time.monotonic() < deadline, states
+        time.sleep(0.001)
+        with contextlib.suppress(OSError):  # A thread has ended.
+            states = {field(task / "status", "State") for task in tasks.iterdir()}
+    caught = int(field(tasks.parent / "status", "SigCgt"), 16)
+    # Python itself catches SIGINT before the program does, and no other signal.
+    needed = {number, signal.SIGTERM if number == signal.SIGINT else number}
+    announced = all(caught >> (each - 1) & 1 for each in needed)
+    moment = Moment(announced, written(output), written(errors), time.time())
+    (os.killpg if to_group else os.kill)(process.pid, number)
+    process.send_signal(signal.SIGCONT)
+    return moment
+
+
+def field(file, name):
+    """Return a field of a file of ``/proc``."""
+    (line,) = (line for line in file.read_text().splitlines() if line.startswith(f"{name}:"))
+    return line.split()[1]
+
+
+def written(file):
+    """Return what a program has written to a file so far."""
+    return os.pread(file.fileno(), os.fstat(file.fileno()).st_size, 0).decode()
+
+
+def judge(command, number, status, moment, printed, error, begun_s):
+    """Assert that a command ended as it may after a signal at a moment."""
+    told = f"status {status}, {moment}, printed: {printed}, said: {error}"
+    assert "Internal error" not in error, told
+    serves = command[0] == "board"
+    if moment is None:
+        assert not serves, told
+        assert status in (0, 1), told
+        return
     if status == 128 + number:
-        assert "Traceback" not in error
-        said = error.splitlines()[-1]
+        judge_words(command, moment, error, begun_s)
+        return
+    if not moment.announced:
+        if moment.printed and not serves:
+            # After its end: the handlers are gone, and all is printed.
+            assert printed == moment.printed, told
+            assert status in (-number, 0, 1), told
+            return
+        # Before its start. Python's own handler of SIGINT ends it with 1.
+        files = [] if serves else list(Path(command[-1]).iterdir())
+        files = [file for file in files if file.stat().st_mtime >= begun_s]
+        assert [moment.printed, moment.said, files] == ["", "", []], told
+        assert "pathgene:" not in error, told
+        assert status in ((-number, 1) if number == signal.SIGINT else (-number,)), told
+        return
+    # Only a search that had ended by itself goes on, to write its path.
+    assert command[0] == "plan", told
+    assert status in (0, 1), told
+    assert printed, told
+    summary = Path(command[-1]) / "summary.json"
+    assert json.loads(summary.read_text())["interrupted"] is False, told
+    assert error == moment.said or summary.stat().st_mtime - moment.at_s < WRITING_S, told
+
+
+def judge_words(command, moment, error, begun_s):
+    """Assert that an interrupted command says what it has written, and has written it."""
+    assert "Traceback" not in error, error
+    said = error.splitlines()[-1]
+    if command[0] == "board":
+        assert said.startswith((ENDED, "pathgene: Serving until")), error
+        return
+    folder = Path(command[-1])
+    if command[0] == "compare":
         kept = said.startswith("pathgene: Interrupted; ") and "runs are kept" in said
-        assert kept or said.startswith((WRITTEN, ENDED, EARLY, "pathgene: Serving until")), error
-        if command[0] == "plan" and "generation " in error:
+        assert kept or said == ENDED, error
+    elif command[0] == "fly":
+        assert said.startswith((FLOWN, ENDED, GROUNDED)), error
+        if said == FLOWN or " s: a zone appears" in moment.said:
+            file = folder / "flight.json"
+            assert file.stat().st_mtime >= begun_s, error
+            flight = json.loads(file.read_text())
+            assert not (flight["interrupted"] and flight["kept"]), error
+    else:
+        assert said.startswith((WRITTEN, ENDED, EARLY)), error
+        if "generation " in error:
             assert said == WRITTEN, error
         if said == WRITTEN:
-            summary = json.loads((Path(command[-1]) / "summary.json").read_text())
+            summary = json.loads((folder / "summary.json").read_text())
             assert summary["interrupted"] is True
             assert summary["stopped_by"] == "interrupt"
-    return status
 
 
 def processes(mark):
@@ -180,6 +286,31 @@ def assert_whole(folder):
     summary = folder / "summary.json"
     if summary.exists():
         verify(summary, json.loads(summary.read_text()))
+
+
+#: Programs that search, and do not heed the signal as a command has to.
+CARELESS = {
+    "killed": "time.sleep(60)",
+    "silent": "signal.signal(signal.SIGTERM, lambda *_: sys.exit(143)); time.sleep(60)",
+    "content": "signal.signal(signal.SIGTERM, lambda *_: sys.exit(0)); time.sleep(60)",
+    "deaf": """
+signal.signal(signal.SIGTERM, lambda *_: None)
+time.sleep(1.5)
+print("generation 1", file=sys.stderr)
+(Path(sys.argv[-1]) / "summary.json").write_text('{"interrupted": false}')
+print("feasible")
+""",
+}
+
+
+@pytest.mark.parametrize("kind", CARELESS)
+def test_a_command_that_does_not_heed_its_signal_is_noticed(tmp_path, kind):
+    begin = "import signal, sys, time; from pathlib import Path; print('generation 0', "
+    text = f"{begin} file=sys.stderr, flush=True)\n{CARELESS[kind]}"
+    program = sys.executable, "-c", text
+    for command in (["plan", "--out", tmp_path], ["fly", "--out", tmp_path], ["board", tmp_path]):
+        with pytest.raises(AssertionError, match="generation 0"):
+            interrupted(command, signal.SIGTERM, 0.5, to_group=True, program=program)
 
 
 @pytest.mark.ci

@@ -16,6 +16,9 @@ from host.numeric import whole
 
 __all__ = ["info", "serve"]
 
+# Time between two looks at a signal, seconds.
+_LOOK_S = 1.0
+
 
 def info(args: argparse.Namespace) -> int:
     """Describe the board at the other end of a link."""
@@ -54,9 +57,12 @@ def serve(args: argparse.Namespace) -> int:
             note(
                 f"Anybody who reaches {args.listen} can use this board, which asks for no password."
             )
-        note("Serving until Ctrl-C.")
         try:
-            status = board.wait()
+            note("Serving until Ctrl-C.")
+            # Where another thread takes the signal, as one of a stopped process may, a wait without
+            # an end would never learn of it.
+            while (status := board.wait(_LOOK_S)) is None:
+                pass
         except KeyboardInterrupt:
             return interrupts.status()
         raise JobError(

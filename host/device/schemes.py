@@ -91,8 +91,8 @@ class ServedBoard(Protocol):
         """Process of the simulator."""
         ...
 
-    def wait(self) -> int | None:
-        """Wait for the end of the simulator; return its exit status."""
+    def wait(self, timeout_s: float | None = None) -> int | None:
+        """Wait for the end of the simulator; return its exit status, or None after so long."""
         ...
 
     def log(self) -> str:

@@ -202,3 +202,27 @@ def test_a_served_board_ends_after_a_signal(number):
     assert is_gone(process.pid)
     with pytest.raises(ProcessLookupError):
         os.kill(json.loads(text)["pid"], 0)
+
+
+def test_a_served_board_heeds_a_signal_that_another_thread_takes():
+    """As one to a stopped process may be taken."""
+    command = ["board", "serve", "--board", board_url("sim", SMALL)]
+    program = (
+        "import signal, sys, threading, time\n"
+        "from host.cli import main\n"
+        "def send():\n"
+        "    time.sleep(0.5)\n"
+        "    signal.pthread_kill(threading.get_ident(), signal.SIGTERM)\n"
+        "import sim.board.process as process\n"
+        "wait = process.SimulatedBoard.wait\n"
+        "def begun(*arguments):\n"
+        "    process.SimulatedBoard.wait = wait\n"
+        "    threading.Thread(target=send).start()\n"
+        "    return wait(*arguments)\n"
+        "process.SimulatedBoard.wait = begun\n"
+        "sys.exit(main())\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program, *command], cwd=ROOT, timeout=60, check=False
+    )
+    assert done.returncode == 128 + signal.SIGTERM

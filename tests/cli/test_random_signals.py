@@ -152,7 +152,11 @@ def interrupted(command, number, delay_s, *, to_group, program=PROGRAM):
         with started(command, mark, program, stdout=output, stderr=errors) as process:
             time.sleep(delay_s)
             moment = signalled(process, number, output, errors, to_group=to_group)
-            status = process.wait(timeout=60)
+            try:
+                status = process.wait(timeout=60)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                raise
         printed, error = written(output), written(errors)
     deadline = time.monotonic() + 10
     while left := processes(mark):

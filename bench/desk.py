@@ -107,7 +107,7 @@ def run(options: Options) -> Report:
             for what, seconds in zip(_MOMENTS, zip(*loads, strict=True), strict=True)
         ),
         ("frames a second in 3-D while it turns", frames),
-        ("generations a second of a plan that come to be shown", generations),
+        ("generations a second of a plan that are counted", generations),
     ]
     return report
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +20,9 @@ __all__ = ["MapCopy", "drawn_corners"]
 _UNKNOWN = -1
 #: Frames of the map between two reports of progress.
 _FRAMES_PER_REPORT = 64
-#: Changes with more unchanged rows between them are sent as rectangles of their own.
-_ROWS_APART = 16
+#: Changes with as many or more unchanged rows or columns between them are sent as rectangles of
+#: their own.
+_APART = 16
 
 #: Rows and columns of a rectangle, and what is written there.
 Written = tuple[tuple[slice, slice], NDArray[np.integer]]
@@ -111,9 +112,7 @@ class MapCopy:
             raise ValueError(
                 f"Heights must be a whole map of {self._heights.shape}, not of {heights.shape}"
             )
-        rows = np.flatnonzero((self._heights != heights).any(axis=1))
-        bands = np.split(rows, np.flatnonzero(np.diff(rows) > _ROWS_APART) + 1)
-        parts = [self._changed(heights, band) for band in bands if len(band)]
+        parts = list(_rectangles(self._heights != heights))
         total = sum(heights[part].size for part in parts)
         done = 0
         for part in parts:
@@ -122,11 +121,19 @@ class MapCopy:
             self.upload(heights[part], west, south, progress=report)
             done += heights[part].size
 
-    def _changed(self, heights: NDArray[np.integer], band: NDArray[np.intp]) -> tuple[slice, slice]:
-        """Return rows and columns of the rectangle with the changes in the rows of a band."""
-        rows = slice(int(band[0]), int(band[-1]) + 1)
-        columns = np.flatnonzero((self._heights[rows] != heights[rows]).any(axis=0))
-        return rows, slice(int(columns[0]), int(columns[-1]) + 1)
+
+def _rectangles(changed: NDArray[np.bool_]) -> Iterator[tuple[slice, slice]]:
+    """Yield rows and columns of rectangles that hold all changed cells."""
+    for rows in _bands(np.flatnonzero(changed.any(axis=1))):
+        for columns in _bands(np.flatnonzero(changed[rows].any(axis=0))):
+            inside = np.flatnonzero(changed[rows, columns].any(axis=1)) + rows.start
+            yield slice(int(inside[0]), int(inside[-1]) + 1), columns
+
+
+def _bands(places: NDArray[np.intp]) -> list[slice]:
+    """Return what holds all rows or columns at ``places``, and few of the others."""
+    bands = np.split(places, np.flatnonzero(np.diff(places) > _APART) + 1)
+    return [slice(int(band[0]), int(band[-1]) + 1) for band in bands if len(band)]
 
 
 def _shifted(

@@ -156,17 +156,19 @@ def test_changes_far_apart_are_sent_by_themselves():
     chip.upload_map(heights)
     port.commands.clear()
     heights[2:5, 3:9] ^= 1
-    heights[8, 40] ^= 1
+    heights[8, 12] ^= 1
+    heights[4, 40] ^= 1
     heights[60:63, 50:54] ^= 1
     told = []
     chip.update_map(heights, progress=lambda done, cells: told.append((done, cells)))
     assert (port.chip.checking.terrain.heights == heights).all()
     layout = map_request(config)
     sent = [layout.unpack(payload[: layout.size]) for _, payload in port.commands]
-    # The changes in rows 2 to 8 are in one rectangle.
-    near, far = 7 * 38, 3 * 4
-    assert sum(tile["width"] * tile["height"] for tile in sent) == near + far
-    assert told == [(near, near + far), (near + far, near + far)]
+    # Those in columns 3 to 12 are in one rectangle, those beside and above in others.
+    near, beside, above = 7 * 10, 1, 3 * 4
+    every = near + beside + above
+    assert sum(tile["width"] * tile["height"] for tile in sent) == every
+    assert told == [(near, every), (near + beside, every), (every, every)]
 
 
 def test_resumes_a_failed_upload():

@@ -81,6 +81,7 @@ class ProblemOnChip:
         self.eased = 0
         self._record = problem_record(chip.config, problem, grid)
         self._ends = chip_ends(problem)
+        self._eases = dict.fromkeys(self._ends, 0)
         self._shapes: list[NoFlyShape] = []
         self._runs_before: int | None = None
         self._first: NDArray[np.integer] | None = None
@@ -100,16 +101,16 @@ class ProblemOnChip:
         corners of zones that are gone, those beside the ends, zones with heights or times, and
         dents and holes of a zone. What is gone waits for :meth:`free` where a zone is new: a path
         that keeps clear of both is safe, and comes sooner. Elsewhere the chip keeps the map that it
-        has: the corners beside an earlier end stay lowered, and those beside an end that stays are
-        as the last :meth:`ease` has left them, unless a zone that is gone or new is there. Where an
-        end lies off the steps of that map, the other problem gets a new map, and its first run
-        starts cold.
+        has: the corners beside an earlier end stay lowered, and those beside an end that stays
+        have the ease that the last :meth:`ease` has given them. Where an end lies off the steps of
+        that map, the other problem gets a new map, and its first run starts cold.
         """
         grid = self.grid.of_problem(problem)
         if grid is None:
             return ProblemOnChip(self.chip, problem, CornerMap(self.chip.config, problem))
         other = ProblemOnChip.__new__(ProblemOnChip)
         other._set(self.chip, problem, grid)
+        other._eases |= {end: ease for end, ease in self._eases.items() if end in other._ends}
         other._corners = self._corners.copy()
         gone = [zone for zone in self.problem.zones if zone not in problem.zones]
         new = [zone for zone in problem.zones if zone not in self.problem.zones]
@@ -118,14 +119,12 @@ class ProblemOnChip:
         for zone in new:
             other._add(zone)
         changed = [grid.around_zone(zone) for zone in (*gone, *new)]
-        around_ends = [
-            part
-            for end in other._ends
-            if end not in self._ends or any(_meet(grid.around(end), each) for each in changed)
-            for part in (grid.around(end),)
-        ]
-        for part in around_ends:
-            other._renew(*part)
+        around_ends = []
+        for end, ease in other._eases.items():
+            part = grid.around(end)
+            if end not in self._ends or any(_meet(part, each) for each in changed):
+                other._renew(*part, ease)
+                around_ends.append(part)
         if gone and new:
             other._first = np.maximum(self._corners, other._corners)
             for part in around_ends:
@@ -133,9 +132,9 @@ class ProblemOnChip:
         other._runs_before = self._runs_before
         return other
 
-    def _renew(self, rows: slice, columns: slice) -> None:
+    def _renew(self, rows: slice, columns: slice, ease: int = 0) -> None:
         """Give a part of the map the corners that an upload of the whole map would have."""
-        self._corners[rows, columns] = self.grid.corners_in(rows, columns, self._ends)
+        self._corners[rows, columns] = self.grid.corners_in(rows, columns, self._ends, ease)
 
     def _add(self, zone: Zone) -> None:
         """Add a new zone."""
@@ -180,12 +179,12 @@ class ProblemOnChip:
     def ease(self, change: int) -> None:
         """Lower the corners of the map beside start and goal more, or less, if that is possible."""
         self.eased = min(max(self.eased + change, min(EASES)), max(EASES))
+        self._eases = dict.fromkeys(self._ends, self.eased)
         for end in self._ends:
             part = self.grid.around(end)
-            corners = self.grid.corners_in(*part, self._ends, self.eased)
-            self._corners[part] = corners
+            self._renew(*part, self.eased)
             if self._first is not None:
-                self._first[part] = corners
+                self._first[part] = self._corners[part]
         self._is_sent = False
 
     def run(

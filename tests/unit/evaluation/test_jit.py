@@ -35,6 +35,9 @@ def outer(x):
 def load(tmp_path, monkeypatch):
     """Function that writes and imports both modules as a new process would."""
 
+    # Python takes bytecode of the same second and length for that of the file.
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+
     def load(value):
         (tmp_path / "kernel_inner.py").write_text(INNER.format(value))
         (tmp_path / "kernel_outer.py").write_text(OUTER)

@@ -104,6 +104,7 @@ def test_processes_plan_the_same(job):
     assert not multiprocessing.active_children()
 
 
+@pytest.mark.ci
 def test_a_cluster_plans_the_same(job):
     distributed = pytest.importorskip("distributed", reason="the extra `cluster`")
     jobs = [job("one"), job("two", goal="[3000, 1500, 100]")]

@@ -50,6 +50,7 @@ def test_compiled_run_is_the_defined_one_on_the_usual_chip():
     )
 
 
+@pytest.mark.ci
 def test_a_memo_of_any_size_changes_nothing_but_cycles():
     heights, problem_record = problem(USUAL, 6)
     outcomes = [

@@ -60,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
                 complete(fields, seeds, store, execute, sys.stderr)
             except KeyboardInterrupt:
                 if any(part.records for part in fields):
-                    write_report(directory, report(interrupted=True), warn=note, picture=False)
+                    _write_interrupted(directory, report(interrupted=True))
                 raise
             if any(part.records for part in fields):
                 table = report()
@@ -77,6 +77,14 @@ def run(args: argparse.Namespace) -> int:
             )
             return interrupts.status()
     return _status(fields, seeds)
+
+
+def _write_interrupted(directory: Path, table: dict[str, Any]) -> None:
+    """Write the report of a comparison that ends early, if the disk takes it."""
+    try:
+        write_report(directory, table, warn=note, picture=False)
+    except InputError as error:
+        note(str(error))
 
 
 def _execute(

@@ -23,6 +23,7 @@ from host.replanning import fly as replanning
 from host.replanning.report import Replanned
 from host.replanning.scenario import Scenario, parse_popup, read_scenario
 from host.report.read import read_run
+from host.report.run_files import FLIGHT
 from host.terrain import Terrain
 
 
@@ -100,13 +101,15 @@ def _flown(
             return interrupts.status()
         with writing_into(directory):
             written = [write(report, directory)]
-    interrupted = stop.requested
-    if not interrupted:
+    ended = "Interrupted; the flight until then is written." if stop.requested else ""
+    if not ended:
         try:
             with writing_into(directory):
                 written += draw(report, directory)
         except KeyboardInterrupt:
-            interrupted = True
+            ended = "Interrupted; the flight is written, but not all of its pictures."
+            # Those of an earlier flight are gone.
+            written = [file for name in FLIGHT if (file := directory / name).exists()]
     table: dict[str, Any] = report.to_dict()
     del table["track"]
     if args.json:
@@ -115,8 +118,8 @@ def _flown(
         print_pairs([*pairs(table), ("files", ", ".join(map(str, written)))])
     for sentence in table["breaks"]:
         note(sentence)
-    if interrupted:
-        note("Interrupted; the flight until then is written.")
+    if ended:
+        note(ended)
         return interrupts.status()
     return 0 if table["kept"] else 1
 

@@ -20,6 +20,7 @@ from .conftest import ROOT, is_gone, started, wait_for
 
 
 WRITTEN = "pathgene: Interrupted; the flight until then is written."
+WHOLE = "pathgene: Interrupted; the flight is written, but not all of its pictures."
 BREAK = "The flight was interrupted before it reached the goal."
 POPUP = ("--popup", "ahead:1500,250@20", "--planner", "astar", "--planner-seconds", "0.2")
 NUMBERS = [
@@ -182,8 +183,9 @@ def test_a_signal_while_pictures_are_drawn_keeps_the_whole_flight(
     command = ["fly", summary, *options, "--out", str(out), "--json"]
     assert main(command) == 128 + signal.SIGQUIT
     printed, said = capsys.readouterr()
-    assert said.splitlines()[-1] == WRITTEN
+    assert said.splitlines()[-1] == WHOLE
     table = json.loads(printed)
+    assert table["files"] == [str(out / "flight.json")]
     assert (table["interrupted"], table["kept"]) == (False, True)
     assert [file.name for file in out.iterdir()] == ["flight.json"]
 
@@ -194,7 +196,9 @@ def test_a_served_board_ends_after_a_signal(number):
     with started(*command, start_new_session=True) as process:
         text = ""
         while not text.endswith("}\n"):
-            text += process.stdout.readline()
+            line = process.stdout.readline()
+            assert line, "The command has ended."
+            text += line
         wait_for(process, "pathgene: Serving until Ctrl-C.")
         os.killpg(process.pid, number)
         output, error = process.communicate(timeout=60)

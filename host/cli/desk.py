@@ -66,8 +66,10 @@ def run(args: argparse.Namespace) -> int:
 def _is_local(host: str) -> bool:
     try:
         return is_local(host)
-    except (OSError, UnicodeError) as error:  # A name with a part of over 63 letters is the latter.
-        reason = getattr(error, "strerror", None) or "unknown reason"
+    except (OSError, UnicodeError) as error:
+        reason = "a part of it is empty or over 63 letters long"
+        if isinstance(error, OSError):
+            reason = error.strerror or "unknown reason"
         raise InputError(f"There is no address {host!r} ({reason}); give another --host.") from None
 
 

@@ -112,7 +112,7 @@ class _Limited:
         try:
             whole(stated, self._most)
         except ValueError:
-            return stated.isdecimal()  # Of more digits than Python reads.
+            return stated.isdecimal()
         return False
 
     async def __call__(self) -> Message:
@@ -138,11 +138,12 @@ async def _refuse(scope: Scope, send: Send) -> None:
         # Before it is accepted, this is the status 403.
         await send({"type": "websocket.close", "code": 1008})
         return
-    # Who has no token keeps no connection.
-    await _answer(send, 403, _REFUSED, (b"connection", b"close"))
+    await _answer(send, 403, _REFUSED)
 
 
-async def _answer(send: Send, status: int, text: bytes, *more: tuple[bytes, bytes]) -> None:
-    headers = [(b"content-type", b"text/plain; charset=utf-8"), *_HEADERS, *more]
+async def _answer(send: Send, status: int, text: bytes) -> None:
+    # Who is refused keeps no connection.
+    own = (b"content-type", b"text/plain; charset=utf-8"), (b"connection", b"close")
+    headers = [*own, *_HEADERS]
     await send({"type": "http.response.start", "status": status, "headers": headers})
     await send({"type": "http.response.body", "body": text})

@@ -143,13 +143,13 @@ def test_reports_a_killed_board_in_a_sentence():
 
 def test_gives_up_a_stopped_board_after_the_patience_of_its_url():
     before = children()
-    with open_board(board_url("sim", SMALL) + "&patience=0.6") as chip:
+    with open_board(board_url("sim", SMALL) + "&patience=1.5") as chip:
         (simulator,) = children() - before
         os.kill(simulator, signal.SIGSTOP)
         begun = time.monotonic()
-        with pytest.raises(LinkTimeoutError, match=r"^The board did not answer STATUS in 3 "):
+        with pytest.raises(LinkTimeoutError, match=r"^The board did not answer STATUS in "):
             chip.status()
-        assert 0.6 <= time.monotonic() - begun < 3
+        assert 1.5 <= time.monotonic() - begun < 6
 
 
 def test_gives_up_a_stopped_board():

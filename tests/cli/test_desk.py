@@ -184,7 +184,8 @@ def asked(port, *lines):
     client = socket.create_connection(("127.0.0.1", port))
     client.settimeout(20)
     client.sendall("\r\n".join([*lines, "Host: desk", "", ""]).encode())
-    return client, client.recv(4096).decode()
+    # Frames of a WebSocket, which are no text, may follow at once.
+    return client, client.recv(4096).decode("latin-1")
 
 
 WEBSOCKET = (

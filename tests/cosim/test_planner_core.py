@@ -181,7 +181,11 @@ def test_ten_thousand_generations_of_the_usual_chip():
         assert flight.outcome.generations == 10_000
 
 
-@pytest.mark.parametrize("slopes", [(3,), (3, 0)], ids=["one-island", "two-islands"])
+@pytest.mark.parametrize(
+    "slopes",
+    [pytest.param((3,), marks=pytest.mark.long), (3, 0)],
+    ids=["one-island", "two-islands"],
+)
 @pytest.mark.parametrize("step", [97, pytest.param(1, marks=pytest.mark.long)])
 def test_a_stop_in_any_cycle_of_a_run(slopes, step):
     """Nothing is bred from the next cycle on, in whatever part of the run."""

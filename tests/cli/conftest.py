@@ -70,10 +70,23 @@ def wait_for(process, begin):
     assert any(line.startswith(begin) for line in process.stderr), begin
 
 
-def started(*arguments, **options):
+@pytest.fixture(scope="session")
+def straight_flight(tmp_path_factory):
+    """The summary of a straight plan over hills, to be flown."""
+    folder = tmp_path_factory.mktemp("plan")
+    y, x = np.mgrid[:101, :101]
+    hills = 100 + 30 * (np.sin(x / 11) * np.cos(y / 9) + 1)
+    np.savez(folder / "hills.npz", elevation=hills, dx_m=60.0, dy_m=60.0)
+    arguments = f"plan --terrain {folder / 'hills.npz'} --start 800,3000,250 --goal 5200,3000,250"
+    arguments += f" --planner astar --no-picture --out {folder}"
+    assert main(arguments.split()) == 0
+    return str(folder / "summary.json")
+
+
+def started(*arguments, program=("-m", "host"), **options):
     """Start a command; return its process."""
     return subprocess.Popen(
-        [sys.executable, "-m", "host", *map(str, arguments)],
+        [sys.executable, *program, *map(str, arguments)],
         cwd=ROOT,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

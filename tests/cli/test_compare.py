@@ -3,8 +3,6 @@
 import json
 import os
 import signal
-import subprocess
-import sys
 import time
 
 import pytest
@@ -12,7 +10,7 @@ import pytest
 from host.cli import main
 from host.planners import PLANNERS
 
-from .conftest import ENDS, ROOT
+from .conftest import ENDS, started
 
 
 def arguments(hills, out, planners, *options):
@@ -141,14 +139,7 @@ def test_interrupted_and_resumed(hills, tmp_path, capsys):
     )
     file = tmp_path / "runs.jsonl"
     # A new session, so that the signal reaches all its processes, as from a terminal.
-    with subprocess.Popen(
-        [sys.executable, "-m", "host", *command, "--jobs", "2"],
-        cwd=ROOT,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    ) as process:
+    with started(*command, "--jobs", "2", start_new_session=True) as process:
         while not (file.exists() and file.read_bytes().endswith(b"\n")):
             assert process.poll() is None
             time.sleep(0.05)

@@ -3,27 +3,13 @@
 import json
 import re
 
-import numpy as np
 import pytest
 
 from host.cli import main
 
 
-@pytest.fixture(scope="module")
-def summary(tmp_path_factory):
-    """A plan over hills."""
-    folder = tmp_path_factory.mktemp("plan")
-    y, x = np.mgrid[:101, :101]
-    hills = 100 + 30 * (np.sin(x / 11) * np.cos(y / 9) + 1)
-    np.savez(folder / "hills.npz", elevation=hills, dx_m=60.0, dy_m=60.0)
-    arguments = f"plan --terrain {folder / 'hills.npz'} --start 800,3000,250 --goal 5200,3000,250"
-    arguments += f" --planner astar --no-picture --out {folder}"
-    assert main(arguments.split()) == 0
-    return str(folder / "summary.json")
-
-
-def test_a_popup_is_flown_around(summary, tmp_path, capsys):
-    arguments = ["fly", summary, "--popup", "ahead:1500,250@30", "--planner", "ga-chip"]
+def test_a_popup_is_flown_around(straight_flight, tmp_path, capsys):
+    arguments = ["fly", straight_flight, "--popup", "ahead:1500,250@30", "--planner", "ga-chip"]
     assert main([*arguments, "--board", "model:", "--out", str(tmp_path)]) == 0
     out, said = capsys.readouterr()
     assert re.search(r"^at 30 s +a zone appears: new path after 1\d\.\d ms, 0\.\d\d m", out, re.M)
@@ -37,10 +23,10 @@ def test_a_popup_is_flown_around(summary, tmp_path, capsys):
 
 
 @pytest.mark.ci
-def test_a_scenario_and_json_alone(summary, tmp_path, capfd):
+def test_a_scenario_and_json_alone(straight_flight, tmp_path, capfd):
     file = tmp_path / "storm.toml"
     file.write_text('[[event]]\nat_s = 40\nappear = [{on = "goal", radius_m = 200}]\n')
-    arguments = ["fly", summary, "--scenario", str(file), "--planner", "astar", "--json"]
+    arguments = ["fly", straight_flight, "--scenario", str(file), "--planner", "astar", "--json"]
     assert main([*arguments, "--planner-seconds", "0.2", "--out", str(tmp_path / "o")]) == 1
     table = json.loads(capfd.readouterr().out)
     assert (table["ended"], table["alive"], table["processor_ms"]) == ("holding", True, 200)
@@ -58,8 +44,8 @@ def test_a_scenario_and_json_alone(summary, tmp_path, capfd):
         (["--popup", "goal:9@4", "--planner", "none"], "planner"),
     ],
 )
-def test_what_is_wrong_is_said_in_one_sentence(summary, capsys, options, sentence):
-    assert main(["fly", summary, *options]) == 2
+def test_what_is_wrong_is_said_in_one_sentence(straight_flight, capsys, options, sentence):
+    assert main(["fly", straight_flight, *options]) == 2
     said = capsys.readouterr().err
     assert sentence in said
     assert said.count("\n") == 1

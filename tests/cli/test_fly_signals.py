@@ -7,7 +7,6 @@ import subprocess
 import sys
 import time
 
-import numpy as np
 import pytest
 
 from host.cli import main
@@ -29,9 +28,9 @@ NUMBERS = [
     pytest.param(signal.SIGHUP, marks=pytest.mark.ci),
     pytest.param(signal.SIGQUIT, marks=pytest.mark.ci),
 ]
-#: Steps of a flight until its start, and of one that is on its way.
+#: Steps before a flight reaches the start of its path, and well behind it.
 BEGUN, UNDERWAY = 600, 3000
-#: Runs ``pathgene`` with a flight that says when it is under way, and goes on slowly from there.
+#: ``pathgene`` with a flight that prints "flying" after some time, and is slow from then on.
 SLOWLY = f"""
 import sys, time
 from host.cli import main
@@ -44,24 +43,11 @@ def slow(flight):
     if steps >= {UNDERWAY}:
         time.sleep(0.01)
     if steps == {UNDERWAY}:
-        print("under way", file=sys.stderr, flush=True)
+        print("flying", file=sys.stderr, flush=True)
     return step(flight)
 Flight.step = slow
 sys.exit(main())
 """
-
-
-@pytest.fixture(scope="module")
-def summary(tmp_path_factory):
-    """A plan over hills."""
-    folder = tmp_path_factory.mktemp("plan")
-    y, x = np.mgrid[:101, :101]
-    hills = 100 + 30 * (np.sin(x / 11) * np.cos(y / 9) + 1)
-    np.savez(folder / "hills.npz", elevation=hills, dx_m=60.0, dy_m=60.0)
-    arguments = f"plan --terrain {folder / 'hills.npz'} --start 800,3000,250 --goal 5200,3000,250"
-    arguments += f" --planner astar --no-picture --out {folder}"
-    assert main(arguments.split()) == 0
-    return str(folder / "summary.json")
 
 
 @pytest.fixture
@@ -106,17 +92,10 @@ def assert_interrupted(out, table):
     "options", [(), pytest.param(POPUP, marks=pytest.mark.ci)], ids=["simple", "popup"]
 )
 @pytest.mark.parametrize("number", NUMBERS)
-def test_a_flight_is_written_after_a_signal(summary, out, number, options):
-    command = [sys.executable, "-c", SLOWLY, "fly", summary, *options, "--out", out, "--json"]
-    with subprocess.Popen(
-        command,
-        cwd=ROOT,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    ) as process:
-        wait_for(process, "under way")
+def test_a_flight_is_written_after_a_signal(straight_flight, out, number, options):
+    command = ["fly", straight_flight, *options, "--out", out, "--json"]
+    with started(*command, program=("-c", SLOWLY), start_new_session=True) as process:
+        wait_for(process, "flying")
         os.killpg(process.pid, number)
         output, error = process.communicate(timeout=60)
     assert process.returncode == 128 + number, error
@@ -126,24 +105,26 @@ def test_a_flight_is_written_after_a_signal(summary, out, number, options):
 
 
 @pytest.mark.parametrize("options", [(), POPUP], ids=["simple", "popup"])
-def test_a_signal_before_the_start_writes_nothing(summary, tmp_path, at_step, capsys, options):
+def test_a_signal_before_the_start_writes_nothing(
+    straight_flight, tmp_path, at_step, capsys, options
+):
     at_step(BEGUN)
     out = tmp_path / "out"
-    assert main(["fly", summary, *options, "--out", str(out)]) == 128 + signal.SIGTERM
+    assert main(["fly", straight_flight, *options, "--out", str(out)]) == 128 + signal.SIGTERM
     assert capsys.readouterr().err.splitlines()[-1] == (
         f"pathgene: Interrupted before the flight began; nothing is written to {out}."
     )
     assert list(out.iterdir()) == []
 
 
-def test_a_signal_ends_a_plan_in_flight(summary, out, monkeypatch, capsys):
+def test_a_signal_ends_a_plan_in_flight(straight_flight, out, monkeypatch, capsys):
     def endless(*_):
         os.kill(os.getpid(), signal.SIGHUP)
         time.sleep(60)
 
     monkeypatch.setattr(InFlightPlanner, "attempt", endless)
     begun = time.monotonic()
-    command = ["fly", summary, *POPUP, "--out", str(out), "--json"]
+    command = ["fly", straight_flight, *POPUP, "--out", str(out), "--json"]
     assert main(command) == 128 + signal.SIGHUP
     assert time.monotonic() - begun < 30
     table = json.loads(capsys.readouterr().out)
@@ -154,7 +135,7 @@ def test_a_signal_ends_a_plan_in_flight(summary, out, monkeypatch, capsys):
 
 @pytest.mark.parametrize("options", [(), POPUP], ids=["simple", "popup"])
 def test_a_second_signal_while_the_flight_is_judged_loses_nothing(
-    summary, out, at_step, monkeypatch, capsys, options
+    straight_flight, out, at_step, monkeypatch, capsys, options
 ):
     at_step(UNDERWAY)
 
@@ -165,14 +146,14 @@ def test_a_second_signal_while_the_flight_is_judged_loses_nothing(
 
     monkeypatch.setattr("host.flight.fly.json_bytes", signalled)
     monkeypatch.setattr("host.replanning.fly.json_bytes", signalled)
-    command = ["fly", summary, *options, "--out", str(out), "--json"]
+    command = ["fly", straight_flight, *options, "--out", str(out), "--json"]
     assert main(command) == 128 + signal.SIGTERM
     assert_interrupted(out, json.loads(capsys.readouterr().out))
 
 
 @pytest.mark.parametrize("options", [(), POPUP], ids=["simple", "popup"])
 def test_a_signal_while_pictures_are_drawn_keeps_the_whole_flight(
-    summary, out, monkeypatch, capsys, options
+    straight_flight, out, monkeypatch, capsys, options
 ):
     def endless(*_):
         os.kill(os.getpid(), signal.SIGQUIT)
@@ -180,7 +161,7 @@ def test_a_signal_while_pictures_are_drawn_keeps_the_whole_flight(
 
     monkeypatch.setattr("host.flight.picture.draw", endless)
     monkeypatch.setattr("host.replanning.picture.draw", endless)
-    command = ["fly", summary, *options, "--out", str(out), "--json"]
+    command = ["fly", straight_flight, *options, "--out", str(out), "--json"]
     assert main(command) == 128 + signal.SIGQUIT
     printed, said = capsys.readouterr()
     assert said.splitlines()[-1] == WHOLE

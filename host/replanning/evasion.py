@@ -139,8 +139,8 @@ def way_out(present: Present, pose: Pose) -> Track | None:
     """Return the shortest way out of all zones and their margins that keeps the clearance.
 
     Where none keeps it, the shortest one that keeps half of it is taken, or a tenth; None if there
-    is no way out above the ground. Of equally short ones it is the one that climbs most: what is
-    behind the way out may be steeper than any climb.
+    is no way out above the ground. Of equally short ones it is the one that climbs most: the
+    ground behind the way out may rise more steeply than the aircraft climbs.
 
     Parameters
     ----------

@@ -133,7 +133,7 @@ def answers(command):
 
 @dataclass(frozen=True)
 class Moment:
-    """What is seen of a command at its signal; it is stopped to look at it."""
+    """A snapshot of a command just before its signal, taken while the command is stopped."""
 
     #: The program has set its handlers of signals, and not removed them yet.
     announced: bool

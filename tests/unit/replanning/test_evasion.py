@@ -82,7 +82,7 @@ def test_a_way_out_of_two_zones_leaves_both(mission):
 
 
 def test_ways_climb_where_they_can(mission):
-    """What lies behind them may be steeper than any climb."""
+    """The ground behind a way may rise more steeply than an aircraft climbs."""
     pose = Pose(4000.0, 4500.0, 260.0, 1.0, 0.0, 0.0)
     air = present(mission, Circle(4000.0, 4500.0, 300.0))
     out = way_out(air, pose)

@@ -22,7 +22,8 @@ pytestmark = pytest.mark.cosim
 ROOT = Path(__file__).resolve().parents[2]
 
 
-@pytest.mark.parametrize("pty", [True, pytest.param(False, marks=pytest.mark.ci)])
+@pytest.mark.ci
+@pytest.mark.parametrize("pty", [True, False])
 def test_a_stopped_simulator_costs_the_patience(pty):
     """In the middle of an upload, and before the first answer."""
     with start_simulated(board_url("sim", CHECKING), pty=pty, keep=True) as board:

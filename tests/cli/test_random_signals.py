@@ -27,6 +27,7 @@ WRITTEN = "pathgene: Interrupted; the best path so far is written."
 ENDED = "pathgene: Interrupted before the end."
 EARLY = "pathgene: Interrupted before a path was found; nothing is written to "
 FLOWN = "pathgene: Interrupted; the flight until then is written."
+WHOLE = "pathgene: Interrupted; the flight is written, but not all of its pictures."
 GROUNDED = "pathgene: Interrupted before the flight began; nothing is written to "
 # Each process of a trial has this variable in its environment.
 MARK = "PATHGENE_TRIAL"
@@ -248,12 +249,13 @@ def judge_words(command, moment, error, begun_s):
         kept = said.startswith("pathgene: Interrupted; ") and "runs are kept" in said
         assert kept or said == ENDED, error
     elif command[0] == "fly":
-        assert said.startswith((FLOWN, ENDED, GROUNDED)), error
-        if said == FLOWN or " s: a zone appears" in moment.said:
+        assert said.startswith((FLOWN, WHOLE, ENDED, GROUNDED)), error
+        if said in (FLOWN, WHOLE) or " s: a zone appears" in moment.said:
             file = folder / "flight.json"
             assert file.stat().st_mtime >= begun_s, error
             flight = json.loads(file.read_text())
             assert not (flight["interrupted"] and flight["kept"]), error
+            assert said not in (FLOWN, WHOLE) or flight["interrupted"] == (said == FLOWN), error
     else:
         assert said.startswith((WRITTEN, ENDED, EARLY)), error
         if "generation " in error:

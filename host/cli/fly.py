@@ -101,16 +101,20 @@ def _flown(
             return interrupts.status()
         with writing_into(directory):
             written = [write(report, directory)]
-    ended = "Interrupted; the flight until then is written." if stop.requested else ""
-    if not ended:
+    table: dict[str, Any] = report.to_dict()
+    whole = "Interrupted; the flight is written, but not all of its pictures."
+    ended = ""
+    if stop.requested:
+        # A signal may come when the flight has just ended by itself.
+        ended = "Interrupted; the flight until then is written." if table["interrupted"] else whole
+    else:
         try:
             with writing_into(directory):
                 written += draw(report, directory)
         except KeyboardInterrupt:
-            ended = "Interrupted; the flight is written, but not all of its pictures."
+            ended = whole
             # Those of an earlier flight are gone.
             written = [file for name in FLIGHT if (file := directory / name).exists()]
-    table: dict[str, Any] = report.to_dict()
     del table["track"]
     if args.json:
         print_json(table | {"files": list(map(str, written))})

@@ -152,15 +152,23 @@ def test_a_second_signal_while_the_flight_is_judged_loses_nothing(
 
 
 @pytest.mark.parametrize("options", [(), POPUP], ids=["simple", "popup"])
-def test_a_signal_while_pictures_are_drawn_keeps_the_whole_flight(
-    straight_flight, out, monkeypatch, capsys, options
+@pytest.mark.parametrize("moment", ["written", "drawn"])
+def test_a_signal_after_the_end_keeps_the_whole_flight(
+    straight_flight, out, monkeypatch, capsys, options, moment
 ):
+    def signalled(value):
+        os.kill(os.getpid(), signal.SIGQUIT)
+        return json_bytes(value)
+
     def endless(*_):
         os.kill(os.getpid(), signal.SIGQUIT)
         time.sleep(60)
 
-    monkeypatch.setattr("host.flight.picture.draw", endless)
-    monkeypatch.setattr("host.replanning.picture.draw", endless)
+    for package in ("host.flight", "host.replanning"):
+        if moment == "written":
+            monkeypatch.setattr(f"{package}.fly.json_bytes", signalled)
+        else:
+            monkeypatch.setattr(f"{package}.picture.draw", endless)
     command = ["fly", straight_flight, *options, "--out", str(out), "--json"]
     assert main(command) == 128 + signal.SIGQUIT
     printed, said = capsys.readouterr()

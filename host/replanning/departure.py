@@ -16,10 +16,10 @@ from host.problem.aircraft import Aircraft
 from host.problem.ends import Point
 from host.problem.problem import Problem
 from host.replanning.present import Present
-from host.replanning.tracks import Pose, Track, part, pose_at
+from host.replanning.tracks import Pose, Track, is_smooth, part, pose_at
 
 
-__all__ = ["Departure", "RestOfFlight", "depart"]
+__all__ = ["Departure", "RestOfFlight", "depart", "fault_of"]
 
 # Straights that lead to a start: turn radii, and share of the steepest climb; the first that is
 # safe. Half of one that climbs may be a turn's tangent, over which its climb is lost.
@@ -75,17 +75,16 @@ class Departure:
         pose = pose_at(self.track, self.leaves_m)
         return pose if self.lead is None else pose_at((self.lead,), self.lead.run_m)
 
-    def problem(
-        self, mission: Problem, present: Present, aircraft: Aircraft, goal_heading: float | None
-    ) -> RestOfFlight:
-        """Return the problem of the rest of the flight.
+    def problem(self, present: Present, aircraft: Aircraft) -> RestOfFlight:
+        """Return the problem of the rest of the flight; another goal has no heading.
 
         Raises
         ------
         InputError
             If its start or goal is in a zone, in the ground or off the map.
         """
-        start = self.start
+        start, mission = self.start, present.mission
+        is_goal = present.goal == mission.goal
         return RestOfFlight(
             mission.terrain,
             start.point,
@@ -96,7 +95,7 @@ class Departure:
             mission.ds_m,
             rules=mission.rules,
             start_heading_deg=start.heading_deg,
-            goal_heading_deg=goal_heading,
+            goal_heading_deg=mission.goal_heading_deg if is_goal else None,
         )
 
     def joined(self, path: Track, since_m: float) -> Track:
@@ -140,3 +139,13 @@ def depart(present: Present, track: Track, leaves_m: float, *, is_committed: boo
     ]
     safe = next((lead for lead in leads if present.is_safe((lead,))), leads[0])
     return Departure(track, leaves_m, safe)
+
+
+def fault_of(ahead: Track, present: Present) -> str:
+    """Return why a new path cannot be flown from the track that it joins; empty if it can."""
+    if not is_smooth(ahead):
+        # The evaluation has laid its first turn before the start.
+        return "The path turns too sharply where it begins."
+    if not present.is_safe(ahead):
+        return "The way to the new path is not safe."
+    return ""

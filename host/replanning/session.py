@@ -23,14 +23,14 @@ from host.flight.judge import surface_below
 from host.flight.models import FlightModel, model_for
 from host.problem.problem import Problem
 from host.replanning.airspace import DRIFT_S, Airspace
-from host.replanning.departure import Departure, depart
+from host.replanning.departure import Departure, depart, fault_of
 from host.replanning.evasion import Holding, holding_on, shortest_way_out_m, way_on, way_out
 from host.replanning.pilot import Pilot
 from host.replanning.planner import Attempt, InFlightPlanner, PlanningTime
 from host.replanning.present import Present
 from host.replanning.records import Change, Pending
 from host.replanning.scenario import Event, Scenario, check_mission
-from host.replanning.tracks import Track, end_of, is_smooth, part, pose_at, run_of
+from host.replanning.tracks import Track, end_of, part, pose_at, run_of
 
 
 __all__ = ["Session"]
@@ -260,11 +260,9 @@ class Session:
             path = attempt.plan.evaluator.track(attempt.plan.path).pieces
             since_m = leaves_m if self.pilot.kind == "way-out" else self.pilot.along_m
             ahead = departure.joined(path, since_m)
-            if not is_smooth(ahead):
-                # The evaluation has laid its first turn before the start.
-                attempt = attempt.refused("The path turns too sharply where it begins.")
-            elif not self._present.is_safe(ahead):
-                attempt = attempt.refused("The way to the new path is not safe.")
+            fault = fault_of(ahead, self._present)
+            if fault:
+                attempt = attempt.refused(fault)
             elif not change.needed and not self._is_better(ahead):
                 attempt = attempt.refused("The new path is no better.", hopeless=True)
             else:
@@ -274,14 +272,8 @@ class Session:
         self._pending = Pending(now + attempt.time.total_s, attempt, leaves_m, track)
 
     def _attempted(self, planner: InFlightPlanner, departure: Departure) -> Attempt:
-        heading = self.mission.goal_heading_deg
         try:
-            problem = departure.problem(
-                self.mission,
-                self._present,
-                self.pilot.aircraft,
-                heading if self._present.goal == self.mission.goal else None,
-            )
+            problem = departure.problem(self._present, self.pilot.aircraft)
         except InputError as error:
             # No time: the host refuses it itself. Another start may do, no other goal.
             is_hopeless = self._present.is_goal_in_zone

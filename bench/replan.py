@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.kept import Kept, measure, paste
+from bench.replan_at_once import Question, is_there_a_path
 from bench.replan_report import report
 from bench.replan_scenarios import KINDS, draw_mission, draw_scenario
 from bench.report import Options, Report
@@ -26,9 +27,10 @@ from host.files.output import prepare_directory
 from host.planning import Plan, Search
 from host.problem.problem import Problem
 from host.replanning import picture
+from host.replanning.departure import Departure
 from host.replanning.fly import FALLBACK, on_board
 from host.replanning.outcome import judge
-from host.replanning.planner import InFlightPlanner
+from host.replanning.planner import Attempt, InFlightPlanner
 from host.replanning.records import Change
 from host.replanning.report import Replanned
 from host.replanning.session import Session
@@ -42,10 +44,12 @@ SCENARIOS = 1_000
 YARDSTICK = "yardstick"
 # The row of the chip's model.
 _CHIP = "ga-chip, model:"
+# Its planner and its board; they also look whether there is a path.
+_MODEL = "ga-chip", "model:?genetic=streaming"
 #: Rows: planner, board, and how many of the scenarios, one of so many.
 ROWS: dict[str, tuple[str, str, int]] = {
     YARDSTICK: ("astar", "", 1),
-    _CHIP: ("ga-chip", "model:?genetic=streaming", 1),
+    _CHIP: (*_MODEL, 1),
     "ga-chip, sim:": ("ga-chip", "sim:?genetic=streaming", 10),
     "astar": ("astar", "", 10),
     "fpa-2opt": ("fpa-2opt", "", 10),
@@ -59,6 +63,7 @@ _PICTURES = Path("build/bench/replans")
 _WORST = 10
 _SOURCES = (
     "bench/replan.py",
+    "bench/replan_at_once.py",
     "bench/replan_scenarios.py",
     "hdl/config.py",
     "hdl/protocol",
@@ -129,18 +134,20 @@ def fly_row(name: str, numbers: Sequence[int]) -> list[Result]:
         chip = stack.enter_context(on_board(planner, board)) if board else None
         first_chip = chip
         if planner != "ga-chip":
-            first_chip = stack.enter_context(on_board("ga-chip", "model:?genetic=streaming"))
+            first_chip = stack.enter_context(on_board(*_MODEL))
+        ample = stack.enter_context(on_board(*_MODEL))
+        assert ample is not None
         for number in numbers:
             if chip is not None and chip.closed:
                 chip = stack.enter_context(on_board(planner, board))
                 first_chip = chip if planner == "ga-chip" else first_chip
             assert first_chip is not None
-            results.append(_fly(name, number, chip, first_chip))
+            results.append(_fly(name, number, chip, first_chip, ample))
     return results
 
 
-def _fly(name: str, number: int, chip: Chip | None, first_chip: Chip) -> Result:
-    """Fly one scenario."""
+def _fly(name: str, number: int, chip: Chip | None, first_chip: Chip, ample: Chip) -> Result:
+    """Fly one scenario; ``ample`` looks whether there is a path where none was found at once."""
     mission = draw_mission(number)
     evaluator = Evaluator(mission, threads=1)
     first = _first_plan(evaluator, first_chip, number)
@@ -164,7 +171,7 @@ def _fly(name: str, number: int, chip: Chip | None, first_chip: Chip) -> Result:
         "share": round(min(outcome.clearance_share, 1e6), 3),
         "zone": None if math.isinf(outcome.zone_distance_m) else round(outcome.zone_distance_m, 2),
         "ready": round(outcome.ready_share, 3),
-        "changes": [_change(change, session.host_ms.get(id(change))) for change in session.changes],
+        "changes": [_change(change, session, ample) for change in session.changes],
     }
 
 
@@ -204,13 +211,16 @@ def _flown(
     return Replanned(session, judge(session), planner, board or None, plans.constant_s)
 
 
-def _change(change: Change, host_ms: float | None) -> Result:
+def _change(change: Change, session: _Timed, ample: Chip) -> Result:
     told = change.to_dict()
+    question = session.questions.get(id(change))
     kept = ("at_s", "what", "needed", "active_ms", "flown_m", "held", "fitness")
     parts = ("planner", "chip_ms", "round_trips_ms", "host_ms", "total_ms", "reason")
     return {
         **{key: told[key] for key in kept},
-        "measured_ms": host_ms,
+        "measured_ms": session.host_ms.get(id(change)),
+        "at_once": question is not None
+        and (told["attempts"][0]["found"] or is_there_a_path(question, ample)),
         "attempts": [[attempt[key] for key in parts] for attempt in told["attempts"]],
     }
 
@@ -222,10 +232,13 @@ class _Timed(Session):
     ----------
     host_ms : dict
         Milliseconds of the latest path, by the identity of its change.
+    questions : dict
+        What was asked at the instant of a needed change, by its identity.
     """
 
     def __init__(self, *args: Any, **options: Any) -> None:
         self.host_ms: dict[int, float] = {}
+        self.questions: dict[int, Question] = {}
         super().__init__(*args, **options)
 
     def _plan(self, change: Change, now: float) -> None:
@@ -236,6 +249,14 @@ class _Timed(Session):
             if attempt.plan is not None:
                 waited_s = attempt.plan.result.seconds.get("link", 0.0)
                 self.host_ms[id(change)] = 1000 * (seconds - waited_s)
+
+    def _attempted(self, planner: InFlightPlanner, departure: Departure) -> Attempt:
+        change, pilot = self._change, self.pilot
+        assert change is not None
+        if change.needed and change.at_s == pilot.time_s:
+            since_m = departure.leaves_m if pilot.kind == "way-out" else pilot.along_m
+            self.questions[id(change)] = Question(departure, self._present, pilot.aircraft, since_m)
+        return super()._attempted(planner, departure)
 
 
 def _results(kept: Kept, name: str, count: int) -> dict[int, Result]:

@@ -1,0 +1,70 @@
+"""Whether there is a path when the world changes: what an ample search finds.
+
+It begins where the first attempt of the flight began, with the same heading, and its paths have to
+stand the same tests. That it finds none is no proof that there is none.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from host.device.chip import Chip
+from host.errors import InputError
+from host.evaluation import Evaluator
+from host.planning import Search
+from host.problem.aircraft import Aircraft
+from host.replanning.departure import Departure, depart, fault_of
+from host.replanning.present import Present
+
+
+__all__ = ["AMPLE_MS", "Question", "is_there_a_path"]
+
+#: Time on the chip of each run; there are up to eight with new seeds until one finds a path.
+AMPLE_MS = 50
+_SEEDS = range(2)
+
+
+@dataclass(frozen=True)
+class Question:
+    """The state in which a flight asked for a new path.
+
+    Parameters
+    ----------
+    departure : Departure
+        Where the plan begins.
+    present : Present
+        The air.
+    aircraft : Aircraft
+        With the fuel that was left.
+    since_m : float
+        Distance along the track from which it is looked at again.
+    """
+
+    departure: Departure
+    present: Present
+    aircraft: Aircraft
+    since_m: float
+
+
+def is_there_a_path(question: Question, chip: Chip) -> bool:
+    """Tell whether the planner of a chip finds a path in ample time, or ``astar``."""
+    departure = question.departure
+    led = depart(question.present, departure.track, departure.leaves_m, is_committed=False)
+    committed = depart(question.present, departure.track, departure.leaves_m, is_committed=True)
+    searches = [(led, Search("astar"))]
+    for seed in _SEEDS:
+        searches.append((committed, Search("ga-chip", seed=seed, board=chip, chip_ms=AMPLE_MS)))
+    return any(_finds(search, start, question) for start, search in searches)
+
+
+def _finds(search: Search, departure: Departure, question: Question) -> bool:
+    try:
+        evaluator = Evaluator(departure.problem(question.present, question.aircraft), threads=1)
+        plan = search.run(evaluator)
+    except InputError:
+        # Start or goal is in a zone, or in the ground.
+        return False
+    if not plan.evaluation.feasible:
+        return False
+    path = evaluator.track(plan.path).pieces
+    return not fault_of(departure.joined(path, question.since_m), question.present)

@@ -258,7 +258,7 @@ class Chip:
         *,
         progress: Callable[[int, int], object] | None = None,
     ) -> None:
-        """Make ``heights`` the chip's map, sending only the rectangles that hold the changes.
+        """Make ``heights`` the chip's map, sending of each frame's cells only those around changes.
 
         The changes are those since the cells that this object has written: the first call sends
         the whole map, and a call with the same map sends nothing. After a failed upload, the call

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from hdl.config import Config
 from hdl.protocol import Command
 from hdl.protocol.planner import NoFlyShape
-from host.device.map_frames import map_frames
+from host.device.map_frames import changed_parts, map_frames
 from host.device.orders import Orders
 
 
@@ -20,12 +20,8 @@ __all__ = ["MapCopy", "drawn_corners"]
 _UNKNOWN = -1
 #: Frames of the map between two reports of progress.
 _FRAMES_PER_REPORT = 64
-#: Changes with as many or more unchanged rows or columns between them are sent as rectangles of
-#: their own.
-_APART = 16
-
-#: Rows and columns of a rectangle, and what is written there.
-Written = tuple[tuple[slice, slice], NDArray[np.integer]]
+#: Payload of a frame, and the rows and columns that it writes.
+Frame = tuple[bytes, tuple[slice, slice]]
 
 
 def drawn_corners(shape: NoFlyShape) -> NDArray[np.bool_]:
@@ -66,17 +62,7 @@ class MapCopy:
     ) -> None:
         """Write a rectangle: see :meth:`host.device.chip.Chip.upload_map`."""
         heights = np.asarray(heights)
-        frames = list(map_frames(self._config, heights, x, y))
-        done = 0
-        for first in range(0, len(frames), _FRAMES_PER_REPORT):
-            part = frames[first : first + _FRAMES_PER_REPORT]
-            written = [
-                (cells, heights[_moved(cells[0], -y), _moved(cells[1], -x)]) for _, cells in part
-            ]
-            self._give([(Command.MAP, payload) for payload, _ in part], written)
-            done += sum(values.size for _, values in written)
-            if progress:
-                progress(done, heights.size)
+        self._send(list(map_frames(self._config, heights, x, y)), heights, x, y, progress)
 
     def block(self, shape: NoFlyShape) -> None:
         """Have the chip draw a shape: see :meth:`host.device.runs.Runs.block`."""
@@ -86,7 +72,30 @@ class MapCopy:
         )
         self._give([(Command.BLOCK, shape.pack(self._config))], [(cells, blocked)])
 
-    def _give(self, commands: list[tuple[int, bytes]], written: list[Written]) -> None:
+    def _send(
+        self,
+        frames: Sequence[Frame],
+        heights: NDArray[np.integer],
+        x: int,
+        y: int,
+        progress: Callable[[int, int], object] | None,
+    ) -> None:
+        """Send frames of ``heights``, whose first cell is at ``x``, ``y``."""
+        written = [(at, heights[_moved(at[0], -y), _moved(at[1], -x)]) for _, at in frames]
+        total = sum(values.size for _, values in written)
+        done = 0
+        for first in range(0, len(frames), _FRAMES_PER_REPORT):
+            part = slice(first, first + _FRAMES_PER_REPORT)
+            self._give([(Command.MAP, payload) for payload, _ in frames[part]], written[part])
+            done += sum(values.size for _, values in written[part])
+            if progress:
+                progress(done, total)
+
+    def _give(
+        self,
+        commands: list[tuple[int, bytes]],
+        written: Sequence[tuple[tuple[slice, slice], NDArray[np.integer]]],
+    ) -> None:
         """Send writes to parts of the map. If they are lost, those parts are unknown."""
 
         def forget() -> None:
@@ -106,41 +115,18 @@ class MapCopy:
         *,
         progress: Callable[[int, int], object] | None = None,
     ) -> None:
-        """Write the rectangles with all changes: see :meth:`host.device.chip.Chip.update_map`."""
+        """Write what has changed: see :meth:`host.device.chip.Chip.update_map`."""
         heights = np.asarray(heights)
         if heights.shape != self._heights.shape:
             raise ValueError(
                 f"Heights must be a whole map of {self._heights.shape}, not of {heights.shape}"
             )
-        parts = list(_rectangles(self._heights != heights))
-        total = sum(heights[part].size for part in parts)
-        done = 0
-        for part in parts:
-            south, west = part[0].start, part[1].start
-            report = None if progress is None else _shifted(progress, done, total)
-            self.upload(heights[part], west, south, progress=report)
-            done += heights[part].size
-
-
-def _rectangles(changed: NDArray[np.bool_]) -> Iterator[tuple[slice, slice]]:
-    """Yield rows and columns of rectangles that hold all changed cells."""
-    for rows in _bands(np.flatnonzero(changed.any(axis=1))):
-        for columns in _bands(np.flatnonzero(changed[rows].any(axis=0))):
-            inside = np.flatnonzero(changed[rows, columns].any(axis=1)) + rows.start
-            yield slice(int(inside[0]), int(inside[-1]) + 1), columns
-
-
-def _bands(places: NDArray[np.intp]) -> list[slice]:
-    """Return what holds all rows or columns at ``places``, and few of the others."""
-    bands = np.split(places, np.flatnonzero(np.diff(places) > _APART) + 1)
-    return [slice(int(band[0]), int(band[-1]) + 1) for band in bands if len(band)]
-
-
-def _shifted(
-    progress: Callable[[int, int], object], before: int, total: int
-) -> Callable[[int, int], object]:
-    """Return a progress of a part that reports the cells of the whole."""
-    return lambda done, _: progress(before + done, total)
+        frames = [
+            frame
+            for rows, columns in changed_parts(self._config, self._heights != heights)
+            for frame in map_frames(self._config, heights[rows, columns], columns.start, rows.start)
+        ]
+        self._send(frames, heights, 0, 0, progress)
 
 
 def _moved(places: slice, by: int) -> slice:

@@ -11,7 +11,7 @@ from hdl.config import Config
 from hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, map_request
 
 
-__all__ = ["map_frames", "padded_map"]
+__all__ = ["changed_parts", "map_frames", "padded_map"]
 
 #: Maximum cells of the map in one frame.
 _FRAME_CELLS = 256
@@ -86,6 +86,32 @@ def map_frames(
             )
             cells = heights[bottom - y : above - y, left - x : right - x]
             yield header + _packed(config, cells), (slice(bottom, above), slice(left, right))
+
+
+def changed_parts(config: Config, changed: NDArray[np.bool_]) -> Iterator[tuple[slice, slice]]:
+    """Yield rows and columns of the rectangles, a frame of the map each, that hold all changes.
+
+    Each is as small as its changes.
+
+    Parameters
+    ----------
+    config : Config
+    changed : ndarray
+        ``(map_size, map_size)`` bool, [y, x].
+    """
+    width, height = _tile(config)
+    y, x = np.nonzero(changed)
+    tiles = y // height * config.map_size + x // width
+    order = np.argsort(tiles, kind="stable")
+    y, x = y[order], x[order]
+    _, firsts = np.unique(tiles[order], return_index=True)
+    for rows, columns in zip(*(np.split(each, firsts[1:]) for each in (y, x)), strict=True):
+        if rows.size:
+            yield _from_to(rows), _from_to(columns)
+
+
+def _from_to(places: NDArray[np.intp]) -> slice:
+    return slice(int(places.min()), int(places.max()) + 1)
 
 
 def _tile(config: Config) -> tuple[int, int]:

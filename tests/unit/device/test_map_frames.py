@@ -5,7 +5,7 @@ import pytest
 
 from hdl.config import Config
 from hdl.protocol import map_request, unpack_cells
-from host.device.map_frames import map_frames, padded_map
+from host.device.map_frames import changed_parts, map_frames, padded_map
 from tests.chips import CHECKERS
 
 
@@ -39,3 +39,21 @@ def test_frames_write_every_cell_of_a_rectangle_once(config):
         written[cells] = np.array(told).reshape(height, width)
     assert (written[3:12, 2:15] == heights).all()
     assert (written >= 0).sum() == heights.size
+
+
+@pytest.mark.parametrize("config", [CONFIG, Config()], ids=["small", "default"])
+@pytest.mark.parametrize("share", [0.0, 0.001, 0.05, 1.0])
+def test_changes_are_in_parts_of_a_frame_each(config, share):
+    rng = np.random.default_rng(2)
+    changed = rng.random((config.map_size,) * 2) < share
+    heights = np.zeros(changed.shape, int)
+    times = np.zeros(changed.shape, int)
+    for rows, columns in changed_parts(config, changed):
+        ((_, cells),) = map_frames(config, heights[rows, columns], columns.start, rows.start)
+        assert cells == (rows, columns)
+        inside = changed[cells]
+        for axis in (0, 1):
+            assert inside.any(axis=axis)[[0, -1]].all()
+        times[cells] += 1
+    assert times.max(initial=0) <= 1
+    assert (times[changed] == 1).all()

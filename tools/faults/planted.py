@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 from unittest import mock
 
-import numpy as np
 from cobs import cobs
 
 from hdl.config import Config
@@ -106,18 +105,20 @@ def _map_believed_after_a_reset() -> Patch:
 
 def _map_known_before_it_is_acknowledged() -> Patch:
     """The cells of an upload count as the chip's before the chip has them."""
-    usual = MapCopy.upload
+    usual = MapCopy._send
 
-    def upload(
-        self: MapCopy, heights: Any, x: int = 0, y: int = 0, *, progress: Any = None
+    def send(
+        self: MapCopy, frames: Any, heights: Any, x: int, y: int, progress: Any = None
     ) -> None:
-        rows, columns = np.shape(heights)
         try:
-            usual(self, heights, x, y, progress=progress)
+            usual(self, frames, heights, x, y, progress)
         finally:
-            self._heights[y : y + rows, x : x + columns] = heights
+            for _, (rows, columns) in frames:
+                self._heights[rows, columns] = heights[
+                    rows.start - y : rows.stop - y, columns.start - x : columns.stop - x
+                ]
 
-    return mock.patch.object(MapCopy, "upload", upload)
+    return mock.patch.object(MapCopy, "_send", send)
 
 
 def _no_limit_of_silence() -> Patch:

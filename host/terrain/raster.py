@@ -15,7 +15,7 @@ from rasterio.crs import CRS
 from rasterio.errors import NotGeoreferencedWarning, RasterioError
 
 from host.errors import InputError
-from host.inputs import require_regular
+from host.inputs import exists, require_regular
 from host.terrain import vrt
 from host.terrain.untrusted import MAX_CELLS, require_cells
 from host.terrain.voids import UNDECLARED_VOID
@@ -47,6 +47,9 @@ _VERTICAL_UNITS_M = {
     "dm": 0.1,
     "km": 1000.0,
 }
+
+# Virtual rasters that are made of one another.
+_MOST_DEPTH = 50
 
 
 @dataclass(frozen=True)
@@ -90,7 +93,7 @@ def read(path: Path, max_cells: int | None = None) -> Raster:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", NotGeoreferencedWarning)
-            _require_readable(path, max(MAX_CELLS, max_cells or 0), set())
+            _require_readable(path, max(MAX_CELLS, max_cells or 0), {path})
             with rasterio.open(path) as file:
                 if file.count != 1:
                     raise InputError(
@@ -135,7 +138,7 @@ def _require_place(path: Path, transform: Affine) -> None:
         )
 
 
-def _require_readable(path: Path, most: int, seen: set[Path]) -> None:
+def _require_readable(path: Path, most: int, seen: set[Path], depth: int = 0) -> None:
     """Check that a raster and all it is made of are no devices, and have blocks of ``most`` cells.
 
     GDAL reads a block as a whole, however few of its cells are asked for.
@@ -143,16 +146,22 @@ def _require_readable(path: Path, most: int, seen: set[Path]) -> None:
     Raises
     ------
     InputError
-        If one is not.
+        If one is not, or virtual rasters are nested too deeply.
     OSError, ValueError, RasterioError
         If one cannot be read.
     """
-    seen.add(path)
+    if depth > _MOST_DEPTH:
+        raise InputError(
+            f"{path}: is behind more than {_MOST_DEPTH} virtual rasters, each made of the next; "
+            "give the heights as a GeoTIFF, with gdal_translate for example."
+        )
     if not path.is_dir():
         require_regular(path)
         for source in vrt.sources(path):
             if source not in seen:
-                _require_readable(source, most, seen)
+                seen.add(source)
+                _require_readable(source, most, seen, depth + 1)
+    _require_regular_beside(path)
     with rasterio.open(path) as file:
         if any(rows * columns > most for rows, columns in file.block_shapes):
             rows, columns = max(file.block_shapes, key=math.prod)
@@ -160,6 +169,32 @@ def _require_readable(path: Path, most: int, seen: set[Path]) -> None:
                 f"{path}: is stored in blocks of {rows} x {columns} cells, more than "
                 f"{most:,}; write it again with smaller ones, with gdal_translate for example."
             )
+
+
+def _require_regular_beside(path: Path) -> None:
+    """Check what GDAL may open with a raster: files of its name beside it, all of a folder.
+
+    Raises
+    ------
+    InputError
+        If one would be waited for or has no end.
+    """
+    folder, start = (path, "") if path.is_dir() else (path.parent, f"{path.stem}.")
+    try:
+        files = list(folder.iterdir())
+    except PermissionError:
+        # It may be entered all the same.
+        return
+    for file in files:
+        if not file.name.startswith(start) or file.is_dir() or not exists(file):
+            continue
+        try:
+            require_regular(file)
+        except InputError:
+            raise InputError(
+                f"{file}: belongs to the raster {path.name} by its name, and is a pipe or a "
+                "device; remove it or copy it into a regular file."
+            ) from None
 
 
 def _vertical_unit_m(path: Path, unit: str | None) -> float:

@@ -65,6 +65,32 @@ def test_a_fifo_is_not_waited_for(virtual, tmp_path, name):
     )
 
 
+@pytest.mark.parametrize("beside", ["x.tif.aux.xml", "x.tif.msk", "x.prj"])
+def test_a_fifo_beside_a_raster_is_not_waited_for(virtual, tmp_path, beside):
+    write_tif(tmp_path / "x.tif")
+    os.mkfifo(tmp_path / "xy.fifo")
+    assert load(virtual("x.tif")).highest == 399
+    os.mkfifo(tmp_path / beside)
+    for file in (tmp_path / "x.tif", virtual("x.tif")):
+        assert refusal(file) == (
+            f"{tmp_path / beside}: belongs to the raster x.tif by its name, and is a pipe or a "
+            "device; remove it or copy it into a regular file."
+        )
+
+
+def test_a_fifo_in_a_folder_is_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "hdr.adf")
+    assert refusal(tmp_path).startswith(f"{tmp_path / 'hdr.adf'}: belongs to the raster ")
+
+
+def test_a_chain_of_virtual_rasters(virtual, tmp_path):
+    write_tif(tmp_path / "0.vrt")
+    for number in range(1, 1500):
+        virtual(f"{number - 1}.vrt", file=f"{number}.vrt")
+    assert load(tmp_path / "30.vrt").highest == 399
+    assert "is behind more than 50 virtual rasters" in refusal(tmp_path / "1499.vrt")
+
+
 def test_a_source_of_huge_blocks(virtual, tmp_path):
     """400 cells in one block of 34 GB, in a file of 266 bytes."""
     source = tmp_path / "source.tif"

@@ -8,6 +8,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import re
 import stat
 import tomllib
 from collections.abc import Iterator
@@ -31,6 +32,10 @@ __all__ = [
 
 #: Bytes of a text: of a problem, an aircraft, zones, a path or a summary.
 MOST_TEXT_BYTES = 64_000_000
+# Parts of a dotted key of TOML that are too many.
+_KEY_PARTS = 200
+_KEY_PART = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*"""
+_LONG_KEY = re.compile(rf"(?<![\w-])(?:{_KEY_PART}\.[ \t]*){{{_KEY_PARTS - 1}}}{_KEY_PART}")
 
 
 def exists(path: str | Path) -> bool:
@@ -117,6 +122,9 @@ def parse_toml(text: str) -> dict[str, Any]:
         If it is none, is nested too deeply, or has an integer of more than 64 bits, which TOML does
         not demand of its readers.
     """
+    # The time of tomllib grows with their square.
+    if _LONG_KEY.search(text):
+        raise ValueError(f"a key has {_KEY_PARTS} parts or more")
     try:
         document = tomllib.loads(text)
     except RecursionError:

@@ -252,6 +252,9 @@ polygon = [[2000, 2000], [2100, 2000], [2100, 2100]]
         ("[terrain", "not valid TOML: "),
         ("a = " + "[" * 3000 + "]" * 3000,
          "not valid TOML: tables or arrays are nested too deeply."),
+        ("a" + ".a" * 100_000 + " = 1", "not valid TOML: a key has 200 parts or more."),
+        ("'a b'" + ". \"c d\"" * 199 + " = 1", "not valid TOML: a key has 200 parts or more."),
+        ("a" + ".a" * 198 + " = 1", "there is no table [a]; "),
         ("a = 0x" + "f" * 5000, "not valid TOML: an integer has more than 64 bits."),
     ],
 )  # fmt: skip

@@ -32,6 +32,7 @@ from host.workers import LOCAL
 
 __all__ = ["run"]
 
+_MOST_RUNS = 100_000
 # A p-value below this is printed as a bound.
 _SMALLEST_P = 1e-99
 
@@ -100,8 +101,8 @@ def _execute(
 
 
 def _seeds(args: argparse.Namespace, entrants: Sequence[Entrant]) -> range:
-    if args.runs < 1:
-        raise InputError(f"The number of runs must be 1 or more, not {args.runs}.")
+    if not 1 <= args.runs <= _MOST_RUNS:
+        raise InputError(f"The number of runs must be from 1 to {_MOST_RUNS:,}, not {args.runs}.")
     for seed in (args.seed, args.seed + args.runs - 1):
         dataclasses.replace(entrants[0].options, seed=seed)  # Refuses a bad one.
     return range(args.seed, args.seed + args.runs)

@@ -259,7 +259,9 @@ def _draw_convergence(axes: Axes, planners: Sequence[Mapping[str, Any]]) -> None
     axes.axhline(1, color=TEXT, linewidth=1, linestyle=(0, (4, 3)), zorder=2)
     # With most runs feasible, the infeasible phase lies far below and is cut off.
     bottom = max(1.0, start) if top > 1 and _mostly_feasible(planners) else 0.0
-    axes.set_ylim(bottom - 0.06 * (top - bottom), top + 0.08 * (top - bottom))
+    # All fitness may be equal.
+    height = top - bottom or 1.0
+    axes.set_ylim(bottom - 0.06 * height, top + 0.08 * height)
     if bottom <= 1:
         axes.text(
             0.985,

@@ -222,7 +222,12 @@ def test_reports_a_failed_planner_and_completes_the_others(hills, tmp_path, caps
     [
         ("a-star", [], "There is no planner 'a-star'; the planners are ga-chip, "),
         ("ga-pc,ga-pc", [], "ga-pc and ga-pc are the same planner with the same options; "),
-        ("ga-pc", ["--runs", "0"], "The number of runs must be 1 or more, not 0."),
+        ("ga-pc", ["--runs", "0"], "The number of runs must be from 1 to 100,000, not 0."),
+        (
+            "ga-pc",
+            ["--runs", "100001"],
+            "The number of runs must be from 1 to 100,000, not 100001.",
+        ),
         ("ga-pc", ["--jobs", "0"], "The number of jobs must be 1 or more, not 0."),
         ("ga-pc", ["--seed", "-1"], "The seed must be from 0 to 2**64 - 1, not -1."),
         (

@@ -15,6 +15,7 @@ from host.evaluation import Evaluator
 from host.planners.base import Options, Result, Run
 from host.planners.chip_problem import whole_path
 from host.planners.chip_runs import ChipRuns
+from host.planners.chip_schedule import MOST_RUNS, SURFACES
 from host.planners.problem_on_chip import ProblemOnChip
 
 
@@ -34,18 +35,18 @@ _WARM = RunOptions(
 )
 #: Of a run from new seeds alone, longer and on other surfaces: it follows where no path of the
 #: first is feasible, and comes first on a new map.
-_COLD = RunOptions(cycles=280_000, generations=300, until_feasible=True, slopes=(2, 5), paths=4)
+_COLD = RunOptions(cycles=280_000, generations=300, until_feasible=True, paths=4)
 
 
-def replan_options(config: Config, seed: int, *, again: bool = False) -> RunOptions:
+def replan_options(config: Config, seed: int, again: int = 0) -> RunOptions:
     """Return the options of a run from the earlier population, and new seeds beside it.
 
-    The run ``again`` is from new seeds alone.
+    Runs ``again``, counted from 1, are from new seeds alone.
     """
-    usual = _COLD if again else _WARM
+    usual = replace(_COLD, slopes=SURFACES[again % len(SURFACES)]) if again else _WARM
     return replace(
         usual,
-        seed=seed % (1 << 64),
+        seed=(seed + again) % (1 << 64),
         give_up_rank=min(usual.give_up_rank, config.population - 1),
     )
 
@@ -56,9 +57,9 @@ class ChipReplanner:
     The chip draws new zones on its map and runs for a millisecond or two: an island of the earlier
     paths, less what lies behind the start, and one of new seeds. The host judges the paths by the
     strict rule. Where none is feasible, it gives the chip's best the altitudes of least cost, which
-    takes milliseconds of the processor and none of chip and line. Where that mends nothing, one
-    more run follows, of 2.8 ms at most, from new seeds alone. What is gone besides new zones is set
-    free by :meth:`finish`.
+    takes milliseconds of the processor and none of chip and line. Where that mends nothing, up to
+    seven more runs follow, of 2.8 ms at most, each from new seeds alone. What is gone besides new
+    zones is set free by :meth:`finish`.
 
     Parameters
     ----------
@@ -109,5 +110,6 @@ class ChipReplanner:
 
 def _runs(task: ProblemOnChip, seed: int) -> Iterator[RunOptions]:
     """Return the options of the runs; waypoints on the steps of another map are of no use."""
-    yield replan_options(task.chip.config, seed, again=not task.is_warm)
-    yield replan_options(task.chip.config, seed + 1, again=True)
+    first = 0 if task.is_warm else 1
+    for number in range(first, first + MOST_RUNS):
+        yield replan_options(task.chip.config, seed, number)

@@ -10,12 +10,13 @@ from hdl.protocol.random_words import SEED_BITS
 from hdl.protocol.runs import RunOptions
 
 
-__all__ = ["MOST_RUNS", "ChipSchedule"]
+__all__ = ["MOST_RUNS", "SURFACES", "ChipSchedule"]
 
 #: Runs from new seeds at most: other seeds, and other surfaces in turn, where none of a run's paths
 #: is feasible.
 MOST_RUNS = 8
-_SLOPES = RunOptions.slopes, (2, 5), (1, 8), (4, 0)
+#: Slopes of these surfaces.
+SURFACES = RunOptions.slopes, (2, 5), (1, 8), (4, 0)
 #: Parts of a plan at most, and the least time and generations of each: a shorter run gains more by
 #: going on than by new seeds.
 _MOST_PARTS = 4
@@ -63,8 +64,9 @@ class ChipSchedule:
 
     def first(self) -> list[RunOptions]:
         """Return the options of the runs from new seeds; each follows where none finds a path."""
+        generations = self.generations // self.parts
         return [
-            self._run(number, self.generations // self.parts, slopes=_SLOPES[number % len(_SLOPES)])
+            self._run(number, generations, slopes=SURFACES[number % len(SURFACES)])
             for number in range(MOST_RUNS)
         ]
 

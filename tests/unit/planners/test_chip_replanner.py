@@ -194,7 +194,7 @@ def test_a_goal_that_stays_is_not_sent_again(make_evaluator, board, search):
     heights = model_of(board).checking.terrain.heights
     at_goal = grid.around(problem.goal)
     eased = heights[at_goal].copy()
-    assert np.array_equal(eased, grid.corners(ends, 1)[at_goal])
+    assert np.array_equal(eased, grid.corners(ends, 2)[at_goal])
     assert not np.array_equal(eased, grid.corners(ends)[at_goal])
     after = before.replan(gone=[WALL], start=(1500, 600, 210))
     assert after.evaluation.feasible
@@ -283,7 +283,7 @@ def test_a_plan_from_elsewhere_is_refused(evaluator, search):
 def test_options_fit_the_chip(board):
     first = replan_options(board.config, (1 << 64) + 5)
     assert (first.seed, first.warm, first.paths, first.until_feasible) == (5, True, 1, True)
-    again = replan_options(board.config, 6, again=True)
+    again = replan_options(board.config, 5, 1)
     assert (again.seed, again.warm) == (6, False)
     # 1.6 and 2.8 ms at 100 MHz, and no surface twice.
     assert (first.cycles, again.cycles) == (155_000, 280_000)

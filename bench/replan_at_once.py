@@ -1,7 +1,7 @@
-"""Whether there is a path when the world changes: what an ample search finds.
+"""An ample search for a path at the instant of a change, by two planners.
 
-It begins where the first attempt of the flight began, with the same heading, and its paths have to
-stand the same tests. That it finds none is no proof that there is none.
+It starts where the first attempt of the flight started, with the same heading, and its paths must
+pass the same checks. Finding none does not prove that there is none.
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ from host.replanning.present import Present
 
 __all__ = ["AMPLE_MS", "Question", "is_there_a_path"]
 
-#: Time on the chip of each run; there are up to eight with new seeds until one finds a path.
+#: Time on the chip of a plan whose first run finds a path, milliseconds; up to eight first runs, of
+#: a quarter of it at most, search for one.
 AMPLE_MS = 50
 _SEEDS = range(2)
 

@@ -1,4 +1,4 @@
-"""Whether an ample search finds a path at the instant of a change (of the benchmark of replans)."""
+"""The ample search of the replan benchmark: does it find a path at the instant of a change?"""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The ample search of the replan benchmark: does it find a path at the instant of a change?"""
+"""The ample search of the replan benchmark, at the instant of a change."""
 
 import pytest
 

@@ -36,7 +36,12 @@ from host.evaluation.laying import (
     Y,
     Z,
 )
-from host.evaluation.sampling import arc_part, count_arc, count_straight, straight_part
+from host.evaluation.sampling import (
+    count_arc,
+    count_straight,
+    some_arc_hits,
+    some_straight_hits,
+)
 
 
 __all__ = [
@@ -47,7 +52,7 @@ __all__ = [
     "fastest_over_ground",
     "judge_slope",
     "parts_of",
-    "piece_part",
+    "piece_hits",
     "prepare_burn",
     "thrust_of",
     "total_of",
@@ -277,19 +282,23 @@ def parts_of(c: Constants, pieces: Floats, row: int) -> int:
 
 
 @inlined
-def piece_part(
+def piece_hits(
     ground: Floats,
     zoned: Floats,
     c: Constants,
     pieces: Floats,
     row: int,
-    part: int,
     parts: int,
-) -> tuple[int, int]:
-    """Sample one of the equal parts of a piece; see :func:`host.evaluation.sampling.sample`."""
+    first: int,
+    stride: int,
+) -> int:
+    """Count hits on every ``stride``-th part of a piece, from ``first`` on.
+
+    A part under the terrain is one hit, and so is one in a no-fly zone.
+    """
     a = (pieces[row, X], pieces[row, Y], pieces[row, Z])
     if pieces[row, ANGLE] > 0.0:
-        return arc_part(
+        return some_arc_hits(
             ground,
             zoned,
             c,
@@ -299,11 +308,12 @@ def piece_part(
             pieces[row, SIDE],
             pieces[row, ANGLE],
             pieces[row, RISE],
-            part,
             parts,
+            first,
+            stride,
         )
     b = (pieces[row, X_END], pieces[row, Y_END], pieces[row, Z_END])
-    return straight_part(ground, zoned, c, a, b, part, parts)
+    return some_straight_hits(ground, zoned, c, a, b, parts, first, stride)
 
 
 @inlined

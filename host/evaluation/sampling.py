@@ -12,7 +12,7 @@ from host.evaluation.constants import Constants, Floats, Point
 from host.evaluation.jit import compiled, inlined
 
 
-__all__ = ["arc_part", "count_arc", "count_straight", "straight_part"]
+__all__ = ["count_arc", "count_straight", "some_arc_hits", "some_straight_hits"]
 
 _QUICK_PARTS = 1_000_000_000
 
@@ -342,3 +342,92 @@ def count_arc(
         roofs = ground[c.rows * c.columns :]
         under += arc_hits(roofs, c, entry, ux, uy, side, angle, -rise, parts)[0]
     return under, zone
+
+
+@inlined
+def hits_at(
+    ground: Floats, zoned: Floats, c: Constants, column: float, row: float, z: float
+) -> int:
+    """Count the hits at a point of the map by its nearest node: terrain, roof and no-fly zone."""
+    node = quick_node(c, column, row)
+    height = zoned[node]
+    zone = math.isnan(height)
+    hits = int(zone) + int(z < (ground[node] if zone else height))
+    if c.roofed:
+        hits += int(-z < ground[node + np.uint64(c.rows * c.columns)])
+    return hits
+
+
+@inlined
+def some_straight_hits(
+    ground: Floats,
+    zoned: Floats,
+    c: Constants,
+    a: Point,
+    b: Point,
+    parts: int,
+    first: int,
+    stride: int,
+) -> int:
+    """As the sum of :func:`count_straight`, of every ``stride``-th part: a CUDA thread's share."""
+    hits = 0
+    if c.bilinear or not (inside_map(a[0], a[1], c) and inside_map(b[0], b[1], c)):
+        for part in range(first, parts, stride):
+            under, zone = straight_part(ground, zoned, c, a, b, part, parts)
+            hits += under + zone
+        return hits
+    column, row, z = a[0] / c.dx_m + 0.5, a[1] / c.dy_m + 0.5, a[2]
+    ex, ey, ez = (
+        (b[0] - a[0]) / c.dx_m / parts,
+        (b[1] - a[1]) / c.dy_m / parts,
+        (b[2] - z) / parts,
+    )
+    for part in range(first, parts, stride):
+        t = part + 0.5
+        hits += hits_at(ground, zoned, c, column + ex * t, row + ey * t, z + ez * t)
+    return hits
+
+
+@inlined
+def some_arc_hits(
+    ground: Floats,
+    zoned: Floats,
+    c: Constants,
+    a: Point,
+    ux: float,
+    uy: float,
+    side: float,
+    angle: float,
+    rise: float,
+    parts: int,
+    first: int,
+    stride: int,
+) -> int:
+    """As the sum of :func:`count_arc`, of every ``stride``-th part: a CUDA thread's share."""
+    hits = 0
+    reach = c.turn_radius_m * min(angle, 2.0)
+    if c.bilinear or not (
+        inside_map(a[0] - reach, a[1] - reach, c) and inside_map(a[0] + reach, a[1] + reach, c)
+    ):
+        for part in range(first, parts, stride):
+            under, zone = arc_part(ground, zoned, c, a, ux, uy, side, angle, rise, part, parts)
+            hits += under + zone
+        return hits
+    column, row, z = a[0] / c.dx_m + 0.5, a[1] / c.dy_m + 0.5, a[2]
+    across = 2.0 * c.turn_radius_m
+    ahead_x, ahead_y = across * ux / c.dx_m, across * uy / c.dy_m
+    aside_x, aside_y = -side * across * uy / c.dx_m, side * across * ux / c.dy_m
+    half, ez = 0.5 * angle / parts, rise / parts
+    for part in range(first, parts, stride):
+        t = part + 0.5
+        sin, cos = half_turn(half * t)
+        ahead, aside = sin * cos, sin * sin
+        hits += hits_at(
+            ground,
+            zoned,
+            c,
+            column + (ahead * ahead_x + aside * aside_x),
+            row + (ahead * ahead_y + aside * aside_y),
+            z + ez * t,
+        )
+    return hits

@@ -272,6 +272,7 @@ class Run:
         self._best_path: Path | None = None
         self._worst_kept = -math.inf
         self._started = time.perf_counter()
+        self._observer = self.progress if isinstance(self.progress, Observer) else None
 
     @contextlib.contextmanager
     def phase(self, name: str) -> Iterator[None]:
@@ -343,8 +344,8 @@ class Run:
         """Record a generation by the mean fitness of its population."""
         self.history.append([generation, self._best, mean])
         self.history_evaluations.append(self.evaluations)
-        if isinstance(self.progress, Observer) and self._best_path is not None:
-            self.progress.improved(self._best_path)
+        if self._observer is not None and self._best_path is not None:
+            self._observer.improved(self._best_path)
             self._best_path = None
         if self.progress is not None:
             self.progress(generation, self._best, mean)

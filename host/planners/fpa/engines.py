@@ -16,7 +16,7 @@ from host.planners.fpa.steps import Pollination
 from host.planners.fpa.two_opt import Counts
 
 
-__all__ = ["CpuEngine", "Engine", "Leader", "never"]
+__all__ = ["CpuEngine", "Engine", "Leader", "Setup", "never"]
 
 Paths = NDArray[np.float64]
 
@@ -46,34 +46,8 @@ def never() -> bool:
     return False
 
 
-class Engine(Protocol):
-    """Runs iterations over its population."""
-
-    def advance(
-        self,
-        first: int,
-        count: int,
-        should_stop: Callable[[], bool] = never,
-    ) -> Sequence[Leader]:
-        """Run iterations ``first``, from 1, to ``first + count - 1``; return the result of each.
-
-        Fewer once ``should_stop``, which is called now and then, returns True; after that, only
-        :meth:`population` and :meth:`close` may be called.
-        """
-
-    def population(self) -> tuple[Paths, NDArray[np.float64]]:
-        """All paths (m, n, 3) in metres and their fitness (m,), after the last iteration."""
-
-    def close(self) -> None:
-        """Release threads and memory."""
-
-
-class CpuEngine:
-    """One or several threads of the processor; the result is the same for any number of them.
-
-    In an iteration each thread takes a few solutions at a time until none is left. A thread that
-    is done early frees its core until the next iteration. The caller
-    waits for the threads and can stop them, within about a solution's 2-opt.
+class Setup(NamedTuple):
+    """What a run setups from.
 
     Parameters
     ----------
@@ -81,26 +55,66 @@ class CpuEngine:
         Evaluates paths.
     parameters : Pollination
         Parameters of the steps.
-    two_opt_every : int
-        Iterations from one 2-opt to the next; 0 for none.
     box : (2, 3) float64, metres
         The airspace.
     paths, fitness : (m, n, 3), (m,) float64
         The first population, ends included, and its worth.
+    """
+
+    evaluator: Evaluator
+    parameters: Pollination
+    box: Paths
+    paths: Paths
+    fitness: NDArray[np.float64]
+
+
+class Engine(Protocol):
+    """Takes the populations of its runs through iterations."""
+
+    def advance(
+        self,
+        first: int,
+        count: int,
+        should_stop: Callable[[], bool] = never,
+    ) -> Sequence[Sequence[Leader]]:
+        """Run iterations ``first``, from 1, to ``first + count - 1``.
+
+        Return the result of each, for each run. They are fewer once ``should_stop``, which is
+        called now and then, returns True; after that, only :meth:`populations` and :meth:`close`
+        may be called.
+        """
+
+    def populations(self) -> tuple[Paths, NDArray[np.float64]]:
+        """All paths (r, m, n, 3) of r runs in metres and their fitness (r, m) as they are now."""
+
+    def close(self) -> None:
+        """Release threads and memory."""
+
+
+class CpuEngine:
+    """One run on threads of the processor; the result is the same for any number of them.
+
+    In an iteration each thread takes a few solutions at a time until none is left. A thread that
+    is done early frees its core until the next iteration. The caller
+    waits for the threads and can stop them, within about a solution's 2-opt.
+
+    Parameters
+    ----------
+    setup : Setup
+        What the run setups from.
+    two_opt_every : int
+        Iterations from one 2-opt to the next; 0 for none.
     threads : int
         1 or more.
     """
 
     def __init__(
         self,
-        evaluator: Evaluator,
-        parameters: Pollination,
+        setup: Setup,
         two_opt_every: int,
-        box: Paths,
-        paths: Paths,
-        fitness: NDArray[np.float64],
         threads: int,
     ) -> None:
+        evaluator, parameters, box, paths, fitness = setup
         solutions, points, _ = paths.shape
         self._parameters = parameters
         self._two_opt_every = two_opt_every
@@ -120,7 +134,7 @@ class CpuEngine:
         first: int,
         count: int,
         should_stop: Callable[[], bool] = never,
-    ) -> Sequence[Leader]:
+    ) -> Sequence[Sequence[Leader]]:
         """See :class:`Engine`."""
         history = np.empty((count, HISTORY_FIELDS))
         leaders = np.empty((count, *self._paths.shape[2:]))
@@ -142,10 +156,12 @@ class CpuEngine:
         done = int(self._shared.meetings[0]) - before
         self._side = (self._side + done) % 2
         return [
-            Leader(path, best, mean, int(evaluated), int(cut_short))
-            for path, (best, mean, evaluated, cut_short) in zip(
-                leaders[:done], history[:done].tolist(), strict=True
-            )
+            [
+                Leader(path, best, mean, int(evaluated), int(cut_short))
+                for path, (best, mean, evaluated, cut_short) in zip(
+                    leaders[:done], history[:done].tolist(), strict=True
+                )
+            ]
         ]
 
     def _share(
@@ -176,9 +192,9 @@ class CpuEngine:
             leaders,
         )
 
-    def population(self) -> tuple[Paths, NDArray[np.float64]]:
+    def populations(self) -> tuple[Paths, NDArray[np.float64]]:
         """See :class:`Engine`."""
-        return self._paths[self._side].copy(), self._fitness[self._side].copy()
+        return self._paths[self._side][None].copy(), self._fitness[self._side][None].copy()
 
     def close(self) -> None:
         """See :class:`Engine`."""

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable
-from functools import partial
+import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from host.errors import InputError
+from host.errors import InputError, JobError
 from host.evaluation import Evaluator
 from host.planners.airspace import Airspace
 from host.planners.astar import DEFAULT_MAX_WAYPOINTS
 from host.planners.base import Options, Progress, Result, Run, Stop
-from host.planners.fpa.engines import CpuEngine, Engine
+from host.planners.fpa.engines import CpuEngine, Engine, Setup
 from host.planners.fpa.first import first_population
 from host.planners.fpa.steps import Pollination
 from host.planners.initial import astar_paths, check_init
@@ -35,8 +35,9 @@ _SWITCH = 0.5  # Probability of a global step (table 3).
 _FIRST_EPSILON, _LAST_EPSILON = 0.25, 0.02
 _FEWEST, _MOST = 4, 100_000  # Solutions.
 _MOST_WAYPOINTS = 100
-# Iterations between two readings of the whole population, for the final choice.
-_LOOK_EVERY = 20
+# Iterations between two readings of the whole population, for the final choice; on a GPU, where
+# starting iterations and reading takes as long as some of them.
+_LOOK_EVERY, _LOOK_EVERY_ON_GPU = 20, 50
 
 
 class FlowerPollinationPlanner:
@@ -112,7 +113,7 @@ class FlowerPollinationPlanner:
 
         Candidates that are given up because they cannot replace their solution are not counted as
         evaluations. A time limit or an interrupt ends the search within an iteration, which is
-        discarded; on the GPU, after 20 iterations at most.
+        discarded; on the GPU, after 50 iterations at most.
 
         Raises
         ------
@@ -120,16 +121,75 @@ class FlowerPollinationPlanner:
             If the population is not from 4 to 100,000, the map has no flyable cell, or there is no
             GPU for the engine ``gpu``.
         """
+        return self._plan([Run(evaluator, options, progress, stop)])[0]
+
+    def plan_together(
+        self,
+        evaluators: Sequence[Evaluator],
+        options: Sequence[Options],
+        stop: Stop | None = None,
+    ) -> list[Result]:
+        """Search for the paths of several problems at once, on a GPU; see :meth:`plan`.
+
+        Each result is that of :meth:`plan`. Its seconds are those of all.
+
+        Parameters
+        ----------
+        evaluators : sequence of Evaluator
+            Those of the problems, one or more.
+        options : sequence of Options
+            Those of each run. Generations, population, time limit and target are those of all.
+        stop : Stop, optional
+            Ends all runs when requested.
+
+        Raises
+        ------
+        InputError
+            As for :meth:`plan`.
+        JobError
+            If the GPU fails before the first iteration, or has too little memory.
+        ValueError
+            If the engine is another, or the options differ in more than their seeds.
+        """
+        if self.engine != "gpu":
+            raise ValueError(f"The engine {self.engine} has one run at a time")
+        if len({dataclasses.replace(each, seed=0) for each in options}) != 1:
+            raise ValueError("The options differ in more than their seeds")
+        return self._plan(
+            [
+                Run(evaluator, each, None, stop)
+                for evaluator, each in zip(evaluators, options, strict=True)
+            ]
+        )
+
+    def _plan(self, runs: Sequence[Run]) -> list[Result]:
+        options = runs[0].options
         count = POPULATION if options.population is None else options.population
         if not _FEWEST <= count <= _MOST:
             raise InputError(
                 f"The population of fpa must be from {_FEWEST} to {_MOST}, not {count}."
             )
-        make_engine = _engine_maker(self.engine, evaluator.threads)
-        space = Airspace(evaluator.problem)
-        rng = np.random.default_rng(options.seed)
+        if self.engine == "gpu":
+            _check_gpu()
+        setups = [self._setup(run, count) for run in runs]
+        # Where the grid search finds no route, paths have fewer points.
+        for points in sorted({setup.paths.shape[1] for setup in setups}):
+            alike = [at for at, setup in enumerate(setups) if setup.paths.shape[1] == points]
+            together = [runs[at] for at in alike]
+            with (
+                contextlib.closing(self._engine([setups[at] for at in alike])) as engine,
+                contextlib.ExitStack() as searches,
+            ):
+                for run in together:
+                    searches.enter_context(run.search())
+                _pollinate(together, engine, self._look_every)
+        return [run.result() for run in runs]
 
-        run = Run(evaluator, options, progress, stop)
+    def _setup(self, run: Run, count: int) -> Setup:
+        """Draw and evaluate the first population of a run."""
+        options = run.options
+        space = Airspace(run.evaluator.problem)
+        rng = np.random.default_rng(options.seed)
         found = None
         if self.from_astar:
             waypoints = self.waypoints or DEFAULT_MAX_WAYPOINTS
@@ -146,45 +206,67 @@ class FlowerPollinationPlanner:
             int(self.give_up),
         )
         box = np.stack((space.low, space.high))
-        with (
-            contextlib.closing(
-                make_engine(evaluator, parameters, self.two_opt_every, box, paths, fitness)
-            ) as engine,
-            run.search(),
-        ):
-            _pollinate(run, engine)
-        return run.result()
+        return Setup(run.evaluator, parameters, box, paths, fitness)
+
+    @property
+    def _look_every(self) -> int:
+        return _LOOK_EVERY_ON_GPU if self.engine == "gpu" else _LOOK_EVERY
+
+    def _engine(self, setups: Sequence[Setup]) -> Engine:
+        if self.engine == "gpu":
+            from host.planners.fpa.cuda import GpuEngine
+
+            return GpuEngine(setups, self.two_opt_every, stride=self._look_every)
+        (setup,) = setups
+        threads = setup.evaluator.threads if self.engine == "cores" else 1
+        return CpuEngine(setup, self.two_opt_every, threads)
 
 
-def _pollinate(run: Run, engine: Engine) -> None:
-    """Run the engine until a stop criterion is met; record its results."""
-    before = run.evaluations
+def _pollinate(runs: Sequence[Run], engine: Engine, look_every: int) -> None:
+    """Run the engine until each run has met a stop criterion; record its results."""
+    options = runs[0].options
+    before = [run.evaluations for run in runs]
+    _, seen = engine.populations()
     iteration = 0
     # A target fitness is checked after each iteration; time and interrupts stop the engine.
-    at_once = _LOOK_EVERY if run.options.target_fitness is None else 1
-    while run.stopped_by() is None:
-        count = min(at_once, run.options.generations - iteration)
-        with run.phase("iterations"):
-            leaders = engine.advance(iteration + 1, count, lambda: run.stopped_by() is not None)
-        for leader in leaders:
-            iteration += 1
-            run.evaluations, run.cut_short = before + leader.evaluated, leader.cut_short
-            run.keep([leader.path], np.array([leader.fitness]))
-            run.note(iteration, leader.mean)
-        if iteration % _LOOK_EVERY == 0 or run.stopped_by() is not None:
-            run.keep(*engine.population())
+    at_once = look_every if options.target_fitness is None else 1
+    active = [at for at, run in enumerate(runs) if run.stopped_by() is None]
+    while active:
+        count = min(at_once, options.generations - iteration)
+        with contextlib.ExitStack() as phases:
+            for at in active:
+                phases.enter_context(runs[at].phase("iterations"))
+            try:
+                leaders = engine.advance(
+                    iteration + 1,
+                    count,
+                    lambda: all(run.stopped_by() is not None for run in runs),
+                )
+                iteration += len(leaders[0])
+            except JobError as error:  # The GPU is lost; what was found before is not.
+                for at in active:
+                    runs[at].failure = str(error)
+                return
+        for at in active:
+            run = runs[at]
+            first = iteration - len(leaders[at]) + 1
+            for number, leader in enumerate(leaders[at], first):
+                run.evaluations = before[at] + leader.evaluated
+                run.cut_short = leader.cut_short
+                run.keep([leader.path], np.array([leader.fitness]))
+                run.note(number, leader.mean)
+        ended = [at for at in active if runs[at].stopped_by() is not None]
+        if iteration % look_every == 0 or ended:
+            paths, fitness = engine.populations()
+            for at in active:
+                new = fitness[at] > seen[at]
+                runs[at].keep(paths[at][new], fitness[at][new])
+            seen = fitness
+        active = [at for at in active if at not in ended]
 
 
-def _engine_maker(name: str, threads: int) -> Callable[..., Engine]:
-    """Return the constructor of an engine.
-
-    Raises
-    ------
-    InputError
-        If it is ``gpu`` and there is none.
-    """
-    if name != "gpu":
-        return partial(CpuEngine, threads=threads if name == "cores" else 1)
+def _check_gpu() -> None:
+    """Raise InputError unless there is a GPU that numba can use."""
     try:
         from host.planners.fpa import cuda
 
@@ -196,4 +278,3 @@ def _engine_maker(name: str, threads: int) -> Callable[..., Engine]:
             "The engine gpu needs an NVIDIA GPU and CUDA for numba (the extra 'gpu'), "
             "which are not there; use another (--engine cores)."
         )
-    return partial(cuda.GpuEngine, stride=_LOOK_EVERY)

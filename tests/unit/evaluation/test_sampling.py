@@ -12,6 +12,8 @@ from host.evaluation.sampling import (
     count_arc,
     count_straight,
     half_turn,
+    some_arc_hits,
+    some_straight_hits,
     straight_general,
 )
 from host.problem.zones import Circle
@@ -91,6 +93,33 @@ def test_quick_and_general_straights_count_the_same(evaluator, along):
         assert told == tuple(straight_general(ground, zoned, c, a, b, parts))
         seen.add(told)
     assert len(seen) > 200
+
+
+@pytest.mark.parametrize("kind", ["nearest", "bilinear", "roofed"])
+def test_shares_of_a_piece_add_up_to_its_counts(evaluator, kind):
+    ground, zoned, c = evaluator.kernel_arguments
+    if kind == "roofed":
+        roof = np.random.default_rng(5).uniform(400, 1500, ground.shape)
+        ground, c = np.concatenate((ground, -roof)), c._replace(roofed=1)
+    c = c._replace(bilinear=int(kind == "bilinear"))
+    rng = np.random.default_rng(6)
+    seen = set()
+    for arc in arcs(rng, 1000):
+        parts, stride = int(rng.integers(1, 100)), int(rng.integers(1, 40))
+        told = count_arc(ground, zoned, c, *arc, parts)
+        # Off the map for some.
+        b = (*rng.uniform(-300, (6200, 4700)), rng.uniform(0, 1000))
+        straight = count_straight(ground, zoned, c, arc[0], b, parts)
+        for counts, some, piece in (
+            (told, some_arc_hits, arc),
+            (straight, some_straight_hits, (arc[0], b)),
+        ):
+            shares = [
+                some(ground, zoned, c, *piece, parts, first, stride) for first in range(stride)
+            ]
+            assert sum(shares) == sum(counts)
+            seen.add(sum(shares))
+    assert len(seen) > 30
 
 
 def test_samples_off_the_map_are_under_the_ground(evaluator):

@@ -11,7 +11,8 @@ import numpy as np
 from numba import cuda, typeof, types
 
 from host.evaluation.constants import Constants
-from host.planners.fpa.cuda import iteration_kernel
+from host.planners.fpa.gpu_kernel import pollination_kernel, widest
+from host.planners.fpa.gpu_tables import table
 from host.planners.fpa.steps import Pollination
 
 
@@ -38,27 +39,16 @@ def main():
     def array(kind, dimensions):
         return types.Array(kind, dimensions, "C")
 
-    f, i, b = types.float64, types.int64, types.uint8
+    f, i = types.float64, types.int64
     signature = types.void(
-        typeof(parameters),
-        i,
-        types.boolean,
-        array(f, 3),
-        array(f, 1),
-        array(f, 3),
-        array(f, 1),
-        array(b, 1),
-        array(f, 2),
-        array(f, 1),
-        array(b, 1),
-        typeof(constants),
-        array(i, 2),
-        array(i, 1),
-        i,
-        array(f, 2),
+        *(i, i, i, i),
+        *(typeof(table([parameters])), typeof(table([constants])), array(f, 3)),
+        *(array(f, 1), array(i, 1), array(f, 1), array(i, 1), array(types.int32, 2)),
+        *(array(f, 5), array(f, 3), i, array(types.uint8, 2), array(i, 1), array(i, 2)),
         array(f, 3),
     )
-    ptx, _ = cuda.compile_ptx(iteration_kernel(8), signature, cc=CAPABILITY)
+    kernel = pollination_kernel(8, widest(8, 15), 128)
+    ptx, _ = cuda.compile_ptx(kernel, signature, cc=CAPABILITY)
     print(*(line for line in ptx.splitlines() if line.startswith((".version", ".target"))))
     print(ptx.count(".shared"), "shared", ptx.count("bar.sync"), "barriers")
     return 0

@@ -5,13 +5,13 @@ import time
 import numpy as np
 import pytest
 
-from host.errors import InputError
+from host.errors import InputError, JobError
 from host.evaluation import Evaluator
 from host.planners import ENGINES, make
 from host.planners.airspace import Airspace
 from host.planners.base import Options
 from host.planners.fpa import engines
-from host.planners.fpa.engines import CpuEngine
+from host.planners.fpa.engines import CpuEngine, Setup
 from host.planners.fpa.first import first_population
 from host.planners.fpa.steps import Pollination
 from host.planners.fpa.two_opt import is_two_opt
@@ -33,12 +33,11 @@ def test_iterations_match_the_reference(evaluator, every):
 
     fitness = np.array([worth(path) for path in paths])
     parameters = Pollination(np.uint64(seed), iterations, 0.5, 0.25, 0.02)
-    engine = CpuEngine(
-        evaluator, parameters, every, np.stack((space.low, space.high)), paths, fitness, threads=2
-    )
+    box = np.stack((space.low, space.high))
+    engine = CpuEngine(Setup(evaluator, parameters, box, paths, fitness), every, threads=2)
     improved = 0
     for iteration in range(1, iterations + 1):
-        (leader,) = engine.advance(iteration, 1)
+        ((leader,),) = engine.advance(iteration, 1)
         before = fitness
         paths, fitness = reference.iterate(
             seed,
@@ -52,7 +51,7 @@ def test_iterations_match_the_reference(evaluator, every):
             worth,
         )
         improved += int((fitness > before).sum())
-        found, values = engine.population()
+        (found,), (values,) = engine.populations()
         assert found == pytest.approx(paths, rel=1e-12)
         assert values == pytest.approx(fitness, rel=1e-9)
         assert leader.fitness == values.max()
@@ -185,12 +184,14 @@ def engine_of(evaluator):
     def make_engine(threads):
         engines.append(
             CpuEngine(
-                evaluator,
-                Pollination(np.uint64(1), 400, 0.5, 0.25, 0.02),
+                Setup(
+                    evaluator,
+                    Pollination(np.uint64(1), 400, 0.5, 0.25, 0.02),
+                    np.stack((space.low, space.high)),
+                    paths,
+                    fitness,
+                ),
                 3,
-                np.stack((space.low, space.high)),
-                paths,
-                fitness,
                 threads=threads,
             )
         )
@@ -206,13 +207,13 @@ def test_a_stop_keeps_complete_iterations(engine_of, threads, monkeypatch):
     monkeypatch.setattr(engines, "_LOOK_S", 0.001)
     looks = iter([False, False, False])
     stopped, whole = engine_of(threads), engine_of(1)
-    found = stopped.advance(1, 400_000, lambda: next(looks, True))
+    (found,) = stopped.advance(1, 400_000, lambda: next(looks, True))
     assert 0 < len(found) < 400_000
-    expected = whole.advance(1, len(found))
+    (expected,) = whole.advance(1, len(found))
     for leader, other in zip(found, expected, strict=True):
         assert np.array_equal(leader.path, other.path)
         assert leader[1:] == other[1:]
-    for told, other in zip(stopped.population(), whole.population(), strict=True):
+    for told, other in zip(stopped.populations(), whole.populations(), strict=True):
         assert np.array_equal(told, other)
 
 
@@ -276,3 +277,68 @@ def test_a_target_ends_a_search_in_its_iteration(evaluator):
     )
     assert result.generations == next(i for i, best in enumerate(bests) if best >= target)
     assert result.history == whole.history[: result.generations + 1]
+
+
+class Several:
+    """An engine of several runs, as a GPU's, of one of the CPU for each; it may fail."""
+
+    def __init__(self, setups, every, *, fails_at=None):
+        self.engines = [CpuEngine(setup, every, threads=1) for setup in setups]
+        self.fails_at = fails_at
+
+    def advance(self, first, count, should_stop=engines.never):
+        if self.fails_at is not None and first >= self.fails_at:
+            raise JobError("The GPU failed (lost).")
+        return [engine.advance(first, count, should_stop)[0] for engine in self.engines]
+
+    def populations(self):
+        paths, fitness = zip(*(engine.populations() for engine in self.engines), strict=True)
+        return np.concatenate(paths), np.concatenate(fitness)
+
+    def close(self):
+        for engine in self.engines:
+            engine.close()
+
+
+@pytest.fixture
+def several(monkeypatch):
+    """Function that makes a planner whose GPU is :class:`Several`."""
+    monkeypatch.setattr("host.planners.fpa.planner._check_gpu", lambda: None)
+
+    def make_planner(fails_at=None):
+        planner = make("fpa-2opt", engine="gpu", two_opt_every=7)
+        monkeypatch.setattr(
+            planner, "_engine", lambda setups: Several(setups, 7, fails_at=fails_at)
+        )
+        return planner
+
+    return make_planner
+
+
+@pytest.mark.parametrize("target", [None, 1.2])
+def test_runs_together_are_those_alone(make_evaluator, several, target):
+    evaluators = [make_evaluator(), make_evaluator(zones=())] * 2
+    options = [
+        Options(generations=130, population=24, seed=seed, target_fitness=target)
+        for seed in (3, 4, 5, 6)
+    ]
+    found = several().plan_together(evaluators, options)
+    for result, evaluator, each in zip(found, evaluators, options, strict=True):
+        alone = make("fpa-2opt", engine="sequential", two_opt_every=7).plan(evaluator, each)
+        for name in ("history", "generations", "evaluations", "cut_short", "stopped_by"):
+            assert getattr(result, name) == getattr(alone, name)
+        assert (result.path == alone.path).all()
+    if target is not None:  # Each ends by itself.
+        assert len({result.generations for result in found}) > 1
+
+
+def test_a_gpu_that_is_lost_leaves_the_best_paths(evaluator, several):
+    options = [Options(generations=200, population=24, seed=seed) for seed in (3, 4)]
+    for result in several(fails_at=51).plan_together([evaluator] * 2, options):
+        assert (result.generations, result.stopped_by) == (50, "failure")
+        assert result.failure == "The GPU failed (lost)."
+        assert result.evaluation.fitness == result.history[-1][1] > result.history[0][1]
+    with pytest.raises(ValueError, match="more than their seeds"):
+        several().plan_together([evaluator] * 2, [options[0], Options(generations=7)])
+    with pytest.raises(ValueError, match="one run at a time"):
+        make("fpa").plan_together([evaluator], options[:1])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -292,6 +293,7 @@ class Search:
         planner = named_or_default(planner, options)
         own = own_options(planner, options)
         self._planner = make(planner, **own)
+        self._own = own
         self.planner = planner
         entry = PLANNERS[planner]
         self.board: str | None = None
@@ -320,6 +322,56 @@ class Search:
         if source is None:
             source = evaluator.problem.terrain.loading
         return self._settled(self._plan(evaluator, result, source), stop)
+
+    @property
+    def kind(self) -> tuple[object, ...] | None:
+        """What searches have in common that a GPU runs together; None if this one runs alone."""
+        if self._own.get("engine") != "gpu":
+            return None
+        own = sorted(self._own.items(), key=lambda item: item[0])
+        return self.planner, dataclasses.replace(self.options, seed=0), self.fallback, *own
+
+    def run_together(
+        self,
+        evaluators: Sequence[Evaluator],
+        seeds: Sequence[int],
+        stop: Stop | None = None,
+    ) -> list[Plan]:
+        """Plan several problems at once, on a GPU; each plan is that of :meth:`run` with its seed.
+
+        Parameters
+        ----------
+        evaluators, seeds
+            Of each problem; the seed of the search is not used.
+        stop : Stop, optional
+            Ends all of them.
+
+        Raises
+        ------
+        InputError
+            If the engine is not ``gpu``, there is none, or a problem is bad.
+        JobError
+            If the GPU fails before it has a path.
+        """
+        if self.kind is None:
+            raise InputError(
+                "Problems are planned together on a GPU alone; give fpa or fpa-2opt and the engine "
+                "gpu."
+            )
+        searches = [copy.copy(self) for _ in seeds]
+        for search, seed in zip(searches, seeds, strict=True):
+            search.options = dataclasses.replace(self.options, seed=seed)
+        results = self._planner.plan_together(  # type: ignore[attr-defined]  # A GPU's has it.
+            evaluators, [search.options for search in searches], stop
+        )
+        if stop is not None:
+            stop.heeded = True
+        return [
+            search._settled(
+                search._plan(evaluator, result, evaluator.problem.terrain.loading), stop
+            )
+            for search, evaluator, result in zip(searches, evaluators, results, strict=True)
+        ]
 
     def replan(self, plan: Plan, evaluator: Evaluator) -> Plan:
         """Plan the changed problem of ``evaluator``; see :meth:`Plan.replan`."""

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from host.flight.report import FlightReport
     from host.mission.build import load_mission
     from host.mission.mission import Mission
-    from host.mission.plan import plan
+    from host.mission.plan import plan, plan_together
     from host.planning import Plan
     from host.problem.aircraft import Aircraft
     from host.problem.problem import Problem
@@ -64,6 +64,7 @@ __all__ = [
     "load_mission",
     "open_board",
     "plan",
+    "plan_together",
     "planners",
 ]
 
@@ -88,6 +89,7 @@ _HOMES = {
     "load_mission": "host.mission.build",
     "open_board": "host.device.boards",
     "plan": "host.mission.plan",
+    "plan_together": "host.mission.plan",
     "planners": "host.api",
 }
 

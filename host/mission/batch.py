@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from host.cores import available_cores
 from host.device.boards import known_config
 from host.errors import InputError, PathgeneError
 from host.evaluation import Evaluator
@@ -24,7 +25,7 @@ from host.mission.legs import shortcoming
 from host.mission.mission import Mission
 from host.mission.planning import plan_mission
 from host.planners.base import Result
-from host.planning import Search
+from host.planning import Plan, Search
 from host.report.run_files import SUMMARY, verify
 from host.report.summary import version
 from host.report.write import write_report
@@ -36,6 +37,8 @@ __all__ = ["Job", "Outcome", "execute", "kept_summary", "names_of", "save"]
 
 #: Values that decide what is written, not what is planned.
 _OUTPUT = {key.dest for key in KEYS if key.table == "output"}
+# Most problems that a GPU plans at once, and most nodes of their maps, of 16 bytes each.
+_MOST_TOGETHER, _MOST_NODES = 64, 50_000_000
 
 
 @dataclass(frozen=True)
@@ -159,7 +162,8 @@ def execute(
 ) -> Generator[tuple[Job, Outcome]]:
     """Plan jobs, ``count`` at a time; yield each with its outcome as they come.
 
-    A bad problem is an outcome and stops no other.
+    Jobs of one leg for a GPU are planned together, in this process, as far as their searches differ
+    in the seed alone. A bad problem is an outcome and stops no other.
 
     Parameters
     ----------
@@ -176,6 +180,7 @@ def execute(
         If no scheduler answers or it is lost, or processes die again and again.
     """
     tasks = []
+    together: dict[object, list[_Task]] = {}
     for number, job in enumerate(jobs):
         try:
             mission, search = job.make()
@@ -187,7 +192,15 @@ def execute(
         except InputError as error:
             yield job, Outcome(number, failure=str(error), bad_input=True)
             continue
-        tasks.append(_Task(number, mission, job.values))
+        task = _Task(number, mission, job.values)
+        if scheduler is None and mission.legs == 1 and search.kind is not None:
+            together.setdefault(search.kind, []).append(task)
+        else:
+            tasks.append(task)
+    for alike in together.values():
+        for some in _parts(alike):
+            for outcome in _plan_together(some):
+                yield jobs[outcome.number], outcome
     if not tasks:
         return
     count = min(count, len(tasks))
@@ -271,6 +284,34 @@ def _plan(threads: int, task: _Task) -> Outcome:
     except Exception as error:
         sentence = f"Internal error, {type(error).__name__}: {error}; please report it."
         return Outcome(task.number, failure=sentence)
+    return _outcome(task, plan)
+
+
+def _parts(tasks: Sequence[_Task]) -> Generator[Sequence[_Task]]:
+    """Cut tasks into parts that fill a GPU and whose maps have room in memory."""
+    begin = nodes = 0
+    for at, task in enumerate(tasks):
+        nodes += task.mission.whole.terrain.elevation.size
+        if at > begin and (nodes > _MOST_NODES or at - begin == _MOST_TOGETHER):
+            yield tasks[begin:at]
+            begin, nodes = at, task.mission.whole.terrain.elevation.size
+    yield tasks[begin:]
+
+
+def _plan_together(tasks: Sequence[_Task]) -> Sequence[Outcome]:
+    """Plan tasks at once; where one cannot be planned, each by itself."""
+    searches = [search_of(task.values) for task in tasks]
+    try:
+        plans = searches[0].run_together(
+            [Evaluator(task.mission.problem) for task in tasks],
+            [search.options.seed for search in searches],
+        )
+    except PathgeneError:
+        return [_plan(available_cores(), task) for task in tasks]
+    return [_outcome(task, plan) for task, plan in zip(tasks, plans, strict=True)]
+
+
+def _outcome(task: _Task, plan: Plan) -> Outcome:
     failure = plan.failure or shortcoming(plan.summary)
     result = dataclasses.replace(plan.result, archive=[])
     return Outcome(task.number, plan.summary, result, failure)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from host.checking import evaluator_of
+from host.errors import InputError
 from host.mission.mission import Mission
 from host.mission.planning import plan_mission
 from host.planners.arguments import require_functions
@@ -14,7 +15,7 @@ from host.planning import Plan, Search
 from host.problem.problem import Problem
 
 
-__all__ = ["plan"]
+__all__ = ["plan", "plan_together"]
 
 
 def plan(
@@ -101,3 +102,74 @@ def plan(
     if isinstance(problem, Mission):
         return plan_mission(problem, search, progress=progress, stop=stop)
     return search.run(evaluator_of(problem), progress=progress, stop=stop)
+
+
+def plan_together(
+    problems: Sequence[Problem],
+    planner: str = "fpa-2opt",
+    *,
+    seeds: Sequence[int] | None = None,
+    generations: int | None = None,
+    time_limit_s: float | None = None,
+    target_fitness: float | None = None,
+    population: int | None = None,
+    cancel: Callable[[], bool] | None = None,
+    fallback: str = "astar",
+    **options: Any,
+) -> list[Plan]:
+    """Plan several problems at once on an NVIDIA GPU; print and write nothing.
+
+    A GPU that plans one problem is mostly idle: some dozens take little longer. Each plan is the
+    one that :func:`plan` with ``engine="gpu"`` returns. A problem may be given several times, with
+    other seeds.
+
+    Parameters
+    ----------
+    problems : sequence of Problem
+        One or more, over the same terrain or several. All their maps and populations must have room
+        in the GPU's memory.
+    planner : str
+        ``fpa`` or ``fpa-2opt``.
+    seeds : sequence of int, optional
+        The seed of each, 0 to 2**64 - 1; 0 by default.
+    generations, time_limit_s, target_fitness, population, cancel, fallback, **options
+        Those of each, as for :func:`plan`.
+
+    Returns
+    -------
+    list of Plan
+        In the order of the problems. The seconds of each are those of all.
+
+    Raises
+    ------
+    InputError
+        If there is no GPU, the planner does not run on one, a value is out of range or a problem
+        cannot be planned.
+    JobError
+        If the GPU fails before it has a path, or has too little memory.
+    """
+    require_functions(cancel=cancel)
+    if not isinstance(problems, Sequence) or not all(
+        isinstance(problem, Problem) for problem in problems
+    ):
+        raise InputError("The problems must be a list of problems, each of one leg.")
+    if not problems:
+        raise InputError("There is no problem to plan; give one or more.")
+    seeds = [0] * len(problems) if seeds is None else list(seeds)
+    if len(seeds) != len(problems):
+        raise InputError(
+            f"There are {len(problems)} problems and {len(seeds)} seeds; give as many seeds."
+        )
+    search = Search(
+        planner,
+        generations=generations,
+        time_limit_s=time_limit_s,
+        target_fitness=target_fitness,
+        population=population,
+        fallback=fallback,
+        **{"engine": "gpu", **options},
+    )
+    evaluators = {id(problem): evaluator_of(problem) for problem in problems}
+    return search.run_together(
+        [evaluators[id(problem)] for problem in problems], seeds, Stop(cancel)
+    )

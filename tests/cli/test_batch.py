@@ -10,6 +10,8 @@ from pathlib import Path
 import pytest
 
 from host.cli import main
+from host.mission.batch import Job, _parts, _Task
+from host.mission.problem_file import read_problem
 
 from .conftest import ROOT
 
@@ -202,3 +204,39 @@ def test_refuses_bad_options(files, tmp_path, capsys):
     status, _, said = batch(capsys, files[0], files[0], "--out", tmp_path / "out")
     assert status == 2
     assert "would have one name" in said
+
+
+def has_gpu():
+    from numba import cuda
+
+    return cuda.is_available()
+
+
+@pytest.mark.skipif(has_gpu(), reason="there is a GPU")
+def test_without_a_gpu_each_problem_says_so(files, tmp_path, capsys):
+    options = ["--out", tmp_path / "out", "--planner", "fpa", "--engine", "gpu", "--no-picture"]
+    status, printed, said = batch(capsys, *files, *options, "--json")
+    assert status == 2
+    rows = json.loads(printed)["problems"]
+    assert [row["bad_input"] for row in rows] == [True] * 3
+    for name in ("one", "two"):
+        assert f"pathgene: {name}: The engine gpu needs an NVIDIA GPU and CUDA for numba" in said
+    assert "pathgene: bad: The goal at (9000, 0) is outside the " in said
+
+
+def test_a_gpu_gets_problems_in_parts(files, monkeypatch):
+    jobs = [Job(str(at), file, read_problem(Path(file))) for at, file in enumerate(files[:2] * 4)]
+    tasks = [_Task(at, job.make()[0], job.values) for at, job in enumerate(jobs)]
+
+    def parts():
+        return [[task.number for task in part] for part in _parts(tasks)]
+
+    assert parts() == [[*range(8)]]
+    monkeypatch.setattr("host.mission.batch._MOST_TOGETHER", 3)
+    assert parts() == [[0, 1, 2], [3, 4, 5], [6, 7]]
+    nodes = tasks[0].mission.whole.terrain.elevation.size
+    monkeypatch.setattr("host.mission.batch._MOST_NODES", 2 * nodes)
+    assert parts() == [[0, 1], [2, 3], [4, 5], [6, 7]]
+    # A map that is too large by itself is planned alone.
+    monkeypatch.setattr("host.mission.batch._MOST_NODES", nodes - 1)
+    assert parts() == [[at] for at in range(8)]

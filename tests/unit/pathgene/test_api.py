@@ -286,3 +286,25 @@ def test_numbers_of_numpy_are_numbers():
     holes = [corners / 2]
     zone = pathgene.Zone.polygon(corners, holes)
     assert zone == pathgene.Zone.polygon(corners.tolist(), [holes[0].tolist()])
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"problems": []}, "There is no problem to plan; give one or more."),
+        ({"problems": "all"}, "The problems must be a list of problems, each of one leg."),
+        ({"seeds": [1, 2]}, "There are 1 problems and 2 seeds; give as many seeds."),
+        ({"seeds": [-1]}, "The seed must be from 0 to 2**64 - 1, not -1."),
+        (
+            {"engine": "cores"},
+            "Problems are planned together on a GPU alone; give fpa or fpa-2opt and the engine "
+            "gpu.",
+        ),
+        ({"planner": "astar"}, "The planner astar has no option 'engine'"),
+        ({"population": 2}, "The population of fpa must be from 4 to 100000, not 2."),
+    ],
+)
+def test_plans_together_what_a_gpu_can(problem, change, sentence):
+    with pytest.raises(InputError) as caught:
+        pathgene.plan_together(**{"problems": [problem], **change})
+    assert str(caught.value).startswith(sentence)

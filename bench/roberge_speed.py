@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-import os
+import subprocess
 import sys
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from multiprocessing import get_context
-from statistics import median
-from typing import Any
+from statistics import fmean, median
+from typing import Any, NamedTuple
 
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import problem_at_one_cell
+from host.cores import available_cores
 from host.errors import InputError
 from host.evaluation import Evaluator
-from host.planners import make
 from host.planners.base import Options, Result
+from host.planners.fpa.planner import FlowerPollinationPlanner
 
 
 __all__ = ["run"]
@@ -26,10 +28,14 @@ MAP = "canyon"
 #: Table 3.
 ITERATIONS, POPULATION = 500, 512
 #: Numbers of solutions, for all cores and the GPU.
-SOLUTIONS = (64, 128, 256, 512, 1024, 2048)
+SOLUTIONS = (64, 128, 256, 512, 1024, 2048, 4096)
+#: Runs at once, on the GPU.
+TOGETHER = 64
 _REPEATS = 3
 # Not an engine: all threads with every candidate evaluated in full, as in the paper.
 _IN_FULL = "all in full"
+# Seconds for which the GPU's power is read, and milliseconds between two readings.
+_POWER_S, _POWER_MS = 2.0, 20
 
 #: Section 5.3: engine, threads, solutions, seconds. 36 threads ran 9.6 times as fast as one.
 PAPER = (
@@ -39,12 +45,22 @@ PAPER = (
 )
 
 
+class _Case(NamedTuple):
+    """A row: an engine, its threads, the solutions of a run, and the runs at once."""
+
+    engine: str
+    threads: int
+    solutions: int
+    runs: int = 1
+
+
 def run(
     options: BenchOptions,
     *,
     iterations: int = ITERATIONS,
     population: int = POPULATION,
     solutions: Sequence[int] = SOLUTIONS,
+    together: int = TOGETHER,
 ) -> Report:
     """Time fpa-2opt by threads and by solutions, on each available engine."""
     del options
@@ -54,55 +70,40 @@ def run(
             "engine",
             "threads",
             "solutions",
+            "runs at once",
             "seconds",
             "of iterations",
             "times as fast",
             "full evaluations/s",
-            "cut short/s",
-            "F",
+            "all candidates/s",
+            "mean F",
+            "feasible",
+            "joules a run",
         ),
     )
-    cores = os.cpu_count() or 1
-    cases: list[tuple[str, int, int]] = [
-        ("sequential", 1, population),
-        (_IN_FULL, 1, population),
-        (_IN_FULL, cores, population),
-    ]
-    cases += [("cores", threads, population) for threads in range(1, cores + 1)]
-    cases += [("cores", cores, count) for count in solutions if count != population]
-    cases += [("gpu", 1, count) for count in sorted({*solutions, population})]
+    cores = available_cores()
     base_s = 0.0
     left_out = ""
-    for engine, threads, count in cases:
+    for case in _cases(cores, population, solutions, together):
         try:
-            results = [
-                _plan(engine, threads, count, iterations, seed) for seed in range(_REPEATS + 1)
-            ][1:]  # The first run compiles.
+            row = _measured(case, iterations, watts=case.solutions == population)
         except InputError as error:
             left_out = str(error)
             break
-        seconds = median(result.seconds["total"] for result in results)
+        seconds = row[0]
         base_s = base_s or seconds
         report.rows.append(
             (
-                engine,
-                "-" if engine == "gpu" else threads,
-                count,
-                seconds,
-                median(result.seconds["iterations"] for result in results),
-                base_s / seconds if count == population else "-",
-                *(
-                    median(_rate(result, what) for result in results)
-                    for what in ("evaluations", "cut_short")
-                ),
-                median(result.evaluation.fitness for result in results),
+                case.engine,
+                "-" if case.engine == "gpu" else case.threads,
+                case.solutions,
+                case.runs,
+                *row[:2],
+                base_s * case.runs / seconds if case.solutions == population else "-",
+                *row[2:],
             )
         )
-        print(
-            f"roberge-speed: {engine}, {threads} threads, {count} solutions done",
-            file=sys.stderr,
-            flush=True,
-        )
+        print(f"roberge-speed: {report.rows[-1]}", file=sys.stderr, flush=True)
     if cores > 1:
         together_s = _together(cores, population, iterations)
         report.rows.append(
@@ -110,37 +111,85 @@ def run(
                 "sequential, one a core",
                 cores,
                 population,
+                cores,
                 together_s,
                 "-",
                 cores * base_s / together_s,
-                "-",
-                "-",
-                "-",
+                *("-",) * 5,
             )
         )
     report.rows += [
-        (name, threads, count, seconds, "-", PAPER[0][3] / seconds, "-", "-", "-")
+        (name, threads, count, 1, seconds, "-", PAPER[0][3] / seconds, *("-",) * 5)
         for name, threads, count, seconds in PAPER
     ]
     report.notes = [
-        f"Median of {_REPEATS} seeds after one that compiles; seconds from the first path drawn to",
-        "the reported path, checked at ds / 8. Times as fast: compared with the first row, and for",
-        "the paper with its first row. One run a core: independent runs at the same time, which",
-        "show the limit of the machine. The paper gives neither its number of waypoints nor its",
-        "ds. Cut short: candidates whose evaluation stopped once they could not be better; the",
-        'rows "all in full" evaluate these to the end, as the paper does.',
+        f"Median of {_REPEATS} after one that compiles, each with its own seeds; seconds from the",
+        "first path drawn to the reported path, checked at ds / 8. Times as fast: runs a second,",
+        "compared with the first row, and for the paper with its first row. One run a core:",
+        "independent runs at the same time, which show the limit of the machine. The paper gives",
+        "neither its number of waypoints nor its ds. All candidates: with those whose evaluation",
+        'stopped once they could not be better; the rows "all in full" evaluate these to the end,',
+        "as the paper does. Rates are of the seconds of iterations. Joules: the GPU's power by",
+        f"nvidia-smi, over {_POWER_S:g} s of such runs, its power when idle included.",
+        *_gpu_names(),
     ]
     if left_out:
         report.notes.append(f"No GPU was measured. {left_out}")
     return report
 
 
-def _plan(engine: str, threads: int, population: int, iterations: int, seed: int) -> Result:
-    evaluator = Evaluator(problem_at_one_cell(MAP), threads=threads)
-    in_full = engine == _IN_FULL
-    return make("fpa-2opt", engine="cores" if in_full else engine, give_up=not in_full).plan(
-        evaluator, Options(generations=iterations, population=population, seed=seed)
+def _cases(cores: int, population: int, solutions: Sequence[int], together: int) -> Iterator[_Case]:
+    """Yield the processor's rows, then the GPU's: where there is none, the first ends the table."""
+    yield _Case("sequential", 1, population)
+    yield _Case(_IN_FULL, cores, population)
+    for threads in range(1, cores + 1):
+        yield _Case("cores", threads, population)
+    others = [count for count in solutions if count != population]
+    for count in others:
+        yield _Case("cores", cores, count)
+    for runs in (1, together):
+        for count in (population, *others):
+            yield _Case("gpu", cores, count, runs)
+
+
+def _measured(case: _Case, iterations: int, *, watts: bool) -> tuple[Any, ...]:
+    """Return the columns of a case from its seconds on."""
+    rounds = [
+        _plan(case, iterations, range(number * case.runs, (number + 1) * case.runs))
+        for number in range(_REPEATS + 1)
+    ][1:]  # The first run compiles.
+    results = [result for results in rounds for result in results]
+    joules: float | str = "-"
+    if case.engine == "gpu" and watts:
+        mean_w, seconds = _power(lambda: _plan(case, iterations, range(case.runs)))
+        joules = "-" if mean_w is None else mean_w * seconds / case.runs
+    return (
+        median(results[0].seconds["total"] for results in rounds),
+        median(results[0].seconds["iterations"] for results in rounds),
+        median(_rate(results, lambda result: result.evaluations) for results in rounds),
+        median(
+            _rate(results, lambda result: result.evaluations + result.cut_short)
+            for results in rounds
+        ),
+        fmean(result.evaluation.fitness for result in results),
+        f"{sum(result.evaluation.feasible for result in results)}/{len(results)}",
+        joules,
     )
+
+
+def _plan(case: _Case, iterations: int, seeds: Sequence[int]) -> list[Result]:
+    """Return the results of the runs of a case, each with its seed."""
+    in_full = case.engine == _IN_FULL
+    planner = FlowerPollinationPlanner(
+        engine="cores" if in_full else case.engine, give_up=not in_full
+    )
+    evaluator = Evaluator(problem_at_one_cell(MAP), threads=case.threads)
+    options = [
+        Options(generations=iterations, population=case.solutions, seed=seed) for seed in seeds
+    ]
+    if case.runs > 1:
+        return planner.plan_together([evaluator] * case.runs, options)
+    return [planner.plan(evaluator, options[0])]
 
 
 def _together(cores: int, population: int, iterations: int) -> float:
@@ -153,8 +202,50 @@ def _together(cores: int, population: int, iterations: int) -> float:
 
 
 def _sequential_s(population: int, iterations: int, seed: int) -> float:
-    return _plan("sequential", 1, population, iterations, seed).seconds["total"]
+    (result,) = _plan(_Case("sequential", 1, population), iterations, [seed])
+    return result.seconds["total"]
 
 
-def _rate(result: Result, what: str) -> Any:
-    return getattr(result, what) / result.seconds["iterations"]
+def _rate(results: Sequence[Result], count: Callable[[Result], int]) -> float:
+    return sum(map(count, results)) / results[0].seconds["iterations"]
+
+
+def _power(work: Callable[[], object]) -> tuple[float | None, float]:
+    """Return the GPU's mean power while ``work`` is repeated, watts, and the seconds of one.
+
+    The power is None where nvidia-smi does not tell it.
+    """
+    command = ["nvidia-smi", "--query-gpu=power.draw.instant", "--format=csv,noheader,nounits"]
+    try:
+        meter = subprocess.Popen(
+            [*command, f"--loop-ms={_POWER_MS}"], stdout=subprocess.PIPE, text=True
+        )
+    except OSError:
+        meter = None
+    started = time.perf_counter()
+    times = 0
+    while time.perf_counter() - started < _POWER_S:
+        work()
+        times += 1
+    seconds = (time.perf_counter() - started) / times
+    if meter is None:
+        return None, seconds
+    meter.terminate()
+    told, _ = meter.communicate()
+    watts = []
+    for line in told.split():
+        try:
+            watts.append(float(line))
+        except ValueError:
+            return None, seconds
+    return (fmean(watts) if watts else None), seconds
+
+
+def _gpu_names() -> list[str]:
+    """Return a note on the GPU and its driver, if nvidia-smi tells them."""
+    command = ["nvidia-smi", "--query-gpu=name,driver_version", "--format=csv,noheader"]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
+    except (OSError, subprocess.SubprocessError):
+        return []
+    return [f"GPU and driver: {line}." for line in done.stdout.strip().splitlines()]

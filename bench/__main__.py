@@ -52,8 +52,8 @@ def main() -> int:
         "--only",
         metavar="TEXT",
         default="",
-        help="of chip, chip-ablation, chip-replans, fpga, flight, quality and safety, the rows, "
-        "or of chip the tables, with this in their names",
+        help="of chip, chip-ablation, chip-replans, fpga, flight, quality, roberge-speed and "
+        "safety, the rows, or of chip the tables, with this in their names",
     )
     parser.add_argument("--out", type=Path, default=Path("build/bench"), help="folder of the JSON")
     arguments = parser.parse_args()

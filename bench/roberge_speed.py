@@ -16,7 +16,7 @@ from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import problem_at_one_cell
 from host.cores import available_cores
-from host.errors import InputError
+from host.errors import InputError, JobError
 from host.evaluation import Evaluator
 from host.planners.base import Options, Result
 from host.planners.fpa.planner import FlowerPollinationPlanner
@@ -36,6 +36,8 @@ _REPEATS = 3
 _IN_FULL = "all in full"
 # Seconds for which the GPU's power is read, and milliseconds between two readings.
 _POWER_S, _POWER_MS = 2.0, 20
+# Numba takes the first GPU.
+_NVIDIA_SMI = ("nvidia-smi", "--id=0")
 
 #: Section 5.3: engine, threads, solutions, seconds. 36 threads ran 9.6 times as fast as one.
 PAPER = (
@@ -53,6 +55,11 @@ class _Case(NamedTuple):
     solutions: int
     runs: int = 1
 
+    @property
+    def name(self) -> str:
+        """Name of the row for ``--only``."""
+        return f"{self.engine}, {self.threads} threads, {self.solutions} x {self.runs}"
+
 
 def run(
     options: BenchOptions,
@@ -62,8 +69,10 @@ def run(
     solutions: Sequence[int] = SOLUTIONS,
     together: int = TOGETHER,
 ) -> Report:
-    """Time fpa-2opt by threads and by solutions, on each available engine."""
-    del options
+    """Time fpa-2opt by threads and by solutions, on each available engine.
+
+    ``options.only`` chooses rows: "gpu, 2 threads, 4096 x 64" is one of them.
+    """
     report = Report(
         f"fpa-2opt on {MAP}: {iterations} iterations, 6 free waypoints, ds one cell, as paper",
         (
@@ -83,13 +92,18 @@ def run(
     )
     cores = available_cores()
     base_s = 0.0
-    left_out = ""
+    left_out: list[str] = []
     for case in _cases(cores, population, solutions, together):
+        if options.only and options.only not in case.name:
+            continue
         try:
             row = _measured(case, iterations, watts=case.solutions == population)
         except InputError as error:
-            left_out = str(error)
+            left_out.append(f"No GPU was measured. {error}")
             break
+        except JobError as error:
+            left_out.append(f"{case.name} was not measured. {error}")
+            continue
         seconds = row[0]
         base_s = base_s or seconds
         report.rows.append(
@@ -104,7 +118,7 @@ def run(
             )
         )
         print(f"roberge-speed: {report.rows[-1]}", file=sys.stderr, flush=True)
-    if cores > 1:
+    if cores > 1 and not options.only:
         together_s = _together(cores, population, iterations)
         report.rows.append(
             (
@@ -133,8 +147,7 @@ def run(
         f"nvidia-smi, over {_POWER_S:g} s of such runs, its power when idle included.",
         *_gpu_names(),
     ]
-    if left_out:
-        report.notes.append(f"No GPU was measured. {left_out}")
+    report.notes += left_out
     return report
 
 
@@ -215,7 +228,7 @@ def _power(work: Callable[[], object]) -> tuple[float | None, float]:
 
     The power is None where nvidia-smi does not tell it.
     """
-    command = ["nvidia-smi", "--query-gpu=power.draw.instant", "--format=csv,noheader,nounits"]
+    command = [*_NVIDIA_SMI, "--query-gpu=power.draw.instant", "--format=csv,noheader,nounits"]
     try:
         meter = subprocess.Popen(
             [*command, f"--loop-ms={_POWER_MS}"], stdout=subprocess.PIPE, text=True
@@ -243,7 +256,7 @@ def _power(work: Callable[[], object]) -> tuple[float | None, float]:
 
 def _gpu_names() -> list[str]:
     """Return a note on the GPU and its driver, if nvidia-smi tells them."""
-    command = ["nvidia-smi", "--query-gpu=name,driver_version", "--format=csv,noheader"]
+    command = [*_NVIDIA_SMI, "--query-gpu=name,driver_version", "--format=csv,noheader"]
     try:
         done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
     except (OSError, subprocess.SubprocessError):

@@ -337,7 +337,7 @@ class Search:
         seeds: Sequence[int],
         stop: Stop | None = None,
     ) -> list[Plan]:
-        """Plan several problems at once, on a GPU; each plan is that of :meth:`run` with its seed.
+        """Plan several problems at once, on a GPU, each with its seed; see :meth:`run`.
 
         Parameters
         ----------

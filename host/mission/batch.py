@@ -37,7 +37,7 @@ __all__ = ["Job", "Outcome", "execute", "kept_summary", "names_of", "save"]
 
 #: Values that decide what is written, not what is planned.
 _OUTPUT = {key.dest for key in KEYS if key.table == "output"}
-# Most problems that a GPU plans at once, and most nodes of their maps, of 16 bytes each.
+# Most problems that a GPU plans at once, and most nodes of their maps, of 16 or 24 bytes each.
 _MOST_TOGETHER, _MOST_NODES = 64, 50_000_000
 
 
@@ -300,13 +300,13 @@ def _parts(tasks: Sequence[_Task]) -> Generator[Sequence[_Task]]:
 
 def _plan_together(tasks: Sequence[_Task]) -> Sequence[Outcome]:
     """Plan tasks at once; where one cannot be planned, each by itself."""
-    searches = [search_of(task.values) for task in tasks]
     try:
+        searches = [search_of(task.values) for task in tasks]
         plans = searches[0].run_together(
             [Evaluator(task.mission.problem) for task in tasks],
             [search.options.seed for search in searches],
         )
-    except PathgeneError:
+    except Exception:  # Which of them fails, and why, each tells by itself.
         return [_plan(available_cores(), task) for task in tasks]
     return [_outcome(task, plan) for task, plan in zip(tasks, plans, strict=True)]
 

@@ -119,9 +119,9 @@ def plan_together(
 ) -> list[Plan]:
     """Plan several problems at once on an NVIDIA GPU; print and write nothing.
 
-    A GPU that plans one problem is mostly idle: some dozens take little longer. Each plan is the
-    one that :func:`plan` with ``engine="gpu"`` returns. A problem may be given several times, with
-    other seeds.
+    A GPU that plans one problem is mostly idle: some dozens take little longer. Without a time
+    limit, which counts for all, each plan is the one that :func:`plan` with ``engine="gpu"``
+    returns. A problem may be given several times, with other seeds.
 
     Parameters
     ----------
@@ -153,6 +153,8 @@ def plan_together(
         isinstance(problem, Problem) for problem in problems
     ):
         raise InputError("The problems must be a list of problems, each of one leg.")
+    if "seed" in options:
+        raise InputError("Problems planned together have a seed each; give seeds, not seed.")
     if not problems:
         raise InputError("There is no problem to plan; give one or more.")
     seeds = [0] * len(problems) if seeds is None else list(seeds)

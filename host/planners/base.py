@@ -252,6 +252,8 @@ class Run:
         Called after each generation; see :data:`Progress`.
     stop : Stop, optional
         Ends the run when requested.
+    ended_by : str, optional
+        The stop criterion that has ended the search, of a run whose result waits for others.
     """
 
     evaluator: Evaluator
@@ -264,6 +266,7 @@ class Run:
     history_evaluations: list[int] = field(default_factory=list)
     failure: str | None = None
     hardware: dict[str, Any] | None = None
+    ended_by: str | None = None
 
     def __post_init__(self) -> None:
         self.seconds: dict[str, float] = {}
@@ -391,7 +394,7 @@ class Run:
 
     def result(self) -> Result:
         """Choose the path to report; return it with the record."""
-        reason = self.stopped_by() or "generations"
+        reason = self.ended_by or self.stopped_by() or "generations"
         archive = sorted(self._archive.values(), key=lambda kept: -kept[0])
         with self.phase("choice"):
             path, evaluation = choose(self.evaluator, archive)

@@ -71,8 +71,7 @@ OPTIONS: Mapping[str, Option] = {
         metavar="N",
     ),
     "engine": Option(
-        meaning="all cores, one core, or an NVIDIA GPU; results differ only by rounding on the GPU "
-        "(default cores)",
+        meaning="all cores, one core, or an NVIDIA GPU; the GPU rounds differently (default cores)",
         choices=ENGINES,
     ),
     "waypoints": Option(

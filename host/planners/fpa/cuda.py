@@ -1,9 +1,8 @@
 """The flower pollination algorithm on an NVIDIA GPU: one run, or many at once.
 
-Rounding differs from a CPU's: the compiler contracts products and sums, the sine differs, and a
-thread computes the place of its sample directly, where a CPU steps from one to the next. A fitness
-agrees to about 1e-9, except for samples on the border between two cells; a decision between two
-closer values may differ.
+Rounding differs from a CPU's: the compiler contracts products and sums, and the sine differs. A
+fitness agrees to about 1e-9, except for samples on the border between two cells; a decision between
+two closer values may differ.
 
 Source: Roberge and Tarbouchi, section 4.
 """
@@ -42,7 +41,8 @@ Paths = NDArray[np.float64]
 
 #: Threads of a block, and the most candidates that it judges at once: all reversals of 6 waypoints.
 THREADS, WIDTH = 128, 15
-# Registers of a thread: with more, an H200 holds fewer blocks, with fewer, it saves too many.
+# Registers of a thread: the fastest of 64, 96 and 128. With the 177 that the compiler would take, a
+# multiprocessor of an H200 holds two blocks; with 128, four, which its shared memory has room for.
 _REGISTERS = 96
 
 
@@ -107,8 +107,9 @@ class GpuEngine:
         fitness = np.stack([setup.fitness for setup in setups])
         runs, count, points, _ = paths.shape
         rasters = [setup.evaluator.kernel_arguments for setup in setups]
-        width = widest(points, width)
-        self._two_opt_every = two_opt_every
+        width = widest(points, width, threads)
+        # A single waypoint cannot be reversed.
+        self._two_opt_every = two_opt_every if points > 3 else 0
         self._side = 0
         send = cuda.to_device
         self._problems = (

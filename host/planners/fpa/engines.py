@@ -47,7 +47,7 @@ def never() -> bool:
 
 
 class Setup(NamedTuple):
-    """What a run setups from.
+    """What a run starts from.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ class CpuEngine:
     Parameters
     ----------
     setup : Setup
-        What the run setups from.
+        What the run starts from.
     two_opt_every : int
         Iterations from one 2-opt to the next; 0 for none.
     threads : int

@@ -58,11 +58,11 @@ _UNITS = 8
 # there to an overflow.
 _MOST_UNITS, _MOST_ROOM = float(1 << 21), float(1 << 30)
 
-# Shared memory that a block may have, bytes, less some for what does not grow with the candidates.
-_SHARED_BYTES = 44 * 1024
+# Shared memory that a block may have, bytes, less some for alignment.
+_SHARED_BYTES = 48 * 1024 - 128
 
 
-def widest(points: int, most: int) -> int:
+def widest(points: int, most: int, threads: int) -> int:
     """Return how many candidates of ``points`` points a block can judge at once, at most ``most``.
 
     Raises
@@ -73,7 +73,7 @@ def widest(points: int, most: int) -> int:
     rows = 2 * points - 1
     floats = (3 + TURN_FIELDS) * points + PIECE_FIELDS * rows + _VERDICT_FIELDS + 1
     each = 8 * floats + 4 * (2 * rows + 1)
-    room = (_SHARED_BYTES - 24 * points) // each
+    room = (_SHARED_BYTES - 24 * points - 24 * threads) // each
     if room < 1:
         raise ValueError(f"A path of {points} points has no room in a block's memory")
     return min(room, most)
@@ -109,6 +109,8 @@ def pollination_kernel(points: int, width: int, threads: int) -> Callable[..., N
     records : (r, k, RECORD_FIELDS + 3 n) float64
         Of each iteration the best and the mean fitness, the counts and the path of the best.
     """
+    if threads > _WARP and threads % _WARP != 0:
+        raise ValueError(f"{threads} threads are no whole number of warps")
     rows = 2 * points - 1
     numbers = 3 * points
     # Shapes in a block's memory must be constants.
@@ -162,7 +164,7 @@ def pollination_kernel(points: int, width: int, threads: int) -> Callable[..., N
             penalty = total_of(pieces[one], rows, STEEP)
             penalty += corners_m(c, turns[one], points, length) + beyond
             if not length > 0.0:
-                penalty = -1.0
+                penalty = math.nan
             cost = cost_of(c, area, fuel)
             bound = fitness_of(penalty, cost)
             incumbent = incumbents[one]

@@ -4,7 +4,7 @@ A thread runs whole solutions. An iteration reads only the population before it,
 is a function of seed, iteration, solution and draw, so the result does not depend on the number of
 threads. A candidate replaces its solution if it is strictly better.
 
-Source: *roberge*, sections 3.3 and 3.4. :mod:`host.planners.fpa.cuda` is the same for a GPU.
+Source: *roberge*, sections 3.3 and 3.4. :mod:`host.planners.fpa.gpu_kernel` is the same for a GPU.
 """
 
 from typing import NamedTuple

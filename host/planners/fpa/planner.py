@@ -131,7 +131,8 @@ class FlowerPollinationPlanner:
     ) -> list[Result]:
         """Search for the paths of several problems at once, on a GPU; see :meth:`plan`.
 
-        Each result is that of :meth:`plan`. Its seconds are those of all.
+        Without a time limit, which counts for all, each result is that of :meth:`plan`. Its seconds
+        are those of all.
 
         Parameters
         ----------
@@ -176,13 +177,20 @@ class FlowerPollinationPlanner:
         for points in sorted({setup.paths.shape[1] for setup in setups}):
             alike = [at for at, setup in enumerate(setups) if setup.paths.shape[1] == points]
             together = [runs[at] for at in alike]
-            with (
-                contextlib.closing(self._engine([setups[at] for at in alike])) as engine,
-                contextlib.ExitStack() as searches,
-            ):
+            try:
+                with (
+                    contextlib.closing(self._engine([setups[at] for at in alike])) as engine,
+                    contextlib.ExitStack() as searches,
+                ):
+                    for run in together:
+                        searches.enter_context(run.search())
+                    _pollinate(together, engine, self._look_every)
+            except JobError as error:  # The GPU is lost; what was found before is not.
+                if all(len(run.history) == 1 for run in runs):
+                    raise
                 for run in together:
-                    searches.enter_context(run.search())
-                _pollinate(together, engine, self._look_every)
+                    if run.ended_by is None:
+                        run.failure = str(error)
         return [run.result() for run in runs]
 
     def _setup(self, run: Run, count: int) -> Setup:
@@ -236,17 +244,12 @@ def _pollinate(runs: Sequence[Run], engine: Engine, look_every: int) -> None:
         with contextlib.ExitStack() as phases:
             for at in active:
                 phases.enter_context(runs[at].phase("iterations"))
-            try:
-                leaders = engine.advance(
-                    iteration + 1,
-                    count,
-                    lambda: all(run.stopped_by() is not None for run in runs),
-                )
-                iteration += len(leaders[0])
-            except JobError as error:  # The GPU is lost; what was found before is not.
-                for at in active:
-                    runs[at].failure = str(error)
-                return
+            leaders = engine.advance(
+                iteration + 1,
+                count,
+                lambda: all(run.stopped_by() is not None for run in runs),
+            )
+        iteration += len(leaders[0])
         for at in active:
             run = runs[at]
             first = iteration - len(leaders[at]) + 1
@@ -255,7 +258,9 @@ def _pollinate(runs: Sequence[Run], engine: Engine, look_every: int) -> None:
                 run.cut_short = leader.cut_short
                 run.keep([leader.path], np.array([leader.fitness]))
                 run.note(number, leader.mean)
-        ended = [at for at in active if runs[at].stopped_by() is not None]
+        for at in active:
+            runs[at].ended_by = runs[at].stopped_by()
+        ended = [at for at in active if runs[at].ended_by is not None]
         if iteration % look_every == 0 or ended:
             paths, fitness = engine.populations()
             for at in active:

@@ -293,6 +293,7 @@ def test_numbers_of_numpy_are_numbers():
     [
         ({"problems": []}, "There is no problem to plan; give one or more."),
         ({"problems": "all"}, "The problems must be a list of problems, each of one leg."),
+        ({"seed": 7}, "Problems planned together have a seed each; give seeds, not seed."),
         ({"seeds": [1, 2]}, "There are 1 problems and 2 seeds; give as many seeds."),
         ({"seeds": [-1]}, "The seed must be from 0 to 2**64 - 1, not -1."),
         (

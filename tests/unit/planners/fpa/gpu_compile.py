@@ -47,7 +47,7 @@ def main():
         *(array(f, 5), array(f, 3), i, array(types.uint8, 2), array(i, 1), array(i, 2)),
         array(f, 3),
     )
-    kernel = pollination_kernel(8, widest(8, 15), 128)
+    kernel = pollination_kernel(8, widest(8, 15, 128), 128)
     ptx, _ = cuda.compile_ptx(kernel, signature, cc=CAPABILITY)
     print(*(line for line in ptx.splitlines() if line.startswith((".version", ".target"))))
     print(ptx.count(".shared"), "shared", ptx.count("bar.sync"), "barriers")

@@ -1,5 +1,6 @@
 """Whole runs against the reference, on every engine of the CPU, and their limits."""
 
+import itertools
 import time
 
 import numpy as np
@@ -9,7 +10,7 @@ from host.errors import InputError, JobError
 from host.evaluation import Evaluator
 from host.planners import ENGINES, make
 from host.planners.airspace import Airspace
-from host.planners.base import Options
+from host.planners.base import Options, Stop
 from host.planners.fpa import engines
 from host.planners.fpa.engines import CpuEngine, Setup
 from host.planners.fpa.first import first_population
@@ -330,6 +331,18 @@ def test_runs_together_are_those_alone(make_evaluator, several, target):
         assert (result.path == alone.path).all()
     if target is not None:  # Each ends by itself.
         assert len({result.generations for result in found}) > 1
+
+
+def test_a_run_that_has_ended_is_not_interrupted(make_evaluator, several):
+    evaluators = [make_evaluator(zones=()), make_evaluator()]
+    options = [Options(generations=130, population=24, seed=5, target_fitness=1.285)] * 2
+    # The first of them reaches the target sooner.
+    first = make("fpa-2opt", engine="sequential", two_opt_every=7).plan(evaluators[0], options[0])
+    looks = itertools.count()
+    stop = Stop(lambda: next(looks) > 4 * (first.generations + 2))
+    found = several().plan_together(evaluators, options, stop)
+    assert [result.stopped_by for result in found] == ["target-fitness", "interrupt"]
+    assert found[0].generations == first.generations < found[1].generations < 130
 
 
 def test_a_gpu_that_is_lost_leaves_the_best_paths(evaluator, several):

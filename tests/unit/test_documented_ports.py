@@ -31,11 +31,14 @@ TYPE = re.compile(r"(?P<flow>In|Out)(?:\((?P<shape>.*)\))?")
 
 
 def alive():
-    """Return the components of the gateware that exist now, by their identity."""
+    """Return the components of the gateware that exist now, by their identity.
+
+    By type: ``isinstance`` asks an object for its class, at which a weak proxy of a lost one fails.
+    """
     return {
         id(each): each
         for each in gc.get_objects()
-        if isinstance(each, wiring.Component) and type(each).__module__.startswith("hdl.")
+        if issubclass(type(each), wiring.Component) and type(each).__module__.startswith("hdl.")
     }
 
 

@@ -88,6 +88,20 @@ def quick_node(c: Constants, column: float, row: float) -> np.uint64:
     return np.uint64(np.int32(row) * np.int32(c.columns) + np.int32(column))
 
 
+@inlined
+def straight_steps(
+    c: Constants, a: Point, b: Point, parts: int
+) -> tuple[float, float, float, float, float, float]:
+    """Return ``a`` in nodes plus 1/2 and metres of altitude, and the steps from part to part."""
+    column, row, z = a[0] / c.dx_m + 0.5, a[1] / c.dy_m + 0.5, a[2]
+    ex, ey, ez = (
+        (b[0] - a[0]) / c.dx_m / parts,
+        (b[1] - a[1]) / c.dy_m / parts,
+        (b[2] - z) / parts,
+    )
+    return column, row, z, ex, ey, ez
+
+
 @compiled
 def straight_hits(ground: Floats, c: Constants, a: Point, b: Point, parts: int) -> tuple[int, int]:
     """Count the parts of a straight piece below ``ground``, and at NaN; both ends are on the map.
@@ -96,13 +110,7 @@ def straight_hits(ground: Floats, c: Constants, a: Point, b: Point, parts: int) 
     branch, so the loop vectorizes. The ends are converted to nodes once, by true divisions, so a
     path along the border between two cells falls on the side that the definition gives.
     """
-    column, row, z = a[0] / c.dx_m + 0.5, a[1] / c.dy_m + 0.5, a[2]
-    # Nodes and metres from one part to the next.
-    ex, ey, ez = (
-        (b[0] - a[0]) / c.dx_m / parts,
-        (b[1] - a[1]) / c.dy_m / parts,
-        (b[2] - z) / parts,
-    )
+    column, row, z, ex, ey, ez = straight_steps(c, a, b, parts)
     under = 0
     missing = 0
     for part in range(np.int32(parts)):
@@ -250,6 +258,15 @@ def arc_part(
     return sample(ground, zoned, c, x, y, z)
 
 
+@inlined
+def arc_axes(c: Constants, ux: float, uy: float, side: float) -> tuple[float, float, float, float]:
+    """Return twice the turn radius ahead (x, y) and to the side (x, y) of a heading, in nodes."""
+    across = 2.0 * c.turn_radius_m
+    ahead_x, ahead_y = across * ux / c.dx_m, across * uy / c.dy_m
+    aside_x, aside_y = -side * across * uy / c.dx_m, side * across * ux / c.dy_m
+    return ahead_x, ahead_y, aside_x, aside_y
+
+
 @compiled
 def arc_hits(
     ground: Floats,
@@ -264,10 +281,7 @@ def arc_hits(
 ) -> tuple[int, int]:
     """As :func:`straight_hits`, for an arc; its arguments are those of :func:`arc_part`."""
     column, row, z = a[0] / c.dx_m + 0.5, a[1] / c.dy_m + 0.5, a[2]
-    # Twice the radius ahead and to the side, in nodes; half the turn and metres to the next part.
-    across = 2.0 * c.turn_radius_m
-    ahead_x, ahead_y = across * ux / c.dx_m, across * uy / c.dy_m
-    aside_x, aside_y = -side * across * uy / c.dx_m, side * across * ux / c.dy_m
+    ahead_x, ahead_y, aside_x, aside_y = arc_axes(c, ux, uy, side)
     half, ez = 0.5 * angle / parts, rise / parts
     under = 0
     missing = 0
@@ -376,12 +390,7 @@ def some_straight_hits(
             under, zone = straight_part(ground, zoned, c, a, b, part, parts)
             hits += under + zone
         return hits
-    column, row, z = a[0] / c.dx_m + 0.5, a[1] / c.dy_m + 0.5, a[2]
-    ex, ey, ez = (
-        (b[0] - a[0]) / c.dx_m / parts,
-        (b[1] - a[1]) / c.dy_m / parts,
-        (b[2] - z) / parts,
-    )
+    column, row, z, ex, ey, ez = straight_steps(c, a, b, parts)
     for part in range(first, parts, stride):
         t = part + 0.5
         hits += hits_at(ground, zoned, c, column + ex * t, row + ey * t, z + ez * t)
@@ -414,9 +423,7 @@ def some_arc_hits(
             hits += under + zone
         return hits
     column, row, z = a[0] / c.dx_m + 0.5, a[1] / c.dy_m + 0.5, a[2]
-    across = 2.0 * c.turn_radius_m
-    ahead_x, ahead_y = across * ux / c.dx_m, across * uy / c.dy_m
-    aside_x, aside_y = -side * across * uy / c.dx_m, side * across * ux / c.dy_m
+    ahead_x, ahead_y, aside_x, aside_y = arc_axes(c, ux, uy, side)
     half, ez = 0.5 * angle / parts, rise / parts
     for part in range(first, parts, stride):
         t = part + 0.5

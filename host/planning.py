@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +39,14 @@ __all__ = ["FALLBACKS", "Plan", "Search"]
 
 #: What may follow where a planner finds no feasible path.
 FALLBACKS = ("astar", "none")
+
+
+class _TogetherPlanner(Protocol):
+    """A planner that plans several problems at once."""
+
+    def plan_together(
+        self, evaluators: Sequence[Evaluator], options: Sequence[Options], stop: Stop | None
+    ) -> list[Result]: ...
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -325,7 +333,7 @@ class Search:
 
     @property
     def kind(self) -> tuple[object, ...] | None:
-        """What searches have in common that a GPU runs together; None if this one runs alone."""
+        """Key that searches which a GPU can run together share; None for one that runs alone."""
         if self._own.get("engine") != "gpu":
             return None
         own = sorted(self._own.items(), key=lambda item: item[0])
@@ -361,9 +369,8 @@ class Search:
         searches = [copy.copy(self) for _ in seeds]
         for search, seed in zip(searches, seeds, strict=True):
             search.options = dataclasses.replace(self.options, seed=seed)
-        results = self._planner.plan_together(  # type: ignore[attr-defined]  # A GPU's has it.
-            evaluators, [search.options for search in searches], stop
-        )
+        planner = cast(_TogetherPlanner, self._planner)  # The engine gpu belongs to these alone.
+        results = planner.plan_together(evaluators, [search.options for search in searches], stop)
         if stop is not None:
             stop.heeded = True
         return [

@@ -47,7 +47,7 @@ def never() -> bool:
 
 
 class Setup(NamedTuple):
-    """What a run starts from.
+    """The first population of a run, and what its search depends on.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ class CpuEngine:
     Parameters
     ----------
     setup : Setup
-        What the run starts from.
+        The first population and the rest.
     two_opt_every : int
         Iterations from one 2-opt to the next; 0 for none.
     threads : int

@@ -93,8 +93,11 @@ def run(
     cores = available_cores()
     base_s = 0.0
     left_out: list[str] = []
-    for case in _cases(cores, population, solutions, together):
-        if options.only and options.only not in case.name:
+    cases = [*_cases(cores, population, solutions, together)]
+    if not any(options.only in case.name for case in cases):
+        raise InputError(f"No row of the benchmark has {options.only!r} in its name.")
+    for case in cases:
+        if options.only not in case.name:
             continue
         try:
             row = _measured(case, iterations, watts=case.solutions == population)

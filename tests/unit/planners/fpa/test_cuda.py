@@ -56,7 +56,7 @@ def test_simulated_gpu_equals_the_cpu(make_evaluator, tmp_path, waypoints, threa
     # so that g* changes.
     good = np.array([(3050, 3600, 520), (4800, 3300, 450), (5000, 2500, 380), (5300, 1500, 300)])
     setups = []
-    # Another problem beside it, with a sampling step and a map of its own.
+    # A second problem, with its own sampling step and map.
     other = make_evaluator(ds_m=200.0, zones=())
     for own, drawn in ((evaluator, 2), (other, 3)):
         paths = first_population(space, np.random.default_rng(drawn), 5, waypoints)

@@ -29,7 +29,7 @@ def has_gpu():
 
 pytestmark = pytest.mark.skipif(not has_gpu(), reason="there is no NVIDIA GPU")
 
-#: Relative difference of a fitness on GPU and CPU, but for samples on the border of a cell.
+#: Largest relative difference between the fitness on GPU and CPU, without samples on cell borders.
 TOLERANCE = 1e-9
 #: Most paths, of all, with a sample on such a border.
 ON_BORDERS = 0.01

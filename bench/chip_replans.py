@@ -179,8 +179,8 @@ def run(options: Options) -> Report:
             "from PROBLEM to BEST by the chip's counter. In the last columns with BLOCK, and all",
             "bytes of both directions at 3 Mbaud: MAP beside the ends, PROBLEM, RUN, STATUS until",
             "one tells the end, BEST. From new seeds the map is uploaded, which is not counted.",
-            "A repair gives the best path other altitudes, on the host. The retry, where that",
-            "mends nothing, is of 2.8 ms at most, from new seeds.",
+            "A repair mends the best path on the host: another way at an end, or other altitudes.",
+            "The retry, where that mends nothing, is of 2.8 ms at most, from new seeds.",
             *missing(),
         ],
     )
@@ -340,7 +340,7 @@ def _outcome(result: planners.Result, row: Row) -> Outcome:
     runs = result.hardware["runs"]
     counted = runs if row.retries else runs[:1]
     # A repair follows only where a run has found nothing, and a run where that has mended nothing.
-    is_counted = len(counted) == len(runs) and (row.repairs or runs[0]["repair"] is None)
+    is_counted = len(counted) == len(runs) and (row.repairs or runs[0]["repairs"] == 0)
     return Outcome(
         result.evaluation.fitness,
         result.evaluation.feasible and is_counted,

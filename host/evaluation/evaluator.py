@@ -309,6 +309,21 @@ class Evaluator:
         penalty, cost, _ = self._population(paths, lengths, self._fine if fine else self._constants)
         return penalty, cost
 
+    def first_feasible(self, paths: NDArray[np.float64], lengths: NDArray[np.int64]) -> int | None:
+        """Return the index of the first path that is feasible by the strict rule, or None.
+
+        Much faster than :meth:`fitness` where most paths break a limit. Parameters are those of
+        :meth:`fitness`; coordinates are finite.
+
+        Raises
+        ------
+        ValueError
+            As paper, where there is no strict rule.
+        """
+        if self._strict is None:
+            raise ValueError("The strict rule needs rules")
+        return self._strict.first_kept(paths, lengths)
+
     def segments_penalty_cost(
         self,
         paths: NDArray[np.float64],

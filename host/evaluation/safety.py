@@ -103,6 +103,12 @@ class StrictRule:
         penalty, cost = np.array(results, dtype=np.float64).reshape(-1, 2).T
         return penalty, cost
 
+    def first_kept(self, paths: Floats, lengths: NDArray[np.int64]) -> int | None:
+        """Return the index of the first of paths (m, max_n, 3) without a penalty, or None."""
+        scratches = self._scratch(paths.shape[1])
+        first = int(verdict.first_kept(paths, lengths, *self._fixed, *scratches))
+        return None if first < 0 else first
+
     @property
     def _fixed(self) -> tuple[Any, ...]:
         return self._ground, self._constants, self._low, self._below, self._high, self._zones

@@ -25,6 +25,7 @@ __all__ = [
     "VERTICAL_SPEED",
     "add_zone_metres",
     "extreme_of_track",
+    "first_kept",
     "piece_figures",
     "scratch",
     "strict_penalty",
@@ -163,6 +164,46 @@ def strict_penalty(
         return math.inf, math.inf
     penalty = under + zone + steep + corners_m(c, turns, n, length) + beyond
     return penalty, cost_of(c, area, fuel)
+
+
+@compiled
+def first_kept(
+    paths: Floats,
+    lengths: NDArray[np.int64],
+    ground: Floats,
+    c: Constants,
+    low: Required,
+    below: Required,
+    high: Required,
+    zones: PackedZones,
+    turns: Floats,
+    pieces: Floats,
+    times: Floats,
+    stack: Floats,
+    marks: Floats,
+) -> int:
+    """Return the index of the first path without a penalty by the strict rule; -1 if there is none.
+
+    A path is left at the first limit that it breaks, and heights, which take longest, come last.
+    Paths are (m, max_n, 3), of finite coordinates; see :func:`strict_terms`.
+    """
+    for i in range(paths.shape[0]):
+        n = lengths[i]
+        rows = 2 * n - 1
+        terms = path_terms(paths[i], n, ground, ground, c, turns, pieces)
+        length, _, _, steep, _, _, impossible, beyond = terms
+        if not length > 0.0 or impossible > 0 or steep > 0.0 or beyond > 0.0:
+            continue
+        lay_times(c, pieces, rows, times)
+        if zone_metres_with(pieces, rows, times, zones, marks) > 0.0:
+            continue
+        if excess_m(ground, c, low, below, pieces, rows, stack) > 0.0:
+            continue
+        is_capped = high.height_m < math.inf
+        if is_capped and excess_m(ground, c, high, high, pieces, rows, stack) > 0.0:
+            continue
+        return i
+    return -1
 
 
 @compiled

@@ -56,10 +56,10 @@ class ChipReplanner:
 
     The chip draws new zones on its map and runs for a millisecond or two: an island of the earlier
     paths, less what lies behind the start, and one of new seeds. The host judges the paths by the
-    strict rule. Where none is feasible, it gives the chip's best the altitudes of least cost, which
-    takes milliseconds of the processor and none of chip and line. Where that mends nothing, up to
-    seven more runs follow, of 2.8 ms at most, each from new seeds alone. What is gone besides new
-    zones is set free by :meth:`finish`.
+    strict rule. Where none is feasible, it mends the chip's best
+    (:func:`host.planners.repairs.repairs`), which takes milliseconds of the processor and none of
+    chip and line. Where that fails, up to seven more runs follow, of 2.8 ms at most, each from new
+    seeds alone. What is gone besides new zones is set free by :meth:`finish`.
 
     Parameters
     ----------

@@ -17,6 +17,7 @@ from host.device.runs import BestPaths, RunStatus
 from host.device.traffic import Traffic
 from host.planners.base import Run
 from host.planners.problem_on_chip import ProblemOnChip
+from host.planners.repairs import repairs
 
 
 __all__ = ["ChipRuns"]
@@ -37,7 +38,8 @@ class ChipRuns:
     polishes : bool
         Each path is given the lowest altitudes, too.
     repairs : bool
-        The best path is, where no path of a run is feasible.
+        Where no path of a run is feasible, the best is repaired; see
+        :func:`host.planners.repairs.repairs`.
     """
 
     def __init__(
@@ -98,7 +100,7 @@ class ChipRuns:
                 "limit": options.cycles,
                 "looks": task.looks,
                 "bytes": self._bytes_since(self._traffic_noted),
-                "repair": None,
+                "repairs": 0,
             }
         )
         self._traffic_noted = replace(task.chip.link.traffic)
@@ -108,7 +110,6 @@ class ChipRuns:
             fitness = np.concatenate((fitness, self._polished(paths)))
         if self._repairs and fitness.max() <= 1 and not self._is_stopped:
             fitness = np.append(fitness, self._repaired(paths[0]))
-            self._done[-1]["repair"] = bool(fitness[-1] > 1)
         run.record(self._generations, fitness)
         return best, bool(fitness.max() > 1)
 
@@ -127,22 +128,16 @@ class ChipRuns:
         return (stop is not None and stop.requested) or self._run.out_of_time
 
     def _repaired(self, path: NDArray[np.float64]) -> float:
-        """Evaluate a path with the altitudes of least cost; return its fitness.
-
-        The strict rule may refuse a path for a slope, or for ground that is lowered on the map
-        beside the ends; then such altitudes may keep all limits. Turns and zones they do not mend.
-        """
-        # They load SciPy.
-        from host.planners.altitudes import lowest_altitudes
-        from host.planners.grid_search import Prices
-
-        run, problem = self._run, self._run.evaluator.problem
+        """Evaluate repairs of a path until one is feasible; return the fitness of the last."""
+        run, fitness = self._run, 0.0
         with run.phase("repair"):
-            broken = run.evaluator.evaluate(path)
-            if broken.impossible_arcs or broken.distance_in_nofly_m > 0:
-                return 0.0
-            lowest = lowest_altitudes(problem, Prices(problem), path[:, :2])
-        return 0.0 if lowest is None else float(run.fitness([lowest], strict=True)[0])
+            for mended in repairs(run.evaluator, path):
+                self._done[-1]["repairs"] += 1
+                if mended is not None:
+                    fitness = float(run.fitness([mended], strict=True)[0])
+                if fitness > 1:
+                    break
+        return fitness
 
     def _polished(self, paths: list[NDArray[np.float64]]) -> NDArray[np.float64]:
         """Evaluate the paths with the lowest altitudes; return the fitness of each, (m,).

@@ -16,6 +16,7 @@ from host.errors import InputError, JobError
 from host.evaluation import Evaluator
 from host.memory import keep_memory
 from host.planners.chip_time import chip_time, line_s
+from host.planners.repairs import load_repairs
 from host.planning import Plan, Search
 from host.problem.problem import Problem
 
@@ -33,8 +34,8 @@ __all__ = [
 #: The host's share of a plan on the chip, beside the chip: the map's changes and the strict check.
 #: Stated; ``make bench BENCH=replan`` measures it.
 HOST_S = 0.007
-#: What the host takes longer for a run without a feasible path, whose best path it gives other
-#: altitudes. Stated; the benchmark measures the sum of both.
+#: What the host takes longer for each repair of a path that is not feasible.
+#: Stated; the benchmark measures the sum of both.
 REPAIR_S = 0.007
 #: A request and its reply through a USB port, line and chip left out. Stated: the least latency
 #: timer of usual ports.
@@ -188,11 +189,8 @@ class InFlightPlanner:
         plan = self._plan
         assert plan is not None
         if self.is_on_chip:
-            # Neither for the solver, which is slow at first.
-            from host.planners.altitudes import lowest_altitudes
-            from host.planners.grid_search import Prices
-
-            lowest_altitudes(evaluator.problem, Prices(evaluator.problem), plan.path[:, :2])
+            # Neither for what repairs need.
+            load_repairs(evaluator, plan.path)
         seconds = plan.result.seconds
         if self._given is None:
             self.constant_s = min(measured)
@@ -248,7 +246,7 @@ class InFlightPlanner:
             return PlanningTime(host_s=self.constant_s)
         if self.is_on_chip:
             taken = chip_time(hardware)
-            repairs = sum(done["repair"] is not None for done in hardware["runs"])
+            repairs = sum(done["repairs"] for done in hardware["runs"])
             return PlanningTime(
                 taken.whole_s,
                 ROUND_TRIP_S * taken.exchanges,

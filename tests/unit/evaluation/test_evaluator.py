@@ -9,6 +9,7 @@ import pytest
 from host.errors import InputError
 from host.evaluation import Evaluator
 from host.evaluation.kernels import WORST_FITNESS
+from host.problem.rules import Rules
 from host.problem.zones import Circle
 
 
@@ -46,6 +47,38 @@ def test_population_equals_its_paths(problem, threads, count):
     assert cost.tolist() == [terms.cost for terms in single]
     fine, _ = evaluator.penalty_cost(paths, lengths, fine=True)
     assert fine.tolist() == pytest.approx([terms.penalty_fine for terms in single], rel=1e-14)
+
+
+@pytest.mark.parametrize("ceiling", [None, 600.0])
+def test_the_first_feasible_path_is_the_first_without_a_penalty(make_problem, ceiling):
+    """Among paths that break each of the limits, in any order."""
+    problem = make_problem(
+        (500, 500, 400),
+        (4500, 4500, 500),
+        np.random.default_rng(3).uniform(0, 200, (51, 51)),
+        zones=(Circle(2500, 2500, 300),),
+        rules=Rules(clearance_m=40, ceiling_agl_m=ceiling, reserve=0),
+    )
+    evaluator = Evaluator(problem)
+    rng = np.random.default_rng(5)
+    lengths = rng.integers(3, 6, 4000)
+    paths = np.zeros((4000, 5, 3))
+    for path, n in zip(paths, lengths, strict=True):
+        inner = np.sort(rng.uniform(600, 4400, (n - 2, 2)), axis=0)
+        path[1 : n - 1] = np.column_stack((inner, rng.uniform(250, 700, n - 2)))
+        path[0], path[n - 1] = problem.start, problem.goal
+    kept = np.flatnonzero(evaluator.fitness(paths, lengths, strict=True) > 1)
+    assert 50 < len(kept) < 3000
+    begin, found = 0, []
+    while (first := evaluator.first_feasible(paths[begin:], lengths[begin:])) is not None:
+        found.append(begin + first)
+        begin += first + 1
+    assert found == kept.tolist()
+
+
+def test_as_paper_no_path_is_feasible_by_the_strict_rule(problem):
+    with pytest.raises(ValueError, match="needs rules"):
+        Evaluator(problem).first_feasible(*population(problem, 3))
 
 
 def test_accepts_counted_distances(problem):

@@ -49,16 +49,16 @@ def too_low(path):
 def test_other_altitudes_mend_a_path(make_evaluator, search, altered, rules):
     before = search.run(make_evaluator(**({} if rules is None else {"rules": rules})))
     right = before.replan(zones=[BEHIND])
-    assert [run["repair"] for run in runs_of(right)] == [None]
+    assert [run["repairs"] for run in runs_of(right)] == [0]
     altered(too_low)
     again = search.run(before.evaluator).replan(zones=[BEHIND])
     assert again.evaluation.feasible
-    assert [run["repair"] for run in runs_of(again)] == [True]
+    assert [run["repairs"] for run in runs_of(again)] == [1]
     assert again.fallback is None
     assert 0 < again.result.seconds["repair"] < again.result.seconds["total"]
 
 
-def test_other_altitudes_mend_no_path_through_a_zone(make_evaluator, search, altered):
+def test_no_repair_of_a_path_into_a_zone_behind_the_ridge(make_evaluator, search, altered):
     before = search.run(make_evaluator(rules=NO_MARGINS))
 
     def into_the_zone(path):
@@ -66,7 +66,7 @@ def test_other_altitudes_mend_no_path_through_a_zone(make_evaluator, search, alt
 
     altered(into_the_zone)
     after = before.replan(zones=[BEHIND])
-    assert [run["repair"] for run in runs_of(after)] == [False] * 8
+    assert [run["repairs"] for run in runs_of(after)] == [1] * 8
     assert after.fallback == "astar"
 
 

@@ -53,7 +53,7 @@ def test_a_repair_takes_the_host_longer(on_chip, mission, monkeypatch):
     monkeypatch.setattr(ProblemOnChip, "metres", too_low)
     attempt = on_chip.attempt(changed(mission), 0)
     assert attempt.plan.evaluation.feasible
-    assert [run["repair"] for run in attempt.plan.result.hardware["runs"]] == [True]
+    assert [run["repairs"] for run in attempt.plan.result.hardware["runs"]] == [1]
     assert attempt.time.host_s == HOST_S + REPAIR_S
     # It costs the chip and the line nothing.
     assert attempt.time.chip_s < 0.003

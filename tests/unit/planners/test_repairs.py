@@ -1,0 +1,104 @@
+"""What the host mends in a path that the strict rule refuses."""
+
+import numpy as np
+import pytest
+
+from host.evaluation import Evaluator
+from host.planners.repairs import load_repairs, repairs
+from host.problem import Problem, Rules
+from host.problem.zones import Zone
+from host.terrain import Terrain
+
+
+HEIGHTS = np.full((61, 61), 100.0)
+START, GOAL = (1000.0, 3000.0, 300.0), (5000.0, 3000.0, 300.0)
+STRAIGHT = np.array([START, (3000.0, 3000, 300), GOAL])
+RULES = Rules(clearance_m=30, corridor_m=20, zone_margin_m=25, reserve=0)
+
+
+def evaluator_of(heights=HEIGHTS, rules=RULES, **options):
+    options.setdefault("start_heading_deg", 90.0)
+    terrain = Terrain("flat", heights, 100.0, 100.0)
+    return Evaluator(Problem(terrain, START, GOAL, rules=rules, **options), threads=1)
+
+
+def repaired(evaluator, path):
+    """Return the first repair that is feasible, or None."""
+    for mended in repairs(evaluator, path):
+        if mended is not None and evaluator.evaluate(mended).feasible:
+            return mended
+    return None
+
+
+def check(evaluator, path):
+    """Mend a path; return the other, which is feasible."""
+    assert not evaluator.evaluate(path).feasible
+    mended = repaired(evaluator, path)
+    assert mended is not None
+    assert (mended[[0, -1]] == path[[0, -1]]).all()
+    return mended
+
+
+@pytest.mark.parametrize("ahead_m", [180, 300, 600])
+def test_a_zone_right_ahead(ahead_m):
+    zone = Zone.circle(START[0] + ahead_m + 250, 3020, 250)
+    evaluator = evaluator_of(zones=(zone,))
+    mended = check(evaluator, STRAIGHT)
+    assert mended[1, 1] == 3000.0
+    assert mended[1, 0] > START[0]
+
+
+def test_a_zone_before_the_goal():
+    zone = Zone.circle(GOAL[0] - 500, 3020, 250)
+    evaluator = evaluator_of(zones=(zone,))
+    mended = check(evaluator, STRAIGHT)
+    assert (mended[0] == START).all()
+
+
+def test_a_goal_behind():
+    evaluator = evaluator_of(start_heading_deg=270.0)
+    ahead = np.array([START, (START[0] - 160, 3000, 300), (3000.0, 3000, 300), GOAL])
+    assert evaluator.evaluate(ahead).impossible_arcs == 1
+    check(evaluator, ahead)
+
+
+def test_ground_beside_the_goal():
+    """A hill before the goal, which is reached from the other side."""
+    heights = HEIGHTS.copy()
+    heights[26:35, 49] = 290.0
+    evaluator = evaluator_of(heights)
+    (stretch,) = evaluator.broken(STRAIGHT)
+    assert stretch.limit == "clearance"
+    assert stretch.from_m > 3700
+    mended = check(evaluator, STRAIGHT)
+    assert (mended[:, 2] == 300).all()
+
+
+def test_too_low_on_the_way():
+    low = STRAIGHT.copy()
+    low[1, 2] = 110.0
+    evaluator = evaluator_of()
+    mended = check(evaluator, low)
+    assert (mended[:, :2] == low[:, :2]).all()
+
+
+def test_as_paper_only_altitudes():
+    evaluator = evaluator_of(rules=None, as_paper=True, start_heading_deg=None)
+    low = STRAIGHT.copy()
+    low[1, 2] = 50.0
+    check(evaluator, low)
+    zone = Zone.circle(1500, 3000, 250)
+    blocked = evaluator_of(rules=None, as_paper=True, start_heading_deg=None, zones=(zone,))
+    assert repaired(blocked, STRAIGHT) is None
+
+
+def test_where_there_is_no_way():
+    wall = Zone.polygon([(2000, -100), (2100, -100), (2100, 6200), (2000, 6200)])
+    assert repaired(evaluator_of(zones=(wall,)), STRAIGHT) is None
+
+
+@pytest.mark.parametrize("rules", [None, RULES])
+def test_loading_needs_no_broken_path(rules):
+    load_repairs(
+        evaluator_of(rules=rules, as_paper=rules is None, start_heading_deg=None), STRAIGHT
+    )

@@ -302,27 +302,24 @@ class Evaluator:
         samples of ``ds / 8``.
         """
         if fine and self._strict is not None:
-            return self._strict.penalty_cost(
-                np.ascontiguousarray(paths, dtype=np.float64),
-                np.ascontiguousarray(lengths, dtype=np.int64),
-            )
+            return self._strict.penalty_cost(*_as_population(paths, lengths))
         penalty, cost, _ = self._population(paths, lengths, self._fine if fine else self._constants)
         return penalty, cost
 
     def first_feasible(self, paths: NDArray[np.float64], lengths: NDArray[np.int64]) -> int | None:
         """Return the index of the first path that is feasible by the strict rule, or None.
 
-        Much faster than :meth:`fitness` where most paths break a limit. Parameters are those of
-        :meth:`fitness`; coordinates are finite.
+        Much faster than :meth:`fitness`, whose parameters it has, where most paths break a limit.
+        Coordinates are finite, and within 10,000 km.
 
         Raises
         ------
         ValueError
-            As paper, where there is no strict rule.
+            As for :meth:`fitness`; as paper, where there is no strict rule.
         """
         if self._strict is None:
             raise ValueError("The strict rule needs rules")
-        return self._strict.first_kept(paths, lengths)
+        return self._strict.first_kept(*_as_population(paths, lengths))
 
     def segments_penalty_cost(
         self,
@@ -398,13 +395,8 @@ class Evaluator:
         counted_m: NDArray[np.float64] | None = None,
     ) -> NDArray[np.float64]:
         """Return penalty, cost and fitness as the rows of a (3, m) array."""
-        paths = np.ascontiguousarray(paths, dtype=np.float64)
-        points = np.ascontiguousarray(lengths, dtype=np.int64)
-        if paths.ndim != 3 or paths.shape[2] != 3:
-            raise ValueError(f"Paths must have shape (m, max_n, 3), not {paths.shape!r}")
+        paths, points = _as_population(paths, lengths)
         count = len(paths)
-        if points.shape != (count,):
-            raise ValueError(f"Lengths must have shape {(count,)!r}, not {points.shape!r}")
         counted = np.zeros(count) if counted_m is None else np.asarray(counted_m, dtype=np.float64)
         if counted.shape != (count,):
             raise ValueError(
@@ -413,10 +405,6 @@ class Evaluator:
         out = np.empty((3, count))
         if count == 0:
             return out
-        if points.min() < 2 or points.max() > paths.shape[1]:
-            raise ValueError(
-                f"Lengths must be 2 to {paths.shape[1]}, not {points.min()} to {points.max()}"
-            )
         shares = min(self.threads, max(1, count // _PATHS_PER_THREAD))
 
         def run(first: int) -> None:
@@ -445,3 +433,17 @@ class Evaluator:
             self._strict.add_timed_zones(paths, points, out[0])
             out[2] = [self._kernels.fitness_of(*terms) for terms in out[:2].T.tolist()]
         return out
+
+
+def _as_population(paths: Floats, lengths: NDArray[Any]) -> tuple[Floats, NDArray[np.int64]]:
+    """Return paths and lengths as the kernels take them, which check nothing."""
+    paths = np.ascontiguousarray(paths, dtype=np.float64)
+    points = np.ascontiguousarray(lengths, dtype=np.int64)
+    if paths.ndim != 3 or paths.shape[2] != 3:
+        raise ValueError(f"Paths must have shape (m, max_n, 3), not {paths.shape!r}")
+    if points.shape != (len(paths),):
+        raise ValueError(f"Lengths must have shape {(len(paths),)!r}, not {points.shape!r}")
+    if len(points) and (points.min() < 2 or points.max() > paths.shape[1]):
+        most = paths.shape[1]
+        raise ValueError(f"Lengths must be 2 to {most}, not {points.min()} to {points.max()}")
+    return paths, points

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
@@ -17,7 +18,7 @@ from host.device.runs import BestPaths, RunStatus
 from host.device.traffic import Traffic
 from host.planners.base import Run
 from host.planners.problem_on_chip import ProblemOnChip
-from host.planners.repairs import repairs
+from host.planners.repairs import repairs as repairs_of
 
 
 __all__ = ["ChipRuns"]
@@ -128,10 +129,14 @@ class ChipRuns:
         return (stop is not None and stop.requested) or self._run.out_of_time
 
     def _repaired(self, path: NDArray[np.float64]) -> float:
-        """Evaluate repairs of a path until one is feasible; return the fitness of the last."""
+        """Evaluate repairs of a path until one is feasible; return the fitness of the last.
+
+        Where a first run fails, two are tried; later, another run is worth more than the second.
+        """
         run, fitness = self._run, 0.0
+        most = 2 if len(self._done) == 1 else 1
         with run.phase("repair"):
-            for mended in repairs(run.evaluator, path):
+            for mended in itertools.islice(repairs_of(run.evaluator, path), most):
                 self._done[-1]["repairs"] += 1
                 if mended is not None:
                     fitness = float(run.fitness([mended], strict=True)[0])

@@ -19,7 +19,7 @@ from host.evaluation.jit import compiled
 from host.problem.problem import Problem
 
 
-__all__ = ["detours"]
+__all__ = ["detours", "load_ways"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -87,6 +87,12 @@ def detours(problem: Problem, path: Floats, *, at_goal: bool) -> tuple[Floats, I
     return paths, lengths
 
 
+def load_ways() -> None:
+    """Compute the ways, which are the same for all problems."""
+    _held_ways()
+    _free_ways()
+
+
 @cache
 def _held_ways() -> tuple[Floats, Ints]:
     """Return the ways from an end with a heading; see :func:`_packed`."""
@@ -126,7 +132,8 @@ def _from_heading() -> list[list[complex]]:
             second = first + _ahead(first_turn, sum(tangents) + one)
             third = second + _ahead(first_turn + second_turn, tangents[1] + other)
             ways.append([first, second, third])
-    return [side for way in ways for side in (way, _mirrored(way))]
+    # A single waypoint lies ahead.
+    return [side for way in ways for side in (way, _mirrored(way))[: len(way)]]
 
 
 def _from_rest() -> Iterator[list[complex]]:

@@ -21,10 +21,11 @@ _NEAR_RADII = 2.0
 def repairs(evaluator: Evaluator, path: Path) -> Iterator[Path | None]:
     """Yield variants of a path that may keep what the path breaks; None where one cannot be made.
 
-    A path that meets a zone, has no room for a turn, or is too low just beside an end, gets
-    another way there: the shortest of :func:`~host.planners.detours.detours` that is feasible. A
-    path that is only too low or too steep gets the altitudes of least cost over its waypoints,
-    which may break a limit yet.
+    A path that meets a zone, or has no room for a turn, gets another way at the nearer end: the
+    shortest of :func:`~host.planners.detours.detours` that is feasible; or else at the other end.
+    Any other path gets the altitudes of least cost over its waypoints, which may break a limit
+    yet, and another way at an end. The way comes first if all that is broken lies within two turn
+    radii of an end. As paper, altitudes are all.
 
     Parameters
     ----------
@@ -33,34 +34,56 @@ def repairs(evaluator: Evaluator, path: Path) -> Iterator[Path | None]:
     path : (n, 3) float64, metres
         A path that is not feasible.
     """
-    evaluation = evaluator.evaluate(path)
-    is_beside = evaluation.impossible_arcs > 0 or evaluation.distance_in_nofly_m > 0
+    if evaluator.problem.rules is None:
+        evaluation = evaluator.evaluate(path)
+        if not evaluation.impossible_arcs and not evaluation.distance_in_nofly_m:
+            yield _lowest(evaluator, path)
+        return
     stretches = evaluator.broken(path)
-    if stretches:
-        first, last = stretches[0], stretches[-1]
-        length_m = evaluation.length_m
-        near_m = _NEAR_RADII * evaluator.problem.limits.turn_radius_m
-        if is_beside or last.to_m < near_m or first.from_m > length_m - near_m:
-            nearer = first.from_m + first.to_m > length_m
-            ways = (_detoured(evaluator, path, at_goal=end) for end in (nearer, not nearer))
-            yield next((way for way in ways if way is not None), None)
-    if not is_beside:
+    # Altitudes mend neither.
+    is_blocked = any(
+        stretch.limit == "turn" or stretch.limit.startswith("zone ") for stretch in stretches
+    )
+    length_m = evaluator.track(path).length_m
+    near_m = _NEAR_RADII * evaluator.problem.limits.turn_radius_m
+    begins_m = min(stretch.from_m for stretch in stretches)
+    ends_m = max(stretch.to_m for stretch in stretches)
+    is_near = ends_m < near_m or begins_m > length_m - near_m
+    at_goal = stretches[0].from_m + stretches[0].to_m > length_m
+    if is_blocked or is_near:
+        yield _detoured(evaluator, path, at_goal=at_goal)
+    if not is_blocked:
         yield _lowest(evaluator, path)
+        if not is_near:
+            yield _detoured(evaluator, path, at_goal=at_goal)
 
 
 def load_repairs(evaluator: Evaluator, path: Path) -> None:
-    """Load solver and kernels, which are slow at first, by repairs of any path."""
-    _lowest(evaluator, path)
-    if evaluator.problem.rules is not None:
-        _detoured(evaluator, path, at_goal=False)
+    """Load solver and kernels, which are slow at first, by repairs of a path of the problem.
+
+    Its waypoints are put into the ground; repairs are cheap where nothing can be mended.
+    """
+    from host.planners.detours import load_ways
+
+    load_ways()
+    sunk = path.copy()
+    sunk[1:-1, 2] = evaluator.problem.terrain.lowest
+    if len(path) == 2:
+        sunk = np.insert(path, 1, (*path[:, :2].mean(axis=0), sunk[0, 2] - 1e4), axis=0)
+    for _ in repairs(evaluator, sunk):
+        pass
 
 
 def _detoured(evaluator: Evaluator, path: Path, *, at_goal: bool) -> Path | None:
     from host.planners.detours import detours
 
-    paths, lengths = detours(evaluator.problem, path, at_goal=at_goal)
-    found = evaluator.first_feasible(paths, lengths)
-    return None if found is None else paths[found, : lengths[found]]
+    for end in (at_goal, not at_goal):
+        paths, lengths = detours(evaluator.problem, path, at_goal=end)
+        found = evaluator.first_feasible(paths, lengths)
+        if found is not None:
+            # Not a view, which would keep all of them.
+            return paths[found, : lengths[found]].copy()
+    return None
 
 
 def _lowest(evaluator: Evaluator, path: Path) -> Path | None:

@@ -57,11 +57,31 @@ def length_of(places):
     return abs(np.diff(places)).sum()
 
 
+def fits(places, problem, *, at_goal, path):
+    """Return whether the turns of a detour, where it joins and behind that fit, by the reference.
+
+    What comes later is not looked at: the track ends with the second point behind the join, whose
+    turn still takes its room on the way there.
+    """
+    if (abs(np.diff(places)) == 0).any():
+        return False
+    inner = places[::-1] if at_goal else places
+    points = (path[::-1] if at_goal else path)[:, :2] @ (1, 1j)
+    join = next(at for at, place in enumerate(inner) if at and (points[1:] == place).any())
+    part = inner[: join + 3]
+    heading = problem.headings[at_goal]
+    sign = -1 if at_goal else 1
+    start = None if heading is None else (sign * heading[0], sign * heading[1])
+    places_m = np.column_stack((part.real, part.imag, np.zeros(len(part))))
+    smoothed = smooth(places_m, problem.limits.turn_radius_m, (start, None))
+    return smoothed.impossible_arcs == 0
+
+
 @pytest.mark.parametrize("at_goal", [False, True])
 @pytest.mark.parametrize("headings", HEADINGS)
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=3, deadline=None)
 @given(seed=st.integers(0, 999))
-def test_those_whose_turns_fit_shortest_first(headings, at_goal, seed):
+def test_exactly_those_whose_turns_fit_shortest_first(headings, at_goal, seed):
     problem = flight(*headings)
     rng = np.random.default_rng(seed)
     path = path_through(INNER + rng.uniform(-400, 400, (3, 3)))
@@ -71,23 +91,18 @@ def test_those_whose_turns_fit_shortest_first(headings, at_goal, seed):
     metres = [length_of(each) for each in found]
     assert metres == pytest.approx(sorted(metres))
     every = list(places_of(problem, path, at_goal=at_goal))
-    known = {tuple(np.round(each, 3)) for each in every}
-    assert all(tuple(np.round(each, 3)) in known for each in found)
-    # A turn that does not fit may also be one of the path, far from the detour.
-    radius_m = problem.limits.turn_radius_m
-    fitting = {
-        tuple(np.round(each, 3))
-        for each in every
-        if (abs(np.diff(each)) > 0).all()
-        and smooth(
-            np.column_stack((each.real, each.imag, np.zeros(len(each)))),
-            radius_m,
-            problem.headings,
-        ).impossible_arcs
-        == 0
-    }
-    assert fitting <= {tuple(np.round(each, 3)) for each in found}
-    assert len(found) <= len(every)
+    fitting = [each for each in every if fits(each, problem, at_goal=at_goal, path=path)]
+    assert 50 < len(fitting) < 0.9 * len(every)
+
+    def rounded(ways):
+        return sorted(tuple(np.round(each, 3)) for each in ways)
+
+    assert len(set(rounded(every))) == len(every)
+    assert [len(each) for each in found].count(3) == [len(each) for each in fitting].count(3)
+    known, wanted = set(rounded(found)), set(rounded(fitting))
+    assert len(known) == len(found)
+    # Rounding decides a turn that takes all of its room.
+    assert len(known ^ wanted) <= 0.01 * len(wanted)
 
 
 @pytest.mark.parametrize("headings", HEADINGS)
@@ -131,6 +146,7 @@ def test_no_detours_for_an_aircraft_that_cannot_turn():
 
 
 def test_a_straight_path_has_detours():
-    for at_goal, headings in itertools.product((False, True), HEADINGS[:1]):
+    """Unless the other end has a heading, to which no way can lead."""
+    for at_goal, headings in itertools.product((False, True), HEADINGS):
         paths, _ = detours(flight(*headings), path_through(INNER[:0]), at_goal=at_goal)
-        assert len(paths) > 50
+        assert (len(paths) > 50) == (headings[not at_goal] is None)

@@ -51,8 +51,31 @@ def test_a_zone_right_ahead(ahead_m):
 def test_a_zone_before_the_goal():
     zone = Zone.circle(GOAL[0] - 500, 3020, 250)
     evaluator = evaluator_of(zones=(zone,))
-    mended = check(evaluator, STRAIGHT)
-    assert (mended[0] == START).all()
+    ahead = np.insert(STRAIGHT, 1, (1500.0, 3000, 300), axis=0)
+    mended = check(evaluator, ahead)
+    assert (mended[:2] == ahead[:2]).all()
+
+
+@pytest.mark.parametrize("at_goal", [False, True])
+def test_the_nearer_end_comes_first(at_goal):
+    zone = Zone.circle(4000 if at_goal else 2000, 3000, 40)
+    evaluator = evaluator_of(zones=(zone,), goal_heading_deg=90.0)
+    path = np.array([START, (1300, 3000, 300), (2700, 3000, 300), (3300, 3000, 300), GOAL])
+    path = np.insert(path, 4, (4700, 3000, 300), axis=0)
+    mended = check(evaluator, path)
+    kept = mended[:2] == path[:2] if at_goal else mended[-2:] == path[-2:]
+    assert kept.all()
+
+
+def test_what_the_other_end_alone_can_mend():
+    """The zone is nearer the start, but behind all waypoints that a way from there leads to."""
+    evaluator = evaluator_of(zones=(Zone.circle(2600, 3000, 40),))
+    before = [(START[0] + 150 * number, 3000, 300) for number in range(1, 8)]
+    path = np.array([START, *before, GOAL])
+    (stretch,) = evaluator.broken(path)
+    assert stretch.to_m < 2000
+    mended = check(evaluator, path)
+    assert (mended[:2] == path[:2]).all()
 
 
 def test_a_goal_behind():
@@ -72,6 +95,8 @@ def test_ground_beside_the_goal():
     assert stretch.from_m > 3700
     mended = check(evaluator, STRAIGHT)
     assert (mended[:, 2] == 300).all()
+    # Altitudes come after that.
+    assert (next(repairs(evaluator, STRAIGHT)) == mended).all()
 
 
 def test_too_low_on_the_way():
@@ -102,3 +127,14 @@ def test_loading_needs_no_broken_path(rules):
     load_repairs(
         evaluator_of(rules=rules, as_paper=rules is None, start_heading_deg=None), STRAIGHT
     )
+
+
+def test_a_hill_too_steep_to_climb():
+    """Other altitudes do not mend it, a way around the hill does."""
+    heights = HEIGHTS.copy()
+    heights[27:34, 17:20] = 500.0
+    evaluator = evaluator_of(heights)
+    assert evaluator.broken(STRAIGHT)[0].from_m > 300
+    altitudes, way = repairs(evaluator, STRAIGHT)
+    assert not evaluator.evaluate(altitudes).feasible
+    assert evaluator.evaluate(way).feasible

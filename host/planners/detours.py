@@ -42,7 +42,7 @@ _FREE_STRAIGHTS = 0.4, 0.7, 1.2, 2.0, 3.5
 
 
 def detours(problem: Problem, path: Floats, *, at_goal: bool) -> tuple[Floats, Ints]:
-    """Return variants of a path that leave its start another way, or reach its goal so.
+    """Return variants of a path that leave its start, or reach its goal, another way.
 
     Headings of both ends are kept. Turns fit between their neighbours at the detour and where it
     joins the path; all else is to be evaluated. Altitudes of the new waypoints are between those of

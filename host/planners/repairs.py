@@ -1,4 +1,4 @@
-"""Repairs: what the host changes in a path of the chip that the strict rule refuses."""
+"""Repairs of a path that breaks the strict rule: another way at an end, or other altitudes."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ __all__ = ["load_repairs", "repairs"]
 
 Path = NDArray[np.float64]
 
-# What is broken within so many turn radii of start or goal may be the way there.
+# Limits broken within so many turn radii of an end point to the way there.
 _NEAR_RADII = 2.0
 
 
 def repairs(evaluator: Evaluator, path: Path) -> Iterator[Path | None]:
-    """Yield variants of a path that may keep what the path breaks; None where one cannot be made.
+    """Yield the repairs of an infeasible path, the likeliest first; None for one that fails.
 
-    A path that meets a zone, or has no room for a turn, gets another way at the nearer end: the
-    shortest of :func:`~host.planners.detours.detours` that is feasible; or else at the other end.
-    Any other path gets the altitudes of least cost over its waypoints, which may break a limit
-    yet, and another way at an end. The way comes first if all that is broken lies within two turn
-    radii of an end. As paper, altitudes are all.
+    A path that meets a zone, or has no room for a turn, gets another way at the nearer end, or else
+    at the other: the shortest of :func:`~host.planners.detours.detours` that is feasible. Any other
+    path also gets the altitudes of least cost over its waypoints, which may still break a limit;
+    they come first unless all broken limits lie within two turn radii of an end. As paper, a path
+    gets other altitudes only.
 
     Parameters
     ----------
     evaluator : Evaluator
         Of the problem.
     path : (n, 3) float64, metres
-        A path that is not feasible.
+        A path that is not feasible; others have no repairs.
     """
     if evaluator.problem.rules is None:
         evaluation = evaluator.evaluate(path)
@@ -40,7 +40,9 @@ def repairs(evaluator: Evaluator, path: Path) -> Iterator[Path | None]:
             yield _lowest(evaluator, path)
         return
     stretches = evaluator.broken(path)
-    # Altitudes mend neither.
+    if not stretches:
+        return
+    # Other altitudes mend neither.
     is_blocked = any(
         stretch.limit == "turn" or stretch.limit.startswith("zone ") for stretch in stretches
     )
@@ -59,17 +61,15 @@ def repairs(evaluator: Evaluator, path: Path) -> Iterator[Path | None]:
 
 
 def load_repairs(evaluator: Evaluator, path: Path) -> None:
-    """Load solver and kernels, which are slow at first, by repairs of a path of the problem.
+    """Load the solver and the kernels, which are slow at first.
 
-    Its waypoints are put into the ground; repairs are cheap where nothing can be mended.
+    To do so, repair a path of the problem whose waypoints were moved below the ground.
     """
     from host.planners.detours import load_ways
 
     load_ways()
-    sunk = path.copy()
-    sunk[1:-1, 2] = evaluator.problem.terrain.lowest
-    if len(path) == 2:
-        sunk = np.insert(path, 1, (*path[:, :2].mean(axis=0), sunk[0, 2] - 1e4), axis=0)
+    sunk = np.insert(path, 1, path[:2].mean(axis=0), axis=0)
+    sunk[1:-1, 2] = evaluator.problem.terrain.lowest - 1.0
     for _ in repairs(evaluator, sunk):
         pass
 

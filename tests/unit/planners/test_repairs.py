@@ -1,4 +1,6 @@
-"""What the host mends in a path that the strict rule refuses."""
+"""Repairs make paths feasible that break the strict rule."""
+
+import dataclasses
 
 import numpy as np
 import pytest
@@ -115,6 +117,16 @@ def test_as_paper_only_altitudes():
     zone = Zone.circle(1500, 3000, 250)
     blocked = evaluator_of(rules=None, as_paper=True, start_heading_deg=None, zones=(zone,))
     assert repaired(blocked, STRAIGHT) is None
+
+
+def test_no_fuel_for_any_way():
+    evaluator = evaluator_of(rules=dataclasses.replace(RULES, reserve=0.999))
+    assert evaluator.broken(STRAIGHT)[0].limit == "fuel"
+    assert repaired(evaluator, STRAIGHT) is None
+
+
+def test_a_feasible_path_has_no_repairs():
+    assert list(repairs(evaluator_of(), STRAIGHT)) == []
 
 
 def test_where_there_is_no_way():

@@ -37,6 +37,7 @@ _PAPER = Board(
     reset=("button_fire", 0),
     sizes=Config(checker=CheckerBuild.PARALLEL, lanes=4, map_size=256),
     overrides=OVERRIDES,
+    seed=2,
 )
 _PLANNER = replace(
     _PAPER,

@@ -100,6 +100,8 @@ class ChipRuns:
                 "waypoints": [len(path) for path in best.paths],
                 "limit": options.cycles,
                 "looks": task.looks,
+                "answers": task.answers,
+                "answer_bytes": task.answer_bytes,
                 "bytes": self._bytes_since(self._traffic_noted),
                 "repairs": 0,
             }

@@ -20,7 +20,7 @@ BAUD = 3_000_000
 _LINE_BITS = 10
 
 
-def line_s(count: int) -> float:
+def line_s(count: float) -> float:
     """Return the seconds of bytes on the line."""
     return count * _LINE_BITS / BAUD
 
@@ -37,12 +37,13 @@ class Look:
         """Return the look of so many bytes."""
         return Look(line_s(to_board), line_s(from_board))
 
-    def until_over(self, run_s: float, limit_s: float) -> float:
+    def until_over(self, run_s: float, limit_s: float, first_s: float = 0.0) -> float:
         """Return the seconds from the beginning of a run until a look has told that it is over.
 
-        The host looks as :class:`host.planners.problem_on_chip.ProblemOnChip` does.
+        The host looks as :class:`host.planners.problem_on_chip.ProblemOnChip` does, from
+        ``first_s`` on.
         """
-        passed_s, is_over = 0.0, False
+        passed_s, is_over = first_s, False
         while not is_over:
             is_over = passed_s + self.asked_s >= run_s
             passed_s += self.asked_s + self.told_s
@@ -58,7 +59,8 @@ class ChipTime:
     Parameters
     ----------
     whole_s : float
-        Seconds of drawing, runs, looks and all bytes on the line, one after the other.
+        Seconds of drawing, runs, looks and bytes on the line, one after the other; but a run goes
+        on while the answer to its command comes, and commands are sent while earlier answers come.
     exchanges : int
         Times that the host waits for replies; all looks at a run count as one.
     """
@@ -82,8 +84,11 @@ def chip_time(hardware: Mapping[str, Any], runs: int | None = None) -> ChipTime:
     look = Look.of(to_board, from_board)
     whole_s = hardware["drawing_cycles"] / clock_hz
     for done in counted:
-        bytes_in_order = sum(done["bytes"].values()) - done["looks"] * (to_board + from_board)
-        whole_s += line_s(bytes_in_order)
-        whole_s += look.until_over(done["cycles"] / clock_hz, done["limit"] / clock_hz)
+        look_bytes = done["looks"] * (to_board + from_board)
+        whole_s += line_s(sum(done["bytes"].values()) - done["answer_bytes"] - look_bytes)
+        run_s, limit_s = done["cycles"] / clock_hz, done["limit"] / clock_hz
+        # Earlier answers than that to RUN come while commands are still sent.
+        answered_s = line_s(done["answer_bytes"] / done["answers"])
+        whole_s += look.until_over(run_s, limit_s, answered_s)
     looks = sum(done["looks"] for done in hardware["runs"])
     return ChipTime(whole_s, hardware["exchanges"] - looks + len(counted))

@@ -67,6 +67,8 @@ class ProblemOnChip:
         Cycles in which the chip has drawn zones.
     looks, look_bytes : int, (int, int)
         Looks at the latest run, and the bytes of one to the board and from it.
+    answers, answer_bytes : int
+        Answers to the commands that began the latest run, all of one size, and their bytes.
     eased : int
         The ease of the corners beside ends that the problem before had not, and of all after
         :meth:`ease`: a key of :data:`host.problem.corner_map.EASES`.
@@ -86,7 +88,7 @@ class ProblemOnChip:
         self._runs_before: int | None = None
         self._first: NDArray[np.integer] | None = None
         self._is_sent = False
-        self.drawing_cycles = self.looks = 0
+        self.drawing_cycles = self.looks = self.answers = self.answer_bytes = 0
         self.look_bytes = 0, 0
 
     @property
@@ -197,13 +199,17 @@ class ProblemOnChip:
         """
         runs = self.chip.runs
         limit_s = options.cycles / self.chip.config.clock_hz
+        traffic = self.chip.link.traffic
+        before = dataclasses.replace(traffic)
         with runs.together():
             if not self._is_sent:
                 self._send()
             runs.start(options)
+        self.answers = traffic.frames_from_board - before.frames_from_board
+        self.answer_bytes = traffic.bytes_from_board - before.bytes_from_board
         self._is_sent = True
         stopped = False
-        before = dataclasses.replace(self.chip.link.traffic)
+        before = dataclasses.replace(traffic)
         self.looks = 1
         began = asked = time.monotonic()
         while (status := self._look(before)).running:

@@ -123,9 +123,15 @@ class VerilatedOnLine:
     ----------
     config : Config
         The chip's.
+
+    Attributes
+    ----------
+    cycles : int
+        Cycles that have passed.
     """
 
     def __init__(self, config: Config) -> None:
+        self.cycles = 0
         program = build_verilator(
             BuildCache(build_root() / "sim"),
             exported_verilog("planner", config),
@@ -172,4 +178,5 @@ class VerilatedOnLine:
         """Return the bytes that the chip has sent, and the cycles that passed."""
         assert self._process.stdout is not None
         size, cycles = struct.unpack("<2Q", self._process.stdout.read(16))
+        self.cycles += cycles
         return self._process.stdout.read(size), cycles

@@ -15,6 +15,9 @@ def test_looks_at_a_run_go_on_until_one_begins_behind_its_end():
     assert look.until_over(2e-3, 2e-3) == pytest.approx(2.1e-3)
     assert look.until_over(1.9e-3, 2e-3) == pytest.approx(2.1e-3)
     assert look.until_over(1.6e-3, 2e-3) == pytest.approx(1.78e-3)
+    # The first look waits for the answers to the commands before.
+    assert look.until_over(0.9e-5, 2e-3, 5e-5) == pytest.approx(1.5e-4)
+    assert look.until_over(2e-3, 2e-3, 5e-5) == pytest.approx(2.1e-3)
 
 
 def test_a_plan_takes_drawing_runs_looks_and_bytes():
@@ -22,6 +25,8 @@ def test_a_plan_takes_drawing_runs_looks_and_bytes():
         "cycles": 100_000,
         "limit": 200_000,
         "looks": 3,
+        "answers": 3,
+        "answer_bytes": 27,
         "bytes": {"to_board": 160, "from_board": 90},
     }
     hardware = {
@@ -32,7 +37,7 @@ def test_a_plan_takes_drawing_runs_looks_and_bytes():
         "runs": [run, run],
     }
     look = Look.of(8, 42)
-    each = (160 + 90 - 3 * 50) * 10 / BAUD + look.until_over(1e-3, 2e-3)
+    each = (160 + 90 - 3 * 50 - 27) * 10 / BAUD + look.until_over(1e-3, 2e-3, 9 * 10 / BAUD)
     time = chip_time(hardware)
     assert time.whole_s == pytest.approx(1e-5 + 2 * each)
     # Of the looks at a run, one counts.

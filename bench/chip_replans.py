@@ -76,7 +76,7 @@ class Row:
     seeds : int
         Seeds of the replan, each in all scenarios.
     repairs : bool
-        A path counts that the host has made feasible by other altitudes.
+        A path counts that the host has made feasible by a repair.
     retries : bool
         So does the second run, which follows where that mends nothing.
     cold_ms : int
@@ -120,7 +120,7 @@ class Outcome:
     """Runs of one plan: ``feasible`` by the strict rule; ``fitness`` beside it.
 
     ``cycles`` are those of the runs, ``drawing`` those of the disc. ``whole_ms`` are milliseconds
-    of drawing, runs and looks at them, and of all bytes on the line one after the other.
+    of the plan: see :class:`host.planners.chip_time.ChipTime`.
     """
 
     fitness: float
@@ -176,9 +176,10 @@ def run(options: Options) -> Report:
             "A path of 10 ms is flown. At a random place between 5 and 60 % of it a disc of 2 to",
             "8 % of the straight line appears around a point of the path ahead, its edge at least",
             "two turning radii from aircraft and goal, and the start moves to the aircraft. Cycles",
-            "from PROBLEM to BEST by the chip's counter. In the last columns with BLOCK, and all",
+            "from PROBLEM to BEST by the chip's counter. In the last columns with BLOCK, and the",
             "bytes of both directions at 3 Mbaud: MAP beside the ends, PROBLEM, RUN, STATUS until",
-            "one tells the end, BEST. From new seeds the map is uploaded, which is not counted.",
+            "one tells the end, BEST; but not the answers to MAP, PROBLEM and RUN, which come",
+            "while commands are sent and the run goes on. The upload for new seeds is not counted.",
             "A repair mends the best path on the host: another way at an end, or other altitudes.",
             "The retry, where that mends nothing, is of 2.8 ms at most, from new seeds.",
             *missing(),

@@ -149,7 +149,7 @@ class Plan:
         """Plan the rest of a flight: zones have come or gone, the aircraft has moved.
 
         On a board that is still open, ``ga-chip`` has the chip draw the zones and go on from its
-        population, for a millisecond or two. Where zones have come and gone, the path keeps clear
+        population, for a millisecond. Where zones have come and gone, the path keeps clear
         of both, which is sooner known; :meth:`finish` sets the others free. All else is planned
         anew, with the same options. The fallback is that of the plan.
 

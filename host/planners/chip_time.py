@@ -10,19 +10,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from host.planners.problem_on_chip import pause_s
+from host.planners.problem_on_chip import LINE_BITS, pause_s
 
 
 __all__ = ["BAUD", "ChipTime", "Look", "chip_time", "line_s"]
 
-#: The line: bits a second, 33 cycles of a clock of 100 MHz each, and bits of a byte.
+#: The line: bits a second, 33 cycles of a clock of 100 MHz each.
 BAUD = 3_000_000
-_LINE_BITS = 10
 
 
 def line_s(count: float) -> float:
     """Return the seconds of bytes on the line."""
-    return count * _LINE_BITS / BAUD
+    return count * LINE_BITS / BAUD
 
 
 @dataclass(frozen=True)
@@ -59,8 +58,9 @@ class ChipTime:
     Parameters
     ----------
     whole_s : float
-        Seconds of drawing, runs, looks and bytes on the line, one after the other; but a run goes
-        on while the answer to its command comes, and commands are sent while earlier answers come.
+        Seconds of drawing, runs, looks and bytes on the line, one after the other. Answers to the
+        commands that begin a run are left out: they come while later commands are sent, and the
+        last while the run goes on.
     exchanges : int
         Times that the host waits for replies; all looks at a run count as one.
     """
@@ -87,7 +87,7 @@ def chip_time(hardware: Mapping[str, Any], runs: int | None = None) -> ChipTime:
         look_bytes = done["looks"] * (to_board + from_board)
         whole_s += line_s(sum(done["bytes"].values()) - done["answer_bytes"] - look_bytes)
         run_s, limit_s = done["cycles"] / clock_hz, done["limit"] / clock_hz
-        # Earlier answers than that to RUN come while commands are still sent.
+        # The first look waits for the answer to RUN.
         answered_s = line_s(done["answer_bytes"] / done["answers"])
         whole_s += look.until_over(run_s, limit_s, answered_s)
     looks = sum(done["looks"] for done in hardware["runs"])

@@ -22,7 +22,10 @@ from host.problem.problem import Problem
 from host.problem.zones import Circle, Zone
 
 
-__all__ = ["ProblemOnChip", "pause_s"]
+__all__ = ["LINE_BITS", "ProblemOnChip", "pause_s"]
+
+#: Bits of a byte on the line.
+LINE_BITS = 10
 
 #: Time between two looks at a run: seconds at most, and so many looks in a run at least.
 _LOOK_S, _LOOKS = 0.001, 100
@@ -68,7 +71,8 @@ class ProblemOnChip:
     looks, look_bytes : int, (int, int)
         Looks at the latest run, and the bytes of one to the board and from it.
     answers, answer_bytes : int
-        Answers to the commands that began the latest run, all of one size, and their bytes.
+        Answers to the commands that began the latest run, and their bytes: the same for each, on a
+        line without faults.
     eased : int
         The ease of the corners beside ends that the problem before had not, and of all after
         :meth:`ease`: a key of :data:`host.problem.corner_map.EASES`.
@@ -198,8 +202,8 @@ class ProblemOnChip:
         ``ends`` is asked at each look at a run that goes on, and stops it by returning True.
         """
         runs = self.chip.runs
-        limit_s = options.cycles / self.chip.config.clock_hz
-        traffic = self.chip.link.traffic
+        config, traffic = self.chip.config, self.chip.link.traffic
+        limit_s = options.cycles / config.clock_hz
         before = dataclasses.replace(traffic)
         with runs.together():
             if not self._is_sent:
@@ -209,10 +213,13 @@ class ProblemOnChip:
         self.answer_bytes = traffic.bytes_from_board - before.bytes_from_board
         self._is_sent = True
         stopped = False
-        before = dataclasses.replace(traffic)
+        begun = dataclasses.replace(traffic)
         self.looks = 1
-        began = asked = time.monotonic()
-        while (status := self._look(before)).running:
+        asked = time.monotonic()
+        # The run has gone on while the answer came.
+        answer_bits = LINE_BITS * self.answer_bytes / self.answers
+        began = asked - answer_bits * config.clocks_per_bit / config.clock_hz
+        while (status := self._look(begun)).running:
             if not stopped and ends(status):
                 runs.stop()
                 stopped = True

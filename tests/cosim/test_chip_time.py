@@ -1,6 +1,7 @@
 """The time that is stated for a replan on the chip, beside that of the gates and their line."""
 
 import contextlib
+import dataclasses
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ import pytest
 from host.device.chip import Chip
 from host.device.link import Link
 from host.evaluation import Evaluator
-from host.planners import problem_on_chip
+from host.planners import chip_replanner, problem_on_chip
 from host.planners.chip_time import BAUD, chip_time
 from host.planning import Search
 from host.problem import aircraft
@@ -18,7 +19,9 @@ from host.terrain import Terrain
 from tools.faults.chips import CHIPS, CLOCK_HZ, VerilatedOnLine
 
 
-pytestmark = pytest.mark.cosim
+pytestmark = [pytest.mark.cosim, pytest.mark.ci]
+
+CONFIG = CHIPS["planner"].replace(clocks_per_bit=33)
 
 
 class Gates:
@@ -26,8 +29,8 @@ class Gates:
 
     timeout = write_timeout = None
 
-    def __init__(self, chip, clock_hz):
-        self._chip, self._clock_hz, self._received = chip, clock_hz, b""
+    def __init__(self, chip):
+        self._chip, self._received = chip, b""
 
     @property
     def in_waiting(self):
@@ -47,10 +50,10 @@ class Gates:
         pass
 
     def monotonic(self):
-        return self._chip.cycles / self._clock_hz
+        return self._chip.cycles / CONFIG.clock_hz
 
     def sleep(self, seconds):
-        received, _ = self._chip.wait(seconds * self._clock_hz / CLOCK_HZ)
+        received, _ = self._chip.wait(seconds * CONFIG.clock_hz / CLOCK_HZ)
         assert not received
 
 
@@ -64,26 +67,30 @@ def evaluator():
     return Evaluator(Problem(terrain, (500, 500, 200), (5500, 700, 220), uav), threads=1)
 
 
-@pytest.mark.parametrize(
-    "clocks_per_bit",
-    [pytest.param(4, marks=pytest.mark.ci), pytest.param(33, marks=pytest.mark.long)],
-)
-def test_replans_on_the_gates_take_the_time_that_is_stated(evaluator, monkeypatch, clocks_per_bit):
-    config = CHIPS["planner"].replace(clocks_per_bit=clocks_per_bit)
-    # What makes a bit take as long as on the line of which the time is stated.
-    clock_hz = clocks_per_bit * BAUD
-    with contextlib.closing(VerilatedOnLine(config)) as verilated:
-        gates = Gates(verilated, config.clock_hz)
+@pytest.mark.parametrize("ends_by", ["generations", "cycles"])
+def test_replans_on_the_gates_take_the_time_that_is_stated(evaluator, monkeypatch, ends_by):
+    limit = {"generations": 195, "cycles": 120_000}[ends_by]
+    others = {"until_feasible": False, "generations": 10**6, "cycles": 10**6, ends_by: limit}
+    warm = dataclasses.replace(chip_replanner.replan_options(CONFIG, 0), **others)
+    monkeypatch.setattr(chip_replanner, "replan_options", lambda *arguments: warm)
+    with contextlib.closing(VerilatedOnLine(CONFIG)) as verilated:
+        gates = Gates(verilated)
         monkeypatch.setattr(problem_on_chip, "time", gates)
         chip = Chip(Link(gates, timeout_s=1, attempts=1, clock=gates.monotonic))
         search = Search("ga-chip", board=chip, chip_ms=1, polish="off", seed=1)
         plan = search.run(evaluator)
-        taken, stated = [], []
+        taken, stated, zones = [], [], [[]]
         for number in range(4):
             before = verilated.cycles
-            zone = Zone.circle(1500 + 900 * number, 1200 + 500 * number, 250)
-            plan = plan.replan(zones=[zone], start=(600 + 200 * number, 700 + 300 * number, 220))
+            zones.append([Zone.circle(1500 + 900 * number, 1200 + 500 * number, 250)])
+            start = (600 + 200 * number, 700 + 300 * number, 220)
+            plan = plan.replan(zones=zones[-1], gone=zones[-2], start=start)
+            hardware = plan.result.hardware
+            (run,) = hardware["runs"]
+            assert run["cycles"] >= limit if ends_by == "cycles" else run["generations"] == limit
             taken.append(verilated.cycles - before)
-            hardware = {**plan.result.hardware, "clock_hz": clock_hz}
-            stated.append(chip_time(hardware).whole_s * clock_hz)
-    assert taken == pytest.approx(stated, rel=0.01)
+            # At this clock a bit takes as long as on the line whose time is stated.
+            clock_hz = CONFIG.clocks_per_bit * BAUD
+            stated.append(chip_time({**hardware, "clock_hz": clock_hz}).whole_s * clock_hz)
+            plan.finish()
+    assert taken == pytest.approx(stated, rel=0.002)

@@ -15,7 +15,7 @@ def test_looks_at_a_run_go_on_until_one_begins_behind_its_end():
     assert look.until_over(2e-3, 2e-3) == pytest.approx(2.1e-3)
     assert look.until_over(1.9e-3, 2e-3) == pytest.approx(2.1e-3)
     assert look.until_over(1.6e-3, 2e-3) == pytest.approx(1.78e-3)
-    # The first look waits for the answers to the commands before.
+    # The first look waits for the answer to RUN.
     assert look.until_over(0.9e-5, 2e-3, 5e-5) == pytest.approx(1.5e-4)
     assert look.until_over(2e-3, 2e-3, 5e-5) == pytest.approx(2.1e-3)
 

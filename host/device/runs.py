@@ -6,11 +6,11 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 
 from hdl.config import Config
-from hdl.protocol import Command, status_reply
+from hdl.protocol import Command, Status, status_reply
 from hdl.protocol.codes import UNITS
 from hdl.protocol.planner import VALUE_BITS, NoFlyShape, PathClass, ProblemRecord
 from hdl.protocol.runs import RunOptions, unpack_best
-from host.device.link import Link, LinkTimeoutError
+from host.device.link import Link, LinkTimeoutError, RefusedError
 from host.device.map_copy import MapCopy
 from host.device.orders import Orders
 
@@ -193,3 +193,12 @@ class Runs:
     def best(self) -> BestPaths:
         """Return the paths of the latest run, the best first; none without one on the problem."""
         return BestPaths(*unpack_best(self._config, self._link.request(Command.BEST)))
+
+    def best_if_over(self) -> BestPaths | None:
+        """Return the paths of the latest run as :meth:`best` does, or None while it goes on."""
+        try:
+            return self.best()
+        except RefusedError as error:
+            if error.status != Status.BUSY:
+                raise
+            return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 
 __all__ = ["Traffic"]
@@ -36,3 +36,9 @@ class Traffic:
     frames_repeated: int = 0
     exchanges: int = 0
     waiting_s: float = 0.0
+
+    def since(self, before: Traffic) -> Traffic:
+        """Return the traffic since an earlier state, of which ``before`` is a copy."""
+        return Traffic(
+            *(getattr(self, each.name) - getattr(before, each.name) for each in fields(self))
+        )

@@ -24,7 +24,7 @@ __all__ = ["ChipReplanner", "replan_options"]
 #: Of the first run. With four paths to read, its limit keeps chip and line within 3 ms in 99 of 100
 #: replans.
 _WARM = RunOptions(
-    cycles=120_000,
+    cycles=147_000,
     generations=195,
     until_feasible=True,
     slopes=WARM_SLOPES,

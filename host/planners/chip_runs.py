@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import itertools
 from collections.abc import Iterable, Sequence
@@ -84,6 +85,7 @@ class ChipRuns:
     def _do(self, options: RunOptions, *, is_last: bool) -> tuple[BestPaths, bool]:
         """Do a run and judge its paths; return them, and whether one is feasible."""
         run, task, before = self._run, self._task, self._generations
+        earlier = task.chip.link.traffic.since(self._traffic_noted)
         with run.phase("link"):
             status, best = task.run(options, functools.partial(self._ends, before))
         for unit in UNITS:
@@ -100,8 +102,7 @@ class ChipRuns:
                 "waypoints": [len(path) for path in best.paths],
                 "limit": options.cycles,
                 "looks": task.looks,
-                "answers": task.answers,
-                "answer_bytes": task.answer_bytes,
+                "waits": self._waits(earlier),
                 "bytes": self._bytes_since(self._traffic_noted),
                 "repairs": 0,
             }
@@ -167,17 +168,21 @@ class ChipRuns:
         fitted = [path for path in lowest if path is not None]
         return run.fitness(fitted, strict=True) if fitted else np.zeros(0)
 
+    def _waits(self, earlier: Traffic) -> dict[str, int]:
+        """Return what the paths of the latest run have waited for, with the traffic before it."""
+        waits = dataclasses.asdict(self._task.waits)
+        waits["exchanges"] += earlier.exchanges
+        waits["commands"] += earlier.bytes_to_board + earlier.bytes_from_board
+        return waits
+
     def _bytes_since(self, before: Traffic) -> dict[str, int]:
-        traffic = self._task.chip.link.traffic
-        return {
-            "to_board": traffic.bytes_to_board - before.bytes_to_board,
-            "from_board": traffic.bytes_from_board - before.bytes_from_board,
-        }
+        traffic = self._task.chip.link.traffic.since(before)
+        return {"to_board": traffic.bytes_to_board, "from_board": traffic.bytes_from_board}
 
     def hardware(self) -> dict[str, Any]:
         """Return the block ``hardware`` of a summary."""
         chip, before = self._task.chip, self._traffic_before
-        traffic = chip.link.traffic
+        traffic = chip.link.traffic.since(before)
         return {
             "clock_hz": chip.config.clock_hz,
             "build_id": f"{chip.config.build_id:08x}",
@@ -186,12 +191,11 @@ class ChipRuns:
             "plan_us": 1e6 * self.cycles / chip.config.clock_hz,
             "bytes": self._bytes_since(before),
             "frames": {
-                "repeated": traffic.frames_repeated - before.frames_repeated,
-                "damaged": traffic.frames_damaged - before.frames_damaged,
+                "repeated": traffic.frames_repeated,
+                "damaged": traffic.frames_damaged,
             },
             "generations": self._generations,
             "drawing_cycles": self._task.drawing_cycles,
-            "exchanges": traffic.exchanges - before.exchanges,
-            "look_bytes": dict(zip(("to_board", "from_board"), self._task.look_bytes, strict=True)),
+            "exchanges": traffic.exchanges,
             "runs": self._done,
         }

@@ -19,36 +19,29 @@ __all__ = ["BAUD", "ChipTime", "Look", "chip_time", "line_s"]
 BAUD = 3_000_000
 
 
-def line_s(count: float) -> float:
+def line_s(count: int) -> float:
     """Return the seconds of bytes on the line."""
     return count * LINE_BITS / BAUD
 
 
 @dataclass(frozen=True)
 class Look:
-    """A STATUS during a run: seconds of its request on the line, and of the reply."""
+    """A BEST that finds a run going on: seconds of its request on the line, and of the refusal."""
 
     asked_s: float
     told_s: float
 
-    @staticmethod
-    def of(to_board: int, from_board: int) -> Look:
-        """Return the look of so many bytes."""
-        return Look(line_s(to_board), line_s(from_board))
-
     def until_over(self, run_s: float, limit_s: float, first_s: float = 0.0) -> float:
-        """Return the seconds from the beginning of a run until a look has told that it is over.
+        """Return the seconds from the beginning of a run until a BEST comes that finds it over.
 
         The host looks as :class:`host.planners.problem_on_chip.ProblemOnChip` does, from
         ``first_s`` on.
         """
-        passed_s, is_over = first_s, False
-        while not is_over:
-            is_over = passed_s + self.asked_s >= run_s
+        passed_s = first_s
+        while passed_s + self.asked_s < run_s:
             passed_s += self.asked_s + self.told_s
-            if not is_over:
-                passed_s += pause_s(limit_s, passed_s, self.asked_s + self.told_s)
-        return passed_s
+            passed_s += pause_s(limit_s, passed_s, self.asked_s + self.told_s)
+        return passed_s + self.asked_s
 
 
 @dataclass(frozen=True)
@@ -58,14 +51,18 @@ class ChipTime:
     Parameters
     ----------
     whole_s : float
-        Seconds of drawing, runs, looks and bytes on the line, one after the other. Answers to the
-        commands that begin a run are left out: they come while later commands are sent, and the
-        last while the run goes on.
+        Seconds until the host has the paths of the last run: runs, looks and bytes on the line, one
+        after the other. Zones are drawn while later commands come, and count as far as that takes
+        longer. Answers to the commands that begin a run are left out: they come while later
+        commands are sent, and the last while the run goes on.
+    behind_s : float
+        Seconds on the line of the STATUS that follows those paths.
     exchanges : int
-        Times that the host waits for replies; all looks at a run count as one.
+        Times that the host waits for answers; all looks at a run count as one, BEST among them.
     """
 
     whole_s: float
+    behind_s: float
     exchanges: int
 
 
@@ -80,15 +77,16 @@ def chip_time(hardware: Mapping[str, Any], runs: int | None = None) -> ChipTime:
         Only the first runs count, as if the plan ended there; all by default.
     """
     clock_hz, counted = hardware["clock_hz"], hardware["runs"][:runs]
-    to_board, from_board = (hardware["look_bytes"][way] for way in ("to_board", "from_board"))
-    look = Look.of(to_board, from_board)
-    whole_s = hardware["drawing_cycles"] / clock_hz
+    whole_s = behind_s = 0.0
+    # All zones are drawn in the first run.
+    drawing_s = hardware["drawing_cycles"] / clock_hz
     for done in counted:
-        look_bytes = done["looks"] * (to_board + from_board)
-        whole_s += line_s(sum(done["bytes"].values()) - done["answer_bytes"] - look_bytes)
-        run_s, limit_s = done["cycles"] / clock_hz, done["limit"] / clock_hz
+        waits = done["waits"]
+        whole_s += behind_s + max(0.0, drawing_s - line_s(waits["behind_zones"]))
+        answer_s = line_s(waits["answer"])
+        look = Look(line_s(waits["request"]), answer_s)
         # The first look waits for the answer to RUN.
-        answered_s = line_s(done["answer_bytes"] / done["answers"])
-        whole_s += look.until_over(run_s, limit_s, answered_s)
-    looks = sum(done["looks"] for done in hardware["runs"])
-    return ChipTime(whole_s, hardware["exchanges"] - looks + len(counted))
+        over_s = look.until_over(done["cycles"] / clock_hz, done["limit"] / clock_hz, answer_s)
+        whole_s += line_s(waits["commands"]) + over_s + line_s(waits["paths"])
+        drawing_s, behind_s = 0.0, line_s(waits["status"])
+    return ChipTime(whole_s, behind_s, sum(done["waits"]["exchanges"] for done in counted))

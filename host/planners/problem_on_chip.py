@@ -14,7 +14,6 @@ from hdl.protocol.runs import RunOptions
 from host.device.chip import Chip
 from host.device.map_copy import drawn_corners
 from host.device.runs import BestPaths, RunStatus
-from host.device.traffic import Traffic
 from host.device.waypoints import unpack_waypoints
 from host.planners.chip_problem import chip_ends, problem_record, whole_path
 from host.problem.corner_map import EASES, CornerMap
@@ -22,13 +21,15 @@ from host.problem.problem import Problem
 from host.problem.zones import Circle, Zone
 
 
-__all__ = ["LINE_BITS", "ProblemOnChip", "pause_s"]
+__all__ = ["LINE_BITS", "ProblemOnChip", "Waits", "pause_s"]
 
 #: Bits of a byte on the line.
 LINE_BITS = 10
 
 #: Time between two looks at a run: seconds at most, and so many looks in a run at least.
 _LOOK_S, _LOOKS = 0.001, 100
+#: Seconds between two reports of what a run has done so far, at least.
+_REPORT_S = 0.01
 #: Share of the corners drawn for a zone that may lie outside of it, before they are set free.
 _MOST_EXCESS = 0.05
 
@@ -52,6 +53,37 @@ def pause_s(limit_s: float, passed_s: float, look_s: float) -> float:
     return left_s if 0 < left_s < usual_s + look_s else usual_s
 
 
+@dataclasses.dataclass(frozen=True)
+class Waits:
+    """What a run waits for on the line, in bytes, but for the looks at it.
+
+    Parameters
+    ----------
+    exchanges : int
+        Times that the host waits for answers; all looks at the run, with BEST, count as one.
+    commands : int
+        To the board, up to RUN; with the answers of exchanges before it.
+    behind_zones : int
+        Of these, at least so many follow the zones: the chip draws while they come.
+    answer : int
+        Of the answer to RUN, or to a BEST that finds the run going on.
+    request : int
+        Of BEST.
+    paths : int
+        Of the answer to it.
+    status : int
+        Of STATUS, which follows the paths, and of its answer.
+    """
+
+    exchanges: int
+    commands: int
+    behind_zones: int
+    answer: int
+    request: int
+    paths: int
+    status: int
+
+
 class ProblemOnChip:
     """A problem on a chip: its corners with those lowered beside the ends, and its record.
 
@@ -68,11 +100,10 @@ class ProblemOnChip:
     ----------
     drawing_cycles : int
         Cycles in which the chip has drawn zones.
-    looks, look_bytes : int, (int, int)
-        Looks at the latest run, and the bytes of one to the board and from it.
-    answers, answer_bytes : int
-        Answers to the commands that began the latest run, and their bytes: the same for each, on a
-        line without faults.
+    looks : int
+        Looks at the latest run that found it going on.
+    waits : Waits
+        Of the latest run.
     eased : int
         The ease of the corners beside ends that the problem before had not, and of all after
         :meth:`ease`: a key of :data:`host.problem.corner_map.EASES`.
@@ -92,8 +123,8 @@ class ProblemOnChip:
         self._runs_before: int | None = None
         self._first: NDArray[np.integer] | None = None
         self._is_sent = False
-        self.drawing_cycles = self.looks = self.answers = self.answer_bytes = 0
-        self.look_bytes = 0, 0
+        self.drawing_cycles = self.looks = 0
+        self.waits = Waits(0, 0, 0, 0, 0, 0, 0)
 
     @property
     def is_warm(self) -> bool:
@@ -209,38 +240,43 @@ class ProblemOnChip:
             if not self._is_sent:
                 self._send()
             runs.start(options)
-        self.answers = traffic.frames_from_board - before.frames_from_board
-        self.answer_bytes = traffic.bytes_from_board - before.bytes_from_board
         self._is_sent = True
+        ordered = traffic.since(before)
+        # All are of one size.
+        answer = round(ordered.bytes_from_board / ordered.frames_from_board)
         stopped = False
-        begun = dataclasses.replace(traffic)
-        self.looks = 1
-        asked = time.monotonic()
+        self.looks = 0
+        asked = reported = time.monotonic()
         # The run has gone on while the answer came.
-        answer_bits = LINE_BITS * self.answer_bytes / self.answers
-        began = asked - answer_bits * config.clocks_per_bit / config.clock_hz
-        while (status := self._look(begun)).running:
-            if not stopped and ends(status):
-                runs.stop()
-                stopped = True
+        began = asked - LINE_BITS * answer * config.clocks_per_bit / config.clock_hz
+        before = dataclasses.replace(traffic)
+        while (best := runs.best_if_over()) is None:
+            self.looks += 1
             now = time.monotonic()
+            if now - reported >= _REPORT_S:
+                reported = now
+                status = runs.status()
+                if status.running and not stopped and ends(status):
+                    runs.stop()
+                    stopped = True
+                now = time.monotonic()
             time.sleep(pause_s(limit_s, now - began, now - asked))
             asked = time.monotonic()
-            self.looks += 1
-        best = runs.best()
+            before = dataclasses.replace(traffic)
+        asked_for, before = traffic.since(before), dataclasses.replace(traffic)
+        status = runs.status()
+        reported_in = traffic.since(before)
+        self.waits = Waits(
+            exchanges=ordered.exchanges + 2,
+            commands=ordered.bytes_to_board,
+            behind_zones=len(self._record.pack(config)) + len(options.pack(config)),
+            answer=answer,
+            request=asked_for.bytes_to_board,
+            paths=asked_for.bytes_from_board,
+            status=reported_in.bytes_to_board + reported_in.bytes_from_board,
+        )
         self._runs_before = runs.started
         return status, best
-
-    def _look(self, before: Traffic) -> RunStatus:
-        """Return the status of the run; ``before`` is the traffic until the first look."""
-        status = self.chip.runs.status()
-        if self.looks == 1:
-            traffic = self.chip.link.traffic
-            self.look_bytes = (
-                traffic.bytes_to_board - before.bytes_to_board,
-                traffic.bytes_from_board - before.bytes_from_board,
-            )
-        return status
 
     def metres(self, packed: Iterable[int]) -> NDArray[np.float64]:
         """Return a path of the chip in metres, (n, 3), start and goal included."""

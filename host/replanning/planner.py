@@ -61,7 +61,7 @@ class PlanningTime:
     chip_s : float
         Cycles on the chip, and bits on the line.
     round_trips_s : float
-        Latency of requests and replies.
+        Latency of requests and replies; with the bits of what follows the chip's paths.
     host_s : float
         The processor.
     """
@@ -249,7 +249,7 @@ class InFlightPlanner:
             repairs = sum(done["repairs"] for done in hardware["runs"])
             return PlanningTime(
                 taken.whole_s,
-                ROUND_TRIP_S * taken.exchanges,
+                taken.behind_s + ROUND_TRIP_S * taken.exchanges,
                 self.constant_s + REPAIR_S * repairs,
             )
         line = line_s(sum(hardware["bytes"].values()))

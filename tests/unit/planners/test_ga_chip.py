@@ -177,9 +177,9 @@ def test_a_time_limit_ends_a_run(evaluator):
 
 
 def test_progress_and_limits_are_looked_at_during_a_run(evaluator, monkeypatch):
-    """The model's runs are over at once, so the status is that of a run which goes on."""
+    """The model's runs are over at once, so the answers are those of a run which goes on."""
     said, seen = [], []
-    real = Runs.status
+    real, best = Runs.status, Runs.best_if_over
     # Kernels are loaded before the time limit counts.
     ChipGeneticPlanner(chip_ms=1).plan(evaluator, Options(generations=1))
 
@@ -190,6 +190,7 @@ def test_progress_and_limits_are_looked_at_during_a_run(evaluator, monkeypatch):
         return real(runs) if "stop" in said else RunStatus(True, 10 * len(said), 0, 0)
 
     monkeypatch.setattr(Runs, "status", status)
+    monkeypatch.setattr(Runs, "best_if_over", lambda runs: best(runs) if "stop" in said else None)
     monkeypatch.setattr(Runs, "stop", lambda runs: said.append("stop"))
     options = Options(generations=1_000_000, time_limit_s=0.5)
     ChipGeneticPlanner(chip_ms=1).plan(evaluator, options, lambda *row: seen.append(row))
@@ -198,10 +199,10 @@ def test_progress_and_limits_are_looked_at_during_a_run(evaluator, monkeypatch):
 
 
 def test_an_interrupt_stops_the_run(evaluator, monkeypatch):
-    """The model's runs are over at once, so the status is that of a run which goes on."""
+    """The model's runs are over at once, so the answers are those of a run which goes on."""
     said = []
     stop = Stop(lambda: bool(said))
-    real = Runs.status
+    real, best = Runs.status, Runs.best_if_over
 
     def status(runs):
         if not runs.started:
@@ -210,6 +211,7 @@ def test_an_interrupt_stops_the_run(evaluator, monkeypatch):
         return real(runs) if "stop" in said else RunStatus(True, 0, 0, 0)
 
     monkeypatch.setattr(Runs, "status", status)
+    monkeypatch.setattr(Runs, "best_if_over", lambda runs: best(runs) if "stop" in said else None)
     monkeypatch.setattr(Runs, "stop", lambda runs: said.append("stop"))
     result = ChipGeneticPlanner(chip_ms=1).plan(evaluator, GENERATIONS, None, stop)
     assert said.count("stop") == 1

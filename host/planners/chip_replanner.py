@@ -24,7 +24,7 @@ __all__ = ["ChipReplanner", "replan_options"]
 #: Of the first run. With four paths to read, its limit keeps chip and line within 3 ms in 99 of 100
 #: replans.
 _WARM = RunOptions(
-    cycles=147_000,
+    cycles=144_000,
     generations=195,
     until_feasible=True,
     slopes=WARM_SLOPES,
@@ -56,10 +56,11 @@ class ChipReplanner:
 
     The chip draws new zones on its map and runs for a millisecond: an island of the earlier
     paths, less what lies behind the start, and one of new seeds. The host judges the paths by the
-    strict rule. Where none is feasible, it mends the chip's best
-    (:func:`host.planners.repairs.repairs`), which takes milliseconds of the processor and none of
+    strict rule. Where none is feasible, it mends the best
+    (:func:`host.planners.repairs.repair`), which takes milliseconds of the processor and none of
     chip and line. Where that fails, up to seven more runs follow, of 2.8 ms at most, each from new
-    seeds alone. What is gone besides new zones is set free by :meth:`finish`.
+    seeds alone. What is gone besides new zones is set free by :meth:`finish`, and so are the new
+    zones themselves where no path is found.
 
     Parameters
     ----------
@@ -76,7 +77,7 @@ class ChipReplanner:
         return self._task.is_warm
 
     def finish(self) -> None:
-        """Set free on the chip what is gone; what fails, the next replan sends again."""
+        """Set free what is gone or was drawn in vain; the next replan sends what is left."""
         with contextlib.suppress(JobError):
             self._task.free()
 
@@ -97,15 +98,17 @@ class ChipReplanner:
                 task = self._task.changed(problem)
             with run.search():
                 runs = ChipRuns(task, run, repairs=True)
-                with run.phase("link"):
-                    self._task.free()
                 runs.search(_runs(task, options.seed))
             run.hardware = runs.hardware()
             run.seconds["board"] = runs.cycles / task.chip.config.clock_hz
         except JobError as error:
             run.failure = str(error)
         result = run.result()
-        return replace(result, replanner=ChipReplanner(task)) if task.is_warm else result
+        if not task.is_warm:
+            return result
+        # Where there is no path, a zone may go before there is one.
+        stays = task if result.evaluation.feasible else self._task.returned(task)
+        return replace(result, replanner=ChipReplanner(stays))
 
 
 def _runs(task: ProblemOnChip, seed: int) -> Iterator[RunOptions]:

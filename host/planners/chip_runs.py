@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import itertools
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
@@ -19,7 +18,7 @@ from host.device.runs import BestPaths, RunStatus
 from host.device.traffic import Traffic
 from host.planners.base import Run
 from host.planners.problem_on_chip import ProblemOnChip
-from host.planners.repairs import repairs as repairs_of
+from host.planners.repairs import repair
 
 
 __all__ = ["ChipRuns"]
@@ -40,8 +39,8 @@ class ChipRuns:
     polishes : bool
         Each path is given the lowest altitudes, too.
     repairs : bool
-        Where no path of a run is feasible, the best is repaired; see
-        :func:`host.planners.repairs.repairs`.
+        Where no path of a run is feasible, the best is mended; see
+        :func:`host.planners.repairs.repair`.
     """
 
     def __init__(
@@ -85,7 +84,6 @@ class ChipRuns:
     def _do(self, options: RunOptions, *, is_last: bool) -> tuple[BestPaths, bool]:
         """Do a run and judge its paths; return them, and whether one is feasible."""
         run, task, before = self._run, self._task, self._generations
-        earlier = task.chip.link.traffic.since(self._traffic_noted)
         with run.phase("link"):
             status, best = task.run(options, functools.partial(self._ends, before))
         for unit in UNITS:
@@ -102,7 +100,7 @@ class ChipRuns:
                 "waypoints": [len(path) for path in best.paths],
                 "limit": options.cycles,
                 "looks": task.looks,
-                "waits": self._waits(earlier),
+                "waits": dataclasses.asdict(task.waits),
                 "bytes": self._bytes_since(self._traffic_noted),
                 "repairs": 0,
             }
@@ -113,7 +111,7 @@ class ChipRuns:
         if self._polishes and (is_last or fitness.max() <= 1 or self._is_stopped):
             fitness = np.concatenate((fitness, self._polished(paths)))
         if self._repairs and fitness.max() <= 1 and not self._is_stopped:
-            fitness = np.append(fitness, self._repaired(paths[0]))
+            fitness = np.append(fitness, self._repaired(paths))
         run.record(self._generations, fitness)
         return best, bool(fitness.max() > 1)
 
@@ -131,16 +129,17 @@ class ChipRuns:
         stop = self._run.stop
         return (stop is not None and stop.requested) or self._run.out_of_time
 
-    def _repaired(self, path: NDArray[np.float64]) -> float:
-        """Evaluate repairs of a path until one is feasible; return the fitness of the last.
+    def _repaired(self, paths: list[NDArray[np.float64]]) -> float:
+        """Mend the best path and evaluate it; return its fitness.
 
-        Where a first run fails, two are tried; later, another run is worth more than the second.
+        Where a first run fails, the second follows; later, another run is worth more than that.
         """
         run, fitness = self._run, 0.0
         most = 2 if len(self._done) == 1 else 1
         with run.phase("repair"):
-            for mended in itertools.islice(repairs_of(run.evaluator, path), most):
+            for path in paths[:most]:
                 self._done[-1]["repairs"] += 1
+                mended = repair(run.evaluator, path)
                 if mended is not None:
                     fitness = float(run.fitness([mended], strict=True)[0])
                 if fitness > 1:
@@ -167,13 +166,6 @@ class ChipRuns:
             lowest = [lowest_altitudes(problem, prices, track) for track in tracks]
         fitted = [path for path in lowest if path is not None]
         return run.fitness(fitted, strict=True) if fitted else np.zeros(0)
-
-    def _waits(self, earlier: Traffic) -> dict[str, int]:
-        """Return what the paths of the latest run have waited for, with the traffic before it."""
-        waits = dataclasses.asdict(self._task.waits)
-        waits["exchanges"] += earlier.exchanges
-        waits["commands"] += earlier.bytes_to_board + earlier.bytes_from_board
-        return waits
 
     def _bytes_since(self, before: Traffic) -> dict[str, int]:
         traffic = self._task.chip.link.traffic.since(before)

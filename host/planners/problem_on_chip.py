@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import time
 from collections.abc import Callable, Iterable
@@ -62,7 +63,7 @@ class Waits:
     exchanges : int
         Times that the host waits for answers; all looks at the run, with BEST, count as one.
     commands : int
-        To the board, up to RUN; with the answers of exchanges before it.
+        To the board, up to RUN.
     behind_zones : int
         Of these, at least so many follow the zones: the chip draws while they come.
     answer : int
@@ -207,11 +208,20 @@ class ProblemOnChip:
         self.chip.update_map(self._corners if self._first is None else self._first)
         self.chip.runs.set_problem(self._record)
 
+    def returned(self, after: ProblemOnChip) -> ProblemOnChip:
+        """Return this problem, to go on from it after a search in vain on another.
+
+        The zones of the other are as if they had never been drawn: to draw one again takes a
+        command, and to set it free when it goes takes all its corners.
+        """
+        other = copy.copy(self)
+        other._runs_before = after._runs_before
+        return other
+
     def free(self) -> None:
-        """Set free on the chip what the first run has left blocked."""
-        if self._first is not None:
-            self._first = None
-            self.chip.update_map(self._corners)
+        """Set free on the chip what this problem has not."""
+        self._first = None
+        self.chip.update_map(self._corners)
 
     def ease(self, change: int) -> None:
         """Lower the corners of the map beside start and goal more, or less, if that is possible."""

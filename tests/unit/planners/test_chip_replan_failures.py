@@ -1,5 +1,7 @@
 """Replans where the first run finds no feasible path, or the board is not as it was."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -68,6 +70,22 @@ def test_another_way_at_an_end_mends_a_path_through_a_zone(make_evaluator, searc
     assert after.fallback is None
 
 
+def test_the_second_path_is_mended_where_the_best_is_not(make_evaluator, search, altered):
+    before = search.run(make_evaluator(rules=NO_MARGINS))
+    number = itertools.count()
+
+    def broken(path):
+        if next(number) % 4 == 0:
+            return np.vstack((path[:1], [(BEHIND.x_m, BEHIND.y_m, 240.0)], path[-1:]))
+        return too_low(path)
+
+    altered(broken)
+    after = before.replan(zones=[BEHIND])
+    assert after.evaluation.feasible
+    assert [run["repairs"] for run in runs_of(after)] == [2]
+    assert after.fallback is None
+
+
 def test_no_repair_of_a_path_into_a_zone_behind_the_ridge(make_evaluator, search, altered):
     before = search.run(make_evaluator(rules=NO_MARGINS))
 
@@ -76,7 +94,7 @@ def test_no_repair_of_a_path_into_a_zone_behind_the_ridge(make_evaluator, search
 
     altered(into_the_zone)
     after = before.replan(zones=[BEHIND])
-    assert [run["repairs"] for run in runs_of(after)] == [1] * 8
+    assert [run["repairs"] for run in runs_of(after)] == [2, *[1] * 7]
     assert after.fallback == "astar"
 
 

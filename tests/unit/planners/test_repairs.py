@@ -1,4 +1,4 @@
-"""Repairs make paths feasible that break the strict rule."""
+"""A repair makes a path feasible that breaks the strict rule."""
 
 import dataclasses
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from host.evaluation import Evaluator
-from host.planners.repairs import load_repairs, repairs
+from host.planners.repairs import load_repairs, repair
 from host.problem import Problem, Rules
 from host.problem.zones import Zone
 from host.terrain import Terrain
@@ -24,19 +24,12 @@ def evaluator_of(heights=HEIGHTS, rules=RULES, **options):
     return Evaluator(Problem(terrain, START, GOAL, rules=rules, **options), threads=1)
 
 
-def repaired(evaluator, path):
-    """Return the first repair that is feasible, or None."""
-    for mended in repairs(evaluator, path):
-        if mended is not None and evaluator.evaluate(mended).feasible:
-            return mended
-    return None
-
-
 def check(evaluator, path):
     """Mend a path; return the other, which is feasible."""
     assert not evaluator.evaluate(path).feasible
-    mended = repaired(evaluator, path)
+    mended = repair(evaluator, path)
     assert mended is not None
+    assert evaluator.evaluate(mended).feasible
     assert (mended[[0, -1]] == path[[0, -1]]).all()
     return mended
 
@@ -96,9 +89,8 @@ def test_ground_beside_the_goal():
     assert stretch.limit == "clearance"
     assert stretch.from_m > 3700
     mended = check(evaluator, STRAIGHT)
+    # Another way, at the same altitude.
     assert (mended[:, 2] == 300).all()
-    # Altitudes come after that.
-    assert (next(repairs(evaluator, STRAIGHT)) == mended).all()
 
 
 def test_too_low_on_the_way():
@@ -116,22 +108,24 @@ def test_as_paper_only_altitudes():
     check(evaluator, low)
     zone = Zone.circle(1500, 3000, 250)
     blocked = evaluator_of(rules=None, as_paper=True, start_heading_deg=None, zones=(zone,))
-    assert repaired(blocked, STRAIGHT) is None
+    assert repair(blocked, STRAIGHT) is None
 
 
 def test_no_fuel_for_any_way():
     evaluator = evaluator_of(rules=dataclasses.replace(RULES, reserve=0.999))
     assert evaluator.broken(STRAIGHT)[0].limit == "fuel"
-    assert repaired(evaluator, STRAIGHT) is None
+    mended = repair(evaluator, STRAIGHT)
+    assert mended is not None
+    assert not evaluator.evaluate(mended).feasible
 
 
-def test_a_feasible_path_has_no_repairs():
-    assert list(repairs(evaluator_of(), STRAIGHT)) == []
+def test_a_feasible_path_needs_no_repair():
+    assert repair(evaluator_of(), STRAIGHT) is None
 
 
 def test_where_there_is_no_way():
     wall = Zone.polygon([(2000, -100), (2100, -100), (2100, 6200), (2000, 6200)])
-    assert repaired(evaluator_of(zones=(wall,)), STRAIGHT) is None
+    assert repair(evaluator_of(zones=(wall,)), STRAIGHT) is None
 
 
 @pytest.mark.parametrize("rules", [None, RULES])
@@ -141,12 +135,17 @@ def test_loading_needs_no_broken_path(rules):
     )
 
 
-def test_a_hill_too_steep_to_climb():
-    """Other altitudes do not mend it, a way around the hill does."""
+def test_a_climb_that_is_too_steep_from_the_start_on():
+    """The limit is broken far beyond two turn radii, but from the start on."""
     heights = HEIGHTS.copy()
     heights[27:34, 17:20] = 500.0
     evaluator = evaluator_of(heights)
-    assert evaluator.broken(STRAIGHT)[0].from_m > 300
-    altitudes, way = repairs(evaluator, STRAIGHT)
-    assert not evaluator.evaluate(altitudes).feasible
-    assert evaluator.evaluate(way).feasible
+    steep = np.array([START, (1600.0, 3000, 560), (2100.0, 3000, 560), (4500.0, 3000, 300), GOAL])
+    (climb,) = evaluator.broken(steep)
+    assert climb.limit == "climb"
+    radius_m = evaluator.problem.limits.turn_radius_m
+    assert climb.from_m < radius_m
+    assert climb.to_m > 3 * radius_m
+    mended = check(evaluator, steep)
+    # It is a way around the hill.
+    assert np.abs(mended[1:-1, 1] - 3000).max() > 300

@@ -290,10 +290,14 @@ class Link:
                 raise ValueError(f"Payload must have at most {room} bytes, not {len(payload)}")
         session, self.session = self.session, None
         self.traffic.exchanges += 1
+        repeated = self.traffic.frames_repeated
         try:
             self._exchange(session, requests)
         except RefusedError:
             if len(requests) == 1 and len(requests[0].payloads) == 1:
+                # The next command has the same number: late answers to this one must not meet it.
+                while self.traffic.frames_repeated > repeated and self._receive(self._deadline()):
+                    pass
                 self.session = session
             raise
         self._next = (self._next + len(requests)) % 256

@@ -71,8 +71,9 @@ class BestPaths:
 class Runs:
     """Runs of the planner on a chip.
 
-    While a run goes on, only :meth:`status`, :meth:`stop` and :meth:`end` are answered; the chip
-    refuses all other methods, and writes of the map, with :attr:`hdl.protocol.Status.BUSY`.
+    While a run goes on, only :meth:`status`, :meth:`stop`, :meth:`end` and :meth:`best_if_over` are
+    answered; the chip refuses all other methods, and writes of the map, with
+    :attr:`hdl.protocol.Status.BUSY`.
 
     Parameters
     ----------
@@ -103,10 +104,10 @@ class Runs:
     def together(self) -> AbstractContextManager[None]:
         """Return a context that sends its commands together and waits once for all of them.
 
-        It takes writes of the map and the commands of this object, except :meth:`status` and
-        :meth:`best`, which must not be called in it. Values out of range are refused at once.
-        Refusals by the chip and failures of the line are raised when the context ends. If the chip
-        refuses one of several commands, the session ends.
+        It takes writes of the map and the commands of this object, except :meth:`status`,
+        :meth:`best` and :meth:`best_if_over`, which must not be called in it. Values out of range
+        are refused at once. Refusals by the chip and failures of the line are raised when the
+        context ends. If the chip refuses one of several commands, the session ends.
         """
         return self._orders.together()
 

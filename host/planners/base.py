@@ -160,7 +160,7 @@ class Replanner(Protocol):
         ...
 
     def finish(self) -> None:
-        """Do what a replan has left for when its path is passed on; the next one does it, too."""
+        """Do what a replan has left for behind its end; without it, the next one does it."""
         ...
 
 

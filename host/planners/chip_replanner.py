@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,12 +17,13 @@ from host.planners.chip_problem import whole_path
 from host.planners.chip_runs import ChipRuns
 from host.planners.chip_schedule import MOST_RUNS, SURFACES
 from host.planners.problem_on_chip import ProblemOnChip
+from host.problem.zones import Zone
 
 
 __all__ = ["ChipReplanner", "replan_options"]
 
 #: Of the first run. With four paths to read, its limit keeps chip and line within 3 ms in 99 of 100
-#: replans.
+#: replans (``make bench BENCH=replan``).
 _WARM = RunOptions(
     cycles=144_000,
     generations=195,
@@ -59,17 +60,20 @@ class ChipReplanner:
     strict rule. Where none is feasible, it mends the best
     (:func:`host.planners.repairs.repair`), which takes milliseconds of the processor and none of
     chip and line. Where that fails, up to seven more runs follow, of 2.8 ms at most, each from new
-    seeds alone. What is gone besides new zones is set free by :meth:`finish`, and so are the new
-    zones themselves where no path is found.
+    seeds alone. What is gone besides new zones is set free by :meth:`finish`.
 
     Parameters
     ----------
     task : ProblemOnChip
         The problem before, on a chip that is open.
+    in_vain : sequence of Zone
+        Its zones that are new, if the search for a path around them was in vain: :meth:`finish`
+        sets them free, too. To draw them again takes a command; to set one free when it goes takes
+        all its corners, and then a path is waited for.
     """
 
-    def __init__(self, task: ProblemOnChip) -> None:
-        self._task = task
+    def __init__(self, task: ProblemOnChip, in_vain: Sequence[Zone] = ()) -> None:
+        self._task, self._in_vain = task, in_vain
 
     @property
     def is_ready(self) -> bool:
@@ -78,6 +82,10 @@ class ChipReplanner:
 
     def finish(self) -> None:
         """Set free what is gone or was drawn in vain; the next replan sends what is left."""
+        if self._in_vain:
+            problem = self._task.problem
+            kept = tuple(zone for zone in problem.zones if zone not in self._in_vain)
+            self._task, self._in_vain = self._task.changed(replace(problem, zones=kept)), ()
         with contextlib.suppress(JobError):
             self._task.free()
 
@@ -106,9 +114,11 @@ class ChipReplanner:
         result = run.result()
         if not task.is_warm:
             return result
-        # Where there is no path, a zone may go before there is one.
-        stays = task if result.evaluation.feasible else self._task.returned(task)
-        return replace(result, replanner=ChipReplanner(stays))
+        in_vain: list[Zone] = []
+        if not result.evaluation.feasible:
+            before = self._task.problem.zones
+            in_vain = [zone for zone in problem.zones if zone not in before]
+        return replace(result, replanner=ChipReplanner(task, in_vain))
 
 
 def _runs(task: ProblemOnChip, seed: int) -> Iterator[RunOptions]:

@@ -39,8 +39,8 @@ class ChipRuns:
     polishes : bool
         Each path is given the lowest altitudes, too.
     repairs : bool
-        Where no path of a run is feasible, the best is mended; see
-        :func:`host.planners.repairs.repair`.
+        Where no path of a run is feasible, the best is mended, after the first run also the
+        second; see :func:`host.planners.repairs.repair`.
     """
 
     def __init__(
@@ -130,9 +130,10 @@ class ChipRuns:
         return (stop is not None and stop.requested) or self._run.out_of_time
 
     def _repaired(self, paths: list[NDArray[np.float64]]) -> float:
-        """Mend the best path and evaluate it; return its fitness.
+        """Mend paths and evaluate them until one is feasible; return the fitness of the last.
 
-        Where a first run fails, the second follows; later, another run is worth more than that.
+        After the first run these are the two best; after later ones the best, because another run
+        is worth more than the second.
         """
         run, fitness = self._run, 0.0
         most = 2 if len(self._done) == 1 else 1

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import dataclasses
 import time
 from collections.abc import Callable, Iterable
@@ -208,18 +207,8 @@ class ProblemOnChip:
         self.chip.update_map(self._corners if self._first is None else self._first)
         self.chip.runs.set_problem(self._record)
 
-    def returned(self, after: ProblemOnChip) -> ProblemOnChip:
-        """Return this problem, to go on from it after a search in vain on another.
-
-        The zones of the other are as if they had never been drawn: to draw one again takes a
-        command, and to set it free when it goes takes all its corners.
-        """
-        other = copy.copy(self)
-        other._runs_before = after._runs_before
-        return other
-
     def free(self) -> None:
-        """Set free on the chip what this problem has not."""
+        """Set free on the chip what the first run has left blocked, and zones that are gone."""
         self._first = None
         self.chip.update_map(self._corners)
 
@@ -240,7 +229,7 @@ class ProblemOnChip:
         """Do a run; return what it did and found.
 
         Before the first, and after :meth:`ease`, the chip gets its map and record with the command.
-        ``ends`` is asked at each look at a run that goes on, and stops it by returning True.
+        While the run goes on, ``ends`` is asked every 10 ms, and stops it by returning True.
         """
         runs = self.chip.runs
         config, traffic = self.chip.config, self.chip.link.traffic

@@ -59,9 +59,9 @@ class PlanningTime:
     Parameters
     ----------
     chip_s : float
-        Cycles on the chip, and bits on the line.
+        Cycles on the chip, and bits on the line, until the host has the paths.
     round_trips_s : float
-        Latency of requests and replies; with the bits of what follows the chip's paths.
+        Latency of requests and replies, and the bits of the STATUS behind the last paths.
     host_s : float
         The processor.
     """
@@ -226,11 +226,27 @@ class InFlightPlanner:
             self.lost = plan.failure
             return Attempt(None, waited, self.name, self.lost)
         self._plan = plan
-        # Behind the time that counts: the next attempt begins a look of the guidance later.
-        plan.finish()
+        taken, finishing = self._time(plan), self._finish(plan)
         if not plan.evaluation.feasible:
-            return Attempt(None, self._time(plan), self.name, "The planner found no feasible path.")
-        return Attempt(plan, self._time(plan), self.name)
+            # The next attempt waits for it.
+            taken = PlanningTime(
+                taken.chip_s + finishing.chip_s,
+                taken.round_trips_s + finishing.round_trips_s,
+                taken.host_s,
+            )
+            return Attempt(None, taken, self.name, "The planner found no feasible path.")
+        return Attempt(plan, taken, self.name)
+
+    def _finish(self, plan: Plan) -> PlanningTime:
+        """Do what the plan has left on the board; return what that takes the line."""
+        if self.board is None:
+            plan.finish()
+            return PlanningTime()
+        before = replace(self.board.link.traffic)
+        plan.finish()
+        traffic = self.board.link.traffic.since(before)
+        line = line_s(traffic.bytes_to_board + traffic.bytes_from_board)
+        return PlanningTime(line, ROUND_TRIP_S * traffic.exchanges)
 
     def _searching(self, number: int) -> Search:
         options: dict[str, Any] = {"seed": self.seed + _SEEDS_APART * number}

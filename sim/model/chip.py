@@ -155,7 +155,7 @@ class ChipModel:
             execute = self._commands.get(code)
             if execute is None:
                 raise RefusedError(Status.UNKNOWN_COMMAND)
-            if self.running and code not in (Command.STATUS, Command.STOP):
+            if self.running and code not in (Command.STATUS, Command.STOP, Command.BEST):
                 self.running.settle()
             reply = execute(payload, ahead == 255)
         except RefusedError as refused:

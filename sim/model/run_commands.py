@@ -40,7 +40,7 @@ __all__ = ["RunningModel"]
 _NONE = Outcome([], [], [])
 #: Generations that a run breeds at least before RUN is answered, unless it is over.
 _BRED_FIRST = 4000
-#: Seconds that a STATUS waits for the end of a run.
+#: Seconds that a STATUS or a BEST waits for the end of a run.
 _LOOK_S = 0.1
 
 
@@ -48,8 +48,8 @@ class RunningModel:
     """Executes PROBLEM, RUN, STOP, BEST and BLOCK.
 
     A run of up to 4,000 generations is over when RUN is answered. A longer one goes on in a thread:
-    STATUS reports it, STOP ends it, and before all else the caller waits for its end by
-    :meth:`settle`, where the chip refuses the command.
+    STATUS reports it, STOP ends it, BEST is refused, and before all else the caller waits for its
+    end by :meth:`settle`, where the chip refuses the command.
 
     Parameters
     ----------
@@ -148,6 +148,9 @@ class RunningModel:
     def best(self, payload: bytes, repeated: bool) -> bytes:
         """Execute a BEST."""
         expect(not payload, Status.BAD_LENGTH)
+        if self._run is not None:
+            self._run.wait(_LOOK_S)
+            expect(not self._run.goes_on, Status.BUSY)
         bits = self.config.coordinate_bits
         packed = [
             [x | y << bits | altitude << 2 * bits for x, y, altitude in path]

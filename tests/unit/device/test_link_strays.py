@@ -53,6 +53,26 @@ def test_ignores_a_refusal_of_a_command_that_was_executed():
     assert chip.executed == commands
 
 
+def test_late_refusals_of_a_command_do_not_meet_the_next():
+    """The next command has the number of one that was refused."""
+    late = []
+
+    def keep(frame):
+        late.append(frame)
+        return b""
+
+    def both(frame):
+        return frame + b"".join(late)
+
+    # The first refusal comes behind that of the repeated command.
+    link, chip, _ = connect(from_board=Script({FIRST: keep, FIRST + 1: both}))
+    with pytest.raises(RefusedError):
+        link.request(Command.WRITE, b"!")
+    assert link.traffic.frames_repeated == 1
+    assert link.request(Command.WRITE, b"next") == b"next"
+    assert chip.executed == [(Command.WRITE, b"next")]
+
+
 def test_a_duplicate_does_not_stand_for_the_answer_to_the_latest_command():
     class Chip(Recorder):
         def _execute(self, session, sequence, code, payload):

@@ -271,6 +271,28 @@ def test_a_busy_board_is_named(chip, monkeypatch):
     chip.runs.stop()
 
 
+def test_paths_are_there_when_the_run_is_over(chip, problem, monkeypatch):
+    heights, task = problem
+    chip.update_map(heights)
+    chip.runs.set_problem(task)
+    chip.runs.start(dataclasses.replace(OPTIONS, generations=10**9, cycles=(1 << 32) - 1))
+    assert chip.runs.best_if_over() is None
+    # The session goes on.
+    assert chip.runs.status().running
+    chip.runs.stop()
+    while (best := chip.runs.best_if_over()) is None:
+        pass
+    assert best == chip.runs.best()
+    assert best.paths
+
+    def refuse(payload, repeated):
+        raise refusal.RefusedError(Status.BAD_LENGTH)
+
+    monkeypatch.setitem(chip.link._transport.chip._commands, Command.BEST, refuse)
+    with pytest.raises(RefusedError, match="refused the command BEST with BAD_LENGTH"):
+        chip.runs.best_if_over()
+
+
 def test_a_repeated_run_is_not_run_again(problem):
     heights, task = problem
     model = ChipModel(SMALL)

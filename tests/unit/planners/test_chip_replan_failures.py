@@ -1,5 +1,6 @@
 """Replans where the first run finds no feasible path, or the board is not as it was."""
 
+import dataclasses
 import itertools
 
 import numpy as np
@@ -107,6 +108,58 @@ def test_where_there_is_no_way_seven_more_runs_follow_and_the_reason(make_evalua
     assert after.reason.proven
     # The chip is as ready as before.
     assert after.result.replanner.is_ready
+
+
+def two_gates():
+    """Return a ridge that only two gates lead through, and a zone in each."""
+    elevation = np.full((41, 61), 100.0)
+    elevation[:, 28:33] = 3000.0
+    for row in (10, 30):
+        elevation[row - 2 : row + 3, 28:33] = 100.0
+    return elevation, Zone.circle(3000, 1000, 400), Zone.circle(3000, 3000, 400)
+
+
+def test_behind_a_search_in_vain_a_zone_that_has_moved_is_free(make_evaluator, board, monkeypatch):
+    # The host knows that the other gate is open.
+    monkeypatch.setattr("host.planners.chip_runs.repair", lambda evaluator, path: None)
+    elevation, south, north = two_gates()
+    search = Search("ga-chip", board=board, chip_ms=4, polish="off", seed=3)
+    plan = search.run(make_evaluator(elevation, zones=(north,), rules=NO_MARGINS))
+    assert plan.evaluation.feasible
+    # The first search has both gates blocked.
+    plan = plan.replan(zones=[south], gone=[north])
+    assert not plan.evaluation.feasible
+    plan.finish()
+    plan = plan.replan()
+    assert plan.evaluation.feasible
+    assert len(runs_of(plan)) == 1
+
+
+def test_of_two_zones_drawn_in_vain_one_goes(make_evaluator, board):
+    elevation, south, north = two_gates()
+    search = Search("ga-chip", board=board, chip_ms=4, polish="off", seed=3)
+    plan = search.run(make_evaluator(elevation, zones=(), rules=NO_MARGINS))
+    for _ in range(2):
+        plan = plan.replan(zones=[south, north])
+        assert not plan.evaluation.feasible
+        plan.finish()
+    plan = plan.replan(gone=[north])
+    assert plan.evaluation.feasible
+    assert len(runs_of(plan)) == 1
+    # Both are drawn, and nothing is set free.
+    waits = runs_of(plan)[0]["waits"]
+    assert waits["commands"] < 250
+
+
+def test_a_search_in_vain_without_a_new_zone_sends_nothing_back(make_evaluator, board):
+    wall = Zone.polygon([(3400, -100), (3600, -100), (3600, 4100), (3400, 4100)])
+    search = Search("ga-chip", board=board, chip_ms=4, polish="off", seed=3)
+    plan = search.run(make_evaluator(zones=(BEHIND, wall), rules=NO_MARGINS))
+    plan = plan.replan(gone=[BEHIND])
+    assert not plan.evaluation.feasible
+    before = dataclasses.replace(board.link.traffic)
+    plan.finish()
+    assert board.link.traffic == before
 
 
 def test_where_the_chip_finds_none_the_fallback_does(make_evaluator, search, monkeypatch):

@@ -198,6 +198,20 @@ def test_progress_and_limits_are_looked_at_during_a_run(evaluator, monkeypatch):
     assert [generation for generation, _, _ in seen[:3]] == [0, 10, 20]
 
 
+def test_a_long_run_of_the_model_is_looked_at_and_stopped(evaluator):
+    seen = []
+    stop = Stop(lambda: any(generation > 0 for generation, _, _ in seen))
+    options = Options(generations=400_000)
+    result = ChipGeneticPlanner(chip_ms=4000).plan(
+        evaluator, options, lambda *row: seen.append(row), stop
+    )
+    assert result.interrupted
+    (run,) = result.hardware["runs"]
+    assert run["looks"] > 0
+    # A part is of 100,000.
+    assert 4_000 <= run["generations"] < 90_000
+
+
 def test_an_interrupt_stops_the_run(evaluator, monkeypatch):
     """The model's runs are over at once, so the answers are those of a run which goes on."""
     said = []

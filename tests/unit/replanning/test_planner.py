@@ -10,7 +10,7 @@ from host.evaluation import Evaluator
 from host.planners.chip_time import chip_time
 from host.planners.problem_on_chip import ProblemOnChip
 from host.problem.changes import changed_problem
-from host.problem.zones import Circle
+from host.problem.zones import Circle, Zone
 from host.replanning.planner import (
     HOST_S,
     PATIENCE_S,
@@ -34,8 +34,9 @@ def test_the_time_on_the_chip_follows_from_cycles_and_bytes(on_chip, mission):
     assert attempt.plan.evaluation.feasible
     assert attempt.plan.path[0].tolist() == [2000.0, 4500.0, 250.0]
     taken = chip_time(attempt.plan.result.hardware)
-    trips_s = taken.behind_s + taken.exchanges * ROUND_TRIP_S
-    assert attempt.time == PlanningTime(taken.whole_s, trips_s, HOST_S)
+    # Three exchanges, and 57 bytes of STATUS.
+    assert attempt.time.round_trips_s == pytest.approx(3 * ROUND_TRIP_S + 57 * 10 / 3e6)
+    assert (attempt.time.chip_s, attempt.time.host_s) == (taken.whole_s, HOST_S)
     assert 0.001 < attempt.time.chip_s < 0.004
     assert attempt.time.total_s < 0.020
     # Nothing of it is the clock of this machine.
@@ -58,6 +59,19 @@ def test_a_repair_takes_the_host_longer(on_chip, mission, monkeypatch):
     assert attempt.time.host_s == HOST_S + REPAIR_S
     # It costs the chip and the line nothing.
     assert attempt.time.chip_s < 0.003
+
+
+def test_an_attempt_in_vain_takes_until_the_chip_is_as_before(on_chip, mission):
+    wall = Zone.polygon([(4000.0, -500.0), (4400.0, -500.0), (4400.0, 9500.0), (4000.0, 9500.0)])
+    closed = changed_problem(mission, [wall], (2000.0, 4500.0, 250.0), heading=90.0)
+    before = dataclasses.replace(on_chip.board.link.traffic)
+    attempt = on_chip.attempt(closed, 0)
+    assert attempt.plan is None
+    traffic = on_chip.board.link.traffic.since(before)
+    # All corners of the wall have gone over the line, in one exchange, and eight runs before.
+    assert traffic.bytes_to_board > 3_000
+    assert attempt.time.chip_s > traffic.bytes_to_board * 10 / 3e6
+    assert attempt.time.round_trips_s > 25 * ROUND_TRIP_S
 
 
 def test_another_attempt_has_another_seed(on_chip, mission):

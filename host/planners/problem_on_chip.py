@@ -128,7 +128,10 @@ class ProblemOnChip:
 
     @property
     def is_warm(self) -> bool:
-        """True if the population on the chip is that of the latest run on this problem."""
+        """True if the population on the chip is that of the latest run on this problem.
+
+        That of the problem before stands for one that has had no run.
+        """
         return not self.chip.closed and self._runs_before == self.chip.runs.started
 
     def changed(self, problem: Problem) -> ProblemOnChip:

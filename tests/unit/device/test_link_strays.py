@@ -53,8 +53,11 @@ def test_ignores_a_refusal_of_a_command_that_was_executed():
     assert chip.executed == commands
 
 
-def test_late_refusals_of_a_command_do_not_meet_the_next():
+def test_late_refusals_of_a_command_do_not_meet_the_next(monkeypatch):
     """The next command has the number of one that was refused."""
+    # Frames come one by one.
+    first = property(lambda port: port._received.find(b"\0") + 1)
+    monkeypatch.setattr(FaultyTransport, "in_waiting", first)
     late = []
 
     def keep(frame):

@@ -9,6 +9,7 @@ from host.device.boards import open_board
 from host.evaluation import Evaluator
 from host.planners.chip_time import chip_time
 from host.planners.problem_on_chip import ProblemOnChip
+from host.planning import Plan
 from host.problem.changes import changed_problem
 from host.problem.zones import Circle, Zone
 from host.replanning.planner import (
@@ -61,17 +62,27 @@ def test_a_repair_takes_the_host_longer(on_chip, mission, monkeypatch):
     assert attempt.time.chip_s < 0.003
 
 
-def test_an_attempt_in_vain_takes_until_the_chip_is_as_before(on_chip, mission):
+def test_an_attempt_in_vain_takes_until_the_chip_is_as_before(on_chip, mission, monkeypatch):
+    traffic, finish, noted = on_chip.board.link.traffic, Plan.finish, []
+
+    def noting(plan):
+        before = dataclasses.replace(traffic)
+        finish(plan)
+        noted.append((chip_time(plan.result.hardware), traffic.since(before)))
+
+    monkeypatch.setattr(Plan, "finish", noting)
     wall = Zone.polygon([(4000.0, -500.0), (4400.0, -500.0), (4400.0, 9500.0), (4000.0, 9500.0)])
     closed = changed_problem(mission, [wall], (2000.0, 4500.0, 250.0), heading=90.0)
-    before = dataclasses.replace(on_chip.board.link.traffic)
     attempt = on_chip.attempt(closed, 0)
     assert attempt.plan is None
-    traffic = on_chip.board.link.traffic.since(before)
-    # All corners of the wall have gone over the line, in one exchange, and eight runs before.
-    assert traffic.bytes_to_board > 3_000
-    assert attempt.time.chip_s > traffic.bytes_to_board * 10 / 3e6
-    assert attempt.time.round_trips_s > 25 * ROUND_TRIP_S
+    ((taken, set_free),) = noted
+    # All corners of the wall.
+    assert set_free.bytes_to_board > 500
+    line_s = (set_free.bytes_to_board + set_free.bytes_from_board) * 10 / 3e6
+    assert attempt.time.chip_s == pytest.approx(taken.whole_s + line_s)
+    trips_s = (taken.exchanges + set_free.exchanges) * ROUND_TRIP_S
+    assert attempt.time.round_trips_s == pytest.approx(trips_s + taken.behind_s)
+    assert set_free.exchanges > 0
 
 
 def test_another_attempt_has_another_seed(on_chip, mission):

@@ -69,7 +69,7 @@ def evaluator():
 
 @pytest.mark.parametrize("ends_by", ["generations", "cycles"])
 def test_replans_on_the_gates_take_the_time_that_is_stated(evaluator, monkeypatch, ends_by):
-    limit = {"generations": 195, "cycles": 120_000}[ends_by]
+    limit = getattr(chip_replanner.replan_options(CONFIG, 0), ends_by)
     others = {"until_feasible": False, "generations": 10**6, "cycles": 10**6, ends_by: limit}
     warm = dataclasses.replace(chip_replanner.replan_options(CONFIG, 0), **others)
     monkeypatch.setattr(chip_replanner, "replan_options", lambda *arguments: warm)

@@ -193,7 +193,7 @@ class Plan:
     def finish(self) -> None:
         """Do what :meth:`replan` has left on the board: call it when the path is passed on.
 
-        Call it where there is none, too. Without it, the next replan does it.
+        Call it also where no path was found. Else the next replan does it.
         """
         if self.result.replanner is not None and self.result.replanner.is_ready:
             self.result.replanner.finish()

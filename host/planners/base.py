@@ -160,7 +160,7 @@ class Replanner(Protocol):
         ...
 
     def finish(self) -> None:
-        """Do what a replan has left for behind its end; without it, the next one does it."""
+        """Do what a replan has left to do after it; else the next replan does it."""
         ...
 
 

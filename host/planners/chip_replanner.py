@@ -57,23 +57,23 @@ class ChipReplanner:
 
     The chip draws new zones on its map and runs for a millisecond: an island of the earlier
     paths, less what lies behind the start, and one of new seeds. The host judges the paths by the
-    strict rule. Where none is feasible, it mends the best
+    strict rule. Where none is feasible, it repairs the best, after the first run also the second
     (:func:`host.planners.repairs.repair`), which takes milliseconds of the processor and none of
     chip and line. Where that fails, up to seven more runs follow, of 2.8 ms at most, each from new
-    seeds alone. What is gone besides new zones is set free by :meth:`finish`.
+    seeds alone. :meth:`finish` sets free what is gone besides new zones.
 
     Parameters
     ----------
     task : ProblemOnChip
         The problem before, on a chip that is open.
-    in_vain : sequence of Zone
-        Its zones that are new, if the search for a path around them was in vain: :meth:`finish`
-        sets them free, too. To draw them again takes a command; to set one free when it goes takes
-        all its corners, and then a path is waited for.
+    to_free : sequence of Zone
+        New zones of a problem without a path: :meth:`finish` sets them free. The chip draws one
+        again in a command, but to set one free, once it is gone, all its corners are sent, and the
+        new path would have to wait for them.
     """
 
-    def __init__(self, task: ProblemOnChip, in_vain: Sequence[Zone] = ()) -> None:
-        self._task, self._in_vain = task, in_vain
+    def __init__(self, task: ProblemOnChip, to_free: Sequence[Zone] = ()) -> None:
+        self._task, self._to_free = task, to_free
 
     @property
     def is_ready(self) -> bool:
@@ -81,11 +81,11 @@ class ChipReplanner:
         return self._task.is_warm
 
     def finish(self) -> None:
-        """Set free what is gone or was drawn in vain; the next replan sends what is left."""
-        if self._in_vain:
+        """Set free what is gone, and ``to_free``; what fails, the next replan sends again."""
+        if self._to_free:
             problem = self._task.problem
-            kept = tuple(zone for zone in problem.zones if zone not in self._in_vain)
-            self._task, self._in_vain = self._task.changed(replace(problem, zones=kept)), ()
+            kept = tuple(zone for zone in problem.zones if zone not in self._to_free)
+            self._task, self._to_free = self._task.changed(replace(problem, zones=kept)), ()
         with contextlib.suppress(JobError):
             self._task.free()
 
@@ -114,11 +114,11 @@ class ChipReplanner:
         result = run.result()
         if not task.is_warm:
             return result
-        in_vain: list[Zone] = []
+        to_free: list[Zone] = []
         if not result.evaluation.feasible:
             before = self._task.problem.zones
-            in_vain = [zone for zone in problem.zones if zone not in before]
-        return replace(result, replanner=ChipReplanner(task, in_vain))
+            to_free = [zone for zone in problem.zones if zone not in before]
+        return replace(result, replanner=ChipReplanner(task, to_free))
 
 
 def _runs(task: ProblemOnChip, seed: int) -> Iterator[RunOptions]:

@@ -26,13 +26,13 @@ def line_s(count: int) -> float:
 
 @dataclass(frozen=True)
 class Look:
-    """A BEST that finds a run going on: seconds of its request on the line, and of the refusal."""
+    """Seconds on the line of a BEST that comes during a run, and of its refusal."""
 
     asked_s: float
     told_s: float
 
     def until_over(self, run_s: float, limit_s: float, first_s: float = 0.0) -> float:
-        """Return the seconds from the beginning of a run until a BEST comes that finds it over.
+        """Return the seconds from the beginning of a run until the first BEST after its end.
 
         The host looks as :class:`host.planners.problem_on_chip.ProblemOnChip` does, from
         ``first_s`` on.
@@ -52,17 +52,17 @@ class ChipTime:
     ----------
     whole_s : float
         Seconds until the host has the paths of the last run: runs, looks and bytes on the line, one
-        after the other. Zones are drawn while later commands come, and count as far as that takes
-        longer. Answers to the commands that begin a run are left out: they come while later
-        commands are sent, and the last while the run goes on.
-    behind_s : float
-        Seconds on the line of the STATUS that follows those paths.
+        after the other. The chip draws zones while later commands come, so only the rest of the
+        drawing counts. The answers to the commands that begin a run do not count: they come while
+        later commands are sent, the last one during the run.
+    status_s : float
+        Seconds on the line of the STATUS after those paths, and of its answer.
     exchanges : int
-        Times that the host waits for answers; all looks at a run count as one, BEST among them.
+        How often the host waits for an answer; all looks at a run count as one.
     """
 
     whole_s: float
-    behind_s: float
+    status_s: float
     exchanges: int
 
 
@@ -77,16 +77,16 @@ def chip_time(hardware: Mapping[str, Any], runs: int | None = None) -> ChipTime:
         Only the first runs count, as if the plan ended there; all by default.
     """
     clock_hz, counted = hardware["clock_hz"], hardware["runs"][:runs]
-    whole_s = behind_s = 0.0
+    whole_s = status_s = 0.0
     # All zones are drawn in the first run.
     drawing_s = hardware["drawing_cycles"] / clock_hz
     for done in counted:
         waits = done["waits"]
-        whole_s += behind_s + max(0.0, drawing_s - line_s(waits["behind_zones"]))
+        whole_s += status_s + max(0.0, drawing_s - line_s(waits["after_zones"]))
         answer_s = line_s(waits["answer"])
         look = Look(line_s(waits["request"]), answer_s)
         # The first look waits for the answer to RUN.
         over_s = look.until_over(done["cycles"] / clock_hz, done["limit"] / clock_hz, answer_s)
         whole_s += line_s(waits["commands"]) + over_s + line_s(waits["paths"])
-        drawing_s, behind_s = 0.0, line_s(waits["status"])
-    return ChipTime(whole_s, behind_s, sum(done["waits"]["exchanges"] for done in counted))
+        drawing_s, status_s = 0.0, line_s(waits["status"])
+    return ChipTime(whole_s, status_s, sum(done["waits"]["exchanges"] for done in counted))

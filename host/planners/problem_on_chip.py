@@ -55,29 +55,29 @@ def pause_s(limit_s: float, passed_s: float, look_s: float) -> float:
 
 @dataclasses.dataclass(frozen=True)
 class Waits:
-    """What a run waits for on the line, in bytes, but for the looks at it.
+    """Bytes on the line that the host waits for in a run.
+
+    The looks that find the run going on are left out: how many there are depends on the machine.
 
     Parameters
     ----------
     exchanges : int
-        Times that the host waits for answers; all looks at the run, with BEST, count as one.
+        How often the host waits for an answer. All looks at the run count as one.
     commands : int
-        To the board, up to RUN.
-    behind_zones : int
-        Of these, at least so many follow the zones: the chip draws while they come.
+        Bytes of the commands up to RUN.
+    after_zones : int
+        The least number of them that follow the zones, and come while the chip draws.
     answer : int
-        Of the answer to RUN, or to a BEST that finds the run going on.
-    request : int
-        Of BEST.
-    paths : int
-        Of the answer to it.
+        Bytes of the answer to RUN. The refusal of a BEST has as many.
+    request, paths : int
+        Bytes of BEST and of its answer, the paths.
     status : int
-        Of STATUS, which follows the paths, and of its answer.
+        Bytes of STATUS, which the host sends after BEST, and of its answer.
     """
 
     exchanges: int
     commands: int
-    behind_zones: int
+    after_zones: int
     answer: int
     request: int
     paths: int
@@ -101,7 +101,7 @@ class ProblemOnChip:
     drawing_cycles : int
         Cycles in which the chip has drawn zones.
     looks : int
-        Looks at the latest run that found it going on.
+        How often the host asked for the paths of the latest run before it was over.
     waits : Waits
         Of the latest run.
     eased : int
@@ -130,7 +130,7 @@ class ProblemOnChip:
     def is_warm(self) -> bool:
         """True if the population on the chip is that of the latest run on this problem.
 
-        That of the problem before stands for one that has had no run.
+        A problem that has had no run goes on from the population of the problem before.
         """
         return not self.chip.closed and self._runs_before == self.chip.runs.started
 
@@ -211,7 +211,7 @@ class ProblemOnChip:
         self.chip.runs.set_problem(self._record)
 
     def free(self) -> None:
-        """Set free on the chip what the first run has left blocked, and zones that are gone."""
+        """Give the chip the map of this problem: what the first run left blocked becomes free."""
         self._first = None
         self.chip.update_map(self._corners)
 
@@ -271,7 +271,7 @@ class ProblemOnChip:
         self.waits = Waits(
             exchanges=ordered.exchanges + 2,
             commands=ordered.bytes_to_board,
-            behind_zones=len(self._record.pack(config)) + len(options.pack(config)),
+            after_zones=len(self._record.pack(config)) + len(options.pack(config)),
             answer=answer,
             request=asked_for.bytes_to_board,
             paths=asked_for.bytes_from_board,

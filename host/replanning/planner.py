@@ -61,7 +61,7 @@ class PlanningTime:
     chip_s : float
         Cycles on the chip, and bits on the line, until the host has the paths.
     round_trips_s : float
-        Latency of requests and replies, and the bits of the STATUS behind the last paths.
+        Latency of requests and replies, and the bits of the STATUS after the last paths.
     host_s : float
         The processor.
     """
@@ -238,7 +238,7 @@ class InFlightPlanner:
         return Attempt(plan, taken, self.name)
 
     def _finish(self, plan: Plan) -> PlanningTime:
-        """Do what the plan has left on the board; return what that takes the line."""
+        """Finish a plan on the board; return the time that it takes on the line."""
         if self.board is None:
             plan.finish()
             return PlanningTime()
@@ -265,7 +265,7 @@ class InFlightPlanner:
             repairs = sum(done["repairs"] for done in hardware["runs"])
             return PlanningTime(
                 taken.whole_s,
-                taken.behind_s + ROUND_TRIP_S * taken.exchanges,
+                taken.status_s + ROUND_TRIP_S * taken.exchanges,
                 self.constant_s + REPAIR_S * repairs,
             )
         line = line_s(sum(hardware["bytes"].values()))

@@ -119,7 +119,7 @@ def two_gates():
     return elevation, Zone.circle(3000, 1000, 400), Zone.circle(3000, 3000, 400)
 
 
-def test_behind_a_search_in_vain_a_zone_that_has_moved_is_free(make_evaluator, board, monkeypatch):
+def test_after_a_failed_search_a_zone_that_has_moved_is_free(make_evaluator, board, monkeypatch):
     # The host knows that the other gate is open.
     monkeypatch.setattr("host.planners.chip_runs.repair", lambda evaluator, path: None)
     elevation, south, north = two_gates()
@@ -135,7 +135,7 @@ def test_behind_a_search_in_vain_a_zone_that_has_moved_is_free(make_evaluator, b
     assert len(runs_of(plan)) == 1
 
 
-def test_of_two_zones_drawn_in_vain_one_goes(make_evaluator, board):
+def test_one_of_two_zones_without_a_way_goes(make_evaluator, board):
     elevation, south, north = two_gates()
     search = Search("ga-chip", board=board, chip_ms=4, polish="off", seed=3)
     plan = search.run(make_evaluator(elevation, zones=(), rules=NO_MARGINS))
@@ -151,7 +151,7 @@ def test_of_two_zones_drawn_in_vain_one_goes(make_evaluator, board):
     assert waits["commands"] < 250
 
 
-def test_a_search_in_vain_without_a_new_zone_sends_nothing_back(make_evaluator, board):
+def test_a_failed_search_without_a_new_zone_sends_nothing_back(make_evaluator, board):
     wall = Zone.polygon([(3400, -100), (3600, -100), (3600, 4100), (3400, 4100)])
     search = Search("ga-chip", board=board, chip_ms=4, polish="off", seed=3)
     plan = search.run(make_evaluator(zones=(BEHIND, wall), rules=NO_MARGINS))

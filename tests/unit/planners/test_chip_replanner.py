@@ -157,7 +157,7 @@ def test_zones_that_are_gone_are_free_again(make_evaluator, board, search):
 
 
 @pytest.mark.parametrize("is_finished", [True, False], ids=["finished", "at once"])
-def test_a_zone_that_was_drawn_in_vain_is_free_when_it_goes(
+def test_a_zone_without_a_way_around_it_is_free_when_it_goes(
     make_evaluator, board, search, is_finished
 ):
     before = search.run(make_evaluator(rules=NO_MARGINS))
@@ -181,7 +181,7 @@ def test_a_zone_that_was_drawn_in_vain_is_free_when_it_goes(
     assert np.array_equal(heights, exact)
     waits = runs_of(after)[0]["waits"]
     # Else the corners of the whole wall come with PROBLEM and RUN.
-    assert (waits["commands"] < waits["behind_zones"] + 30) is is_finished
+    assert (waits["commands"] < waits["after_zones"] + 30) is is_finished
 
 
 def test_a_new_goal_and_another_wind_go_on_from_the_population(make_evaluator, search):

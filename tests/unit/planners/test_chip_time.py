@@ -24,7 +24,7 @@ def test_a_plan_takes_drawing_runs_looks_and_bytes():
     waits = {
         "exchanges": 3,
         "commands": 160,
-        "behind_zones": 60,
+        "after_zones": 60,
         "answer": 9,
         "request": 8,
         "paths": 90,
@@ -38,7 +38,7 @@ def test_a_plan_takes_drawing_runs_looks_and_bytes():
     time = chip_time(hardware)
     # Zones are drawn while later commands come, and STATUS follows the paths.
     assert time.whole_s == pytest.approx(1e-5 + 2 * each + 50 * byte_s)
-    assert time.behind_s == pytest.approx(50 * byte_s)
+    assert time.status_s == pytest.approx(50 * byte_s)
     assert time.exchanges == 6
     first = chip_time(hardware, 1)
     assert first.whole_s == pytest.approx(1e-5 + each)

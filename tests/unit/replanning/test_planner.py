@@ -62,7 +62,7 @@ def test_a_repair_takes_the_host_longer(on_chip, mission, monkeypatch):
     assert attempt.time.chip_s < 0.003
 
 
-def test_an_attempt_in_vain_takes_until_the_chip_is_as_before(on_chip, mission, monkeypatch):
+def test_a_failed_attempt_lasts_until_its_zones_are_free(on_chip, mission, monkeypatch):
     traffic, finish, noted = on_chip.board.link.traffic, Plan.finish, []
 
     def noting(plan):
@@ -81,7 +81,7 @@ def test_an_attempt_in_vain_takes_until_the_chip_is_as_before(on_chip, mission, 
     line_s = (set_free.bytes_to_board + set_free.bytes_from_board) * 10 / 3e6
     assert attempt.time.chip_s == pytest.approx(taken.whole_s + line_s)
     trips_s = (taken.exchanges + set_free.exchanges) * ROUND_TRIP_S
-    assert attempt.time.round_trips_s == pytest.approx(trips_s + taken.behind_s)
+    assert attempt.time.round_trips_s == pytest.approx(trips_s + taken.status_s)
     assert set_free.exchanges > 0
 
 

@@ -1,7 +1,9 @@
 """Walk of a segment over the lattice of corners, compiled.
 
 :func:`sim.model.planner.definition.walk.walk` without a division per corner: x, y and the altitude
-advance by their remainders.
+advance by steps that are rounded up, with 32 more bits. After at most 4095 steps they are less than
+2**-20 too large. The definition rounds multiples of 1 / (2 n) down, where n is at most 4095, so
+these are rounded down to the same numbers.
 """
 
 from __future__ import annotations
@@ -16,6 +18,9 @@ __all__ = ["Ground", "Integers", "walk"]
 
 Ground = npt.NDArray[np.uint16]
 Integers = npt.NDArray[np.int64]
+
+_FRACTION = 32
+_HALF = 1 << _FRACTION - 1
 
 
 @compiled
@@ -32,45 +37,26 @@ def walk(
     """Return colliding corners and least margin of a segment."""
     dx, dy, dz = x1 - x0, y1 - y0, z1 - z0
     low = min(z0, z1)
-    is_wide = abs(dx) >= abs(dy)
-    n = abs(dx) if is_wide else abs(dy)
-    last = n
-    if n == 0:
-        n, dz, z, rest = 1, 0, low, 0
-    else:
-        # Floor division: the remainder is never negative.
-        z = z0 + -abs(dz) // (2 * n)
-        rest = -abs(dz) % (2 * n)
-    whole = dz // n
-    part = 2 * (dz - whole * n)
-    # A step along the longer side, and one across with the remainder that it needs.
-    along_x, along_y, across_x, across_y = np.sign(dx), 0, 0, np.sign(dy)
-    slant = 2 * abs(dy)
-    if not is_wide:
-        along_x, along_y, across_x, across_y = 0, np.sign(dy), np.sign(dx), 0
-        slant = 2 * abs(dx)
-    # Halves go up: backwards a half is not yet a step.
-    aside = n if across_x + across_y > 0 else n - 1
-    x, y = x0, y0
+    last = max(abs(dx), abs(dy))
+    # A segment of one corner is at its lower end.
+    n, z0 = (last, z0) if last else (1, low)
+    step_x, step_y, step_z = (
+        (dx << _FRACTION) // n + 1,
+        (dy << _FRACTION) // n + 1,
+        (dz << _FRACTION) // n + 1,
+    )
+    # Corners to the nearest; of the altitudes the lowest within half a step.
+    x, y = (x0 << _FRACTION) + _HALF, (y0 << _FRACTION) + _HALF
+    z = (z0 << _FRACTION) - (abs(dz) << _FRACTION - 1) // n
     hits, margin = 0, blocked
     for _ in range(last + 1):
-        height = int(np.int64(ground[y, x]))
-        if height == blocked:
-            hits += 1
-        else:
-            above = max(z, low) - height
-            hits += above < 0
-            margin = min(margin, above)
-        x += along_x
-        y += along_y
-        aside += slant
-        if aside >= 2 * n:
-            aside -= 2 * n
-            x += across_x
-            y += across_y
-        z += whole
-        rest += part
-        if rest >= 2 * n:
-            rest -= 2 * n
-            z += 1
+        # Unsigned, or the compiler would count negative places from the end.
+        height = int(np.int64(ground[np.uint64(y >> _FRACTION), np.uint64(x >> _FRACTION)]))
+        above = max(z >> _FRACTION, low) - height
+        is_blocked = height == blocked
+        hits += is_blocked | (above < 0)
+        margin = min(margin, blocked if is_blocked else above)
+        x += step_x
+        y += step_y
+        z += step_z
     return hits, margin

@@ -9,7 +9,7 @@ import pytest
 from sim.model.planner.definition.walk import passed
 from sim.model.planner.definition.walk import walk as defined
 from sim.model.planner.walk import walk
-from tests.planner_cases import SMALL, USUAL, ground, path
+from tests.planner_cases import LARGE, SMALL, USUAL, ground, path
 
 
 CORNERS = list(itertools.product(range(5), repeat=2))
@@ -27,6 +27,23 @@ def test_compiled_walk_is_the_defined_one(config):
         start, stop, *_ = path(config, rng, waypoints=2)
         expected = defined(heights, config.blocked_altitude, start, stop)
         assert compiled(heights, config.blocked_altitude, start, stop) == expected
+
+
+def test_the_longest_segments_are_walked_alike():
+    """Where steps of x, y and altitude have been added most often; each corner has its height."""
+    rng = np.random.default_rng(4)
+    size, top = LARGE.map_size, LARGE.blocked_altitude
+    x, y = np.meshgrid(np.arange(size, dtype=np.uint32), np.arange(size, dtype=np.uint32))
+    heights = ((x * 40_503 + y * 30_011) % (top + 1)).astype(np.uint16)
+    edge = (0, size - 1)
+    for _ in range(60):
+        start, stop = (
+            (int(rng.choice(edge)), int(rng.integers(size)), int(rng.integers(top + 1)))
+            for _ in range(2)
+        )
+        if rng.random() < 0.5:
+            start, stop = ((y, x, z) for x, y, z in (start, stop))
+        assert compiled(heights, top, start, stop) == defined(heights, top, start, stop)
 
 
 def test_every_small_segment_is_walked_alike():

@@ -66,7 +66,7 @@ CHANGES: dict[str, RunOptions | Config | Alteration] = {
         _BREEDER, "_mutate(problem, sizes, child, length, words)", _TWICE
     ),
     "chords not walked": Alteration(
-        "sim.model.planner.evaluation", "or not work[CHORD + 6, at]", "or True"
+        "sim.model.planner.evaluation", "or not work[HAS_CHORD, at]", "or True"
     ),
     "a steep segment counts a cell": Alteration(
         _PROTOCOL, "1 << POSITION_FRACTION - 2", "1 << POSITION_FRACTION"

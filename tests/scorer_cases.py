@@ -7,7 +7,17 @@ import numpy as np
 from hdl.protocol.planner import POSITION_FRACTION, VALUE_BITS
 from sim.model.planner.definition.score import score as defined
 from sim.model.planner.problem import problem_vector
-from sim.model.planner.score import CHORD, WORK_ROWS, score
+from sim.model.planner.score import (
+    FROM_STEP,
+    FROM_X,
+    FROM_Y,
+    HAS_CHORD,
+    TO_STEP,
+    TO_X,
+    TO_Y,
+    WORK_ROWS,
+    score,
+)  # fmt: skip
 from tests.planner_cases import any_record, headed, path, record, rows
 
 
@@ -97,9 +107,17 @@ def compiled_score(config, problem, points):
     count = len(points) + problem.has_entry + problem.has_exit
     work = np.zeros((WORK_ROWS, count), dtype=np.int64)
     result = score(problem_vector(config, problem), rows(points), len(points), work, False)
-    ends = work[CHORD : CHORD + 7, 1 : count - 1].T.tolist()
-    chords = [(tuple(each[:3]), tuple(each[3:6])) if each[6] else None for each in ends]
-    return _sent(problem, *result), [*chords, None]
+    return _sent(problem, *result), [*compiled_chords(work), None]
+
+
+def compiled_chords(work):
+    """Return the chords in the work space of the compiled score, None for an arc without one."""
+    ends = work[[FROM_X, FROM_Y, FROM_STEP, TO_X, TO_Y, TO_STEP], 1:-1].T.tolist()
+    has_chord = work[HAS_CHORD, 1:-1].tolist()
+    return [
+        (tuple(each[:3]), tuple(each[3:])) if has else None
+        for each, has in zip(ends, has_chord, strict=True)
+    ]
 
 
 def _sent(problem, cost, penalty):

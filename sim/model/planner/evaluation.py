@@ -15,7 +15,16 @@ from sim.model.planner.problem import (
     LANES,
     MEMO_BITS,
 )
-from sim.model.planner.score import CHORD, score
+from sim.model.planner.score import (
+    FROM_STEP,
+    FROM_X,
+    FROM_Y,
+    HAS_CHORD,
+    TO_STEP,
+    TO_X,
+    TO_Y,
+    score,
+)
 from sim.model.planner.walk import Ground, Integers, walk
 from sim.model.planner.walker_cycles import MEMO_HIT, walking
 
@@ -62,10 +71,10 @@ def evaluate(
         k = place >> 1
         if place & 1:
             at = k + has_entry
-            if k < first_chord or k > last_chord or not work[CHORD + 6, at]:
+            if k < first_chord or k > last_chord or not work[HAS_CHORD, at]:
                 continue
-            x0, y0, z0 = work[CHORD, at], work[CHORD + 1, at], work[CHORD + 2, at]
-            x1, y1, z1 = work[CHORD + 3, at], work[CHORD + 4, at], work[CHORD + 5, at]
+            x0, y0, z0 = work[FROM_X, at], work[FROM_Y, at], work[FROM_STEP, at]
+            x1, y1, z1 = work[TO_X, at], work[TO_Y, at], work[TO_STEP, at]
         else:
             x0, y0, z0 = path[k - 1, 0], path[k - 1, 1], path[k - 1, 2]
             x1, y1, z1 = path[k, 0], path[k, 1], path[k, 2]

@@ -35,23 +35,15 @@ from sim.model.planner.problem import (
     CLIMB,
     DESCENT,
     DRAG,
-    ENTRY_ALTITUDE,
     ENTRY_X,
-    ENTRY_Y,
-    EXIT_ALTITUDE,
     EXIT_X,
-    EXIT_Y,
     FUEL,
     FUEL_SHIFT,
-    GOAL_ALTITUDE,
     GOAL_X,
-    GOAL_Y,
     HAS_ENTRY,
     HAS_EXIT,
     RADIUS,
-    START_ALTITUDE,
     START_X,
-    START_Y,
     X_LIMIT,
     X_SCALE,
     Y_LIMIT,
@@ -61,14 +53,30 @@ from sim.model.planner.problem import RISE as RISE_FIELD
 from sim.model.planner.walk import Integers
 
 
-__all__ = ["CELL", "CHORD", "WORK_ROWS", "piece_cost", "scaled", "score"]
+__all__ = [
+    "CELL",
+    "FROM_STEP",
+    "FROM_X",
+    "FROM_Y",
+    "HAS_CHORD",
+    "TO_STEP",
+    "TO_X",
+    "TO_Y",
+    "WORK_ROWS",
+    "scaled",
+    "score",
+]
 
 #: Rows of the work space of :func:`score`; a column is a point, or the segment that begins there.
-_LENGTH, _RISE, _HALF_TURN, _USED, _ALTITUDE = range(5)
-#: First of six rows with the ends of the chord at a point, x, y and step each, and a row that is 1
-#: where there is a chord.
-CHORD = 5
-WORK_ROWS = 12
+#: Corners, places in the score, sides of segments, half turns and tangents, those that fit as
+#: shares of the segments before and behind, altitudes at the ends of arcs, and lengths of arcs.
+(
+    _CORNER_X, _CORNER_Y, _X, _Y, _ALTITUDE, _DX, _DY, _LENGTH, _RISE, _HALF_TURN, _TANGENT, _USED,
+    _BACK, _ON, _BEFORE, _AFTER, _ARC,
+) = range(17)  # fmt: skip
+#: The ends of the chord at a point, x, y and step each, and 1 where there is a chord.
+FROM_X, FROM_Y, FROM_STEP, TO_X, TO_Y, TO_STEP, HAS_CHORD = range(17, 24)
+WORK_ROWS = 24
 
 CELL = 1 << POSITION_FRACTION
 _SHARPEST = 1 << SHARPEST_BITS
@@ -95,180 +103,170 @@ def _root(square: int) -> int:
     return int(math.sqrt(square))
 
 
-@inlined
-def piece_cost(problem: Integers, before: int, after: int, length: int) -> int:
-    """Return the cost of a straight piece or an arc between two altitudes."""
-    burnt = _burnt(
-        problem[DRAG] * length + problem[RISE_FIELD] * (after - before),
-        problem[FUEL],
-        problem[FUEL_SHIFT],
-    )
-    cost: int = (before + after + problem[BASE]) * length + burnt
-    return cost
-
-
-@inlined
-def _burnt(pull: int, fuel: int, fuel_shift: int) -> int:
-    """Return the part of a cost that is fuel."""
-    return max(pull, 0) * fuel >> fuel_shift
-
-
 @compiled
 def score(
     problem: Integers, path: Integers, points: int, work: Integers, first: bool
 ) -> tuple[int, int]:
     """Return cost and penalty of the first ``points`` rows x, y, step, ... of ``path``.
 
-    With ``first``, the cost of a path with a steep segment or a missing arc is 0. ``work``,
-    (WORK_ROWS, points or more) int64, gets the chords. A point more in it counts before the others
+    With ``first``, the cost of a path with a penalty is 0. ``work``, (WORK_ROWS, points or more)
+    int64, gets the chords of a path that has a cost. A point more in it counts before the others
     where there is an entry, and another one behind them where there is an exit.
     """
-    if problem[HAS_ENTRY] or problem[HAS_EXIT]:
-        path = _extended(problem, path, points)
-        points = len(path)
-    last = points - 1
-    penalty = _measure_segments(problem, path, last, work)
-    is_lost = first and penalty > 0
-
-    # An inlined function gets numbers: an array would cost two counts of references.
-    climb, descent, radius = problem[CLIMB], problem[DESCENT], problem[RADIUS]
-    drag, weight, base = problem[DRAG], problem[RISE_FIELD], problem[BASE]
-    fuel, fuel_shift = problem[FUEL], problem[FUEL_SHIFT]
-    cost = 0
-    # Where the piece before ends: altitude, and length of its segment that an arc has taken.
-    altitude, taken = work[_ALTITUDE, 0], 0
-    for k in range(1, points):
-        before = after = work[_ALTITUDE, k]
-        tangent = work[_USED, k]
-        work[CHORD + 6, k] = 0
-        if tangent:
-            # The quotients have so few bits that rounding them before they are cut changes none.
-            back = int((tangent << SHARE_BITS) / work[_LENGTH, k - 1])
-            on = int((tangent << SHARE_BITS) / work[_LENGTH, k])
-            fall, rise = work[_RISE, k - 1] * back, work[_RISE, k] * on
-            before -= fall >> SHARE_BITS
-            after += rise >> SHARE_BITS
-            if tangent > CELL and not is_lost:
-                for axis in range(2):
-                    at = path[k, axis]
-                    away = (path[k - 1, axis] - at) * back + _HALF_SHARE >> SHARE_BITS
-                    work[CHORD + axis, k] = at + away
-                    away = (path[k + 1, axis] - at) * on + _HALF_SHARE >> SHARE_BITS
-                    work[CHORD + 3 + axis, k] = at + away
-                work[CHORD + 2, k] = before >> ALTITUDE_FRACTION
-                work[CHORD + 5, k] = after >> ALTITUDE_FRACTION
-                work[CHORD + 6, k] = 1
-            half = min(work[_HALF_TURN, k], MAX_HALF_TURN << TURN_FRACTION)
-            entry = half >> 6
-            turn = _TURNS[entry] + ((_TURNS[entry + 1] - _TURNS[entry]) * (half & 63) >> 6)
-            length = radius * turn >> TURN_FRACTION
-            if _excess(climb, descent, length << SHARE_BITS, fall + rise) > 0:
-                penalty += max(length, CELL)
-            if is_lost:
-                continue
-            flown = _flown(weight, length, after - before)
-            cost += (before + after + base) * flown
-            cost += _burnt(drag * flown + weight * (after - before), fuel, fuel_shift)
-        elif is_lost:
-            continue
-        flown = _flown(weight, work[_LENGTH, k - 1] - taken - tangent, before - altitude)
-        cost += (altitude + before + base) * flown
-        cost += _burnt(drag * flown + weight * (before - altitude), fuel, fuel_shift)
-        altitude, taken = after, tangent
-    return cost, penalty
+    last = _lay_out(problem, path, points, work)
+    penalty = _measure_segments(problem, last, work) + _measure_arcs(problem, last, work)
+    if first and penalty > 0:
+        return 0, penalty
+    _lay_chords(last, work)
+    return _price(problem, last, work), penalty
 
 
 @compiled
-def _extended(problem: Integers, path: Integers, points: int) -> Integers:
-    """Return ``path`` with the corners of the entry before it and of the exit behind it."""
+def _lay_out(problem: Integers, path: Integers, points: int, work: Integers) -> int:
+    """Write corners and places of all points; return the column of the last one."""
     has_entry, has_exit = problem[HAS_ENTRY], problem[HAS_EXIT]
-    extended = np.zeros((points + has_entry + has_exit, path.shape[1]), dtype=np.int64)
-    for k in range(points):
-        for i in range(3):
-            extended[k + has_entry, i] = path[k, i]
-    half = CELL // 2
+    for i in range(points):
+        k = i + has_entry
+        work[_CORNER_X, k], work[_CORNER_Y, k] = path[i, 0], path[i, 1]
+        work[_X, k] = path[i, 0] << POSITION_FRACTION
+        work[_Y, k] = path[i, 1] << POSITION_FRACTION
+        work[_ALTITUDE, k] = path[i, 2] << ALTITUDE_FRACTION
+    goal = points - 1 + has_entry
+    last: int = goal + has_exit
+    _put_end(problem, START_X, has_entry, work)
+    _put_end(problem, GOAL_X, goal, work)
     if has_entry:
-        extended[0, 0] = min(problem[ENTRY_X] + half >> POSITION_FRACTION, problem[X_LIMIT])
-        extended[0, 1] = min(problem[ENTRY_Y] + half >> POSITION_FRACTION, problem[Y_LIMIT])
+        _put_end(problem, ENTRY_X, 0, work)
+        _put_corner(problem, 0, work)
     if has_exit:
-        extended[-1, 0] = min(problem[EXIT_X] + half >> POSITION_FRACTION, problem[X_LIMIT])
-        extended[-1, 1] = min(problem[EXIT_Y] + half >> POSITION_FRACTION, problem[Y_LIMIT])
-    return extended
+        _put_end(problem, EXIT_X, last, work)
+        _put_corner(problem, last, work)
+    return last
 
 
 @inlined
-def _place(problem: Integers, path: Integers, k: int, last: int) -> tuple[int, int, int]:
-    """Return x, y and altitude of a point: of an end as the record has them."""
-    if k == last and problem[HAS_EXIT]:
-        return problem[EXIT_X], problem[EXIT_Y], problem[EXIT_ALTITUDE]
-    if k == 0 and problem[HAS_ENTRY]:
-        return problem[ENTRY_X], problem[ENTRY_Y], problem[ENTRY_ALTITUDE]
-    if k == problem[HAS_ENTRY]:
-        return problem[START_X], problem[START_Y], problem[START_ALTITUDE]
-    if k == last - problem[HAS_EXIT]:
-        return problem[GOAL_X], problem[GOAL_Y], problem[GOAL_ALTITUDE]
-    return (
-        path[k, 0] << POSITION_FRACTION,
-        path[k, 1] << POSITION_FRACTION,
-        path[k, 2] << ALTITUDE_FRACTION,
-    )
+def _put_end(problem: Integers, field: int, k: int, work: Integers) -> None:
+    """Write the place of an end as the record has it: x, y and altitude from a field on."""
+    work[_X, k], work[_Y, k] = problem[field], problem[field + 1]
+    work[_ALTITUDE, k] = problem[field + 2]
+
+
+@inlined
+def _put_corner(problem: Integers, k: int, work: Integers) -> None:
+    """Write the corner nearest to the place of a point."""
+    half = CELL // 2
+    work[_CORNER_X, k] = min(work[_X, k] + half >> POSITION_FRACTION, problem[X_LIMIT])
+    work[_CORNER_Y, k] = min(work[_Y, k] + half >> POSITION_FRACTION, problem[Y_LIMIT])
 
 
 @compiled
-def _measure_segments(problem: Integers, path: Integers, last: int, work: Integers) -> int:
-    """Write altitudes, lengths, rises, half turns and the tangents that fit; return the penalty."""
+def _measure_segments(problem: Integers, last: int, work: Integers) -> int:
+    """Write sides, lengths, rises, half turns and the tangents that fit; return the penalty."""
     x_scale, y_scale, radius = problem[X_SCALE], problem[Y_SCALE], problem[RADIUS]
     climb, descent = problem[CLIMB], problem[DESCENT]
-    # Points between start and goal.
-    inner_first, inner_last = problem[HAS_ENTRY] + 1, last - problem[HAS_EXIT] - 1
-    x, y, altitude = _place(problem, path, 0, last)
-    work[_ALTITUDE, 0] = altitude
-    steep = total = sharp = 0
-    # Of the segment before, and of the point at its end.
-    dx = dy = length = tangent = 0
-    has_room = True
+    steep = total = 0
     for k in range(last):
-        if inner_first <= k + 1 <= inner_last:
-            next_x = path[k + 1, 0] << POSITION_FRACTION
-            next_y = path[k + 1, 1] << POSITION_FRACTION
-            next_altitude = path[k + 1, 2] << ALTITUDE_FRACTION
-        else:
-            next_x, next_y, next_altitude = _place(problem, path, k + 1, last)
-        work[_ALTITUDE, k + 1] = next_altitude
-        next_dx, next_dy = scaled(next_x - x, x_scale), scaled(next_y - y, y_scale)
-        next_length = _root(next_dx * next_dx + next_dy * next_dy)
-        rise = next_altitude - altitude
-        work[_LENGTH, k], work[_RISE, k] = next_length, rise
-        total += next_length
-        excess = _excess(climb, descent, next_length, rise)
-        if excess > 0:
-            steep += STEEP + (excess >> SLOPE_FRACTION - EXCESS_BITS)
-        if k:
-            next_tangent = 0
-            cross = abs(dx * next_dy - dy * next_dx)
-            along = length * next_length + dx * next_dx + dy * next_dy
-            if along <= 0 or cross >= _SHARPEST * along:
-                next_tangent = _INFINITE
-            elif cross:
-                # Neither is negative, which the compiler does not know.
-                half = int(np.uint64(cross << TURN_FRACTION) // np.uint64(along)) + 1
-                work[_HALF_TURN, k] = half
-                next_tangent = radius * half + _ALMOST_ONE >> TURN_FRACTION
-            # The arcs at both ends of the segment before leave it a length of 0 or more.
-            still_has_room = tangent + next_tangent <= length
-            if k > 1:
-                fits = has_room and still_has_room
-                sharp += not fits
-                work[_USED, k - 1] = tangent if fits else 0
-            has_room, tangent = still_has_room, next_tangent
-        x, y, altitude = next_x, next_y, next_altitude
-        dx, dy, length = next_dx, next_dy, next_length
-    if last > 1:
-        fits = has_room and tangent <= length
-        sharp += not fits
-        work[_USED, last - 1] = tangent if fits else 0
-    work[_USED, last] = 0
+        dx = scaled(work[_X, k + 1] - work[_X, k], x_scale)
+        dy = scaled(work[_Y, k + 1] - work[_Y, k], y_scale)
+        length, rise = _root(dx * dx + dy * dy), work[_ALTITUDE, k + 1] - work[_ALTITUDE, k]
+        work[_DX, k], work[_DY, k], work[_LENGTH, k], work[_RISE, k] = dx, dy, length, rise
+        total += length
+        excess = _excess(climb, descent, length, rise)
+        steep += STEEP + (excess >> SLOPE_FRACTION - EXCESS_BITS) if excess > 0 else 0
+    work[_TANGENT, 0] = work[_TANGENT, last] = 0
+    for k in range(1, last):
+        dx, dy, next_dx, next_dy = (
+            work[_DX, k - 1], work[_DY, k - 1], work[_DX, k], work[_DY, k],
+        )  # fmt: skip
+        cross = abs(dx * next_dy - dy * next_dx)
+        along = work[_LENGTH, k - 1] * work[_LENGTH, k] + dx * next_dx + dy * next_dy
+        is_sharp = (along <= 0) | (cross >= _SHARPEST * along)
+        # Neither is negative, which the compiler does not know.
+        half = int(np.uint64(cross << TURN_FRACTION) // np.uint64(max(along, 1))) + 1
+        half = 0 if is_sharp | (cross == 0) else half
+        work[_HALF_TURN, k] = half
+        tangent = radius * half + _ALMOST_ONE >> TURN_FRACTION
+        work[_TANGENT, k] = _INFINITE if is_sharp else tangent
+    sharp = 0
+    for k in range(1, last):
+        before, tangent, after = (
+            work[_TANGENT, k - 1], work[_TANGENT, k], work[_TANGENT, k + 1],
+        )  # fmt: skip
+        # The arcs at both ends of a segment leave it a length of 0 or more.
+        fits = (before + tangent <= work[_LENGTH, k - 1]) & (tangent + after <= work[_LENGTH, k])
+        sharp += 0 if fits else 1
+        work[_USED, k] = tangent if fits else 0
     return steep + (sharp * total >> 3)
+
+
+@compiled
+def _measure_arcs(problem: Integers, last: int, work: Integers) -> int:
+    """Write lengths of arcs, altitudes at their ends, and shares; return the penalty."""
+    climb, descent, radius = problem[CLIMB], problem[DESCENT], problem[RADIUS]
+    work[_USED, 0] = work[_USED, last] = 0
+    for k in (0, last):
+        work[_BEFORE, k] = work[_AFTER, k] = work[_ALTITUDE, k]
+    penalty = 0
+    for k in range(1, last):
+        tangent = work[_USED, k]
+        # The quotients have so few bits that rounding them before they are cut changes none.
+        share = float(tangent << SHARE_BITS)
+        back = int(share / max(work[_LENGTH, k - 1], 1))
+        on = int(share / max(work[_LENGTH, k], 1))
+        fall, rise = work[_RISE, k - 1] * back, work[_RISE, k] * on
+        work[_BACK, k], work[_ON, k] = back, on
+        work[_BEFORE, k] = work[_ALTITUDE, k] - (fall >> SHARE_BITS)
+        work[_AFTER, k] = work[_ALTITUDE, k] + (rise >> SHARE_BITS)
+        half = min(work[_HALF_TURN, k], MAX_HALF_TURN << TURN_FRACTION)
+        entry = np.uint64(half >> 6)
+        low, high = _TURNS[entry], _TURNS[entry + np.uint64(1)]
+        length = radius * (low + ((high - low) * (half & 63) >> 6)) >> TURN_FRACTION
+        work[_ARC, k] = length if tangent > 0 else 0
+        excess = _excess(climb, descent, length << SHARE_BITS, fall + rise)
+        penalty += max(length, CELL) if (excess > 0) & (tangent > 0) else 0
+    return penalty
+
+
+@compiled
+def _lay_chords(last: int, work: Integers) -> None:
+    """Write the chords of the arcs."""
+    for k in range(1, last):
+        x, y, back, on = work[_CORNER_X, k], work[_CORNER_Y, k], work[_BACK, k], work[_ON, k]
+        work[FROM_X, k] = _toward(x, work[_CORNER_X, k - 1], back)
+        work[FROM_Y, k] = _toward(y, work[_CORNER_Y, k - 1], back)
+        work[FROM_STEP, k] = work[_BEFORE, k] >> ALTITUDE_FRACTION
+        work[TO_X, k] = _toward(x, work[_CORNER_X, k + 1], on)
+        work[TO_Y, k] = _toward(y, work[_CORNER_Y, k + 1], on)
+        work[TO_STEP, k] = work[_AFTER, k] >> ALTITUDE_FRACTION
+        work[HAS_CHORD, k] = 1 if work[_USED, k] > CELL else 0
+
+
+@inlined
+def _toward(at: int, other: int, share: int) -> int:
+    """Return the coordinate of the corner nearest to a share of the way to another."""
+    return at + ((other - at) * share + _HALF_SHARE >> SHARE_BITS)
+
+
+@compiled
+def _price(problem: Integers, last: int, work: Integers) -> int:
+    """Return the cost of all straight pieces and arcs."""
+    cost = 0
+    for k in range(last):
+        straight = work[_LENGTH, k] - work[_USED, k] - work[_USED, k + 1]
+        cost += _piece_cost(problem, work[_AFTER, k], work[_BEFORE, k + 1], straight)
+    for k in range(1, last):
+        cost += _piece_cost(problem, work[_BEFORE, k], work[_AFTER, k], work[_ARC, k])
+    return cost
+
+
+@inlined
+def _piece_cost(problem: Integers, before: int, after: int, length: int) -> int:
+    """Return the cost of a straight piece or an arc between two altitudes."""
+    flown = _flown(problem[RISE_FIELD], length, after - before)
+    pull = problem[DRAG] * flown + problem[RISE_FIELD] * (after - before)
+    fuel = max(pull, 0) * problem[FUEL] >> problem[FUEL_SHIFT]
+    cost: int = (before + after + problem[BASE]) * flown + fuel
+    return cost
 
 
 @inlined

@@ -12,18 +12,21 @@ import numba
 from numba import njit
 
 
-__all__ = ["compiled", "inlined"]
+__all__ = ["allocating", "compiled", "inlined"]
 
 _Function = TypeVar("_Function", bound=Callable[..., object])
 
 
 def compiled(function: _Function) -> _Function:
-    """Compile ``function`` at its first call and keep the result on disk.
+    """Compile a function that makes no arrays, at its first call, and keep the result on disk.
+
+    It does not count the references to its arrays, as numba's functions do in every call: its
+    caller holds them. The counts took four tenths of a run.
 
     The cache of numba notices changes in the file of the outermost function only; here it notices
     them in every source of this package and of the numbers that it shares with the gateware.
     """
-    return _compiled(function, inline=False)
+    return _compiled(function)
 
 
 def inlined(function: _Function) -> _Function:
@@ -31,11 +34,19 @@ def inlined(function: _Function) -> _Function:
 
     A call passes every field of every array, which takes longer than such a function.
     """
-    return _compiled(function, inline=True)
+    return _compiled(function, inlines=True)
 
 
-def _compiled(function: _Function, *, inline: bool) -> _Function:
-    dispatcher = njit(cache=True, nogil=True, error_model="numpy", forceinline=inline)(function)
+def allocating(function: _Function) -> _Function:
+    """Compile a function that makes arrays; see :func:`compiled`."""
+    return _compiled(function, allocates=True)
+
+
+def _compiled(function: _Function, *, inlines: bool = False, allocates: bool = False) -> _Function:
+    # _nrt: numba's runtime, which makes arrays and counts the references to them.
+    dispatcher = njit(
+        cache=True, nogil=True, error_model="numpy", forceinline=inlines, _nrt=allocates
+    )(function)
     kept = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
     if kept is not None:
         kept._source_stamp = _stamp()

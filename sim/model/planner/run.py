@@ -9,7 +9,7 @@ from hdl.protocol.planner import BLOCKS, FAR, ProblemRecord
 from hdl.protocol.runs import ISLANDS, Outcome, Population, RunOptions
 from sim.model.planner import cycles
 from sim.model.planner.breeder import breed
-from sim.model.planner.compiled import compiled
+from sim.model.planner.compiled import allocating, compiled
 from sim.model.planner.cycles import CYCLES, GENERATIONS, WALK
 from sim.model.planner.definition.run import NEVER, check_population
 from sim.model.planner.definition.score import corner_of
@@ -133,7 +133,7 @@ def plan(
     return Outcome(*returned, last, **cycles.totals(counters))
 
 
-@compiled
+@allocating
 def _run(
     problem: Integers,
     sizes: Integers,
@@ -422,7 +422,7 @@ def _join(order: Integers, keys: Integers, kept: Integers, used: int, stay: int)
     return passed
 
 
-@compiled
+@allocating
 def _merge(
     paths: Integers, points: Integers, keys: Integers, order: Integers, population: int
 ) -> int:

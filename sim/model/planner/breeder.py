@@ -57,7 +57,7 @@ def breed(
 
     Parameters
     ----------
-    problem, sizes : (29,), (13,) int64
+    problem, sizes : (29,), (14,) int64
     paths : (slots, points, 4) int64
     points : (slots,) int64
         Points of each path, ends included.

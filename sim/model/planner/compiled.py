@@ -18,10 +18,10 @@ _Function = TypeVar("_Function", bound=Callable[..., object])
 
 
 def compiled(function: _Function) -> _Function:
-    """Compile a function that makes no arrays, at its first call, and keep the result on disk.
+    """Compile a function that makes and copies no arrays; keep the result on disk.
 
-    It does not count the references to its arrays, as numba's functions do in every call: its
-    caller holds them. The counts took four tenths of a run.
+    The function does not count the references to its arrays, as numba's functions do in every
+    call: its caller holds them. The counts took a third of a run.
 
     The cache of numba notices changes in the file of the outermost function only; here it notices
     them in every source of this package and of the numbers that it shares with the gateware.
@@ -38,7 +38,7 @@ def inlined(function: _Function) -> _Function:
 
 
 def allocating(function: _Function) -> _Function:
-    """Compile a function that makes arrays; see :func:`compiled`."""
+    """Compile a function that makes or copies arrays; see :func:`compiled`."""
     return _compiled(function, allocates=True)
 
 

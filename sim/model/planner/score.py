@@ -68,8 +68,9 @@ __all__ = [
 ]
 
 #: Rows of the work space of :func:`score`; a column is a point, or the segment that begins there.
-#: Corners, places in the score, sides of segments, half turns and tangents, those that fit as
-#: shares of the segments before and behind, altitudes at the ends of arcs, and lengths of arcs.
+#: Corner; x, y and altitude in the score; sides, length and rise of the segment; tangent of half
+#: the turn; tangent; tangent if it fits, else 0; its shares of the segments before and behind;
+#: altitudes at the ends of the arc; its length.
 (
     _CORNER_X, _CORNER_Y, _X, _Y, _ALTITUDE, _DX, _DY, _LENGTH, _RISE, _HALF_TURN, _TANGENT, _USED,
     _BACK, _ON, _BEFORE, _AFTER, _ARC,
@@ -109,9 +110,9 @@ def score(
 ) -> tuple[int, int]:
     """Return cost and penalty of the first ``points`` rows x, y, step, ... of ``path``.
 
-    With ``first``, the cost of a path with a penalty is 0. ``work``, (WORK_ROWS, points or more)
-    int64, gets the chords of a path that has a cost. A point more in it counts before the others
-    where there is an entry, and another one behind them where there is an exit.
+    With ``first``, a path with a penalty has the cost 0, and its chords are not written. ``work``,
+    (WORK_ROWS, n or more) int64, gets the chords of every other path; n are its points with the
+    entry before them and the exit behind them, where there are such.
     """
     last = _lay_out(problem, path, points, work)
     penalty = _measure_segments(problem, last, work) + _measure_arcs(problem, last, work)
@@ -223,7 +224,8 @@ def _measure_arcs(problem: Integers, last: int, work: Integers) -> int:
         length = radius * (low + ((high - low) * (half & 63) >> 6)) >> TURN_FRACTION
         work[_ARC, k] = length if tangent > 0 else 0
         excess = _excess(climb, descent, length << SHARE_BITS, fall + rise)
-        penalty += max(length, CELL) if (excess > 0) & (tangent > 0) else 0
+        # Without an arc nothing rises.
+        penalty += max(length, CELL) if excess > 0 else 0
     return penalty
 
 

@@ -1,9 +1,9 @@
 """Walk of a segment over the lattice of corners, compiled.
 
 :func:`sim.model.planner.definition.walk.walk` without a division per corner: x, y and the altitude
-advance by steps that are rounded up, with 32 more bits. After at most 4095 steps they are less than
-2**-20 too large. The definition rounds multiples of 1 / (2 n) down, where n is at most 4095, so
-these are rounded down to the same numbers.
+advance by steps with 32 more bits. Each step is a little too large, by at most 2**-32. After at
+most 4095 steps x, y and the altitude are too large by less than 2**-20. The definition rounds
+multiples of 1 / (2 n) down, where n is at most 4095: these are rounded down to the same numbers.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def walk(
         (dy << _FRACTION) // n + 1,
         (dz << _FRACTION) // n + 1,
     )
-    # Corners to the nearest; of the altitudes the lowest within half a step.
+    # x and y go to the nearest corner; z is the lowest altitude within half a step.
     x, y = (x0 << _FRACTION) + _HALF, (y0 << _FRACTION) + _HALF
     z = (z0 << _FRACTION) - (abs(dz) << _FRACTION - 1) // n
     hits, margin = 0, blocked

@@ -28,6 +28,8 @@ class Both:
         self.counters = counters_vector()
         self.vector = problem_vector(config, self.record)
         self.sizes = sizes_vector(config, memo)
+        # One for all paths, as in a run.
+        self.work = np.full((WORK_ROWS, config.max_waypoints + 4), 1 << 40, dtype=np.int64)
 
     def path(self, rng):
         points = path(self.config, rng)
@@ -39,9 +41,8 @@ class Both:
         margins = list(range(len(points)))
         compiled = rows(points, margins)
         key = self.plain.evaluate(points, margins, limit, first=first)
-        work = np.zeros((WORK_ROWS, len(points) + 2), dtype=np.int64)
         assert key == evaluate(
-            self.vector, self.sizes, self.ground, self.memo, self.counters, work,
+            self.vector, self.sizes, self.ground, self.memo, self.counters, self.work,
             compiled, len(points), limit, first,
         )  # fmt: skip
         assert compiled[:, 3].tolist() == margins

@@ -18,7 +18,8 @@ from tests.scorer_cases import compiled_chords
 
 def compiled(config, problem, points, *, first=False):
     count = len(points) + problem.has_entry + problem.has_exit
-    work = np.full((WORK_ROWS, count), -1, dtype=np.int64)
+    # What an earlier path has left there must not count.
+    work = np.full((WORK_ROWS, count), 1 << 40, dtype=np.int64)
     result = score(problem_vector(config, problem), rows(points), len(points), work, first)
     return result, compiled_chords(work)
 

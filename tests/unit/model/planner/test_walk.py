@@ -30,7 +30,7 @@ def test_compiled_walk_is_the_defined_one(config):
 
 
 def test_the_longest_segments_are_walked_alike():
-    """Where steps of x, y and altitude have been added most often; each corner has its height."""
+    """The steps of x, y and altitude add up most here. Neighbouring corners differ in height."""
     rng = np.random.default_rng(4)
     size, top = LARGE.map_size, LARGE.blocked_altitude
     x, y = np.meshgrid(np.arange(size, dtype=np.uint32), np.arange(size, dtype=np.uint32))

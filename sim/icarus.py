@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import re
 import shutil
 from collections.abc import Sequence
 from functools import cache
@@ -12,7 +14,15 @@ from sim.cache import BuildCache, digest
 from sim.compiler import compile_object, run_tool
 
 
-__all__ = ["build_icarus", "build_icarus_module", "icarus_version"]
+__all__ = ["build_icarus", "build_icarus_module", "icarus_version", "with_zeros"]
+
+# A memory that the export leaves without initial contents: its name, and its last row. And the
+# register of a read port, which never has any.
+_MEMORY = re.compile(
+    r"\(\* no_rw_check = [^*]*\*\)\s*(?:\(\*[^*]*\*\)\s*)*"
+    r"reg (?:\[\d+:0\] )?(\w+|\\\S+ )\s*\[(\d+):0\];\n"
+)
+_READ_PORT = re.compile(r"reg (?:\[\d+:0\] )?(_\d+_);\n")
 
 
 @cache
@@ -27,6 +37,24 @@ def icarus_version() -> str:
     if shutil.which("iverilog") is None:
         raise JobError("Icarus Verilog is not installed; install the Debian package iverilog.")
     return run_tool(["iverilog", "-V"], cwd=Path.cwd(), what="Icarus Verilog").splitlines()[0]
+
+
+def with_zeros(verilog: str) -> str:
+    """Return exported Verilog whose memories begin with zeros, and so do their read ports.
+
+    A chip's memory holds something when the power comes on, whatever it is. To Icarus it would be
+    unknown, and a register that is compared with something unknown, to be replaced or not, would
+    stay unknown for ever, where the chip would replace it.
+    """
+    rows = map("row_to_zero_{}".format, itertools.count())
+
+    def memory(found: re.Match[str]) -> str:
+        row, name, last = next(rows), found[1], found[2]
+        loop = f"for ({row} = 0; {row} <= {last}; {row} = {row} + 1) {name}[{row}] = 0;"
+        return f"{found[0]}  integer {row};\n  initial {loop}\n"
+
+    text = _MEMORY.sub(memory, verilog)
+    return _READ_PORT.sub(r"\g<0>  initial \1 = 0;\n", text)
 
 
 def build_icarus(builds: BuildCache, verilog: str, tops: Sequence[str]) -> Path:
@@ -51,9 +79,10 @@ def build_icarus(builds: BuildCache, verilog: str, tops: Sequence[str]) -> Path:
     JobError
         If Icarus is missing or refuses the design.
     """
+    text = with_zeros(verilog)
 
     def build(directory: Path) -> None:
-        (directory / "design.v").write_text(verilog)
+        (directory / "design.v").write_text(text)
         roots = [word for top in tops for word in ("-s", top)]
         # Verilog-2005: in SystemVerilog, `always @*` over constants at power-up would stay X.
         run_tool(
@@ -62,7 +91,7 @@ def build_icarus(builds: BuildCache, verilog: str, tops: Sequence[str]) -> Path:
             what="Icarus Verilog",
         )
 
-    key = digest([icarus_version(), verilog, *tops])
+    key = digest([icarus_version(), text, *tops])
     return builds.get(f"icarus-{tops[0]}-{key}", build) / "sim.vvp"
 
 

@@ -7,17 +7,7 @@ import numpy as np
 from hdl.protocol.planner import POSITION_FRACTION, VALUE_BITS
 from sim.model.planner.definition.score import score as defined
 from sim.model.planner.problem import problem_vector
-from sim.model.planner.score import (
-    FROM_STEP,
-    FROM_X,
-    FROM_Y,
-    HAS_CHORD,
-    TO_STEP,
-    TO_X,
-    TO_Y,
-    WORK_ROWS,
-    score,
-)  # fmt: skip
+from sim.model.planner.score import FROM_X, HAS_CHORD, WORK_ROWS, score
 from tests.planner_cases import any_record, headed, path, record, rows
 
 
@@ -112,7 +102,7 @@ def compiled_score(config, problem, points):
 
 def compiled_chords(work):
     """Return the chords in the work space of the compiled score, None for an arc without one."""
-    ends = work[[FROM_X, FROM_Y, FROM_STEP, TO_X, TO_Y, TO_STEP], 1:-1].T.tolist()
+    ends = work[FROM_X:HAS_CHORD, 1:-1].T.tolist()
     has_chord = work[HAS_CHORD, 1:-1].tolist()
     return [
         (tuple(each[:3]), tuple(each[3:])) if has else None

@@ -76,8 +76,8 @@ __all__ = [
     _BACK, _ON, _BEFORE, _AFTER, _ARC,
 ) = range(17)  # fmt: skip
 #: The ends of the chord at a point, x, y and step each, and 1 where there is a chord.
-FROM_X, FROM_Y, FROM_STEP, TO_X, TO_Y, TO_STEP, HAS_CHORD = range(17, 24)
-WORK_ROWS = 24
+FROM_X, FROM_Y, FROM_STEP, TO_X, TO_Y, TO_STEP, HAS_CHORD = range(_ARC + 1, _ARC + 8)
+WORK_ROWS = HAS_CHORD + 1
 
 CELL = 1 << POSITION_FRACTION
 _SHARPEST = 1 << SHARPEST_BITS

@@ -15,10 +15,13 @@ from host.problem.rings import Ring
 from host.terrain import Terrain
 
 
-__all__ = ["NOT_ZONES", "Shape", "shapes"]
+__all__ = ["Shape", "shapes"]
 
-#: Values of the property ``kind`` of features in a ``path.geojson`` that are no zones.
-NOT_ZONES = ("waypoints", "smoothed track", "start", "via", "goal", "return")
+# Values of the property ``kind`` of the lines and points in a ``path.geojson`` that are no zones.
+_OWN_KINDS = {
+    "LineString": ("waypoints", "smoothed track"),
+    "Point": ("start", "via", "goal", "return"),
+}
 
 
 class Shape(NamedTuple):
@@ -32,7 +35,8 @@ class Shape(NamedTuple):
 def shapes(document: Any, terrain: Terrain) -> list[Shape]:
     """Return the points and polygons of GeoJSON; a multi-polygon is several polygons.
 
-    The path in a ``path.geojson`` is left out, so that its zones can be read.
+    The lines and marks of the path in a ``path.geojson`` are left out, so that its zones can be
+    read. A polygon, and a point with ``radius_m``, is kept whatever its properties say.
 
     Coordinates are WGS84 longitude and latitude, moved into the terrain's frame corner by corner,
     or local metres where the document has the member ``"crs_local": true``. A third coordinate is
@@ -63,7 +67,7 @@ def shapes(document: Any, terrain: Terrain) -> list[Shape]:
 def _shapes(document: dict[str, Any], local: bool) -> Iterator[Shape]:
     """Yield the shapes at the positions of the file."""
     for geometry, properties in _geometries(document):
-        if properties.get("kind") in NOT_ZONES:
+        if _is_own(geometry, properties):
             continue
         kind, coordinates = geometry.get("type"), geometry.get("coordinates")
         if kind == "Point":
@@ -81,6 +85,12 @@ def _shapes(document: dict[str, Any], local: bool) -> Iterator[Shape]:
                 "a geometry must be a Polygon, a MultiPolygon or a Point with "
                 f'"radius_m", not {kind!r}.'
             )
+
+
+def _is_own(geometry: dict[str, Any], properties: dict[str, Any]) -> bool:
+    """Return whether a feature is a line or a mark that ``path.geojson`` has beside the zones."""
+    kinds = _OWN_KINDS.get(str(geometry.get("type")), ())
+    return properties.get("kind") in kinds and properties.get("radius_m") is None
 
 
 def _check_wgs84(document: dict[str, Any]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 import math
 from collections.abc import Iterable, Sequence
@@ -213,7 +212,7 @@ class Problem:
         """
         if self._rasters is None:
             return self.terrain
-        return dataclasses.replace(self.terrain, elevation=self._rasters.floor)
+        return self.terrain.raised(self._rasters.floor)
 
     @property
     def roof(self) -> NDArray[np.float64] | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import copy
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -14,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from host.errors import InputError
 from host.files.output import replacing
+from host.terrain.voids import UNDECLARED_VOID, from_corner, require_heights
 
 
 if TYPE_CHECKING:
@@ -36,8 +38,9 @@ class Terrain:
     name : str
         Name in reports.
     elevation : array_like
-        ``(ny, nx)`` heights in metres above the datum, row 0 the southernmost, 2 x 2 nodes or more;
-        NaN is a void. Kept as a read-only float64 copy.
+        ``(ny, nx)`` heights in metres above the datum, row 0 the southernmost, 2 x 2 nodes or more,
+        from -500 to 9,000 m. A void is NaN, a masked node or -32768, SRTM's mark. Kept as a
+        read-only float64 copy.
     dx_m, dy_m : float
         Sides of a cell in metres, positive.
     crs : str, optional
@@ -53,7 +56,8 @@ class Terrain:
     Raises
     ------
     InputError
-        If the heights are not such a grid, are all void, or a side is not positive.
+        If the heights are not such a grid, are all void or outside this range, or a side is not
+        positive.
     """
 
     name: str
@@ -76,12 +80,32 @@ class Terrain:
                     f"{side} is {value:g}."
                 )
             sides.append(value)
+        require_heights(
+            self.name,
+            elevation,
+            lambda row, column: from_corner(column * sides[0], row * sides[1]),
+            lambda height: "write NaN where there is no height",
+        )
         object.__setattr__(self, "elevation", elevation)
         object.__setattr__(self, "dx_m", sides[0])
         object.__setattr__(self, "dy_m", sides[1])
         if not self.loading:
             stated = {"source": self.source or self.name, "fill_voids": False, "cell_m": None}
             object.__setattr__(self, "loading", stated)
+
+    def raised(self, elevation: ArrayLike) -> Terrain:
+        """Return the terrain with other heights, metres, such as a surface to fly above.
+
+        They may lie above all ground, where a no-fly zone is flown over.
+
+        Parameters
+        ----------
+        elevation : array_like
+            ``(ny, nx)`` heights, as for the terrain.
+        """
+        surface = copy.copy(self)
+        object.__setattr__(surface, "elevation", _heights(self.name, elevation))
+        return surface
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -246,7 +270,8 @@ def _heights(name: str, elevation: ArrayLike) -> Floats:
             f"{raw.shape[0]} x {raw.shape[1]}."
         )
     heights = raw.astype(np.float64)
-    heights[~np.isfinite(heights)] = np.nan
+    void = ~np.isfinite(heights) | (heights == UNDECLARED_VOID) | np.ma.getmask(elevation)
+    heights[void] = np.nan
     if np.isnan(heights).all():
         raise InputError(f"{name}: every node is void; choose a terrain with heights.")
     heights.setflags(write=False)

@@ -17,7 +17,7 @@ from host.inputs import exists, require_regular
 from host.terrain import embedded
 from host.terrain.grid import Terrain
 from host.terrain.untrusted import UNREADABLE, read_array, read_cells, read_values
-from host.terrain.voids import UNDECLARED_VOID, fill
+from host.terrain.voids import fill
 
 
 __all__ = ["from_array", "info", "load"]
@@ -233,7 +233,7 @@ def from_array(
     origin: tuple[float, float] | None = None,
     fill_voids: bool = False,
 ) -> Terrain:
-    """Return a terrain of an array; SRTM's mark of a void counts as a void.
+    """Return a terrain of an array.
 
     Parameters
     ----------
@@ -247,10 +247,9 @@ def from_array(
     Raises
     ------
     InputError
-        If the heights are no grid, are all void, or a side is not positive.
+        If the heights are no grid, are all void or no heights of ground, or a side is not positive.
     """
-    heights = Terrain(source or name, np.asarray(elevation), *cell).elevation
-    heights = np.where(heights == UNDECLARED_VOID, np.nan, heights)
+    heights = Terrain(source or name, np.asanyarray(elevation), *cell).elevation
     if fill_voids:
         # From the north, as a raster is filled: the interpolation depends on the direction.
         heights = fill(heights[::-1])[::-1]

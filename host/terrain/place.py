@@ -11,7 +11,7 @@ from host.errors import InputError
 from host.terrain import geodesy, warp
 from host.terrain.grid import Terrain
 from host.terrain.raster import Raster, north_up
-from host.terrain.voids import fill
+from host.terrain.voids import fill, from_corner, number, require_heights
 
 
 __all__ = ["to_terrain"]
@@ -47,8 +47,9 @@ def to_terrain(
     Raises
     ------
     InputError
-        If the raster is rotated, all void, smaller than 2 x 2 nodes, too large for one UTM zone, or
-        has no size of cell; or if ``cell`` is given for a raster that has its own.
+        If the raster is rotated, all void, smaller than 2 x 2 nodes, too large for one UTM zone,
+        has no size of cell or heights that are none of ground; or if ``cell`` is given for a raster
+        that has its own.
     """
     name = raster.name
     if np.isnan(raster.heights).all():
@@ -71,6 +72,13 @@ def to_terrain(
     else:
         raster = replace(raster, transform=Affine(cell[0], 0, 0, 0, -cell[1], 0), crs=None)
     raster = north_up(raster)
+    # Here, since filling and warping would mix a mark with the ground around it.
+    require_heights(
+        name,
+        raster.heights,
+        lambda row, column: _place(raster, row, column),
+        lambda height: _remedy(raster, height),
+    )
     if fill_voids:
         raster = replace(raster, heights=fill(raster.heights))
     if raster.crs is not None and raster.crs.is_geographic:
@@ -93,4 +101,29 @@ def to_terrain(
         # The south-west node is the centre of the last row's first pixel.
         origin=None if crs is None else (side.c + 0.5 * side.a, side.f + (rows - 0.5) * side.e),
         source=raster.source,
+    )
+
+
+def _place(raster: Raster, row: int, column: int) -> str:
+    """Return the place of a pixel's centre in words, for a raster with north up."""
+    if raster.crs is not None and raster.crs.is_geographic:
+        east = raster.transform.c + (column + 0.5) * raster.transform.a
+        north = raster.transform.f + (row + 0.5) * raster.transform.e
+        return f"at latitude {north:.5f} and longitude {east:.5f}"
+    unit_m = 1.0 if raster.crs is None else geodesy.unit_m(geodesy.crs_name(raster.crs))
+    east_m = column * raster.transform.a * unit_m
+    north_m = (row - len(raster.heights) + 1) * raster.transform.e * unit_m
+    return from_corner(east_m, north_m)
+
+
+def _remedy(raster: Raster, height_m: float) -> str:
+    """Return how to declare the mark of a void, as the file has it."""
+    factor, offset = raster.scaling
+    mark = height_m
+    if (factor, offset) != (1.0, 0.0):
+        # Rounded, since the division may miss the last digits of the file's number.
+        mark = float(f"{(height_m - offset) / factor:.12g}")
+    return (
+        f"declare the mark (gdal_translate -a_nodata {number(mark)} IN.tif OUT.tif), or state the "
+        "unit of the heights"
     )

@@ -66,6 +66,8 @@ class Raster:
         From column and row of a pixel's corner to coordinates in ``crs``.
     crs : CRS or None
         Reference system, if the file names one.
+    scaling : tuple of float
+        Factor and offset that turn the numbers of the file into metres.
     """
 
     name: str
@@ -73,6 +75,7 @@ class Raster:
     heights: Floats
     transform: Affine
     crs: CRS | None
+    scaling: tuple[float, float] = (1.0, 0.0)
 
 
 def read(path: Path, max_cells: int | None = None) -> Raster:
@@ -120,7 +123,14 @@ def read(path: Path, max_cells: int | None = None) -> Raster:
     heights = band.data.astype(np.float64)
     void = np.ma.getmaskarray(band) | ~np.isfinite(heights) | (heights == UNDECLARED_VOID)
     heights[void] = np.nan
-    return Raster(path.stem, str(path), (heights * scale + offset) * unit_m, transform, crs)
+    return Raster(
+        path.stem,
+        str(path),
+        (heights * scale + offset) * unit_m,
+        transform,
+        crs,
+        (scale * unit_m, offset * unit_m),
+    )
 
 
 def _require_place(path: Path, transform: Affine) -> None:

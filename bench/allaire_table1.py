@@ -81,7 +81,7 @@ def run(options: BenchOptions, *, generations: int = GENERATIONS, board: str = "
         f"Means of {len(seeds)} seeds on {LARGE} (80 x 80 km, 0 to 3500 m). Paper: a Pentium 4 of "
         f"2.8 GHz and a Virtex-II Pro at {CLOCK_HZ / 1e6:.0f} MHz.",
         "Here: one core of this machine, ga-pc in Python with NumPy; the chip's own counters on "
-        f"the simulated board, at its nominal {clock_hz / 1e6:.0f} MHz (docs/results.md has the "
+        f"the simulated board, at its nominal {clock_hz / 1e6:.0f} MHz (docs/boards.md has the "
         "routed clocks).",
         "Neither contains the link. The host evaluates in both, with compiled code: "
         f"{evaluations[0]:.0f} and {evaluations[1]:.0f} paths a run; for ga-fpga with "

@@ -63,14 +63,14 @@ class Report:
     failed: bool = False
     further: Sequence[Report] = ()
 
-    def text(self) -> str:
-        """Return the tables in Markdown."""
+    def text(self, level: int = 2) -> str:
+        """Return the tables in Markdown, under headings of a level."""
         cells = [list(self.columns), *([_cell(value) for value in row] for row in self.rows)]
         widths = [max(len(row[i]) for row in cells) for i in range(len(self.columns))]
         lines = [f"| {' | '.join(map(str.ljust, row, widths))} |" for row in cells]
         lines.insert(1, "|" + "|".join("-" * (width + 2) for width in widths) + "|")
-        own = "\n".join([f"## {self.title}", "", *lines, "", *self.notes])
-        return "\n\n".join([own, *(report.text() for report in self.further)])
+        own = "\n".join([f"{'#' * level} {self.title}", "", *lines, "", *self.notes])
+        return "\n\n".join([own, *(report.text(level) for report in self.further)])
 
     def write(self, path: Path) -> Path:
         """Write the report and a description of the machine to ``path`` as JSON."""

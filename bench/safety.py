@@ -1,7 +1,7 @@
 """Cost of safety: every planner as paper and with three clearances, over nine terrains.
 
 A row is a terrain, a planner and a set of rules. Results are kept in ``docs/safety.json``
-(:class:`bench.kept.Kept`); ``docs/safety.md`` shows them.
+(:class:`bench.kept.Kept`); ``docs/results.md`` shows them.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ __all__ = ["CLEARANCES", "MOST_SEEDS", "PAGE", "STORE", "Row", "rows", "run"]
 
 _DOCS = Path(__file__).resolve().parents[1] / "docs"
 #: Where the results are kept, and the page with their tables.
-STORE, PAGE = _DOCS / "safety.json", _DOCS / "safety.md"
+STORE, PAGE = _DOCS / "safety.json", _DOCS / "results.md"
 #: Seeds of each planner at most.
 MOST_SEEDS = 5
 #: The clearance of each set of rules, metres; None is as paper.
@@ -116,7 +116,7 @@ def run(options: BenchOptions) -> Report:
         )
     kept = Kept(STORE, *_SOURCES)
     _measure_missing(kept, wanted, min(options.seeds, MOST_SEEDS))
-    paste(PAGE, "safety", _report(_runs(kept, rows())).text())
+    paste(PAGE, "safety", _report(_runs(kept, rows())).text(level=3))
     return _report(_runs(kept, wanted))
 
 

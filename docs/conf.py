@@ -11,7 +11,7 @@ release = metadata.version("pathgene")
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 
-myst_heading_anchors = 3
+myst_heading_anchors = 4
 
 napoleon_google_docstring = False
 napoleon_use_rtype = False

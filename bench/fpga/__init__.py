@@ -2,7 +2,7 @@
 
 The synthesis and place-and-route tools run for hours; ``make setup-synth`` installs them. A row is
 kept in ``docs/results.json`` as soon as it is measured, and is measured again only when its circuit
-or the tools have changed (:mod:`bench.fpga.store`); ``docs/results.md`` shows all rows.
+or the tools have changed (:mod:`bench.fpga.store`); ``docs/boards.md`` shows all rows.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from bench.fpga.boards import BOARDS_TABLE, LANES_TABLE, board_jobs, lanes_jobs
 from bench.fpga.job import Job, Measured
 from bench.fpga.store import Store, Table
 from bench.fpga.units import PAPERS_TABLE, UNITS_TABLE, paper_jobs, unit_jobs
+from bench.kept import paste
 from bench.report import Options, Report
 from host.errors import InputError, PathgeneError
 
@@ -26,7 +27,7 @@ __all__ = ["TABLES", "render", "run"]
 _ROOT = Path(__file__).parents[2]
 _FOLDER = _ROOT / "build" / "fpga"
 STORE = _ROOT / "docs" / "results.json"
-PAGE = _ROOT / "docs" / "results.md"
+PAGE = _ROOT / "docs" / "boards.md"
 
 TABLES: tuple[Table, ...] = (BOARDS_TABLE, LANES_TABLE, UNITS_TABLE, PAPERS_TABLE)
 
@@ -40,7 +41,7 @@ def run(options: Options) -> Report:
         if not jobs:
             raise InputError(f"No row of the benchmark has {options.only!r} in its name.")
     failed = _measure(jobs, store)
-    PAGE.write_text(render(store), encoding="utf-8")
+    paste(PAGE, "fpga", render(store))
     report = BOARDS_TABLE.report(store)
     report.notes += failed
     report.failed = bool(failed)
@@ -49,16 +50,8 @@ def run(options: Options) -> Report:
 
 
 def render(store: Store) -> str:
-    """Return the page of results, Markdown."""
-    text = "\n\n".join(
-        [
-            "# Results of synthesis, place and route",
-            "Made by `make bench BENCH=fpga`: yosys 0.70 and nextpnr 0.11 as the package index has "
-            "them. Nothing here has run on a board.",
-            *(table.report(store).text() for table in TABLES),
-        ]
-    )
-    return text.rstrip() + "\n"
+    """Return the tables of all rows, Markdown."""
+    return "\n\n".join(table.report(store).text(level=3) for table in TABLES).rstrip()
 
 
 def _measure(jobs: list[Job], store: Store) -> list[str]:

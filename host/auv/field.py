@@ -36,7 +36,7 @@ WEIGHTS = 1.0, 2.0, 4.0
 #: Longest step between two samples, along the path. At the landscapes' shortest wave, 0.083, the
 #: rate of such a step is at most 0.6 % less than the slope in its middle.
 STEP = 0.005
-#: Samples of a segment under ``--as-paper``, where the paper gives no number; see docs/auv.md.
+#: Samples of a segment under ``--as-paper``, where the paper gives no number; see docs/papers.md.
 PAPER_SAMPLES = 21
 
 # A short segment must not hide its slopes between a few samples.

@@ -33,7 +33,7 @@ TABLES: Mapping[str, str] = {
     "south-west node, altitudes metres above its datum.",
     "zones": "A no-fly zone, [[zones]] once for each: one of file, circle and polygon.",
     "aircraft": "A shipped aircraft by its name, the file of one, or one described here with the "
-    "keys of docs/aircraft.md.",
+    "keys of docs/rules.md.",
     "rules": "What a path keeps to be safe.",
     "planner": "How to search. Options that the planner does not have are ignored with a note.",
     "output": "What to write.",

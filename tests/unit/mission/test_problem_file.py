@@ -17,7 +17,7 @@ from host.problem import Circle, Polygon
 
 ROOT = Path(__file__).resolve().parents[3]
 GLIDER = re.findall(
-    r"```toml\n(.*?)```", (ROOT / "docs" / "aircraft.md").read_text(), flags=re.DOTALL
+    r"```toml\n(.*?)```", (ROOT / "docs" / "rules.md").read_text(), flags=re.DOTALL
 )[0]
 
 
@@ -278,6 +278,6 @@ def test_strings_survive(tmp_path):
 
 def test_the_page_is_the_table():
     """After a change of the keys, put what ``markdown()`` returns between the marks of the page."""
-    page = (ROOT / "docs" / "problem-files.md").read_text()
+    page = (ROOT / "docs" / "reference.md").read_text()
     (shown,) = re.findall(r"<!-- keys -->\n\n(.*?)\n<!-- end of keys -->", page, flags=re.DOTALL)
     assert shown == markdown()

@@ -41,9 +41,9 @@ Point = tuple[float, float, float]
 class Constants(NamedTuple):
     """Constants of a problem, the same for all its paths. Metres, newtons, seconds, radians.
 
-    ``rows`` and ``columns`` are the shape of the rasters; ``sampled``, ``zones``, ``bilinear`` and
-    ``isa`` are 0 or 1; ``burn_per_m`` is sfc / eta, 1/m; ``utopia_area_m2`` is
-    a_utopia * l_utopia. Where ``sampled`` is 0 nothing is sampled: d_ut and d_nf are 0.
+    ``rows`` and ``columns`` are the shape of the rasters; With ``sampled`` 0, not 1, nothing is
+    sampled: d_ut and d_nf are 0. ``burn_per_m`` is sfc / eta, 1/m; ``utopia_area_m2`` is
+    a_utopia * l_utopia.
 
     The last fields belong to the rules of safe flight; as paper they are 0, or infinite where they
     limit. ``in_air`` is 1 where slopes are limited by vertical speeds, as in wind. ``roofed`` is 1
@@ -58,9 +58,6 @@ class Constants(NamedTuple):
     columns: int
     ds_m: float
     sampled: int
-    zones: int
-    bilinear: int
-    isa: int
     turn_radius_m: float
     max_climb_rad: float
     max_descent_rad: float

@@ -51,10 +51,6 @@ class Evaluator:
         Sampling step of d_ut and d_nf; the problem's own by default.
     threads : int, optional
         Threads that share a population; one per core by default.
-    bilinear : bool
-        Read the ground between nodes rather than at the nearest one.
-    isa : bool
-        Air density by the altitude of each piece rather than that of sea level.
 
     Raises
     ------
@@ -70,8 +66,6 @@ class Evaluator:
         *,
         ds_m: float | None = None,
         threads: int | None = None,
-        bilinear: bool = False,
-        isa: bool = False,
     ) -> None:
         ds_m = problem.ds_m if ds_m is None else ds_m
         if not (math.isfinite(ds_m) and ds_m > 0):
@@ -83,14 +77,12 @@ class Evaluator:
         self.problem = problem
         self.ds_m = float(ds_m)
         self.threads = threads
-        self.bilinear = bool(bilinear)
-        self.isa = bool(isa)
 
         # Numba, which compiles the kernels, is loaded with the first evaluator.
         from host.evaluation import kernels
 
         self._kernels = kernels
-        self._bare = constants_of(problem, self.ds_m, self.bilinear, self.isa)
+        self._bare = constants_of(problem, self.ds_m)
         self._strict: StrictRule | None = None
         if problem.rules is not None:
             from host.evaluation.safety import StrictRule
@@ -100,11 +92,8 @@ class Evaluator:
 
     @cached_property
     def _constants(self) -> Constants:
-        """All constants; the strict rule does without those of the search rasters."""
-        problem = self.problem
-        return self._bare._replace(
-            zones=int(problem.nofly_raster.any()), roofed=int(problem.roof is not None)
-        )
+        """All constants; ``_bare`` lacks ``roofed``, which the strict rule does not read."""
+        return self._bare._replace(roofed=int(self.problem.roof is not None))
 
     @cached_property
     def _fine(self) -> Constants:
@@ -139,7 +128,7 @@ class Evaluator:
         zoned = self._zoned
         if self.problem.zones_at_times:
             zoned = np.where(self.problem.blocked_raster.ravel(), np.nan, zoned)
-        return self._ground, zoned, self._constants._replace(zones=int(np.isnan(zoned).any()))
+        return self._ground, zoned, self._constants
 
     def evaluate(self, path: NDArray[np.float64]) -> Evaluation:
         """Return every term of one path, (n, 3) float64 metres, n >= 2, start and goal included.
@@ -169,7 +158,7 @@ class Evaluator:
 
         track = self.track(path)
         x, y, z = path[[0, -1]].T
-        ground = ground_below(self.problem.terrain, x, y, bilinear=self.bilinear)
+        ground = ground_below(self.problem.terrain, x, y)
         clearance = np.append(z - ground, track.least_clearance_m(self.ds_m / FINE))
         return Evaluation(
             feasible=penalty == 0 and penalty_fine == 0,
@@ -343,7 +332,7 @@ class Evaluator:
         """
         problem = self.problem
         smoothed = smooth(self._checked(path), problem.limits.turn_radius_m, problem.headings)
-        return SmoothedTrack(smoothed.pieces, problem.terrain, self.bilinear)
+        return SmoothedTrack(smoothed.pieces, problem.terrain)
 
     def broken(self, path: NDArray[np.float64]) -> list[Stretch]:
         """Return the stretches of a path that break a limit; none as paper.

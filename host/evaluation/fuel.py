@@ -43,7 +43,6 @@ def fuel_burned(
     run_m: float,
     rise_m: float,
     air_distance_m: float,
-    density_kg_m3: float = SEA_LEVEL_DENSITY_KG_M3,
 ) -> float:
     """Return the fuel in newtons burned on one piece of constant slope.
 
@@ -57,12 +56,10 @@ def fuel_burned(
         Horizontal length and altitude gained: the slope. Not both 0.
     air_distance_m : float
         Distance flown through the air; the length of the piece when there is no wind.
-    density_kg_m3 : float
-        Air density.
 
     A glide that needs no thrust at the start of the piece burns no fuel on it.
     """
-    a, b, e = _thrust_terms(aircraft, run_m, rise_m, density_kg_m3)
+    a, b, e = _thrust_terms(aircraft, run_m, rise_m)
     thrust = a * weight**2 + b * weight + e
     if thrust <= 0:
         return 0.0
@@ -82,25 +79,18 @@ def fuel_burned(
     return 2 * thrust * tau / (1 + (2 * a * weight + b) * tau)
 
 
-def thrust_needed(
-    aircraft: Aircraft,
-    weight: float,
-    run_m: float,
-    rise_m: float,
-    density_kg_m3: float = SEA_LEVEL_DENSITY_KG_M3,
-) -> float:
+def thrust_needed(aircraft: Aircraft, weight: float, run_m: float, rise_m: float) -> float:
     """Return the thrust in newtons that holds a slope; arguments as for :func:`fuel_burned`."""
-    a, b, e = _thrust_terms(aircraft, run_m, rise_m, density_kg_m3)
+    a, b, e = _thrust_terms(aircraft, run_m, rise_m)
     return a * weight**2 + b * weight + e
 
 
-def _thrust_terms(
-    aircraft: Aircraft, run_m: float, rise_m: float, density_kg_m3: float
-) -> tuple[float, float, float]:
+def _thrust_terms(aircraft: Aircraft, run_m: float, rise_m: float) -> tuple[float, float, float]:
     """Return a, b and e of the thrust a W^2 + b W + e."""
     length = math.hypot(run_m, rise_m)
     cos, sin = run_m / length, rise_m / length
-    pressure_area = 0.5 * density_kg_m3 * aircraft.cruise_speed_m_s**2 * aircraft.wing_area_m2
+    pressure_area = 0.5 * SEA_LEVEL_DENSITY_KG_M3 * aircraft.cruise_speed_m_s**2
+    pressure_area *= aircraft.wing_area_m2
     return (
         aircraft.induced_drag_factor * cos**2 / pressure_area,
         sin,

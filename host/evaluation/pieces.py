@@ -14,6 +14,7 @@ import math
 import numpy as np
 
 from host.evaluation.constants import SLOPE_TOLERANCE_RAD, Constants, Floats
+from host.evaluation.fuel import SEA_LEVEL_DENSITY_KG_M3
 from host.evaluation.jit import inlined
 from host.evaluation.laying import (
     AIR,
@@ -61,15 +62,6 @@ __all__ = [
 ARC_PARTS_IN_WIND = 8
 # Below it the series is exact to 1e-16. Most pieces lie below: 1 km has less than 1e-8.
 _SMALL_SQUARE = 1e-5
-
-
-@inlined
-def air_density(altitude_m: float) -> float:
-    """Return the density of the International Standard Atmosphere, kg/m^3."""
-    density = 1.225 * math.pow(1.0 - 0.0065 * min(altitude_m, 11000.0) / 288.15, 4.255876)
-    if altitude_m > 11000.0:
-        density *= math.exp(-(altitude_m - 11000.0) / 6341.62)
-    return density
 
 
 @inlined
@@ -188,9 +180,9 @@ def prepare_burn(c: Constants, pieces: Floats, row: int) -> None:
     if length > 0.0:
         cos = pieces[row, RUN] / length
         b = pieces[row, RISE] / length
-        altitude = 0.5 * (pieces[row, Z] + pieces[row, Z_END])
-        density = air_density(altitude) if c.isa else 1.225
-        pressure_area = 0.5 * density * (c.airspeed_m_s * c.airspeed_m_s) * c.wing_area_m2
+        pressure_area = (
+            0.5 * SEA_LEVEL_DENSITY_KG_M3 * (c.airspeed_m_s * c.airspeed_m_s) * c.wing_area_m2
+        )
         a = c.induced_drag_factor * (cos * cos) / pressure_area
         e = pressure_area * c.drag_coefficient
         discriminant = 4.0 * a * e - b * b

@@ -13,22 +13,15 @@ from host.problem.problem import Problem
 __all__ = ["constants_of"]
 
 
-def constants_of(
-    problem: Problem,
-    ds_m: float,
-    bilinear: bool = False,
-    isa: bool = False,
-    *,
-    best: Utopia | None = None,
-) -> Constants:
-    """Return the kernels' constants of a problem; ``zones`` and ``roofed``, of its rasters, are 0.
+def constants_of(problem: Problem, ds_m: float, *, best: Utopia | None = None) -> Constants:
+    """Return the kernels' constants of a problem; ``roofed`` is 0.
 
     Costs are relative to ``best``, by default to what :func:`problem_utopia` returns, or raises.
     """
     terrain, aircraft, limits = problem.terrain, problem.aircraft, problem.limits
     start, goal = (heading or (0.0, 0.0) for heading in problem.headings)
     rows, columns = terrain.elevation.shape
-    best = best or problem_utopia(problem, isa=isa)
+    best = best or problem_utopia(problem)
     return Constants(
         dx_m=float(terrain.dx_m),
         dy_m=float(terrain.dy_m),
@@ -36,9 +29,6 @@ def constants_of(
         columns=columns,
         ds_m=ds_m,
         sampled=1,
-        zones=0,
-        bilinear=int(bilinear),
-        isa=int(isa),
         turn_radius_m=limits.turn_radius_m,
         max_climb_rad=math.radians(aircraft.max_climb_deg),
         max_descent_rad=math.radians(aircraft.max_descent_deg),

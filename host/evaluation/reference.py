@@ -14,13 +14,7 @@ from numpy.typing import NDArray
 
 from host.errors import InputError
 from host.evaluation.constants import SLOPE_TOLERANCE_RAD
-from host.evaluation.fuel import (
-    SEA_LEVEL_DENSITY_KG_M3,
-    air_density,
-    air_distance,
-    fuel_burned,
-    thrust_needed,
-)
+from host.evaluation.fuel import air_distance, fuel_burned, thrust_needed
 from host.evaluation.geometry import Piece, Straight, smooth
 from host.evaluation.track import SmoothedTrack
 from host.problem.aircraft import Aircraft
@@ -65,14 +59,12 @@ def evaluate(
     path: NDArray[np.float64],
     *,
     ds_m: float | None = None,
-    bilinear: bool = False,
-    isa: bool = False,
 ) -> Terms:
     """Evaluate ``path``, (n, 3) float64 metres with start and goal, by the definition."""
     aircraft = problem.aircraft
     ds_m = problem.ds_m if ds_m is None else ds_m
     smoothed = smooth(path, problem.limits.turn_radius_m, problem.headings)
-    track = SmoothedTrack(smoothed.pieces, problem.surface, bilinear)
+    track = SmoothedTrack(smoothed.pieces, problem.surface)
 
     length = sum(piece.length_m for piece in smoothed.pieces)
     altitude = sum(_mean_altitude(piece) * piece.length_m for piece in smoothed.pieces) / length
@@ -81,8 +73,8 @@ def evaluate(
         for piece in smoothed.pieces
         if _is_too_steep(piece, problem) or _air_distance(piece, aircraft, problem.wind) is None
     )
-    fuel = _fuel(smoothed.pieces, aircraft, problem.wind, isa)
-    beyond = _beyond_limits(smoothed.pieces, problem, isa)
+    fuel = _fuel(smoothed.pieces, aircraft, problem.wind)
+    beyond = _beyond_limits(smoothed.pieces, problem)
 
     at, part = track.midpoints(ds_m)
     rows, columns = problem.terrain.elevation.shape
@@ -103,7 +95,7 @@ def evaluate(
     penalty = under + nofly + steep + beyond
     if smoothed.arcs:
         penalty += smoothed.impossible_arcs / smoothed.arcs * length
-    best = problem_utopia(problem, isa=isa)
+    best = problem_utopia(problem)
     cost = (
         _ALTITUDE_WEIGHT * (altitude * length) / (best.altitude_m * best.length_m)
         + _FUEL_WEIGHT * fuel / best.fuel_N
@@ -160,14 +152,13 @@ def _fastest_directions(piece: Piece, wind: tuple[float, float]) -> Iterator[Dir
             yield east * cos - north * sin, east * sin + north * cos, piece.run_m
 
 
-def _beyond_limits(pieces: tuple[Piece, ...], problem: Problem, isa: bool) -> float:
+def _beyond_limits(pieces: tuple[Piece, ...], problem: Problem) -> float:
     """Return the metres beyond the engine's power, the ceiling and the fuel; 0 as paper."""
     limits, aircraft = problem.limits, problem.aircraft
     beyond = burned = 0.0
     for piece in pieces:
-        density = air_density(_mean_altitude(piece)) if isa else SEA_LEVEL_DENSITY_KG_M3
         weight = aircraft.weight_N - burned
-        if thrust_needed(aircraft, weight, piece.run_m, piece.rise_m, density) > limits.thrust_N:
+        if thrust_needed(aircraft, weight, piece.run_m, piece.rise_m) > limits.thrust_N:
             beyond += piece.length_m
         low = piece.start[2]
         high = piece.stop[2] if isinstance(piece, Straight) else low + piece.rise_m
@@ -175,7 +166,7 @@ def _beyond_limits(pieces: tuple[Piece, ...], problem: Problem, isa: bool) -> fl
         if high > limits.ceiling_m:
             share = 1.0 if low >= limits.ceiling_m else (high - limits.ceiling_m) / (high - low)
             beyond += share * piece.length_m
-        burned += _fuel((piece,), aircraft, problem.wind, isa, burned)
+        burned += _fuel((piece,), aircraft, problem.wind, burned)
     if burned > limits.fuel_N:
         beyond += sum(piece.length_m for piece in pieces) * (1 - limits.fuel_N / burned)
     return beyond
@@ -195,8 +186,6 @@ def utopia(
     goal: Sequence[float],
     aircraft: Aircraft,
     wind: tuple[float, float],
-    *,
-    isa: bool = False,
 ) -> Utopia:
     """Return altitude, length and fuel of the straight line from ``start`` to ``goal``.
 
@@ -219,7 +208,7 @@ def utopia(
             "The straight line from start to goal cannot be flown in this wind, and "
             "costs are relative to it; reduce the wind or move start or goal."
         )
-    fuel = _fuel((line,), aircraft, wind, isa)
+    fuel = _fuel((line,), aircraft, wind)
     if not fuel > 0:
         raise InputError(
             "The straight line from start to goal is so steep a glide that it burns "
@@ -229,7 +218,7 @@ def utopia(
     return Utopia(altitude, line.length_m, fuel)
 
 
-def problem_utopia(problem: Problem, *, isa: bool = False) -> Utopia:
+def problem_utopia(problem: Problem) -> Utopia:
     """Return altitude, length and fuel of the straight lines that join the way of a problem.
 
     Every line starts with the full weight.
@@ -239,10 +228,7 @@ def problem_utopia(problem: Problem, *, isa: bool = False) -> Utopia:
     InputError
         As :func:`utopia` does, for any of the lines.
     """
-    lines = [
-        utopia(start, stop, problem.aircraft, problem.wind, isa=isa)
-        for start, stop in problem.lines
-    ]
+    lines = [utopia(start, stop, problem.aircraft, problem.wind) for start, stop in problem.lines]
     if len(lines) == 1:
         return lines[0]
     length_m = sum(line.length_m for line in lines)
@@ -266,7 +252,6 @@ def _fuel(
     pieces: tuple[Piece, ...],
     aircraft: Aircraft,
     wind: tuple[float, float],
-    isa: bool,
     before: float = 0.0,
 ) -> float:
     """Return the fuel of all pieces; the wind is left out of a piece that it makes impossible.
@@ -282,6 +267,5 @@ def _fuel(
             piece.run_m,
             piece.rise_m,
             piece.length_m if distance is None else distance,
-            air_density(_mean_altitude(piece)) if isa else SEA_LEVEL_DENSITY_KG_M3,
         )
     return burned - before

@@ -57,28 +57,10 @@ def sample(
     inside = inside_map(x, y, c)
     height = zoned[node]
     zone = math.isnan(height)
-    if c.bilinear:
-        under = z < bilinear_ground(ground, c, x, y) if inside else True
-    else:
-        under = (not inside) | (z < (ground[node] if zone else height))
+    under = (not inside) | (z < (ground[node] if zone else height))
     if c.roofed:
         under = under | (-z < ground[node + np.uint64(c.rows * c.columns)])
     return int(under), int(zone)
-
-
-@compiled
-def bilinear_ground(ground: Floats, c: Constants, x: float, y: float) -> float:
-    """Return the height between the four nodes around a point on the map; voids are high."""
-    column = min(np.int32(x / c.dx_m), np.int32(c.columns - 2))
-    row = min(np.int32(y / c.dy_m), np.int32(c.rows - 2))
-    east = x / c.dx_m - column
-    north = y / c.dy_m - row
-    south_west = row * np.int32(c.columns) + column
-    north_west = south_west + np.int32(c.columns)
-    below = (1.0 - east) * ground[np.uint64(south_west)] + east * ground[np.uint64(south_west + 1)]
-    above = (1.0 - east) * ground[np.uint64(north_west)] + east * ground[np.uint64(north_west + 1)]
-    height: float = (1.0 - north) * below + north * above
-    return height
 
 
 @inlined
@@ -119,17 +101,6 @@ def straight_hits(ground: Floats, c: Constants, a: Point, b: Point, parts: int) 
         under += z + ez * t < height
         missing += math.isnan(height)
     return under, missing
-
-
-@compiled
-def straight_under_bilinear(ground: Floats, c: Constants, a: Point, b: Point, parts: int) -> int:
-    """The first count of :func:`straight_hits`, by the height between nodes."""
-    (x, y, z), ex, ey, ez = a, b[0] - a[0], b[1] - a[1], b[2] - a[2]
-    under = 0
-    for part in range(np.int32(parts)):
-        t = (part + 0.5) / parts
-        under += z + ez * t < bilinear_ground(ground, c, x + ex * t, y + ey * t)
-    return under
 
 
 @inlined
@@ -186,9 +157,6 @@ def count_straight(
     # The quick loops count in 32 bits and do not check that samples are on the map.
     if parts > _QUICK_PARTS or not (inside_map(a[0], a[1], c) and inside_map(b[0], b[1], c)):
         return straight_general(ground, zoned, c, a, b, parts)
-    if c.bilinear:
-        zone = straight_hits(zoned, c, a, b, parts)[1] if c.zones else 0
-        return straight_under_bilinear(ground, c, a, b, parts), zone
     under, zone = straight_hits(zoned, c, a, b, parts)
     # The height in a zone is not in this raster, but few pieces touch a zone.
     if zone:
@@ -340,12 +308,8 @@ def count_arc(
     """Count the parts of an arc under the terrain and in a no-fly zone; see :func:`arc_part`."""
     # No point of it is farther from its entry.
     reach = c.turn_radius_m * min(angle, 2.0)
-    if (
-        c.bilinear
-        or parts > _QUICK_PARTS
-        or not (
-            inside_map(a[0] - reach, a[1] - reach, c) and inside_map(a[0] + reach, a[1] + reach, c)
-        )
+    if parts > _QUICK_PARTS or not (
+        inside_map(a[0] - reach, a[1] - reach, c) and inside_map(a[0] + reach, a[1] + reach, c)
     ):
         return arc_general(ground, zoned, c, a, ux, uy, side, angle, rise, parts)
     under, zone = arc_hits(zoned, c, a, ux, uy, side, angle, rise, parts)
@@ -385,7 +349,7 @@ def some_straight_hits(
 ) -> int:
     """As the sum of :func:`count_straight`, of every ``stride``-th part: a CUDA thread's share."""
     hits = 0
-    if c.bilinear or not (inside_map(a[0], a[1], c) and inside_map(b[0], b[1], c)):
+    if not (inside_map(a[0], a[1], c) and inside_map(b[0], b[1], c)):
         for part in range(first, parts, stride):
             under, zone = straight_part(ground, zoned, c, a, b, part, parts)
             hits += under + zone
@@ -415,7 +379,7 @@ def some_arc_hits(
     """As the sum of :func:`count_arc`, of every ``stride``-th part: a CUDA thread's share."""
     hits = 0
     reach = c.turn_radius_m * min(angle, 2.0)
-    if c.bilinear or not (
+    if not (
         inside_map(a[0] - reach, a[1] - reach, c) and inside_map(a[0] + reach, a[1] + reach, c)
     ):
         for part in range(first, parts, stride):

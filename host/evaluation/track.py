@@ -52,13 +52,10 @@ class SmoothedTrack:
         Pieces in flying order; at least one.
     terrain : Terrain
         The ground below.
-    bilinear : bool
-        Read the ground between nodes rather than at the nearest one.
     """
 
     pieces: tuple[Piece, ...]
     terrain: Terrain
-    bilinear: bool = False
 
     @property
     def length_m(self) -> float:
@@ -123,7 +120,7 @@ class SmoothedTrack:
 
     def _samples(self, along: NDArray[np.float64], points: NDArray[np.float64]) -> Samples:
         x, y, z = np.ascontiguousarray(points.T)
-        ground = ground_below(self.terrain, x, y, bilinear=self.bilinear)
+        ground = ground_below(self.terrain, x, y)
         return Samples(along, x, y, z, ground, z - ground)
 
 

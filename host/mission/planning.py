@@ -231,7 +231,7 @@ def _joined_evaluator(
         goal_heading_deg=problem.goal_heading_deg,
         elapsed_s=max(0.0, elapsed_s - run_m / aircraft.cruise_speed_m_s),
     )
-    options = {"ds_m": alone.ds_m, "threads": alone.threads, "bilinear": alone.bilinear}
+    options = {"ds_m": alone.ds_m, "threads": alone.threads}
     try:
         return JoinedEvaluator(problem, ahead, joined, **options)
     except InputError:

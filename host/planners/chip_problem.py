@@ -25,7 +25,7 @@ from hdl.protocol.planner import (
     ProblemRecord,
 )
 from host.errors import InputError
-from host.evaluation.fuel import SEA_LEVEL_DENSITY_KG_M3, thrust_needed
+from host.evaluation.fuel import thrust_needed
 from host.evaluation.reference import problem_utopia
 from host.problem.corner_map import CornerMap
 from host.problem.ends import Point
@@ -88,7 +88,7 @@ def problem_record(config: Config, problem: Problem, grid: CornerMap) -> Problem
     )
     fuel = burn_per_m * unit_m / best.fuel_N * area / (1 << DRAG_FRACTION)
     fuel_shift = max(FUEL_BITS - math.frexp(fuel)[1], 0)
-    level_thrust = thrust_needed(aircraft, aircraft.weight_N, 1.0, 0.0, SEA_LEVEL_DENSITY_KG_M3)
+    level_thrust = thrust_needed(aircraft, aircraft.weight_N, 1.0, 0.0)
     first, last = committed_points(problem)
     start, goal = (grid.place(point) for point in chip_ends(problem))
     entry, leave = grid.place(problem.start), grid.place(problem.goal)

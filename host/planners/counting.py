@@ -163,7 +163,7 @@ def refutation(evaluator: Evaluator, path: Path) -> str | None:
         return "between_samples"
     problem = evaluator.problem
     straight = smooth(path, _NO_RADIUS_M)
-    track = SmoothedTrack(straight.pieces, problem.surface, evaluator.bilinear)
+    track = SmoothedTrack(straight.pieces, problem.surface)
     samples, _ = track.midpoints(evaluator.ds_m)
     under = (samples.clearance < 0) | np.isnan(samples.ground)
     inside = problem.nofly_raster[problem.terrain.nearest_nodes(samples.x, samples.y)]

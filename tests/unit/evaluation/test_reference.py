@@ -216,46 +216,6 @@ def test_piece_that_the_wind_forbids_is_too_steep(evaluate, make_problem):
     assert math.isfinite(terms.fuel_N)
 
 
-def test_standard_atmosphere_takes_the_middle_altitude(evaluate, make_problem):
-    problem = make_problem((0, 0, 3000), (3000, 0, 3400))
-    dense, thin = evaluate(problem, []), evaluate(problem, [], isa=True)
-    # 3200 m: 0.8911 kg/m^3. Zero-lift drag falls with the density, induced drag rises.
-    pressure_area = 0.5 * 0.89110 * 23**2 * 0.768
-    slope = math.atan2(400, 3000)
-    drag = (
-        pressure_area * 0.0251
-        + FOX.induced_drag_factor * (113 * math.cos(slope)) ** 2 / pressure_area
-    )
-    thrust = drag + 113 * math.sin(slope)
-    assert thin.fuel_N == pytest.approx(thrust * thin.length_m * 1.1569e-6 / 0.8, rel=1e-3)
-    assert thin.fuel_N != dense.fuel_N
-    assert thin.cost == 1
-
-
-def test_bilinear_ground(evaluate, make_problem):
-    # A ramp from 100 to 300 m between columns 4 and 6, flown at 210 m: nearest nodes are above it
-    # from 550 m (column 6), the ramp from 510 m on.
-    elevation = columns(c5=200.0)
-    elevation[:, 6:8] = 300.0
-    problem = make_problem((50, 500, 210), (950, 500, 210), elevation, ds_m=1.0)
-    assert evaluate(problem, []).distance_under_terrain_m == pytest.approx(200, abs=2)
-    assert evaluate(problem, [], bilinear=True).distance_under_terrain_m == pytest.approx(
-        700 + 100 * 90 / 200 - 510, abs=2
-    )
-
-
-def test_bilinear_void_reaches_to_its_neighbours_and_not_further(evaluate, make_problem):
-    problem = make_problem((50, 500, 900), (950, 500, 900), columns(c5=np.nan), ds_m=1.0)
-    terms = evaluate(problem, [], bilinear=True)
-    assert terms.void_crossed_m == pytest.approx(200, abs=2)
-    assert terms.distance_under_terrain_m == terms.void_crossed_m
-
-
-def test_bilinear_along_the_far_edge(evaluate, make_problem):
-    problem = make_problem((5000, 0, 200), (5000, 5000, 200))
-    assert evaluate(problem, [], bilinear=True).penalty == 0
-
-
 @pytest.mark.parametrize(
     ("start", "goal", "wind", "message"),
     [

@@ -72,7 +72,7 @@ def test_quick_and_general_arcs_count_the_same(evaluator):
         assert told == tuple(arc_general(ground, zoned, c, *arc, parts))
         seen.add(told)
     assert len(seen) > 30
-    assert any(zone for _, zone in seen) == bool(c.zones)
+    assert any(zone for _, zone in seen) == np.isnan(zoned).any()
 
 
 @pytest.mark.parametrize("along", ["anything", "a border east", "a border north"])
@@ -95,13 +95,12 @@ def test_quick_and_general_straights_count_the_same(evaluator, along):
     assert len(seen) > 200
 
 
-@pytest.mark.parametrize("kind", ["nearest", "bilinear", "roofed"])
+@pytest.mark.parametrize("kind", ["nearest", "roofed"])
 def test_shares_of_a_piece_add_up_to_its_counts(evaluator, kind):
     ground, zoned, c = evaluator.kernel_arguments
     if kind == "roofed":
         roof = np.random.default_rng(5).uniform(400, 1500, ground.shape)
         ground, c = np.concatenate((ground, -roof)), c._replace(roofed=1)
-    c = c._replace(bilinear=int(kind == "bilinear"))
     rng = np.random.default_rng(6)
     seen = set()
     for arc in arcs(rng, 1000):

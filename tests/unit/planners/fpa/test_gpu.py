@@ -77,8 +77,7 @@ def evaluators(make_evaluator):
     ).problem
     return [
         Evaluator(paper, threads=1),
-        Evaluator(paper, threads=1, ds_m=7.0, isa=True),
-        Evaluator(paper, threads=1, bilinear=True),
+        Evaluator(paper, threads=1, ds_m=7.0),
         Evaluator(safe, threads=1),
     ]
 

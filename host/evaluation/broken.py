@@ -10,14 +10,16 @@ from typing import NamedTuple
 import numpy as np
 
 from host.evaluation import laying as fields
-from host.evaluation.constants import Constants, Floats
+from host.evaluation.constants import Floats
 from host.evaluation.jit import compiled
 from host.evaluation.laid_track import LaidTrack
 from host.evaluation.laying import is_impossible
 from host.evaluation.packed_zones import PackedZones
 from host.evaluation.strict import (
     STACK_SHAPE,
+    Part,
     Required,
+    Surface,
     extreme,
     is_near_end,
     is_off_map,
@@ -78,8 +80,7 @@ def merged(limit: str, spans: Iterable[Span]) -> list[Stretch]:
 
 @compiled
 def _mark_parts(
-    ground: Floats,
-    c: Constants,
+    surface: Surface,
     required: Required,
     below: Required,
     pieces: Floats,
@@ -88,38 +89,34 @@ def _mark_parts(
     stack: Floats,
     marks: Floats,
 ) -> None:
-    """Write 1 for each part of a piece that breaks what is demanded, 2 off the map, else 0."""
+    """Write 1 for each part of a piece that breaks a demand, 2 off the map, else 0."""
     run = pieces[row, fields.RUN]
-    for part in range(parts):
-        first, last = run * part / parts, run * (part + 1) / parts
-        if is_off_map(c, pieces, row, first, last):
-            marks[part] = 2.0
+    for number in range(parts):
+        part = Part(row, run * number / parts, run * (number + 1) / parts)
+        if is_off_map(surface.c, pieces, part):
+            marks[number] = 2.0
             continue
-        excess, _ = extreme(
-            ground, c, required, pieces, row, first, last, _ROUNDING_M, 0.0, True, stack
-        )
-        if excess <= _ROUNDING_M and is_near_end(required, pieces, row, first, last):
-            excess, _ = extreme(
-                ground, c, below, pieces, row, first, last, _ROUNDING_M, 0.0, True, stack
-            )
-        marks[part] = 1.0 if excess > _ROUNDING_M else 0.0
+        excess, _ = extreme(surface, required, pieces, part, _ROUNDING_M, 0.0, True, stack)
+        if excess <= _ROUNDING_M and is_near_end(required, pieces, part):
+            excess, _ = extreme(surface, below, pieces, part, _ROUNDING_M, 0.0, True, stack)
+        marks[number] = 1.0 if excess > _ROUNDING_M else 0.0
 
 
 def off_demand(
-    ground: Floats, c: Constants, required: Required, below: Required, track: LaidTrack
+    surface: Surface, required: Required, below: Required, track: LaidTrack
 ) -> tuple[list[Span], list[Span]]:
-    """Return the parts that break what is demanded of the height, and those off the map.
+    """Return the parts that break a demand on the height, and the parts off the map.
 
     A part is at most ``ds_m`` long, or a 4000th of a longer track, and counts whole.
     """
     stack = np.empty(STACK_SHAPE)
-    step_m = max(c.ds_m, track.length_m / _PARTS)
+    step_m = max(surface.c.ds_m, track.length_m / _PARTS)
     broken: tuple[list[Span], list[Span]] = ([], [])
     for row, start, length in _rows(track):
         run = float(track.pieces[row, fields.RUN])
         parts = max(math.ceil(run / step_m), 1)
         marks = np.empty(parts)
-        _mark_parts(ground, c, required, below, track.pieces, row, parts, stack, marks)
+        _mark_parts(surface, required, below, track.pieces, row, parts, stack, marks)
         for part in np.flatnonzero(marks).tolist():
             span = start + length * part / parts, start + length * (part + 1) / parts
             broken[int(marks[part]) - 1].append(span)

@@ -14,9 +14,11 @@ __all__ = [
     "TURN_AT_END_RAD",
     "VOID_HEIGHT_M",
     "Constants",
+    "Course",
     "Flags",
     "Floats",
     "Point",
+    "Scratch",
 ]
 
 # Height of a void: above every path, and finite, so that its product with a weight of 0 is 0.
@@ -41,15 +43,15 @@ Point = tuple[float, float, float]
 class Constants(NamedTuple):
     """Constants of a problem, the same for all its paths. Metres, newtons, seconds, radians.
 
-    ``rows`` and ``columns`` are the shape of the rasters; With ``sampled`` 0, not 1, nothing is
+    ``rows`` and ``columns`` are the shape of the rasters. With ``sampled`` 0, not 1, nothing is
     sampled: d_ut and d_nf are 0. ``burn_per_m`` is sfc / eta, 1/m; ``utopia_area_m2`` is
     a_utopia * l_utopia.
 
-    The last fields belong to the rules of safe flight; as paper they are 0, or infinite where they
-    limit. ``in_air`` is 1 where slopes are limited by vertical speeds, as in wind. ``roofed`` is 1
-    where the raster of the ground is followed by that of the negated roofs. ``start_east`` and
-    ``start_north`` are the unit vector of the heading at the start, 0 and 0 if it is free, and so
-    at the goal. ``headings`` is the number of fixed headings.
+    The last fields belong to the rules of safe flight. As paper they are 0, and the limits among
+    them are infinite. ``in_air`` is 1 where vertical speeds limit slopes, as in wind. ``roofed`` is
+    1 where the negated roofs follow the raster of the ground. ``start_east`` and ``start_north``
+    are the unit vector of the heading at the start, 0 and 0 if the heading is free; the goal has
+    the same two fields. ``headings`` is the number of fixed headings.
     """
 
     dx_m: float
@@ -83,3 +85,36 @@ class Constants(NamedTuple):
     start_north: float
     goal_east: float
     goal_north: float
+
+
+class Course(NamedTuple):
+    """Rasters and constants of a problem: the kernels evaluate every path of it over these.
+
+    Parameters
+    ----------
+    ground : (rows * columns,) float64, metres
+        Flat raster, ``VOID_HEIGHT_M`` for a void; the negated roofs follow where ``c.roofed`` is 1.
+    zoned : (rows * columns,) float64, metres
+        The ground with NaN in no-fly zones, so that one load usually answers both questions.
+    c : Constants
+        Constants of the problem.
+    """
+
+    ground: Floats
+    zoned: Floats
+    c: Constants
+
+
+class Scratch(NamedTuple):
+    """Work space of the kernels, made by :func:`host.evaluation.kernels.scratch`, for one path.
+
+    Parameters
+    ----------
+    turns : (max_n, TURN_FIELDS) float64
+        The turn at each point.
+    pieces : (2 * max_n, PIECE_FIELDS) float64
+        The arc at the start; of each segment, the straight part and the arc at its end.
+    """
+
+    turns: Floats
+    pieces: Floats

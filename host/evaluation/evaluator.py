@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from host.cores import available_cores
 from host.errors import InputError
-from host.evaluation.constants import COORDINATE_LIMIT_M, VOID_HEIGHT_M, Constants, Floats
+from host.evaluation.constants import COORDINATE_LIMIT_M, VOID_HEIGHT_M, Constants, Course, Floats
 from host.evaluation.fuel import level_range_m
 from host.evaluation.geometry import smooth
 from host.evaluation.problem_constants import constants_of
@@ -96,8 +96,12 @@ class Evaluator:
         return self._bare._replace(roofed=int(self.problem.roof is not None))
 
     @cached_property
-    def _fine(self) -> Constants:
-        return self._constants._replace(ds_m=self.ds_m / FINE)
+    def _course(self) -> Course:
+        return Course(self._ground, self._zoned, self._constants)
+
+    @cached_property
+    def _fine(self) -> Course:
+        return _with(self._course, ds_m=self.ds_m / FINE)
 
     @cached_property
     def _ground(self) -> Floats:
@@ -119,16 +123,15 @@ class Evaluator:
         return bool(np.isnan(self.problem.terrain.elevation).any())
 
     @property
-    def kernel_arguments(self) -> tuple[Floats, Floats, Constants]:
-        """Ground, the same with NaN in no-fly zones, and constants, as the kernels take them.
+    def course(self) -> Course:
+        """Rasters and constants for kernels that know no time.
 
-        The negated roofs follow the ground where there are some. Zones that are active at times
-        count as always active: these kernels know no time.
+        Zones that are active at times count as always active.
         """
-        zoned = self._zoned
-        if self.problem.zones_at_times:
-            zoned = np.where(self.problem.blocked_raster.ravel(), np.nan, zoned)
-        return self._ground, zoned, self._constants
+        if not self.problem.zones_at_times:
+            return self._course
+        zoned = np.where(self.problem.blocked_raster.ravel(), np.nan, self._zoned)
+        return self._course._replace(zoned=zoned)
 
     def evaluate(self, path: NDArray[np.float64]) -> Evaluation:
         """Return every term of one path, (n, 3) float64 metres, n >= 2, start and goal included.
@@ -145,16 +148,16 @@ class Evaluator:
         if self._strict is not None:
             return self._by_rules(self._strict, path)
         n = len(path)
-        kernels = self._kernels
-        turns, pieces = kernels.scratch(n)
+        kernels, c = self._kernels, self._constants
+        scratch = kernels.scratch(n)
         length, altitude, fuel, steep, under, zone, impossible, _ = kernels.path_terms(
-            path, n, self._ground, self._zoned, self._constants, turns, pieces
+            path, n, self._course, scratch
         )
-        corners = kernels.corners_m(self._constants, turns, n, length)
+        corners = kernels.corners_m(c, scratch.turns, n, length)
         penalty = under + zone + steep + corners
-        fine = kernels.path_terms(path, n, self._ground, self._zoned, self._fine, turns, pieces)
+        fine = kernels.path_terms(path, n, self._fine, scratch)
         penalty_fine = fine[4] + fine[5] + steep + corners
-        cost = kernels.cost_of(self._constants, altitude, fuel)
+        cost = kernels.cost_of(c, altitude, fuel)
 
         track = self.track(path)
         x, y, z = path[[0, -1]].T
@@ -190,7 +193,7 @@ class Evaluator:
         cost = kernels.cost_of(self._bare, altitude, fuel)
         # The search rasters take milliseconds to copy. A replan must not wait for that.
         is_seen = penalty == 0 or bool(
-            self._population(path[None], np.array([len(path)]), self._constants)[0, 0] == 0
+            self._population(path[None], np.array([len(path)]), self._course)[0, 0] == 0
         )
         clearance_m, height_m, limits = rule.report(track)
         fuel_left = range_left = None
@@ -256,7 +259,7 @@ class Evaluator:
         if strict and self._strict is not None:
             terms = zip(*self.penalty_cost(paths, lengths, fine=True), strict=True)
             return np.array([self._kernels.fitness_of(*each) for each in terms])
-        fitness: NDArray[np.float64] = self._population(paths, lengths, self._constants)[2]
+        fitness: NDArray[np.float64] = self._population(paths, lengths, self._course)[2]
         return fitness
 
     def fitness_counted(
@@ -274,7 +277,7 @@ class Evaluator:
         counted_m : (m,) float64, metres
             Distance of each path under the terrain and in no-fly zones, 0 or more.
         """
-        blind = self._constants._replace(sampled=0)
+        blind = _with(self._course, sampled=0)
         fitness: NDArray[np.float64] = self._population(paths, lengths, blind, counted_m)[2]
         return fitness
 
@@ -292,7 +295,7 @@ class Evaluator:
         """
         if fine and self._strict is not None:
             return self._strict.penalty_cost(*_as_population(paths, lengths))
-        penalty, cost, _ = self._population(paths, lengths, self._fine if fine else self._constants)
+        penalty, cost, _ = self._population(paths, lengths, self._fine if fine else self._course)
         return penalty, cost
 
     def first_feasible(self, paths: NDArray[np.float64], lengths: NDArray[np.int64]) -> int | None:
@@ -316,8 +319,13 @@ class Evaluator:
         lengths: NDArray[np.integer[Any]],
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return penalty and cost of parts of paths, which begin and end with any heading."""
-        free = self._constants._replace(
-            headings=0, start_east=0.0, start_north=0.0, goal_east=0.0, goal_north=0.0
+        free = _with(
+            self._course,
+            headings=0,
+            start_east=0.0,
+            start_north=0.0,
+            goal_east=0.0,
+            goal_north=0.0,
         )
         penalty, cost, _ = self._population(paths, lengths, free)
         return penalty, cost
@@ -380,7 +388,7 @@ class Evaluator:
         self,
         paths: NDArray[np.float64],
         lengths: NDArray[np.integer[Any]],
-        constants: Constants,
+        course: Course,
         counted_m: NDArray[np.float64] | None = None,
     ) -> NDArray[np.float64]:
         """Return penalty, cost and fitness as the rows of a (3, m) array."""
@@ -402,14 +410,10 @@ class Evaluator:
                 points,
                 first,
                 shares,
-                self._ground,
-                self._zoned,
-                constants,
+                course,
+                self._kernels.scratch(paths.shape[1]),
                 counted,
-                *self._kernels.scratch(paths.shape[1]),
-                out[0],
-                out[1],
-                out[2],
+                out,
             )
 
         if shares == 1:
@@ -422,6 +426,11 @@ class Evaluator:
             self._strict.add_timed_zones(paths, points, out[0])
             out[2] = [self._kernels.fitness_of(*terms) for terms in out[:2].T.tolist()]
         return out
+
+
+def _with(course: Course, **constants: Any) -> Course:
+    """Return a course with other constants."""
+    return course._replace(c=course.c._replace(**constants))
 
 
 def _as_population(paths: Floats, lengths: NDArray[Any]) -> tuple[Floats, NDArray[np.int64]]:

@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from host.evaluation.constants import COORDINATE_LIMIT_M, Constants, Floats
+from host.evaluation.constants import COORDINATE_LIMIT_M, Constants, Course, Floats, Scratch
 from host.evaluation.jit import compiled, inlined
 from host.evaluation.laying import (
     LENGTH,
@@ -47,11 +47,8 @@ BELOW_TWO = float(np.nextafter(2.0, 0.0))
 def path_terms(
     path: Floats,
     n: int,
-    ground: Floats,
-    zoned: Floats,
-    c: Constants,
-    turns: Floats,
-    pieces: Floats,
+    course: Course,
+    scratch: Scratch,
 ) -> tuple[float, float, float, float, float, float, int, float]:
     """Return every term of one path.
 
@@ -59,14 +56,10 @@ def path_terms(
     ----------
     path : (max_n, 3) float64, metres as x, y, z
         The first ``n`` rows count, n >= 2. Finite and within ``COORDINATE_LIMIT_M``.
-    ground : (rows * columns,) float64, metres
-        Flat raster, ``VOID_HEIGHT_M`` for a void.
-    zoned : (rows * columns,) float64, metres
-        The same with NaN in no-fly zones, so that one load usually answers both questions.
-    c : Constants
-    turns, pieces : (max_n, TURN_FIELDS), (2 * max_n, PIECE_FIELDS) float64
-        Scratch: the turn at each point; the arc at the start, the straight part of each segment
-        and the arc at its end.
+    course : Course
+        Rasters and constants.
+    scratch : Scratch
+        Holds the turns and pieces of the path afterwards.
 
     Returns
     -------
@@ -75,6 +68,8 @@ def path_terms(
         distance in no-fly zones (all m), the number of impossible arcs, and the distance beyond
         the limits of safe flight (m).
     """
+    c = course.c
+    turns, pieces = scratch
     rows = 2 * n - 1
     for i in range(n):
         lay_turn(path, n, i, c, turns)
@@ -88,7 +83,7 @@ def path_terms(
     nofly_m = 0.0
     if c.sampled:
         for row in range(rows):
-            under, zone = collided_m(ground, zoned, c, pieces, row)
+            under, zone = collided_m(course, pieces, row)
             under_m += under
             nofly_m += zone
     return (
@@ -125,12 +120,9 @@ def fitness_of(penalty: float, cost: float) -> float:
 def penalty_cost(
     path: Floats,
     n: int,
-    ground: Floats,
-    zoned: Floats,
-    c: Constants,
+    course: Course,
+    scratch: Scratch,
     counted_m: float,
-    turns: Floats,
-    pieces: Floats,
 ) -> tuple[float, float]:
     """Return penalty, equation (1), and cost, equation (2); both infinite for a bad path.
 
@@ -140,15 +132,13 @@ def penalty_cost(
         for axis in range(3):
             if not abs(path[i, axis]) <= COORDINATE_LIMIT_M:
                 return math.inf, math.inf
-    length, area, fuel, steep, under, zone, _, beyond = path_terms(
-        path, n, ground, zoned, c, turns, pieces
-    )
+    length, area, fuel, steep, under, zone, _, beyond = path_terms(path, n, course, scratch)
     if not length > 0.0:
         return math.inf, math.inf
     penalty = under + zone + counted_m + steep
-    penalty += corners_m(c, turns, n, length)
+    penalty += corners_m(course.c, scratch.turns, n, length)
     penalty += beyond
-    return penalty, cost_of(c, area, fuel)
+    return penalty, cost_of(course.c, area, fuel)
 
 
 @inlined
@@ -162,12 +152,9 @@ def corners_m(c: Constants, turns: Floats, n: int, length: float) -> float:
 def fitness_above(
     path: Floats,
     n: int,
-    ground: Floats,
-    zoned: Floats,
-    c: Constants,
+    course: Course,
+    scratch: Scratch,
     incumbent: float,
-    turns: Floats,
-    pieces: Floats,
 ) -> tuple[float, bool]:
     """Return the fitness of a candidate if it exceeds ``incumbent``, else a bound.
 
@@ -187,6 +174,8 @@ def fitness_above(
     Arguments are those of :func:`path_terms`; every coordinate must be within the limits there or
     NaN.
     """
+    c = course.c
+    turns, pieces = scratch
     rows = 2 * n - 1
     for i in range(n):
         lay_turn(path, n, i, c, turns)
@@ -217,7 +206,7 @@ def fitness_above(
     for row in range(last):
         if not bound > incumbent:
             return bound, False
-        under, zone = collided_m(ground, zoned, c, pieces, row)
+        under, zone = collided_m(course, pieces, row)
         if under + zone > 0.0:
             under_m += under
             nofly_m += zone
@@ -225,9 +214,9 @@ def fitness_above(
     return bound, True
 
 
-def scratch(points: int) -> tuple[Floats, Floats]:
-    """Return the arrays ``turns`` and ``pieces`` of :func:`path_terms` for paths of ``points``."""
-    return np.empty((points, TURN_FIELDS)), np.empty((2 * points, PIECE_FIELDS))
+def scratch(points: int) -> Scratch:
+    """Return work space for paths of at most ``points`` points."""
+    return Scratch(np.empty((points, TURN_FIELDS)), np.empty((2 * points, PIECE_FIELDS)))
 
 
 @compiled
@@ -236,24 +225,16 @@ def evaluate_share(
     lengths: NDArray[np.int64],
     first: int,
     stride: int,
-    ground: Floats,
-    zoned: Floats,
-    c: Constants,
+    course: Course,
+    scratch: Scratch,
     counted_m: Floats,
-    turns: Floats,
-    pieces: Floats,
-    penalty: Floats,
-    cost: Floats,
-    fitness: Floats,
+    out: Floats,
 ) -> None:
     """Evaluate every ``stride``-th path from ``first`` on; holds no lock, so shares run at once.
 
-    ``paths`` is (m, max_n, 3), ``counted_m`` (m,) as for :func:`penalty_cost`; ``turns`` and
-    ``pieces`` are scratch of one share. Results go to ``penalty``, ``cost`` and ``fitness``, (m,)
-    each.
+    ``paths`` is (m, max_n, 3), ``counted_m`` (m,) as for :func:`penalty_cost`; ``scratch`` belongs
+    to one share. Penalty, cost and fitness go to the rows of ``out``, (3, m).
     """
     for i in range(first, paths.shape[0], stride):
-        penalty[i], cost[i] = penalty_cost(
-            paths[i], lengths[i], ground, zoned, c, counted_m[i], turns, pieces
-        )
-        fitness[i] = fitness_of(penalty[i], cost[i])
+        penalty, cost = penalty_cost(paths[i], lengths[i], course, scratch, counted_m[i])
+        out[0, i], out[1, i], out[2, i] = penalty, cost, fitness_of(penalty, cost)

@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from host.evaluation.constants import SLOPE_TOLERANCE_RAD, Constants, Floats
+from host.evaluation.constants import SLOPE_TOLERANCE_RAD, Constants, Course, Floats, Point
 from host.evaluation.fuel import SEA_LEVEL_DENSITY_KG_M3
 from host.evaluation.jit import inlined
 from host.evaluation.laying import (
@@ -38,6 +38,7 @@ from host.evaluation.laying import (
     Z,
 )
 from host.evaluation.sampling import (
+    Bend,
     count_arc,
     count_straight,
     some_arc_hits,
@@ -274,10 +275,29 @@ def parts_of(c: Constants, pieces: Floats, row: int) -> int:
 
 
 @inlined
+def ends_of(pieces: Floats, row: int) -> tuple[Point, Point]:
+    """Return both ends of a straight piece."""
+    a = (pieces[row, X], pieces[row, Y], pieces[row, Z])
+    b = (pieces[row, X_END], pieces[row, Y_END], pieces[row, Z_END])
+    return a, b
+
+
+@inlined
+def bend_of(pieces: Floats, row: int) -> Bend:
+    """Return a piece that turns, as an arc."""
+    return Bend(
+        (pieces[row, X], pieces[row, Y], pieces[row, Z]),
+        pieces[row, UX],
+        pieces[row, UY],
+        pieces[row, SIDE],
+        pieces[row, ANGLE],
+        pieces[row, RISE],
+    )
+
+
+@inlined
 def piece_hits(
-    ground: Floats,
-    zoned: Floats,
-    c: Constants,
+    course: Course,
     pieces: Floats,
     row: int,
     parts: int,
@@ -288,54 +308,26 @@ def piece_hits(
 
     A part under the terrain is one hit, and so is one in a no-fly zone.
     """
-    a = (pieces[row, X], pieces[row, Y], pieces[row, Z])
     if pieces[row, ANGLE] > 0.0:
-        return some_arc_hits(
-            ground,
-            zoned,
-            c,
-            a,
-            pieces[row, UX],
-            pieces[row, UY],
-            pieces[row, SIDE],
-            pieces[row, ANGLE],
-            pieces[row, RISE],
-            parts,
-            first,
-            stride,
-        )
-    b = (pieces[row, X_END], pieces[row, Y_END], pieces[row, Z_END])
-    return some_straight_hits(ground, zoned, c, a, b, parts, first, stride)
+        return some_arc_hits(course, bend_of(pieces, row), parts, first, stride)
+    a, b = ends_of(pieces, row)
+    return some_straight_hits(course, a, b, parts, first, stride)
 
 
 @inlined
 def collided_m(
-    ground: Floats,
-    zoned: Floats,
-    c: Constants,
+    course: Course,
     pieces: Floats,
     row: int,
 ) -> tuple[float, float]:
     """Return the metres of a piece under the terrain and in a no-fly zone."""
-    parts = parts_of(c, pieces, row)
+    parts = parts_of(course.c, pieces, row)
     if parts == 0:
         return 0.0, 0.0
     part_m = pieces[row, LENGTH] / parts
-    a = (pieces[row, X], pieces[row, Y], pieces[row, Z])
     if pieces[row, ANGLE] > 0.0:
-        under, zone = count_arc(
-            ground,
-            zoned,
-            c,
-            a,
-            pieces[row, UX],
-            pieces[row, UY],
-            pieces[row, SIDE],
-            pieces[row, ANGLE],
-            pieces[row, RISE],
-            parts,
-        )
+        under, zone = count_arc(course, bend_of(pieces, row), parts)
     else:
-        b = (pieces[row, X_END], pieces[row, Y_END], pieces[row, Z_END])
-        under, zone = count_straight(ground, zoned, c, a, b, parts)
+        a, b = ends_of(pieces, row)
+        under, zone = count_straight(course, a, b, parts)
     return under * part_m, zone * part_m

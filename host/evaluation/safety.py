@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 
 from host.evaluation import broken, verdict
 from host.evaluation.constants import VOID_HEIGHT_M, Constants, Floats
-from host.evaluation.kernels import scratch
 from host.evaluation.laid_track import LaidTrack
 from host.evaluation.packed_zones import pack_zones
-from host.evaluation.strict import STACK_SHAPE, Required, excess_m
+from host.evaluation.strict import STACK_SHAPE, Required, Surface, excess_m
 from host.evaluation.zones import zone_intrusions
 from host.problem.problem import Problem
 from host.terrain import Terrain
@@ -52,9 +51,9 @@ class StrictRule:
         rules = problem.rules
         assert rules is not None
         self._problem, self._rules = problem, rules
-        # The terrain alone is looked at, and never by samples.
+        # The rule reads the terrain alone, and never by samples.
         self._constants = constants._replace(sampled=0, roofed=0)
-        self._ground = _ground(problem.terrain)
+        self._surface = Surface(_ground(problem.terrain), self._constants)
         self._demand = demand = problem.demand
         ends: tuple[float, ...] = ()
         for (x, y, _), height, slope in zip(
@@ -75,12 +74,15 @@ class StrictRule:
         self._highest = self._high._replace(height_m=0.0)
         self._zones = pack_zones(problem.zones, rules.zone_margin_m)
         self._timed = pack_zones(problem.zones_at_times, rules.zone_margin_m)
+        self._strict = verdict.StrictCourse(
+            self._surface, self._low, self._below, self._high, self._zones
+        )
 
     def judge(self, path: Floats) -> tuple[tuple[Any, ...], LaidTrack]:
         """Return the terms of a path, see ``strict_terms``, and its smoothed track."""
-        scratches = self._scratch(len(path))
-        terms = verdict.strict_terms(path, len(path), *self._fixed, *scratches)
-        return terms, LaidTrack(self._constants, len(path), *scratches[:3])
+        scratch = self._scratch(len(path))
+        terms = verdict.strict_terms(path, len(path), self._strict, scratch)
+        return terms, LaidTrack(self._constants, len(path), *scratch.path, scratch.times)
 
     def lay(self, path: Floats) -> LaidTrack:
         """Return the smoothed track of a path with the figures of its pieces."""
@@ -88,16 +90,14 @@ class StrictRule:
 
     def add_timed_zones(self, paths: Floats, lengths: NDArray[np.int64], penalty: Floats) -> None:
         """Add the metres of paths in the zones of ``problem.zones_at_times`` to ``penalty``."""
-        turns, pieces, times, _, marks = self._scratch(paths.shape[1])
-        verdict.add_zone_metres(
-            paths, lengths, self._constants, self._timed, turns, pieces, times, marks, penalty
-        )
+        scratch = self._scratch(paths.shape[1])
+        verdict.add_zone_metres(paths, lengths, self._constants, self._timed, scratch, penalty)
 
     def penalty_cost(self, paths: Floats, lengths: NDArray[np.int64]) -> tuple[Floats, Floats]:
         """Return penalty and cost of paths (m, max_n, 3), (m,) each; infinite for bad paths."""
-        scratches = self._scratch(paths.shape[1])
+        scratch = self._scratch(paths.shape[1])
         results = [
-            verdict.strict_penalty(path, n, *self._fixed, *scratches)
+            verdict.strict_penalty(path, n, self._strict, scratch)
             for path, n in zip(paths, lengths.tolist(), strict=True)
         ]
         penalty, cost = np.array(results, dtype=np.float64).reshape(-1, 2).T
@@ -105,16 +105,12 @@ class StrictRule:
 
     def first_kept(self, paths: Floats, lengths: NDArray[np.int64]) -> int | None:
         """Return the index of the first of paths (m, max_n, 3) without a penalty, or None."""
-        scratches = self._scratch(paths.shape[1])
-        first = int(verdict.first_kept(paths, lengths, *self._fixed, *scratches))
+        scratch = self._scratch(paths.shape[1])
+        first = int(verdict.first_kept(paths, lengths, self._strict, scratch))
         return None if first < 0 else first
 
-    @property
-    def _fixed(self) -> tuple[Any, ...]:
-        return self._ground, self._constants, self._low, self._below, self._high, self._zones
-
-    def _scratch(self, points: int) -> tuple[Any, ...]:
-        return (*scratch(points), *verdict.scratch(points, self._zones))
+    def _scratch(self, points: int) -> verdict.StrictScratch:
+        return verdict.scratch(points, self._zones)
 
     def off_demand_m(self, pieces: Floats) -> float:
         """Return the metres of any track too low, too high over the surface, or off the map.
@@ -122,10 +118,10 @@ class StrictRule:
         ``pieces`` is what :func:`host.evaluation.laid_pieces.lay_pieces` returns.
         """
         stack = np.empty(STACK_SHAPE)
-        ground, c, rows = self._ground, self._constants, len(pieces)
-        metres: float = excess_m(ground, c, self._low, self._below, pieces, rows, stack)
+        surface, rows = self._surface, len(pieces)
+        metres: float = excess_m(surface, self._low, self._below, pieces, rows, stack)
         if math.isfinite(self._high.height_m):
-            metres += excess_m(ground, c, self._high, self._high, pieces, rows, stack)
+            metres += excess_m(surface, self._high, self._high, pieces, rows, stack)
         return metres
 
     def lowest_at_m(self, track: LaidTrack) -> float:
@@ -151,8 +147,7 @@ class StrictRule:
     def _extreme(self, track: LaidTrack, required: Required, known: float = _NONE) -> _Extreme:
         """Return the greatest excess over ``required``; ``known`` if none is greater than that."""
         worst, row, share = verdict.extreme_of_track(
-            self._ground,
-            self._constants,
+            self._surface,
             required,
             track.pieces,
             track.rows,
@@ -171,14 +166,10 @@ class StrictRule:
         up; the others are exact.
         """
         aircraft, limits = self._problem.aircraft, self._problem.limits
-        low, outside = broken.off_demand(
-            self._ground, self._constants, self._low, self._below, track
-        )
+        low, outside = broken.off_demand(self._surface, self._low, self._below, track)
         high: list[broken.Span] = []
         if math.isfinite(self._high.height_m):
-            high, _ = broken.off_demand(
-                self._ground, self._constants, self._high, self._high, track
-            )
+            high, _ = broken.off_demand(self._surface, self._high, self._high, track)
         radius = aircraft.turn_radius_m
         turn = "turn" if limits.stall_speed_m_s <= aircraft.cruise_speed_m_s else "stall"
         found: list[tuple[str, Iterable[broken.Span]]] = [

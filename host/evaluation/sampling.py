@@ -5,14 +5,15 @@ Each piece is cut into equal parts; the mid-point stands for the part. Scalar fu
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from host.evaluation.constants import Constants, Floats, Point
+from host.evaluation.constants import Constants, Course, Floats, Point
 from host.evaluation.jit import compiled, inlined
 
 
-__all__ = ["count_arc", "count_straight", "some_arc_hits", "some_straight_hits"]
+__all__ = ["Bend", "count_arc", "count_straight", "some_arc_hits", "some_straight_hits"]
 
 _QUICK_PARTS = 1_000_000_000
 
@@ -25,6 +26,17 @@ _C2, _C4, _C6, _C8, _C10, _C12, _C14, _C16 = (
 )
 
 
+class Bend(NamedTuple):
+    """An arc: its entry, the unit heading there, 1 to the left or -1, the turn (rad), the climb."""
+
+    a: Point
+    ux: float
+    uy: float
+    side: float
+    angle: float
+    rise: float
+
+
 @compiled
 def inside_map(x: float, y: float, c: Constants) -> bool:
     """Return whether a point lies in the rectangle of the nodes, its edge included."""
@@ -35,9 +47,7 @@ def inside_map(x: float, y: float, c: Constants) -> bool:
 
 @compiled
 def sample(
-    ground: Floats,
-    zoned: Floats,
-    c: Constants,
+    course: Course,
     x: float,
     y: float,
     z: float,
@@ -49,17 +59,18 @@ def sample(
     A point outside the map is under the terrain; for no-fly zones, the nearest node of the edge
     stands in for it.
     """
+    c = course.c
     node = quick_node(
         c,
         min(max(x / c.dx_m + 0.5, 0.0), c.columns - 1.0),
         min(max(y / c.dy_m + 0.5, 0.0), c.rows - 1.0),
     )
     inside = inside_map(x, y, c)
-    height = zoned[node]
+    height = course.zoned[node]
     zone = math.isnan(height)
-    under = (not inside) | (z < (ground[node] if zone else height))
+    under = (not inside) | (z < (course.ground[node] if zone else height))
     if c.roofed:
-        under = under | (-z < ground[node + np.uint64(c.rows * c.columns)])
+        under = under | (-z < course.ground[node + np.uint64(c.rows * c.columns)])
     return int(under), int(zone)
 
 
@@ -105,9 +116,7 @@ def straight_hits(ground: Floats, c: Constants, a: Point, b: Point, parts: int) 
 
 @inlined
 def straight_part(
-    ground: Floats,
-    zoned: Floats,
-    c: Constants,
+    course: Course,
     a: Point,
     b: Point,
     part: int,
@@ -116,9 +125,7 @@ def straight_part(
     """:func:`sample` of the mid-point of one of the equal parts of a straight piece."""
     t = (part + 0.5) / parts
     return sample(
-        ground,
-        zoned,
-        c,
+        course,
         a[0] + (b[0] - a[0]) * t,
         a[1] + (b[1] - a[1]) * t,
         a[2] + (b[2] - a[2]) * t,
@@ -127,18 +134,16 @@ def straight_part(
 
 @compiled
 def straight_general(
-    ground: Floats,
-    zoned: Floats,
-    c: Constants,
+    course: Course,
     a: Point,
     b: Point,
     parts: int,
 ) -> tuple[int, int]:
-    """As :func:`count_straight` for any end points and any reading of the ground."""
+    """As :func:`count_straight`, for ends that may lie off the map."""
     under = 0
     inside = 0
     for part in range(parts):
-        hit, zone = straight_part(ground, zoned, c, a, b, part, parts)
+        hit, zone = straight_part(course, a, b, part, parts)
         under += hit
         inside += zone
     return under, inside
@@ -146,17 +151,16 @@ def straight_general(
 
 @compiled
 def count_straight(
-    ground: Floats,
-    zoned: Floats,
-    c: Constants,
+    course: Course,
     a: Point,
     b: Point,
     parts: int,
 ) -> tuple[int, int]:
     """Count the parts of a straight piece under the terrain and in a no-fly zone."""
+    ground, zoned, c = course
     # The quick loops count in 32 bits and do not check that samples are on the map.
     if parts > _QUICK_PARTS or not (inside_map(a[0], a[1], c) and inside_map(b[0], b[1], c)):
-        return straight_general(ground, zoned, c, a, b, parts)
+        return straight_general(course, a, b, parts)
     under, zone = straight_hits(zoned, c, a, b, parts)
     # The height in a zone is not in this raster, but few pieces touch a zone.
     if zone:
@@ -189,15 +193,11 @@ def half_turn(half: float) -> tuple[float, float]:
 @inlined
 def arc_point(
     c: Constants,
-    a: Point,
-    ux: float,
-    uy: float,
-    side: float,
-    angle: float,
-    rise: float,
+    bend: Bend,
     t: float,
 ) -> Point:
-    """Return the point at the fraction ``t`` of an arc; see :func:`arc_part` for the arguments."""
+    """Return the point at the fraction ``t`` of an arc."""
+    a, ux, uy, side, angle, rise = bend
     sin, cos = half_turn(0.5 * (angle * t))
     ahead = c.turn_radius_m * (2.0 * sin * cos)
     aside = side * c.turn_radius_m * (2.0 * sin * sin)
@@ -206,24 +206,14 @@ def arc_point(
 
 @inlined
 def arc_part(
-    ground: Floats,
-    zoned: Floats,
-    c: Constants,
-    a: Point,
-    ux: float,
-    uy: float,
-    side: float,
-    angle: float,
-    rise: float,
+    course: Course,
+    bend: Bend,
     part: int,
     parts: int,
 ) -> tuple[int, int]:
-    """:func:`sample` of the mid-point of one of the equal parts of an arc.
-
-    It is entered at ``a`` with the unit heading ux, uy; ``side`` is 1 to the left, else -1.
-    """
-    x, y, z = arc_point(c, a, ux, uy, side, angle, rise, (part + 0.5) / parts)
-    return sample(ground, zoned, c, x, y, z)
+    """:func:`sample` of the mid-point of one of the equal parts of an arc."""
+    x, y, z = arc_point(course.c, bend, (part + 0.5) / parts)
+    return sample(course, x, y, z)
 
 
 @inlined
@@ -239,15 +229,11 @@ def arc_axes(c: Constants, ux: float, uy: float, side: float) -> tuple[float, fl
 def arc_hits(
     ground: Floats,
     c: Constants,
-    a: Point,
-    ux: float,
-    uy: float,
-    side: float,
-    angle: float,
-    rise: float,
+    bend: Bend,
     parts: int,
 ) -> tuple[int, int]:
-    """As :func:`straight_hits`, for an arc; its arguments are those of :func:`arc_part`."""
+    """As :func:`straight_hits`, for an arc."""
+    a, ux, uy, side, angle, rise = bend
     column, row, z = a[0] / c.dx_m + 0.5, a[1] / c.dy_m + 0.5, a[2]
     ahead_x, ahead_y, aside_x, aside_y = arc_axes(c, ux, uy, side)
     half, ez = 0.5 * angle / parts, rise / parts
@@ -271,22 +257,15 @@ def arc_hits(
 
 @compiled
 def arc_general(
-    ground: Floats,
-    zoned: Floats,
-    c: Constants,
-    a: Point,
-    ux: float,
-    uy: float,
-    side: float,
-    angle: float,
-    rise: float,
+    course: Course,
+    bend: Bend,
     parts: int,
 ) -> tuple[int, int]:
-    """As :func:`count_arc` for an arc anywhere and any reading of the ground."""
+    """As :func:`count_arc`, for an arc that may leave the map."""
     under = 0
     inside = 0
     for part in range(parts):
-        hit, zone = arc_part(ground, zoned, c, a, ux, uy, side, angle, rise, part, parts)
+        hit, zone = arc_part(course, bend, part, parts)
         under += hit
         inside += zone
     return under, inside
@@ -294,41 +273,35 @@ def arc_general(
 
 @compiled
 def count_arc(
-    ground: Floats,
-    zoned: Floats,
-    c: Constants,
-    a: Point,
-    ux: float,
-    uy: float,
-    side: float,
-    angle: float,
-    rise: float,
+    course: Course,
+    bend: Bend,
     parts: int,
 ) -> tuple[int, int]:
-    """Count the parts of an arc under the terrain and in a no-fly zone; see :func:`arc_part`."""
-    # No point of it is farther from its entry.
-    reach = c.turn_radius_m * min(angle, 2.0)
+    """Count the parts of an arc under the terrain and in a no-fly zone."""
+    ground, zoned, c = course
+    a = bend.a
+    # No point of the arc is farther from its entry.
+    reach = c.turn_radius_m * min(bend.angle, 2.0)
     if parts > _QUICK_PARTS or not (
         inside_map(a[0] - reach, a[1] - reach, c) and inside_map(a[0] + reach, a[1] + reach, c)
     ):
-        return arc_general(ground, zoned, c, a, ux, uy, side, angle, rise, parts)
-    under, zone = arc_hits(zoned, c, a, ux, uy, side, angle, rise, parts)
+        return arc_general(course, bend, parts)
+    under, zone = arc_hits(zoned, c, bend, parts)
     if zone:
-        under = arc_hits(ground, c, a, ux, uy, side, angle, rise, parts)[0]
+        under = arc_hits(ground, c, bend, parts)[0]
     if c.roofed:
         entry = a[0], a[1], -a[2]
-        roofs = ground[c.rows * c.columns :]
-        under += arc_hits(roofs, c, entry, ux, uy, side, angle, -rise, parts)[0]
+        upside_down = Bend(entry, bend.ux, bend.uy, bend.side, bend.angle, -bend.rise)
+        under += arc_hits(ground[c.rows * c.columns :], c, upside_down, parts)[0]
     return under, zone
 
 
 @inlined
-def hits_at(
-    ground: Floats, zoned: Floats, c: Constants, column: float, row: float, z: float
-) -> int:
+def hits_at(course: Course, column: float, row: float, z: float) -> int:
     """Count the hits at a point of the map by its nearest node: terrain, roof and no-fly zone."""
+    ground, c = course.ground, course.c
     node = quick_node(c, column, row)
-    height = zoned[node]
+    height = course.zoned[node]
     zone = math.isnan(height)
     hits = int(zone) + int(z < (ground[node] if zone else height))
     if c.roofed:
@@ -338,9 +311,7 @@ def hits_at(
 
 @inlined
 def some_straight_hits(
-    ground: Floats,
-    zoned: Floats,
-    c: Constants,
+    course: Course,
     a: Point,
     b: Point,
     parts: int,
@@ -348,42 +319,38 @@ def some_straight_hits(
     stride: int,
 ) -> int:
     """As the sum of :func:`count_straight`, of every ``stride``-th part: a CUDA thread's share."""
+    c = course.c
     hits = 0
     if not (inside_map(a[0], a[1], c) and inside_map(b[0], b[1], c)):
         for part in range(first, parts, stride):
-            under, zone = straight_part(ground, zoned, c, a, b, part, parts)
+            under, zone = straight_part(course, a, b, part, parts)
             hits += under + zone
         return hits
     column, row, z, ex, ey, ez = straight_steps(c, a, b, parts)
     for part in range(first, parts, stride):
         t = part + 0.5
-        hits += hits_at(ground, zoned, c, column + ex * t, row + ey * t, z + ez * t)
+        hits += hits_at(course, column + ex * t, row + ey * t, z + ez * t)
     return hits
 
 
 @inlined
 def some_arc_hits(
-    ground: Floats,
-    zoned: Floats,
-    c: Constants,
-    a: Point,
-    ux: float,
-    uy: float,
-    side: float,
-    angle: float,
-    rise: float,
+    course: Course,
+    bend: Bend,
     parts: int,
     first: int,
     stride: int,
 ) -> int:
     """As the sum of :func:`count_arc`, of every ``stride``-th part: a CUDA thread's share."""
+    c = course.c
+    a, ux, uy, side, angle, rise = bend
     hits = 0
     reach = c.turn_radius_m * min(angle, 2.0)
     if not (
         inside_map(a[0] - reach, a[1] - reach, c) and inside_map(a[0] + reach, a[1] + reach, c)
     ):
         for part in range(first, parts, stride):
-            under, zone = arc_part(ground, zoned, c, a, ux, uy, side, angle, rise, part, parts)
+            under, zone = arc_part(course, bend, part, parts)
             hits += under + zone
         return hits
     column, row, z = a[0] / c.dx_m + 0.5, a[1] / c.dy_m + 0.5, a[2]
@@ -394,9 +361,7 @@ def some_arc_hits(
         sin, cos = half_turn(half * t)
         ahead, aside = sin * cos, sin * sin
         hits += hits_at(
-            ground,
-            zoned,
-            c,
+            course,
             column + (ahead * ahead_x + aside * aside_x),
             row + (ahead * ahead_y + aside * aside_y),
             z + ez * t,

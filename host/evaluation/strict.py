@@ -17,7 +17,7 @@ from host.evaluation.jit import compiled, inlined
 from host.evaluation.sampling import inside_map
 
 
-__all__ = ["STACK_SHAPE", "Required", "excess_m", "extreme"]
+__all__ = ["STACK_SHAPE", "Part", "Required", "Surface", "excess_m", "extreme"]
 
 # Depth-first search: a halving leaves one half on the stack.
 STACK_SHAPE = (192, 4)
@@ -52,6 +52,21 @@ class Required(NamedTuple):
     goal_y: float
     goal_height_m: float
     goal_slope: float
+
+
+class Surface(NamedTuple):
+    """The raster of the terrain, flat and very high at voids, and the constants of the problem."""
+
+    ground: Floats
+    c: Constants
+
+
+class Part(NamedTuple):
+    """A stretch of a piece: the piece's row, and horizontal metres along the piece."""
+
+    row: int
+    first: float
+    last: float
 
 
 @inlined
@@ -179,28 +194,27 @@ def demands(required: Required, x: float, y: float) -> tuple[float, float, float
 
 @compiled
 def extreme(
-    ground: Floats,
-    c: Constants,
+    surface: Surface,
     required: Required,
     pieces: Floats,
-    row: int,
-    first: float,
-    last: float,
+    part: Part,
     incumbent: float,
     step: float,
     verdict: bool,
     stack: Floats,
 ) -> tuple[float, float]:
-    """Return the greatest excess over what is demanded on a stretch of a piece, and its place.
+    """Return the greatest excess over a demand on a part of a piece, and its place.
 
-    The excess is how much a point lies too low, or too high where a greatest height is demanded.
+    The excess of a point is its distance below the least height demanded, or above the greatest.
 
     Parameters
     ----------
-    ground : (rows * columns,) float64, metres
-        Flat raster, very high at voids.
-    first, last : float
-        Horizontal metres along the piece.
+    surface : Surface
+        The terrain.
+    pieces : (rows, PIECE_FIELDS) float64
+        Pieces of the track.
+    part : Part
+        The part that is searched.
     incumbent : float
         Excess known so far: the result is at least this.
     step : float
@@ -210,6 +224,8 @@ def extreme(
     stack : STACK_SHAPE float64
         Scratch.
     """
+    ground, c = surface
+    row, first, last = part
     run, rise = pieces[row, _RUN], pieces[row, _RISE]
     angle = pieces[row, _ANGLE]
     radius = run / angle if angle > 0.0 else 0.0
@@ -318,20 +334,20 @@ def extreme(
 
 @compiled
 def excess_m(
-    ground: Floats,
-    c: Constants,
+    surface: Surface,
     required: Required,
     below: Required,
     pieces: Floats,
     rows: int,
     stack: Floats,
 ) -> float:
-    """Return the metres of a track that break what is demanded, or lie off the map.
+    """Return the metres of a track that break a demand, or lie off the map.
 
-    Each piece is cut into equal parts of at most ``ds_m``; a part counts whole if it has any point
-    that breaks it. ``below`` is demanded right below the track, too, where ``required`` is lower
-    than far from the ends. Other parameters are those of :func:`extreme`.
+    Each piece is cut into equal parts of at most ``ds_m``; a part counts whole if any of its points
+    breaks the demand. ``below`` is demanded right below the track, too, where ``required`` is lower
+    than far from the ends. See :func:`extreme` for the other parameters.
     """
+    c = surface.c
     total = 0.0
     for row in range(rows):
         length, run = pieces[row, _LENGTH], pieces[row, _RUN]
@@ -339,26 +355,23 @@ def excess_m(
             continue
         parts = np.int64(math.ceil(run / c.ds_m)) if run > 0.0 else 1
         broken = 0
-        for part in range(parts):
-            first, last = run * part / parts, run * (part + 1) / parts
-            if is_off_map(c, pieces, row, first, last):
+        for number in range(parts):
+            part = Part(row, run * number / parts, run * (number + 1) / parts)
+            if is_off_map(c, pieces, part):
                 broken += 1
                 continue
-            excess, _ = extreme(
-                ground, c, required, pieces, row, first, last, _ROUNDING_M, 0.0, True, stack
-            )
-            if excess <= _ROUNDING_M and is_near_end(required, pieces, row, first, last):
-                excess, _ = extreme(
-                    ground, c, below, pieces, row, first, last, _ROUNDING_M, 0.0, True, stack
-                )
+            excess, _ = extreme(surface, required, pieces, part, _ROUNDING_M, 0.0, True, stack)
+            if excess <= _ROUNDING_M and is_near_end(required, pieces, part):
+                excess, _ = extreme(surface, below, pieces, part, _ROUNDING_M, 0.0, True, stack)
             broken += 1 if excess > _ROUNDING_M else 0
         total += length * broken / parts
     return total
 
 
 @inlined
-def is_near_end(required: Required, pieces: Floats, row: int, first: float, last: float) -> bool:
-    """Return whether less than the clearance is demanded on a stretch of a piece."""
+def is_near_end(required: Required, pieces: Floats, part: Part) -> bool:
+    """Return whether less than the clearance is demanded on a part of a piece."""
+    row, first, last = part
     x, y, _, _ = track_point(pieces, row, 0.5 * (first + last), 0.0)
     _, at_start, at_goal = demands(required, x, y)
     steepest = max(required.start_slope, required.goal_slope)
@@ -366,8 +379,9 @@ def is_near_end(required: Required, pieces: Floats, row: int, first: float, last
 
 
 @inlined
-def is_off_map(c: Constants, pieces: Floats, row: int, first: float, last: float) -> bool:
+def is_off_map(c: Constants, pieces: Floats, part: Part) -> bool:
     """Return whether a part of a piece leaves the map."""
+    row, first, last = part
     x0, y0, ux0, uy0 = track_point(pieces, row, first, 0.0)
     x1, y1, ux1, uy1 = track_point(pieces, row, last, 0.0)
     west, east, south, north = min(x0, x1), max(x0, x1), min(y0, y1), max(y0, y1)

@@ -1,18 +1,20 @@
 """The strict verdict on a path, compiled: every rule of safe flight on the exact smoothed track."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from host.evaluation import kernels
 from host.evaluation import laying as fields
-from host.evaluation.constants import COORDINATE_LIMIT_M, Constants, Floats
-from host.evaluation.jit import compiled
+from host.evaluation.constants import COORDINATE_LIMIT_M, Constants, Course, Floats, Scratch
+from host.evaluation.jit import compiled, inlined
 from host.evaluation.kernels import corners_m, cost_of, path_terms
 from host.evaluation.laying import lay_segment, lay_turn
 from host.evaluation.packed_zones import PackedZones
 from host.evaluation.pieces import burn, fastest_over_ground, judge_slope, thrust_of
-from host.evaluation.strict import STACK_SHAPE, Required, excess_m, extreme
+from host.evaluation.strict import STACK_SHAPE, Part, Required, Surface, excess_m, extreme
 from host.evaluation.zones import zone_metres_with
 
 
@@ -23,6 +25,8 @@ __all__ = [
     "STACK_SHAPE",
     "THRUST",
     "VERTICAL_SPEED",
+    "StrictCourse",
+    "StrictScratch",
     "add_zone_metres",
     "extreme_of_track",
     "first_kept",
@@ -39,51 +43,85 @@ FLOWN, VERTICAL_SPEED, THRUST, FUEL = range(4)
 FIGURES = 4
 
 
+class StrictCourse(NamedTuple):
+    """The terrain, and the demands of the strict rule on every path over it.
+
+    Parameters
+    ----------
+    surface : Surface
+        The terrain and constants; nothing is sampled.
+    low, below, high : Required
+        Least height over the corridor and right below the track, and greatest height; an infinite
+        greatest height is not searched.
+    zones : PackedZones
+        All zones, widened by their margin.
+    """
+
+    surface: Surface
+    low: Required
+    below: Required
+    high: Required
+    zones: PackedZones
+
+
+class StrictScratch(NamedTuple):
+    """Work space of the strict rule for one path at a time; see :func:`scratch`.
+
+    Parameters
+    ----------
+    path : Scratch
+        Turns and pieces.
+    times : (2 n,) float64
+        The second at which each piece begins, and the end of the last piece.
+    stack : STACK_SHAPE float64
+        Work space of the search on terrain.
+    marks : (zones.marks,) float64
+        Work space of the search in zones.
+    """
+
+    path: Scratch
+    times: Floats
+    stack: Floats
+    marks: Floats
+
+
+@inlined
+def course_of(surface: Surface) -> Course:
+    """Return a course without zones, whose constants let nothing be sampled."""
+    return Course(surface.ground, surface.ground, surface.c)
+
+
 @compiled
 def strict_terms(
     path: Floats,
     n: int,
-    ground: Floats,
-    c: Constants,
-    low: Required,
-    below: Required,
-    high: Required,
-    zones: PackedZones,
-    turns: Floats,
-    pieces: Floats,
-    times: Floats,
-    stack: Floats,
-    marks: Floats,
+    strict: StrictCourse,
+    scratch: StrictScratch,
 ) -> tuple[float, float, float, float, float, float, int, float]:
     """Return every term of one path by the strict rule, as ``path_terms`` does.
 
-    The distance under the terrain is that of the parts with a point too low, or off the map, and
-    of the parts with a point above the ceiling over ground. The distance in no-fly zones is exact.
+    The distance under the terrain adds up the parts with a point too low, or off the map, and the
+    parts with a point above the ceiling over ground. The distance in no-fly zones is exact.
 
     Parameters
     ----------
-    path, n, c, turns, pieces
-        As for :func:`host.evaluation.kernels.path_terms`; nothing is sampled.
-    ground : (rows * columns,) float64, metres
-        Flat raster of the terrain itself, very high at voids.
-    low, below, high : Required
-        Least height over the corridor and right below the track, and greatest height; an infinite
-        greatest height is not looked at.
-    zones : PackedZones
-        All zones, widened by their margin.
-    times : (2 n,) float64
-        Scratch; holds the second at which each piece begins, and the end of the last.
-    stack, marks
-        Scratch of the terrain's and the zones' search.
+    path, n
+        As for :func:`host.evaluation.kernels.path_terms`.
+    strict : StrictCourse
+        Terrain, demands and zones.
+    scratch : StrictScratch
+        Holds the turns, pieces and times of the path afterwards.
     """
+    surface, high = strict.surface, strict.high
+    pieces, times, stack = scratch.path.pieces, scratch.times, scratch.stack
     rows = 2 * n - 1
-    terms = path_terms(path, n, ground, ground, c, turns, pieces)
+    terms = path_terms(path, n, course_of(surface), scratch.path)
     length, area, fuel, steep, _, _, impossible, beyond = terms
-    lay_times(c, pieces, rows, times)
-    under = excess_m(ground, c, low, below, pieces, rows, stack)
+    lay_times(surface.c, pieces, rows, times)
+    under = excess_m(surface, strict.low, strict.below, pieces, rows, stack)
     if high.height_m < math.inf:
-        under += excess_m(ground, c, high, high, pieces, rows, stack)
-    zone = zone_metres_with(pieces, rows, times, zones, marks)
+        under += excess_m(surface, high, high, pieces, rows, stack)
+    zone = zone_metres_with(pieces, rows, times, strict.zones, scratch.marks)
     return length, area, fuel, steep, under, zone, impossible, beyond
 
 
@@ -100,8 +138,7 @@ def lay_times(c: Constants, pieces: Floats, rows: int, times: Floats) -> None:
 
 @compiled
 def extreme_of_track(
-    ground: Floats,
-    c: Constants,
+    surface: Surface,
     required: Required,
     pieces: Floats,
     rows: int,
@@ -109,11 +146,12 @@ def extreme_of_track(
     step: float,
     stack: Floats,
 ) -> tuple[float, int, float]:
-    """Return the greatest excess of a track to within ``step``, its piece, and the share of that.
+    """Return the greatest excess of a track to within ``step``, its piece, and the piece's share.
 
-    Where no excess is greater than ``known``, that is returned, and piece and share mean nothing.
-    The other parameters are those of :func:`host.evaluation.strict.extreme`.
+    Where no excess is greater than ``known``, ``known`` is returned, and piece and share mean
+    nothing. See :func:`host.evaluation.strict.extreme` for the other parameters.
     """
+    ds_m = surface.c.ds_m
     best = known
     worst_row = 0
     place = 0.0
@@ -123,14 +161,13 @@ def extreme_of_track(
             run = pieces[row, _RUN]
             if not pieces[row, _LENGTH] > 0.0:
                 continue
-            parts = np.int64(math.ceil(run / c.ds_m)) if run > 0.0 else 1
-            for part in range(parts):
-                first, last = run * part / parts, run * (part + 1) / parts
+            parts = np.int64(math.ceil(run / ds_m)) if run > 0.0 else 1
+            for number in range(parts):
+                first, last = run * number / parts, run * (number + 1) / parts
                 if search == 0:
                     first = last = 0.5 * (first + last)
-                found, along = extreme(
-                    ground, c, required, pieces, row, first, last, best, step, False, stack
-                )
+                part = Part(row, first, last)
+                found, along = extreme(surface, required, pieces, part, best, step, False, stack)
                 if found > best:
                     best, worst_row, place = found, row, along / run if run > 0.0 else 0.0
     return best, worst_row, place
@@ -140,29 +177,19 @@ def extreme_of_track(
 def strict_penalty(
     path: Floats,
     n: int,
-    ground: Floats,
-    c: Constants,
-    low: Required,
-    below: Required,
-    high: Required,
-    zones: PackedZones,
-    turns: Floats,
-    pieces: Floats,
-    times: Floats,
-    stack: Floats,
-    marks: Floats,
+    strict: StrictCourse,
+    scratch: StrictScratch,
 ) -> tuple[float, float]:
     """Return penalty and cost by the strict rule; both infinite for a bad path."""
     for i in range(n):
         for axis in range(3):
             if not abs(path[i, axis]) <= COORDINATE_LIMIT_M:
                 return math.inf, math.inf
-    length, area, fuel, steep, under, zone, _, beyond = strict_terms(
-        path, n, ground, c, low, below, high, zones, turns, pieces, times, stack, marks
-    )
+    length, area, fuel, steep, under, zone, _, beyond = strict_terms(path, n, strict, scratch)
     if not length > 0.0:
         return math.inf, math.inf
-    penalty = under + zone + steep + corners_m(c, turns, n, length) + beyond
+    c = strict.surface.c
+    penalty = under + zone + steep + corners_m(c, scratch.path.turns, n, length) + beyond
     return penalty, cost_of(c, area, fuel)
 
 
@@ -170,37 +197,30 @@ def strict_penalty(
 def first_kept(
     paths: Floats,
     lengths: NDArray[np.int64],
-    ground: Floats,
-    c: Constants,
-    low: Required,
-    below: Required,
-    high: Required,
-    zones: PackedZones,
-    turns: Floats,
-    pieces: Floats,
-    times: Floats,
-    stack: Floats,
-    marks: Floats,
+    strict: StrictCourse,
+    scratch: StrictScratch,
 ) -> int:
     """Return the index of the first path without a penalty by the strict rule; -1 if there is none.
 
     A path is left at the first limit that it breaks, and heights, which take longest, come last.
     Paths are (m, max_n, 3), of finite coordinates; see :func:`strict_terms`.
     """
+    surface, high = strict.surface, strict.high
+    pieces, times, stack = scratch.path.pieces, scratch.times, scratch.stack
     for i in range(paths.shape[0]):
         n = lengths[i]
         rows = 2 * n - 1
-        terms = path_terms(paths[i], n, ground, ground, c, turns, pieces)
+        terms = path_terms(paths[i], n, course_of(surface), scratch.path)
         length, _, _, steep, _, _, impossible, beyond = terms
         if not length > 0.0 or impossible > 0 or steep > 0.0 or beyond > 0.0:
             continue
-        lay_times(c, pieces, rows, times)
-        if zone_metres_with(pieces, rows, times, zones, marks) > 0.0:
+        lay_times(surface.c, pieces, rows, times)
+        if zone_metres_with(pieces, rows, times, strict.zones, scratch.marks) > 0.0:
             continue
-        if excess_m(ground, c, low, below, pieces, rows, stack) > 0.0:
+        if excess_m(surface, strict.low, strict.below, pieces, rows, stack) > 0.0:
             continue
         is_capped = high.height_m < math.inf
-        if is_capped and excess_m(ground, c, high, high, pieces, rows, stack) > 0.0:
+        if is_capped and excess_m(surface, high, high, pieces, rows, stack) > 0.0:
             continue
         return i
     return -1
@@ -212,16 +232,15 @@ def add_zone_metres(
     lengths: NDArray[np.int64],
     c: Constants,
     zones: PackedZones,
-    turns: Floats,
-    pieces: Floats,
-    times: Floats,
-    marks: Floats,
+    scratch: StrictScratch,
     penalty: Floats,
 ) -> None:
     """Add the metres of each path in ``zones`` to ``penalty``, (m,); infinite ones stay.
 
-    Other parameters are those of :func:`strict_terms`, for paths (m, max_n, 3).
+    Paths are (m, max_n, 3).
     """
+    turns, pieces = scratch.path
+    times, marks = scratch.times, scratch.marks
     for i in range(paths.shape[0]):
         if penalty[i] == math.inf:
             continue
@@ -269,6 +288,8 @@ def piece_figures(c: Constants, pieces: Floats, rows: int, figures: Floats) -> N
         flown += length
 
 
-def scratch(points: int, zones: PackedZones) -> tuple[Floats, Floats, Floats]:
-    """Return the scratch arrays ``times``, ``stack`` and ``marks`` for paths of ``points``."""
-    return np.empty(2 * points), np.empty(STACK_SHAPE), np.empty(zones.marks)
+def scratch(points: int, zones: PackedZones) -> StrictScratch:
+    """Return work space for paths of at most ``points`` points."""
+    return StrictScratch(
+        kernels.scratch(points), np.empty(2 * points), np.empty(STACK_SHAPE), np.empty(zones.marks)
+    )

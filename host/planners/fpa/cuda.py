@@ -106,7 +106,7 @@ class GpuEngine:
         paths = np.stack([setup.paths for setup in setups])
         fitness = np.stack([setup.fitness for setup in setups])
         runs, count, points, _ = paths.shape
-        rasters = [setup.evaluator.kernel_arguments for setup in setups]
+        courses = [setup.evaluator.course for setup in setups]
         width = widest(points, width, threads)
         # A single waypoint cannot be reversed.
         self._two_opt_every = two_opt_every if points > 3 else 0
@@ -114,10 +114,10 @@ class GpuEngine:
         send = cuda.to_device
         self._problems = (
             send(table([setup.parameters for setup in setups])),
-            send(table([constants for *_, constants in rasters])),
+            send(table([course.c for course in courses])),
             send(np.stack([setup.box for setup in setups])),
-            *map(send, joined([ground for ground, *_ in rasters])),
-            *map(send, joined([zoned for _, zoned, _ in rasters])),
+            *map(send, joined([course.ground for course in courses])),
+            *map(send, joined([course.zoned for course in courses])),
             send(np.array([*itertools.combinations(range(1, points - 1), 2)] or [(0, 0)], "i4")),
         )
         self._paths = send(np.stack((paths, paths)))

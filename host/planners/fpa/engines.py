@@ -11,7 +11,16 @@ from numpy.typing import NDArray
 
 from host.evaluation import Evaluator
 from host.evaluation.kernels import scratch
-from host.planners.fpa.kernels import HISTORY_FIELDS, LINE, pollinate_share, shared_state
+from host.planners.fpa.kernels import (
+    HISTORY_FIELDS,
+    LINE,
+    Populations,
+    Record,
+    Search,
+    WorkSpace,
+    pollinate_share,
+    shared_state,
+)
 from host.planners.fpa.steps import Pollination
 from host.planners.fpa.two_opt import Counts
 
@@ -116,18 +125,19 @@ class CpuEngine:
     ) -> None:
         evaluator, parameters, box, paths, fitness = setup
         solutions, points, _ = paths.shape
-        self._parameters = parameters
-        self._two_opt_every = two_opt_every
-        self._box = box
-        self._arguments = evaluator.kernel_arguments
-        self._paths, self._fitness = np.stack((paths, paths)), np.stack((fitness, fitness))
+        self._search = Search(parameters, two_opt_every, _CHUNK, box, evaluator.course)
+        self._populations = Populations(
+            np.stack((paths, paths)),
+            np.stack((fitness, fitness)),
+            np.zeros(solutions, dtype=np.uint8),
+        )
         self._side = 0
-        self._settled = np.zeros(solutions, dtype=np.uint8)
         self._shared = shared_state(int(np.argmax(fitness)))
-        self._scratch = [(np.empty((points, 3)), *scratch(points)) for _ in range(threads)]
+        self._spaces = [WorkSpace(np.empty((points, 3)), scratch(points)) for _ in range(threads)]
         self._counts: Counts = np.zeros((threads, LINE), dtype=np.int64)
         self._pool = ThreadPoolExecutor(threads, "pollinate")
-        self._share(0, 1, 0, np.empty((0, HISTORY_FIELDS)), self._paths[0, :0])  # Compiles.
+        # Compiles the kernels.
+        self._share(0, 1, 0, Record(np.empty((0, HISTORY_FIELDS)), np.empty((0, points, 3))))
 
     def advance(
         self,
@@ -137,11 +147,11 @@ class CpuEngine:
     ) -> Sequence[Sequence[Leader]]:
         """See :class:`Engine`."""
         history = np.empty((count, HISTORY_FIELDS))
-        leaders = np.empty((count, *self._paths.shape[2:]))
+        leaders = np.empty((count, *self._populations.paths.shape[2:]))
         before = int(self._shared.meetings[0])
         try:
             shares = [
-                self._pool.submit(self._share, thread, first, count, history, leaders)
+                self._pool.submit(self._share, thread, first, count, Record(history, leaders))
                 for thread in range(len(self._counts))
             ]
             while wait(shares, _LOOK_S, FIRST_EXCEPTION).not_done:
@@ -164,37 +174,24 @@ class CpuEngine:
             ]
         ]
 
-    def _share(
-        self,
-        thread: int,
-        first: int,
-        count: int,
-        history: NDArray[np.float64],
-        leaders: Paths,
-    ) -> None:
+    def _share(self, thread: int, first: int, count: int, record: Record) -> None:
         pollinate_share(
-            self._parameters,
+            self._search,
+            self._shared,
+            self._populations,
+            self._side,
             first,
             count,
-            self._two_opt_every,
-            self._shared,
-            _CHUNK,
-            self._paths,
-            self._fitness,
-            self._side,
-            self._settled,
-            self._box,
-            *self._arguments,
-            *self._scratch[thread],
-            self._counts,
             thread,
-            history,
-            leaders,
+            self._spaces[thread],
+            self._counts,
+            record,
         )
 
     def populations(self) -> tuple[Paths, NDArray[np.float64]]:
         """See :class:`Engine`."""
-        return self._paths[self._side][None].copy(), self._fitness[self._side][None].copy()
+        paths, fitness, _ = self._populations
+        return paths[self._side][None].copy(), fitness[self._side][None].copy()
 
     def close(self) -> None:
         """See :class:`Engine`."""

@@ -18,6 +18,7 @@ from typing import Any
 
 from numba import cuda, float64, int32, int64
 
+from host.evaluation.constants import Course
 from host.evaluation.kernels import corners_m, cost_of, fitness_of
 from host.evaluation.laying import LENGTH, PIECE_FIELDS, STEEP, TURN_FIELDS, lay_segment, lay_turn
 from host.evaluation.pieces import (
@@ -179,6 +180,7 @@ def pollination_kernel(points: int, width: int, threads: int) -> Callable[..., N
             found[one] = 0
         cuda.syncthreads()
         # The threads of a warp share the parts of a piece.
+        course = Course(ground, zoned, c)
         lane = thread % lanes
         for item in range(thread // lanes, count * rows, warps):
             one = item // rows
@@ -189,7 +191,7 @@ def pollination_kernel(points: int, width: int, threads: int) -> Callable[..., N
                 and lane < parts
                 and not found[one] > verdicts[one, _ROOM]
             ):
-                hit = piece_hits(ground, zoned, c, pieces[one], row, parts, lane, lanes)
+                hit = piece_hits(course, pieces[one], row, parts, lane, lanes)
                 if hit > 0:
                     cuda.atomic.add(hits, (one, _HITS, row), hit)
                     units = hit * (_UNITS * pieces[one, row, LENGTH] / parts)

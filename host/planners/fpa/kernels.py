@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from host.evaluation.constants import Constants, Flags, Floats
+from host.evaluation.constants import Course, Flags, Floats, Scratch
 from host.evaluation.jit import compiled
 from host.evaluation.kernels import fitness_above
 from host.planners.fpa.atomic import fetch_add, read, sleep, yield_core
@@ -33,7 +33,11 @@ __all__ = [
     "HISTORY_FIELDS",
     "LINE",
     "MEAN_FITNESS",
+    "Populations",
+    "Record",
+    "Search",
     "Shared",
+    "WorkSpace",
     "improve_share",
     "pollinate_share",
     "shared_state",
@@ -52,12 +56,66 @@ _POLLS, _YIELDS = 500, 700
 _SLEEP_US = np.uint32(50)
 
 
+class Search(NamedTuple):
+    """Parameters of a run.
+
+    Parameters
+    ----------
+    p : Pollination
+        Parameters of the steps.
+    two_opt_every : int
+        Iterations from one 2-opt to the next; 0 for none.
+    chunk : int
+        Solutions that a thread takes at a time: a thread whose 2-opt ends early takes more.
+    box : (2, 3) float64, metres
+        Lowest and highest corner of the airspace.
+    course : Course
+        Rasters and constants of the evaluation.
+    """
+
+    p: Pollination
+    two_opt_every: int
+    chunk: int
+    box: Floats
+    course: Course
+
+
+class Populations(NamedTuple):
+    """The populations before and after an iteration, which change places in the next.
+
+    Parameters
+    ----------
+    paths, fitness : (2, m, n, 3), (2, m) float64
+        Paths in metres, and their fitness.
+    settled : (m,) uint8
+        1 where the last 2-opt left a solution as it is now: another would change nothing.
+    """
+
+    paths: Floats
+    fitness: Floats
+    settled: Flags
+
+
+class WorkSpace(NamedTuple):
+    """Work space of one thread: a candidate, (n, 3) float64, and its evaluation."""
+
+    candidate: Floats
+    scratch: Scratch
+
+
+class Record(NamedTuple):
+    """Record of each iteration, (iterations, HISTORY_FIELDS), and its best path, (..., n, 3)."""
+
+    history: Floats
+    leaders: Floats
+
+
 class Shared(NamedTuple):
     """State that the threads of a run share, to meet after each iteration.
 
     Each field is an array of one cache line. ``cursor`` is the next solution that no thread has
-    taken, ``arrived`` the number of threads that wait for the others, ``meetings`` the number of
-    complete iterations, ``best`` the best solution, g*. Once ``ended`` is 1, all threads leave.
+    taken, ``arrived`` the number of threads that wait, ``meetings`` the number of complete
+    iterations, ``best`` the best solution, g*. Once ``ended`` is 1, all threads leave.
     """
 
     cursor: Counts
@@ -76,49 +134,35 @@ def shared_state(best: int) -> Shared:
 
 @compiled
 def improve_share(
-    p: Pollination,
-    iteration: int,
-    two_opt: bool,
+    search: Search,
     shared: Shared,
-    chunk: int,
-    old: Floats,
-    old_fitness: Floats,
-    new: Floats,
-    new_fitness: Floats,
-    settled: Flags,
-    box: Floats,
-    ground: Floats,
-    zoned: Floats,
-    c: Constants,
-    candidate: Floats,
-    turns: Floats,
-    pieces: Floats,
+    populations: Populations,
+    side: int,
+    iteration: int,
+    space: WorkSpace,
     counts: Counts,
 ) -> None:
     """Take solutions through one iteration until none is left; several threads may run it at once.
 
     Parameters
     ----------
-    p, iteration, box
-        As for :func:`move`.
-    two_opt : bool
-        The 2-opt operator follows.
-    shared : Shared
-        The same for all threads. Each takes ``chunk`` solutions at a time, so that those whose
-        2-opt ends early take more.
-    old, old_fitness : (m, n, 3), (m,) float64
-        The population before the iteration.
-    new, new_fitness : (m, n, 3), (m,) float64
-        The population after it.
-    settled : (m,) uint8
-        1 where the last 2-opt left a solution as it is now: another would change nothing.
-    ground, zoned, c
-        As for :func:`host.evaluation.kernels.path_terms`.
-    candidate, turns, pieces : (n, 3), (n, TURN_FIELDS), (2 n, PIECE_FIELDS) float64
-        Scratch of one thread.
-    counts : (2,) int64
+    search, shared : Search, Shared
+        Parameters and state of the run, the same for all threads.
+    populations : Populations
+        The population before the iteration is at ``side``, the one after it at ``1 - side``.
+    iteration : int
+        From 1.
+    space : WorkSpace
+        Belongs to this thread.
+    counts : (at least 2,) int64
         :data:`EVALUATED` and :data:`CUT_SHORT` are counted up; one array for each thread.
     """
+    p, two_opt_every, chunk, box, course = search
+    candidate, scratch = space
+    old, old_fitness = populations.paths[side], populations.fitness[side]
+    new, new_fitness = populations.paths[1 - side], populations.fitness[1 - side]
+    settled = populations.settled
+    two_opt = is_two_opt(iteration, two_opt_every)
     count, n = old.shape[0], old.shape[1]
     best = shared.best[0]
     while not read(shared.ended):
@@ -130,9 +174,8 @@ def improve_share(
             copy_path(old[i], candidate)
             for d in range(3 * (n - 2)):
                 candidate[1 + d // 3, d % 3] = move(p, iteration, i, d, step, old, best, box)
-            value, exact = fitness_above(
-                candidate, n, ground, zoned, c, to_beat(p, old_fitness[i]), turns, pieces
-            )
+            incumbent = to_beat(p, old_fitness[i])
+            value, exact = fitness_above(candidate, n, course, scratch, incumbent)
             counts[EVALUATED if exact else CUT_SHORT] += 1
             if value > old_fitness[i]:
                 copy_path(candidate, new[i])
@@ -143,7 +186,7 @@ def improve_share(
                 new_fitness[i] = old_fitness[i]
             if two_opt and not settled[i]:
                 new_fitness[i] = untangle(
-                    p, new[i], new_fitness[i], candidate, ground, zoned, c, turns, pieces, counts
+                    p, new[i], new_fitness[i], candidate, course, scratch, counts
                 )
                 settled[i] = 1
 
@@ -177,78 +220,54 @@ def note_iteration(
 
 @compiled
 def pollinate_share(
-    p: Pollination,
+    search: Search,
+    shared: Shared,
+    populations: Populations,
+    side: int,
     first: int,
     iterations: int,
-    two_opt_every: int,
-    shared: Shared,
-    chunk: int,
-    paths: Floats,
-    fitness: Floats,
-    side: int,
-    settled: Flags,
-    box: Floats,
-    ground: Floats,
-    zoned: Floats,
-    c: Constants,
-    candidate: Floats,
-    turns: Floats,
-    pieces: Floats,
-    counts: Counts,
     thread: int,
-    history: Floats,
-    leaders: Floats,
+    space: WorkSpace,
+    counts: Counts,
+    record: Record,
 ) -> None:
     """Run one thread's share of some iterations; an iteration ends when all threads have arrived.
 
     The last thread to arrive finds g*. A waiting thread polls for some microseconds, then yields
-    its core between polls, then sleeps, so that it holds no core for long on a busy machine.
+    its core between polls, then sleeps, to hold no core for long on a busy machine.
 
     Parameters
     ----------
+    search, shared : Search, Shared
+        Parameters and state of the run, the same for all threads.
+    populations : Populations
+        The population before the first iteration is at ``side``.
     first, iterations : int
-        The first iteration, and how many.
-    shared : Shared
-        The same for all threads.
-    paths, fitness : (2, m, n, 3), (2, m) float64
-        The population is at ``side`` before the first iteration, at the other after it.
-    counts : (threads, 16) int64
-        See :func:`improve_share`; ``thread`` is this one's row.
-    history, leaders : (iterations, HISTORY_FIELDS), (iterations, n, 3) float64
-        The record of each iteration; the path of its best.
-
-    The others are those of :func:`improve_share`.
+        Number of the first iteration, and the count of iterations.
+    thread : int
+        Number of this thread, from 0.
+    space : WorkSpace
+        Belongs to this thread.
+    counts : (threads, LINE) int64
+        A row for each thread; see :func:`improve_share`.
+    record : Record
+        The record of each iteration, written by the last thread to arrive.
     """
     threads = counts.shape[0]
     for number in range(iterations):
-        iteration = first + number
         old = (side + number) % 2
         meeting = read(shared.meetings)
-        improve_share(
-            p,
-            iteration,
-            is_two_opt(iteration, two_opt_every),
-            shared,
-            chunk,
-            paths[old],
-            fitness[old],
-            paths[1 - old],
-            fitness[1 - old],
-            settled,
-            box,
-            ground,
-            zoned,
-            c,
-            candidate,
-            turns,
-            pieces,
-            counts[thread],
-        )
+        improve_share(search, shared, populations, old, first + number, space, counts[thread])
         if read(shared.ended):
             return
         if fetch_add(shared.arrived, 1) == threads - 1:
             note_iteration(
-                fitness[1 - old], paths[1 - old], counts, shared, history[number], leaders[number]
+                populations.fitness[1 - old],
+                populations.paths[1 - old],
+                counts,
+                shared,
+                record.history[number],
+                record.leaders[number],
             )
             shared.cursor[0] = 0
             shared.arrived[0] = 0

@@ -1,4 +1,4 @@
-"""The 2-opt operator: parts of a path are reversed as long as that makes the path better.
+"""The 2-opt operator: reverse parts of a path while that makes the path better.
 
 Source: *roberge*, section 3.4.
 """
@@ -6,7 +6,7 @@ Source: *roberge*, section 3.4.
 import numpy as np
 from numpy.typing import NDArray
 
-from host.evaluation.constants import Constants, Floats
+from host.evaluation.constants import Course, Floats, Scratch
 from host.evaluation.jit import compiled, inlined
 from host.evaluation.kernels import fitness_above
 from host.planners.fpa.steps import Pollination, to_beat
@@ -54,11 +54,8 @@ def untangle(
     path: Floats,
     fitness: float,
     candidate: Floats,
-    ground: Floats,
-    zoned: Floats,
-    c: Constants,
-    turns: Floats,
-    pieces: Floats,
+    course: Course,
+    scratch: Scratch,
     counts: Counts,
 ) -> float:
     """Run the 2-opt operator on ``path`` (n, 3) until no reversal is better; return its fitness.
@@ -76,9 +73,7 @@ def untangle(
                 source = reversed_row(row, first, last)
                 for axis in range(3):
                     candidate[row, axis] = path[source, axis]
-            value, exact = fitness_above(
-                candidate, n, ground, zoned, c, to_beat(p, fitness), turns, pieces
-            )
+            value, exact = fitness_above(candidate, n, course, scratch, to_beat(p, fitness))
             counts[EVALUATED if exact else CUT_SHORT] += 1
             if value > fitness:
                 copy_path(candidate, path)

@@ -84,6 +84,6 @@ def test_a_zone_counts_while_it_is_active(make_problem):
 def test_kernels_without_time_take_a_timed_zone_as_always_active(make_problem):
     zone = Circle(2500, 2500, 250, t0_s=1000)
     evaluator = Evaluator(make_problem(START, GOAL, zones=[zone], rules=Rules()), threads=1)
-    _, zoned, _ = evaluator.kernel_arguments
+    zoned = evaluator.course.zoned
     assert np.isnan(zoned).sum() == evaluator.problem.blocked_raster.sum() > 0
     assert not evaluator.problem.nofly_raster.any()

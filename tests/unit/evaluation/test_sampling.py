@@ -7,6 +7,7 @@ import pytest
 
 from host.evaluation import Evaluator
 from host.evaluation.sampling import (
+    Bend,
     arc_general,
     arc_point,
     count_arc,
@@ -35,10 +36,10 @@ def test_sine_and_cosine():
 
 
 def arcs(rng, count):
-    """Yield arguments of arcs that begin on the map; some leave it."""
+    """Yield arcs that begin on the map; some leave it."""
     for _ in range(count):
         heading = rng.uniform(0, 2 * math.pi)
-        yield (
+        yield Bend(
             (*rng.uniform(0, (5900, 4400)), rng.uniform(0, 1000)),
             math.cos(heading),
             math.sin(heading),
@@ -49,10 +50,11 @@ def arcs(rng, count):
 
 
 def test_points_of_an_arc(evaluator):
-    _, _, c = evaluator.kernel_arguments
-    for a, ux, uy, side, angle, rise in arcs(np.random.default_rng(2), 500):
+    c = evaluator.course.c
+    for bend in arcs(np.random.default_rng(2), 500):
+        a, ux, uy, side, angle, rise = bend
         for t in (0.0, 0.1, 0.5, 0.99, 1.0):
-            x, y, z = arc_point(c, a, ux, uy, side, angle, rise, t)
+            x, y, z = arc_point(c, bend, t)
             # Rotate about the centre, which lies a radius to the side.
             centre = np.array(a[:2]) + side * c.turn_radius_m * np.array((-uy, ux))
             turned = side * angle * t
@@ -64,20 +66,22 @@ def test_points_of_an_arc(evaluator):
 
 
 def test_quick_and_general_arcs_count_the_same(evaluator):
-    ground, zoned, c = evaluator.kernel_arguments
+    course = evaluator.course
+    c = course.c
     seen = set()
     for arc in arcs(np.random.default_rng(3), 3000):
-        parts = int(np.ceil(c.turn_radius_m * arc[4] / 7))
-        told = tuple(count_arc(ground, zoned, c, *arc, parts))
-        assert told == tuple(arc_general(ground, zoned, c, *arc, parts))
+        parts = int(np.ceil(c.turn_radius_m * arc.angle / 7))
+        told = tuple(count_arc(course, arc, parts))
+        assert told == tuple(arc_general(course, arc, parts))
         seen.add(told)
     assert len(seen) > 30
-    assert any(zone for _, zone in seen) == np.isnan(zoned).any()
+    assert any(zone for _, zone in seen) == np.isnan(course.zoned).any()
 
 
 @pytest.mark.parametrize("along", ["anything", "a border east", "a border north"])
 def test_quick_and_general_straights_count_the_same(evaluator, along):
-    ground, zoned, c = evaluator.kernel_arguments
+    course = evaluator.course
+    c = course.c
     rng = np.random.default_rng(4)
     corner = ((c.columns - 1) * c.dx_m, (c.rows - 1) * c.dy_m)
     seen = set()
@@ -89,46 +93,44 @@ def test_quick_and_general_straights_count_the_same(evaluator, along):
             ends[:, axis] = (rng.integers(cells) + 0.5) * (c.dx_m, c.dy_m)[axis]
         a, b = ((*end, z) for end, z in zip(ends, rng.uniform(0, 1000, 2), strict=True))
         parts = int(rng.integers(1, 300))
-        told = tuple(count_straight(ground, zoned, c, a, b, parts))
-        assert told == tuple(straight_general(ground, zoned, c, a, b, parts))
+        told = tuple(count_straight(course, a, b, parts))
+        assert told == tuple(straight_general(course, a, b, parts))
         seen.add(told)
     assert len(seen) > 200
 
 
 @pytest.mark.parametrize("kind", ["nearest", "roofed"])
 def test_shares_of_a_piece_add_up_to_its_counts(evaluator, kind):
-    ground, zoned, c = evaluator.kernel_arguments
+    course = evaluator.course
     if kind == "roofed":
-        roof = np.random.default_rng(5).uniform(400, 1500, ground.shape)
-        ground, c = np.concatenate((ground, -roof)), c._replace(roofed=1)
+        roof = np.random.default_rng(5).uniform(400, 1500, course.ground.shape)
+        ground = np.concatenate((course.ground, -roof))
+        course = course._replace(ground=ground, c=course.c._replace(roofed=1))
     rng = np.random.default_rng(6)
     seen = set()
     for arc in arcs(rng, 1000):
         parts, stride = int(rng.integers(1, 100)), int(rng.integers(1, 40))
-        told = count_arc(ground, zoned, c, *arc, parts)
+        told = count_arc(course, arc, parts)
         # Off the map for some.
         b = (*rng.uniform(-300, (6200, 4700)), rng.uniform(0, 1000))
-        straight = count_straight(ground, zoned, c, arc[0], b, parts)
+        straight = count_straight(course, arc.a, b, parts)
         for counts, some, piece in (
-            (told, some_arc_hits, arc),
-            (straight, some_straight_hits, (arc[0], b)),
+            (told, some_arc_hits, (arc,)),
+            (straight, some_straight_hits, (arc.a, b)),
         ):
-            shares = [
-                some(ground, zoned, c, *piece, parts, first, stride) for first in range(stride)
-            ]
+            shares = [some(course, *piece, parts, first, stride) for first in range(stride)]
             assert sum(shares) == sum(counts)
             seen.add(sum(shares))
     assert len(seen) > 30
 
 
 def test_samples_off_the_map_are_under_the_ground(evaluator):
-    ground, zoned, c = evaluator.kernel_arguments
+    course = evaluator.course
+    c = course.c
     east = (c.columns - 1) * c.dx_m
-    under, _ = count_straight(
-        ground, zoned, c, (east, 500.0, 2000.0), (east + 100, 500.0, 2000.0), 10
-    )
+    under, _ = count_straight(course, (east, 500.0, 2000.0), (east + 100, 500.0, 2000.0), 10)
     assert under == 10
-    under, _ = count_arc(ground, zoned, c, (east - 1e-9, 500.0, 2000.0), 1.0, 0.0, 1.0, 3.0, 0.0, 9)
+    under, _ = count_arc(course, Bend((east - 1e-9, 500.0, 2000.0), 1.0, 0.0, 1.0, 3.0, 0.0), 9)
     assert under == 9
-    under, _ = count_arc(ground, zoned, c, (east, 500.0, 2000.0), -1.0, 0.0, 1.0, 3.0, 0.0, 9)
+    under, _ = count_arc(course, Bend((east, 500.0, 2000.0), -1.0, 0.0, 1.0, 3.0, 0.0), 9)
     assert under == 0

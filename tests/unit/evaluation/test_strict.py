@@ -129,7 +129,7 @@ def test_greatest_ground_speed_of_an_arc_is_exact():
         wind, first, angle = rng.uniform(0, 15), rng.uniform(0, 2 * math.pi), rng.uniform(0, 3.14)
         side = rng.choice([-1.0, 1.0])
         problem = Problem(flat, (0, 0, 50), (100, 100, 50), wind=(wind, 0.0))
-        constants = Evaluator(problem, threads=1).kernel_arguments[2]
+        constants = Evaluator(problem, threads=1).course.c
         found = fastest_over_ground(constants, 22.0, math.cos(first), math.sin(first), side, angle)
         headings = first + side * np.linspace(0, angle, 20_001)
         speeds = wind * np.cos(headings) + np.sqrt(22.0**2 - (wind * np.sin(headings)) ** 2)

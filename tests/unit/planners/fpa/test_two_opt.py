@@ -60,7 +60,7 @@ def test_early_rejection_changes_no_result(make_evaluator, options):
     paths = random_paths(evaluator, rng, 300)
     full = evaluator.fitness(paths, np.full(len(paths), paths.shape[1]))
     assert 30 < (full > 1).sum() < 270
-    turns, pieces = scratch(paths.shape[1])
+    space = scratch(paths.shape[1])
     seen = set()
     for path, fitness in zip(paths, full.tolist(), strict=True):
         others = rng.choice(full, 6).tolist()
@@ -72,9 +72,7 @@ def test_early_rejection_changes_no_result(make_evaluator, options):
             math.nextafter(fitness, 2),
             *others,
         ):
-            value, exact = fitness_above(
-                path, len(path), *evaluator.kernel_arguments, incumbent, turns, pieces
-            )
+            value, exact = fitness_above(path, len(path), evaluator.course, space, incumbent)
             assert (value > incumbent) == (fitness > incumbent)
             if exact:
                 assert value == fitness
@@ -92,12 +90,12 @@ def test_early_rejection_changes_no_result(make_evaluator, options):
 
 
 def test_early_rejection_of_invalid_paths(evaluator):
-    turns, pieces = scratch(4)
+    space = scratch(4)
     path = np.array(
         [evaluator.problem.start, (math.nan, 1, 2), (900, 900, 300), evaluator.problem.goal]
     )
     worst = evaluator.fitness(path[None], np.array([4]))[0]
-    value, exact = fitness_above(path, 4, *evaluator.kernel_arguments, 0.0, turns, pieces)
+    value, exact = fitness_above(path, 4, evaluator.course, space, 0.0)
     assert (value, exact) == (worst, True)
 
 
@@ -114,8 +112,8 @@ def test_2_opt_matches_brute_force(evaluator, worth):
             found,
             fitness,
             np.empty_like(path),
-            *evaluator.kernel_arguments,
-            *scratch(7),
+            evaluator.course,
+            scratch(7),
             counts,
         )
         assert np.array_equal(found, expected)
@@ -137,8 +135,8 @@ def test_2_opt_of_too_few_waypoints_does_nothing(evaluator, worth):
             path,
             fitness,
             np.empty_like(path),
-            *evaluator.kernel_arguments,
-            *scratch(3),
+            evaluator.course,
+            scratch(3),
             counts,
         )
         == fitness

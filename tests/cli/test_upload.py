@@ -1,7 +1,9 @@
 """``pathgene upload``, to MAVSDK's autopilot over UDP."""
 
 import json
+import os
 import re
+import signal
 from importlib import metadata
 
 import pytest
@@ -10,6 +12,7 @@ from host.cli import main
 from tests.cli.conftest import WALL, plan
 from tests.unit.mission.files.judge import single
 from tests.unit.mission.files.mavsdk_autopilot import Autopilot, Proxy, free_port
+from tests.unit.mission.files.own_autopilot import OwnAutopilot
 
 
 @pytest.fixture(scope="module")
@@ -110,17 +113,47 @@ def test_plan_states_the_verdict_in_its_file(flown, hills, tmp_path):
 
 @pytest.mark.ci
 def test_a_broken_connection_is_one_sentence_and_the_next_upload_succeeds(flown, autopilot, capsys):
-    proxy = Proxy(autopilot.port, 10)
+    assert main(["upload", str(flown / "path.plan"), "--to", autopilot.address]) == 0
+    items = len(json.loads((flown / "path.plan").read_text())["mission"]["items"])
+    # Heartbeat, both lists, the new fence and its reading; then the mission begins.
+    proxy = Proxy(autopilot.port, 1 + 2 + 1 + items + 2 + 2 + items // 2)
     assert main(["upload", str(flown / "path.plan"), "--to", proxy.address]) == 1
     proxy.close()
     captured = capsys.readouterr()
-    assert captured.out == ""
+    assert captured.out.count("read back equal") == 2  # Only the first upload.
     assert re.fullmatch(
-        r"pathgene: The autopilot fell silent at item \d+ of \d+ of the mission; check the link "
-        r"and upload again\.\n",
+        r"pathgene: The autopilot fell silent at item \d+ of \d+ of the mission; the autopilot now "
+        r"holds an unknown mission, .*, and an unknown fence, .*; do not fly before an upload "
+        r"succeeds\.\n",
         captured.err,
     )
     assert main(["upload", str(flown / "path.plan"), "--to", autopilot.address]) == 0
+
+
+def test_an_interrupted_upload_leaves_the_earlier_mission(flown, capsys):
+    own = OwnAutopilot()
+    own.kind = 3
+    arguments = ["upload", str(flown / "path.plan"), "--to", own.address]
+    try:
+        assert main(arguments) == 0
+        before = {kind: list(items) for kind, items in own.lists.items()}
+        capsys.readouterr()
+
+        def interrupt(message):
+            if message.get_type() == "MISSION_ITEM_INT" and message.seq == 5:
+                own.breaks = lambda _message: None
+                os.kill(os.getpid(), signal.SIGTERM)
+
+        own.breaks = interrupt
+        assert main(arguments) == 128 + signal.SIGTERM
+    finally:
+        own.close()
+    items = len(before[0])
+    assert capsys.readouterr().err == (
+        "pathgene: The upload is interrupted; the autopilot now holds its earlier mission "
+        f"({items} items), and its earlier fence (1 items); upload again.\n"
+    )
+    assert [item.x for item in own.lists[0]] == [item.x for item in before[0]]
 
 
 @pytest.mark.parametrize(

@@ -16,8 +16,9 @@ def add_upload(commands: Commands) -> None:
         "upload:run",
         "Upload a planned path and its fences to an autopilot",
         "pathgene upload out/summary.json --to udpout:127.0.0.1:14550",
-        notes="Mission and fence are read back and compared. The exit status is 1 if anything "
-        "differs. Needs the extra pathgene[mavlink].",
+        notes="Mission and fence are read back and compared. If anything differs, the autopilot "
+        "gets its earlier mission and fence back, and the exit status is 1. Needs the extra "
+        "pathgene[mavlink].",
     )
     parser.add_argument(
         "file",
@@ -40,7 +41,7 @@ def add_upload(commands: Commands) -> None:
     parser.add_argument(
         "--autopilot",
         choices=("ardupilot", "px4"),
-        help="kind of the autopilot (default that of its heartbeat); ArduPilot takes item 0 as "
+        help="kind of the autopilot (default: as its heartbeat says); ArduPilot takes item 0 as "
         "home",
     )
     parser.add_argument(
@@ -48,7 +49,7 @@ def add_upload(commands: Commands) -> None:
         type=float,
         metavar="S",
         default=10.0,
-        help="wait so long for the autopilot's heartbeat (default %(default)g)",
+        help="maximum wait for the autopilot's heartbeat, seconds (default %(default)g)",
     )
     parser.add_argument(
         "--origin",

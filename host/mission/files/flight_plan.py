@@ -129,7 +129,8 @@ def flight_plan(
     # The radius that the aircraft can fly with the wind behind it, in whole metres as in ArduPilot.
     drift = 1 + math.hypot(*problem.wind) / aircraft.cruise_speed_m_s
     radius_m = math.ceil(aircraft.turn_radius_m * drift**2)
-    loiter = Item(LOITER, (0.0, 0.0, float(radius_m), None), goal.lat, goal.lon, goal.alt_m)
+    # ArduPilot refuses a loiter whose heading is left to the autopilot.
+    loiter = Item(LOITER, (0.0, 0.0, float(radius_m), 0.0), goal.lat, goal.lon, goal.alt_m)
     fence, left_out = fences(problem.zones, track, terrain)
     # Rally points are above home, so home on the ground puts this one at the start's own altitude.
     ground_m = min(terrain.ground(points[0].x_m, points[0].y_m), start.alt_m)

@@ -22,6 +22,8 @@ __all__ = ["Link", "NoReplyError", "open_link"]
 # Our own address: a ground station.
 _SYSTEM, _COMPONENT = 255, 190
 _HEARTBEAT_S = 1.0
+# MAV_MODE_FLAG_SAFETY_ARMED in the mode of a heartbeat.
+_ARMED = 128
 # A serial port that takes no byte for so long loses the message.
 _WRITE_S = 1.0
 # The standard's time for an answer, and how often it is asked for again.
@@ -51,6 +53,8 @@ class Link:
         self._next_beat = 0.0
         #: Address of the autopilot, and its kind: a value of MAV_AUTOPILOT.
         self.system = self.component = self.autopilot = 0
+        #: The motors may run, as the latest heartbeat says.
+        self.armed = True
 
     @property
     def mav(self) -> Any:
@@ -78,6 +82,7 @@ class Link:
             ):
                 self.system, self.component = message.get_srcSystem(), message.get_srcComponent()
                 self.autopilot = message.autopilot
+                self._note(message)
                 return
         raise NoReplyError
 
@@ -112,17 +117,22 @@ class Link:
                 if (
                     message is not None
                     and message.get_type() in kinds
-                    and message.get_srcSystem() == self.system
-                    and message.get_srcComponent() == self.component
+                    and self._is_from(message)
                     and accept(message)
                 ):
                     return message
         raise NoReplyError
 
-    def drain(self) -> None:
-        """Discard what has arrived: answers to an earlier upload."""
-        while self._connection.recv_msg() is not None:
-            pass
+    def drain(self, *, late: bool = False) -> None:
+        """Discard the messages that have arrived: answers to an earlier upload.
+
+        With ``late``, also the messages of the next third of the time for an answer.
+        """
+        while (message := self._connection.recv_msg()) is not None:
+            self._note(message)
+        end = time.monotonic() + (self._answer_s / 3 if late else 0.0)
+        while (left_s := end - time.monotonic()) > 0:
+            self._read(left_s)
 
     def close(self) -> None:
         """Close the connection."""
@@ -139,7 +149,20 @@ class Link:
                 self.mav.heartbeat_send(known.MAV_TYPE_GCS, known.MAV_AUTOPILOT_INVALID, 0, 0, 0)
             self._next_beat = now + _HEARTBEAT_S
         wait_s = max(min(left_s, self._next_beat - now), 1e-3)
-        return self._connection.recv_match(blocking=True, timeout=wait_s)
+        message = self._connection.recv_match(blocking=True, timeout=wait_s)
+        if message is not None:
+            self._note(message)
+        return message
+
+    def _is_from(self, message: Any) -> bool:
+        """Return whether the autopilot sent a message."""
+        source = message.get_srcSystem(), message.get_srcComponent()
+        return source == (self.system, self.component)
+
+    def _note(self, message: Any) -> None:
+        """Keep what a heartbeat of the autopilot says about its motors."""
+        if message.get_type() == "HEARTBEAT" and self._is_from(message):
+            self.armed = bool(message.base_mode & _ARMED)
 
 
 @contextlib.contextmanager

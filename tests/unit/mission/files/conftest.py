@@ -1,20 +1,17 @@
 """Random missions, and an aircraft that is told one by an autopilot's means alone."""
 
-import os
-
 import numpy as np
 import pytest
 
 from host.evaluation import Evaluator
+from host.mission.files.flight_plan import flight_plan
 from host.problem.problem import Problem
 from host.problem.rules import Rules
 from host.problem.zones import Circle, Polygon
 from host.terrain import Terrain
 from host.terrain.origin import at_origin
+from tests.unit.mission.files.own_autopilot import OwnAutopilot
 
-
-# Before pymavlink is imported: it reads the version of MAVLink then, as its loader does later.
-os.environ["MAVLINK20"] = "1"
 
 # South-west corners in both hemispheres, one at the edge of its UTM zone.
 PLACES = (
@@ -100,3 +97,16 @@ def missions():
 @pytest.fixture(scope="session")
 def tracks(missions):
     return [Evaluator(problem, threads=1).track(path) for problem, path in missions]
+
+
+@pytest.fixture(scope="session")
+def plans(missions):
+    """Return the missions as an autopilot takes them."""
+    return [flight_plan(*mission) for mission in missions]
+
+
+@pytest.fixture
+def own():
+    server = OwnAutopilot()
+    yield server
+    server.close()

@@ -10,14 +10,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from host.diagnosis.reason import broken_limit, listed
 from host.errors import InputError
 from host.evaluation import Evaluation, Evaluator
 from host.problem.problem import Problem
+from host.report.read import Run
 from host.report.summary import describe_problem, terms, version
 from host.report.via import Visit, visits
 
 
-__all__ = ["Check", "check", "evaluator_of"]
+__all__ = ["Check", "check", "evaluator_of", "path_fault"]
 
 
 @dataclass(frozen=True)
@@ -56,6 +58,42 @@ class Check:
     def visits(self) -> list[Visit]:
         """The least distance between the path and each via point of the problem."""
         return visits(self.evaluator, self.path)
+
+    @property
+    def fault(self) -> str | None:
+        """A sentence: the limit that the path breaks and where, or the via point that it misses.
+
+        None if the path is feasible and misses none.
+        """
+        if not self.evaluation.feasible:
+            return f"The path {self._broken()}."
+        return next((visit.sentence for visit in self.visits if visit.missed), None)
+
+    def _broken(self) -> str:
+        """Return which limit the path breaks: the end of a sentence."""
+        worst = broken_limit(self.evaluation.limits)
+        if worst is not None:
+            return worst
+        for limit, from_m, to_m in self.evaluator.broken(self.path):
+            return f"breaks the limit {limit} from {from_m:.0f} m to {to_m:.0f} m after the start"
+        terms = self.evaluation
+        parts = {
+            "under the terrain": terms.distance_under_terrain_m,
+            "in no-fly zones": terms.distance_in_nofly_m,
+            "too steep": terms.distance_too_steep_m,
+        }
+        broken = [f"{metres:.1f} m {where}" for where, metres in parts.items() if metres]
+        if terms.impossible_arcs:
+            broken.append(f"{terms.impossible_arcs} turns tighter than the aircraft can fly")
+        return f"is not feasible: {listed(broken)}" if broken else "touches terrain or a zone"
+
+
+def path_fault(run: Run) -> str | None:
+    """Return why the path of a finished run is not one to fly, in a sentence; None if it is.
+
+    The verdict in the summary counts for nothing here: the waypoints may have been edited since.
+    """
+    return check(run.problem, run.path).fault
 
 
 def check(problem: Problem, path: ArrayLike, *, source: Mapping[str, Any] | None = None) -> Check:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from host.cli.last_door import check_path
 from host.cli.output import note, print_json, print_pairs
 from host.evaluation import Evaluator
 from host.files.output import prepare_directory
@@ -22,6 +23,7 @@ def run(args: argparse.Namespace) -> int:
     file = Path(args.summary)
     planned = read_run(file, origin=args.origin)
     directory = file.parent if args.out is None else Path(args.out)
+    check_path(planned, "nothing is written", "plan again")
     prepare_directory(directory)
     if planned.feasible is False:
         note("The path is not feasible; look at the files, but do not fly them.")

@@ -7,6 +7,7 @@ import math
 import time
 from pathlib import Path
 
+from host.cli.last_door import check_path
 from host.cli.output import note, print_json, print_pairs
 from host.errors import InputError, JobError
 from host.mission.files.fence import FenceCircle
@@ -85,4 +86,6 @@ def _plan(args: argparse.Namespace) -> FlightPlan:
             raise InputError("A .plan file has its place on Earth; leave --origin out.")
         return read_plan(file)
     planned = read_run(file, origin=args.origin)
+    if not args.infeasible:
+        check_path(planned, "nothing is uploaded", "plan again, or give --infeasible")
     return flight_plan(planned.problem, planned.path, feasible=planned.feasible)

@@ -193,12 +193,17 @@ def summary_terrain(
     try:
         terrain = load(source, cell=cell, fill_voids=fill_voids, max_cells=max_cells)
     except InputError as error:
-        if is_own and not is_grid and GRID in (summary.get("files") or ()):
+        if not is_own or is_grid:
+            raise
+        if GRID in (summary.get("files") or ()):
             raise InputError(
                 f"{grid}, the terrain of the run, is missing, and the file that it was made from "
                 f"cannot be read; put {GRID} back, or plan again. ({error})"
             ) from None
-        raise
+        raise InputError(
+            f"{file}: the terrain of the run cannot be read; put it back at {source}, or plan "
+            f"again. ({error})"
+        ) from None
     return _placed(file, terrain, stated) if is_own else terrain
 
 

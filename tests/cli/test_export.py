@@ -1,6 +1,7 @@
 """``pathgene export``, ``pathgene plan --write`` and ``--origin``."""
 
 import json
+import re
 import shutil
 
 import pytest
@@ -144,3 +145,115 @@ def test_plan_refuses_a_format_that_needs_a_place_before_it_searches(hills, tmp_
     assert plan(hills, tmp_path / "none", "--write", "plan") == 2
     assert "has no place on Earth" in capsys.readouterr().err
     assert not (tmp_path / "none").exists()
+
+
+def edited(flown, out, move_to_m):
+    """Copy a run and lower a waypoint in its summary, which still calls the path feasible."""
+    shutil.copytree(flown, out)
+    file = out / "summary.json"
+    summary = json.loads(file.read_text())
+    assert summary["feasible"] is True
+    summary["waypoints"][1][2] = move_to_m
+    file.write_text(json.dumps(summary))
+    return file
+
+
+@pytest.fixture(scope="module")
+def safe(hills, tmp_path_factory):
+    """Return the folder of a plan by the rules of safe flight, with a terrain of its own."""
+    out = tmp_path_factory.mktemp("safe") / "run"
+    options = ("--planner", "astar", "--no-picture", "--origin", "-33.5,151.25")
+    assert plan(hills, out, *options, "--write", "plan") == 0
+    return out
+
+
+UPLOAD = "upload --to udpout:127.0.0.1:9 --timeout 0.1"
+
+
+@pytest.mark.parametrize(
+    ("command", "consequence"),
+    [
+        ("export", "nothing is written, plan again"),
+        (UPLOAD, "nothing is uploaded, plan again, or give --infeasible"),
+    ],
+)
+def test_an_edited_path_is_judged_again(safe, tmp_path, capsys, command, consequence):
+    file = edited(safe, tmp_path / "run", 120.0)
+    before = {path: path.read_bytes() for path in file.parent.iterdir()}
+    assert main([*command.split(), str(file)]) == 1
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert re.fullmatch(
+        rf"pathgene: {re.escape(str(file))}: the path breaks the limit clearance, \S+ where \S+ "
+        r"is allowed, \d+ m from the start, although the summary calls it feasible; "
+        rf"{consequence}\.\n",
+        captured.err,
+    )
+    assert {path: path.read_bytes() for path in file.parent.iterdir()} == before
+    out = tmp_path / "out"
+    if command == "export":
+        assert main(["export", str(file), "--out", str(out)]) == 1
+        assert not out.exists()
+
+
+def test_an_edited_path_as_paper_is_judged_by_the_paper(flown, tmp_path, capsys):
+    file = edited(flown, tmp_path / "run", -400.0)
+    assert main(["export", str(file)]) == 1
+    assert re.fullmatch(
+        rf"pathgene: {re.escape(str(file))}: the path is not feasible: \d+\.\d m under the "
+        r"terrain.*, although the summary calls it feasible; nothing is written, plan again\.\n",
+        capsys.readouterr().err,
+    )
+
+
+def test_a_turn_that_nobody_can_fly_is_named(safe, tmp_path, capsys):
+    file = edited(safe, tmp_path / "run", 900.0)
+    summary = json.loads(file.read_text())
+    x, y, z = summary["waypoints"][0]
+    summary["waypoints"][1:-1] = [[x + 400, y + 10, z], [x, y + 20, z], [x + 400, y + 30, z]]
+    summary |= {"nofly": [], "feasible": None}
+    file.write_text(json.dumps(summary))
+    assert main(["export", str(file)]) == 1
+    assert re.search(r": the path breaks the limit \S+.*; nothing is wr", capsys.readouterr().err)
+
+
+def test_a_path_that_misses_a_via_point_is_not_written(hills, tmp_path, capsys):
+    out = tmp_path / "run"
+    options = ("--planner", "astar", "--no-picture", "--via", "3000,3500,100")
+    assert plan(hills, out, *options) == 0
+    file = out / "summary.json"
+    summary = json.loads(file.read_text())
+    assert main(["export", str(file), "--write", "geojson"]) == 0
+    summary["legs"][1]["from"][0] -= 300.0
+    file.write_text(json.dumps(summary))
+    capsys.readouterr()
+    assert main(["export", str(file), "--write", "geojson"]) == 1
+    assert re.search(
+        r"json: the path misses via point 1 at .*; it must have a waypoint there, which a turn may "
+        r"round, although the summary calls it feasible; nothing is written, plan again\.\n",
+        capsys.readouterr().err,
+    )
+
+
+def test_upload_takes_an_edited_path_only_on_demand(safe, tmp_path, capsys):
+    file = edited(safe, tmp_path / "run", 120.0)
+    assert main([*UPLOAD.split(), str(file), "--infeasible"]) == 1
+    assert "No autopilot answers" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", ["export", UPLOAD])
+def test_a_path_whose_terrain_is_gone_is_not_believed(safe, tmp_path, capsys, command):
+    file = edited(safe, tmp_path / "run", 900.0)
+    summary = json.loads(file.read_text())
+    gone = str(tmp_path / "gone.npz")
+    summary["terrain"]["source"] = gone
+    del summary["files"]
+    file.write_text(json.dumps(summary))
+    (file.parent / "terrain.npz").unlink()
+    assert main([*command.split(), str(file)]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith(
+        f"pathgene: {file}: the terrain of the run cannot be read; put it back at {gone}, or plan "
+        "again. ("
+    )
+    assert error.count("\n") == 1

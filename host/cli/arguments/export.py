@@ -16,7 +16,9 @@ def add_export(commands: Commands) -> None:
         "export:run",
         "Write a planned path as files for ground stations and viewers",
         "pathgene export out/summary.json --write plan,kml --out mission",
-        notes="Altitudes are above mean sea level; docs/files.md describes each file.",
+        notes="The path is judged again; if it breaks a limit although its summary calls it "
+        "feasible, nothing is written and the exit status is 1. Altitudes are above mean sea "
+        "level; docs/files.md describes each file.",
     )
     parser.add_argument("summary", metavar="SUMMARY", help="summary.json of pathgene plan")
     parser.add_argument(

@@ -1,0 +1,39 @@
+"""The last judgement of a finished path, before it leaves as a file or to an autopilot."""
+
+from __future__ import annotations
+
+from host.checking import path_fault
+from host.cli.compiling import note_compiling
+from host.errors import JobError
+from host.report.read import Run
+
+
+__all__ = ["check_path"]
+
+
+def check_path(run: Run, consequence: str, remedy: str) -> None:
+    """Refuse a run whose path breaks a limit or misses a via point, unless its summary says so.
+
+    The path is judged again, because the waypoints in the file may have been edited.
+
+    Parameters
+    ----------
+    run : Run
+        The run.
+    consequence, remedy : str
+        Ends of the sentence.
+
+    Raises
+    ------
+    JobError
+        If the path is not one to fly, and the summary does not say that it is infeasible.
+    """
+    if run.feasible is False:
+        return
+    note_compiling(as_paper=run.problem.as_paper)
+    found = path_fault(run)
+    if found is None:
+        return
+    text = found[0].lower() + found[1:].removesuffix(".")
+    said = ", although the summary calls it feasible" if run.feasible else ""
+    raise JobError(f"{run.file}: {text}{said}; {consequence}, {remedy}.")

@@ -135,8 +135,9 @@ def terrain_of(values: Values) -> Terrain:
         values["terrain"],
         cell=values.get("cell"),
         fill_voids=bool(values.get("fill_voids")),
-        # No key of a problem file, which may come from anybody.
+        # No keys of a problem file, which may come from anybody.
         max_cells=values.get("max_cells"),
+        self_contained=bool(values.get("self_contained")),
     )
     return placed_at(values, terrain)
 

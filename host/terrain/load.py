@@ -16,7 +16,13 @@ from host.errors import InputError
 from host.inputs import exists, require_regular
 from host.terrain import embedded
 from host.terrain.grid import Terrain
-from host.terrain.untrusted import UNREADABLE, read_array, read_cells, read_values
+from host.terrain.untrusted import (
+    UNREADABLE,
+    read_array,
+    read_cells,
+    read_values,
+    require_own_crs,
+)
 from host.terrain.voids import fill
 
 
@@ -31,6 +37,7 @@ def load(
     cell: tuple[float, float] | None = None,
     fill_voids: bool = False,
     max_cells: int | None = None,
+    self_contained: bool = False,
 ) -> Terrain:
     """Load a terrain.
 
@@ -47,18 +54,22 @@ def load(
         Interpolate the voids, which are otherwise impassable.
     max_cells : int, optional
         Most cells of a file, 1 or more; 25 million by default.
+    self_contained : bool
+        Refuse a file that names other files, as a virtual raster does: for content that somebody
+        else gives, as a browser does.
 
     Raises
     ------
     InputError
-        If there is no such terrain, it cannot be read, is no terrain or has more cells, or ``cell``
-        is missing, not positive or given for a terrain that has its own.
+        If there is no such terrain, it cannot be read, is no terrain, has more cells or names a
+        file where it may not, or ``cell`` is missing, not positive or given for a terrain that has
+        its own.
     """
     if not isinstance(source, str | Path):
         raise InputError(f"The terrain must be a name or the path of a file, not {source!r}.")
     if max_cells is not None and max_cells < 1:
         raise InputError(f"A terrain must be allowed 1 cell or more, not {max_cells}.")
-    terrain = _load(source, cell, fill_voids, max_cells)
+    terrain = _load(source, cell, fill_voids, max_cells, self_contained)
     is_file = source not in embedded.names()
     loading = {
         "source": os.path.realpath(source) if is_file else str(source),
@@ -73,6 +84,7 @@ def _load(
     cell: tuple[float, float] | None,
     fill_voids: bool,
     max_cells: int | None,
+    self_contained: bool,
 ) -> Terrain:
     if cell is not None and not all(math.isfinite(side) and side > 0 for side in cell):
         raise InputError(
@@ -93,14 +105,17 @@ def _load(
     if not path.is_dir():  # Some formats of GDAL are folders.
         require_regular(path)
     if path.suffix.lower() == ".npz":
-        return _load_npz(path, cell, fill_voids, max_cells)
+        return _load_npz(path, cell, fill_voids, max_cells, self_contained)
     if path.suffix.lower() == ".npy":
         return _load_npy(path, cell, fill_voids, max_cells)
     # They load GDAL, which grids in numpy's formats do not need.
     from host.terrain import place, raster
 
     return place.to_terrain(
-        raster.read(path, max_cells), cell=cell, fill_voids=fill_voids, max_cells=max_cells
+        raster.read(path, max_cells, self_contained=self_contained),
+        cell=cell,
+        fill_voids=fill_voids,
+        max_cells=max_cells,
     )
 
 
@@ -140,7 +155,11 @@ def info(terrain: Terrain) -> dict[str, Any]:
 
 
 def _load_npz(
-    path: Path, cell: tuple[float, float] | None, fill_voids: bool, max_cells: int | None
+    path: Path,
+    cell: tuple[float, float] | None,
+    fill_voids: bool,
+    max_cells: int | None,
+    self_contained: bool,
 ) -> Terrain:
     if cell is not None:
         raise InputError(f"{path}: the file states the size of its cells; leave it out (--cell).")
@@ -163,7 +182,7 @@ def _load_npz(
     for key, side in zip(_KEYS[1:], sides, strict=True):
         if side.size != 1 or side.dtype.kind not in "iuf":
             raise InputError(f"{path}: {key!r} must be one number of metres.")
-    crs, origin = _place(path, *place)
+    crs, origin = _place(path, *place, self_contained=self_contained)
     return from_array(
         elevation,
         (sides[0].item(), sides[1].item()),
@@ -176,7 +195,11 @@ def _load_npz(
 
 
 def _place(
-    path: Path, crs: NDArray[Any] | None, origin: NDArray[Any] | None
+    path: Path,
+    crs: NDArray[Any] | None,
+    origin: NDArray[Any] | None,
+    *,
+    self_contained: bool,
 ) -> tuple[str | None, tuple[float, float] | None]:
     """Return reference system and origin of an ``.npz``; None and None where it states neither."""
     if crs is None and origin is None:
@@ -195,6 +218,8 @@ def _place(
             "northing of the south-west node in it; write both or neither."
         )
     name = str(crs.item())
+    if self_contained:
+        require_own_crs(path, name)
     try:
         # Loads GDAL, which a grid without a place does not need.
         from host.terrain.geodesy import known_crs

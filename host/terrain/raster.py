@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -13,11 +15,12 @@ from affine import Affine
 from numpy.typing import NDArray
 from rasterio.crs import CRS
 from rasterio.errors import NotGeoreferencedWarning, RasterioError
+from rasterio.io import DatasetReader
 
 from host.errors import InputError
 from host.inputs import exists, require_regular
 from host.terrain import vrt
-from host.terrain.untrusted import MAX_CELLS, require_cells
+from host.terrain.untrusted import MAX_CELLS, SELF_CONTAINED, require_cells, require_own_crs
 from host.terrain.voids import UNDECLARED_VOID
 
 
@@ -78,26 +81,32 @@ class Raster:
     scaling: tuple[float, float] = (1.0, 0.0)
 
 
-def read(path: Path, max_cells: int | None = None) -> Raster:
+def read(path: Path, max_cells: int | None = None, *, self_contained: bool = False) -> Raster:
     """Read the heights of a file that rasterio opens.
 
     Parameters
     ----------
     path : Path
-    max_cells : int, optional
+    max_cells, self_contained
         As for :func:`host.terrain.load`.
 
     Raises
     ------
     InputError
         If it cannot be read, has several bands, complex data, more cells, or heights in an unknown
-        unit.
+        unit; if it must be self-contained and is not.
     """
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", NotGeoreferencedWarning)
-            _require_readable(path, max(MAX_CELLS, max_cells or 0), {path})
-            with rasterio.open(path) as file:
+            most = max(MAX_CELLS, max_cells or 0)
+            with contextlib.ExitStack() as stack:
+                if self_contained:
+                    file = stack.enter_context(_opened_alone(path))
+                    _require_blocks(path, file, most)
+                else:
+                    _require_readable(path, most, {path})
+                    file = stack.enter_context(rasterio.open(path))
                 if file.count != 1:
                     raise InputError(
                         f"{path}: a terrain has one band of heights, but this file "
@@ -130,6 +139,40 @@ def read(path: Path, max_cells: int | None = None) -> Raster:
         transform,
         crs,
         (scale * unit_m, offset * unit_m),
+    )
+
+
+@contextlib.contextmanager
+def _opened_alone(path: Path) -> Iterator[DatasetReader]:
+    """Open a raster that holds all its heights itself.
+
+    Raises
+    ------
+    InputError
+        If it is of another format, or names a file.
+    """
+    # A driver looks at the first bytes, so a wrong name of a file opens nothing else.
+    with rasterio.Env(GDAL_DISABLE_READDIR_ON_OPEN="EMPTY_DIR", GDAL_PAM_ENABLED="NO"):
+        for driver in SELF_CONTAINED:
+            try:
+                file = rasterio.open(path, driver=driver)
+            except RasterioError:
+                continue
+            with file:
+                # Overviews of a GeoTIFF in a file of any path.
+                if "OVERVIEWS" in file.tag_namespaces():
+                    raise InputError(
+                        f"{path}: names a file of overviews; write it again without, with "
+                        "gdal_translate for example."
+                    )
+                if file.crs is not None:
+                    require_own_crs(path, file.crs.to_wkt())
+                yield file
+            return
+    raise InputError(
+        f"{path}: cannot be read as a raster that holds its heights itself; give a GeoTIFF, an "
+        "SRTM .hgt, an ASCII grid, or a .npy or .npz file. A format that names other files, such "
+        "as VRT, is converted with gdal_translate, or named when the desk is started."
     )
 
 
@@ -173,12 +216,23 @@ def _require_readable(path: Path, most: int, seen: set[Path], depth: int = 0) ->
                 _require_readable(source, most, seen, depth + 1)
     _require_regular_beside(path)
     with rasterio.open(path) as file:
-        if any(rows * columns > most for rows, columns in file.block_shapes):
-            rows, columns = max(file.block_shapes, key=math.prod)
-            raise InputError(
-                f"{path}: is stored in blocks of {rows} x {columns} cells, more than "
-                f"{most:,}; write it again with smaller ones, with gdal_translate for example."
-            )
+        _require_blocks(path, file, most)
+
+
+def _require_blocks(path: Path, file: DatasetReader, most: int) -> None:
+    """Check that no block of a raster has more than ``most`` cells.
+
+    Raises
+    ------
+    InputError
+        If one has.
+    """
+    if any(rows * columns > most for rows, columns in file.block_shapes):
+        rows, columns = max(file.block_shapes, key=math.prod)
+        raise InputError(
+            f"{path}: is stored in blocks of {rows} x {columns} cells, more than "
+            f"{most:,}; write it again with smaller ones, with gdal_translate for example."
+        )
 
 
 def _require_regular_beside(path: Path) -> None:

@@ -1,9 +1,10 @@
-"""Terrain files as anybody may give them: of so many cells at most."""
+"""Terrain files as anybody may give them: with a limit of cells, and without other files."""
 
 from __future__ import annotations
 
 import io
 import math
+import re
 import zipfile
 import zlib
 from pathlib import Path
@@ -18,15 +19,25 @@ from host.errors import InputError
 
 __all__ = [
     "MAX_CELLS",
+    "SELF_CONTAINED",
     "UNREADABLE",
     "read_array",
     "read_cells",
     "read_values",
     "require_cells",
+    "require_own_crs",
 ]
 
 #: Cells of a terrain, unless the user allows more: 200 MB of heights.
 MAX_CELLS = 25_000_000
+
+#: Raster formats of GDAL that hold all their heights themselves. The other formats are not on the
+#: list because some of them name files of this machine or addresses in a network: VRT, GTI, MRF,
+#: WMS, WMTS, STACTA, HFA, HDF5, KMLSUPEROVERLAY, the XML of satellites.
+SELF_CONTAINED = (
+    "GTiff", "SRTMHGT", "AAIGrid", "GRASSASCIIGrid", "GSAG", "GSBG", "GS7BG", "USGSDEM", "DTED",
+    "BT", "Terragen", "HF2", "SIGDEM", "GXF", "GTX", "ZMap", "PNG", "XYZ",
+)  # fmt: skip
 
 #: What reading a damaged file in numpy's formats raises: RuntimeError of an encrypted member,
 #: KeyError of a missing one, OverflowError and TypeError of an impossible shape.
@@ -49,6 +60,13 @@ _CELL_BYTES, _VALUE_BYTES = 16, 1 << 16
 _MOST_VALUES = 16
 # Bytes of the header of an array; numpy itself refuses one of 10,000.
 _HEADER_BYTES = 1 << 14
+# A reference system by its code, or in words: a text of another kind is a path or an address, which
+# GDAL would open.
+_STATED_CRS = re.compile(r"\s*([A-Za-z]+:\d+\s*$|[A-Za-z_]+\s*[\[(]|\+proj=|\{)")
+# A part of a reference system that names a file of corrections.
+_NAMED_FILE = re.compile(
+    r"PROJ4_GRIDS|PARAMETERFILE|(?:grids|file|model)\s*=\s*(?!@null\b)|\binit\s*=", re.IGNORECASE
+)
 # What a user can do about a file with too many cells.
 _REMEDY = "cut it, make it coarser, or allow more (--max-cells)"
 
@@ -67,6 +85,21 @@ def require_cells(
     if math.prod(shape) > most:
         raise InputError(
             f"{path}: its {' x '.join(map(str, shape))} cells are more than {most:,}; {remedy}."
+        )
+
+
+def require_own_crs(path: Path, text: str) -> None:
+    """Check that a reference system names no file and no address.
+
+    Raises
+    ------
+    InputError
+        If it does.
+    """
+    if not _STATED_CRS.match(text) or _NAMED_FILE.search(text):
+        raise InputError(
+            f"{path}: its reference system names a file; write the terrain again in a system with "
+            "an EPSG code, with gdalwarp for example."
         )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import hashlib
 import json
 import re
@@ -75,9 +74,7 @@ class Desk:
 
     def sheet(self) -> Sheet:
         """Return the problem that a new tab opens with."""
-        sheet = Sheet(self.terrains)
-        sheet.values = copy.deepcopy(self._first.values)
-        return sheet
+        return self._first.copy()
 
     def plan(self, sheet: Sheet) -> PlanJob:
         """Start a job for a problem.

@@ -64,8 +64,16 @@ class Input(ui.input):
         self._take(value)
 
 
-def add_field(field: Field, value: Any, take: Callable[[Any], object]) -> ui.element:
-    """Add a field of the form with its value; ``take`` is called with each new one."""
+def add_field(
+    field: Field,
+    value: Any,
+    take: Callable[[Any], object],
+    read: Callable[[str], Any] | None = None,
+) -> ui.element:
+    """Add a field of the form with its value; ``take`` is called with each new one.
+
+    A text is read by the field itself unless there is a function ``read``.
+    """
     default = field.key.default
     meaning = f"{field.meaning[:1].upper()}{field.meaning[1:]}."
     if field.widget == "switch":
@@ -91,7 +99,7 @@ def add_field(field: Field, value: Any, take: Callable[[Any], object]) -> ui.ele
     entered = Input(
         field.label,
         field.text_of(value),
-        field.value_of,
+        read or field.value_of,
         take,
         meaning=meaning,
         placeholder=default,

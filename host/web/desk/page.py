@@ -277,20 +277,22 @@ class Page:
     async def _load(self, name: str) -> bool:
         """Show a saved plan with its problem; return whether it could be read."""
 
-        def read() -> PlanView:
+        def read() -> tuple[PlanView, str | None]:
             folder = self._desk.directory / name
             planned = read_run(folder / SUMMARY)
             evaluator = Evaluator(planned.problem)
             least_m = planned.summary.get("minimum_clearance_m")
             path = path_scene(evaluator, planned.path, name, least_m=least_m)
-            self._sheet.open_text(read_text(folder / PROBLEM))
-            return PlanView(planned.summary, path, folder, "saved")
+            note = self._sheet.open_saved(read_text(folder / PROBLEM))
+            return PlanView(planned.summary, path, folder, "saved"), note
 
         try:
-            view = await asyncio.to_thread(read)
+            view, note = await asyncio.to_thread(read)
         except (PathgeneError, OSError, ValueError) as error:
             ui.notify(str(error), type="negative", multi_line=True)
             return False
+        if note is not None:
+            ui.notify(note, multi_line=True)
         self._cockpit.leave()
         self._following.leave()
         self._show_values()

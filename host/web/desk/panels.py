@@ -12,7 +12,7 @@ from nicegui import ui
 from host.errors import InputError
 from host.numeric import parse
 from host.web.desk.fields import Input, add_field, add_numbers
-from host.web.desk.form import GROUPS, ZONE_FIELDS, fields_of, planner_fields
+from host.web.desk.form import GROUPS, ZONE_FIELDS, Field, fields_of, planner_fields
 from host.web.desk.sheet import Sheet
 
 
@@ -130,12 +130,19 @@ class Panels:
             for field in fields_of(table):
                 if field.key.dest == "planner":
                     continue  # It is above the views.
-                dest = field.key.dest or "uav"
-                add_field(field, values.get(dest), self._value_taker(dest))
+                self._form_field(field, field.key.dest or "uav")
             if table == "planner":
                 for field in planner_fields(self._sheet.planner):
-                    dest = field.key.dest
-                    add_field(field, values.get(dest), self._value_taker(dest))
+                    self._form_field(field, field.key.dest)
+
+    def _form_field(self, field: Field, dest: str) -> None:
+        def read_board(text: str) -> Any:
+            board = field.value_of(text)
+            self._sheet.require_board(board)
+            return board
+
+        read = read_board if dest == "board" else None
+        add_field(field, self._sheet.values.get(dest), self._value_taker(dest), read)
 
     def _value_taker(self, dest: str) -> Callable[[Any], None]:
         def take(value: Any) -> None:

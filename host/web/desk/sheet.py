@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import binascii
+import copy
 import zlib
 from collections.abc import Mapping
 from pathlib import Path
@@ -20,6 +21,7 @@ from host.problem import aircraft
 from host.problem.ends import place
 from host.problem.zones import Zone
 from host.terrain import Terrain, embedded
+from host.web.desk.boards import require_board
 from host.web.desk.terrains import Terrains
 
 
@@ -47,6 +49,9 @@ class Sheet:
     ----------
     terrains : Terrains
         The terrains of the desk.
+    board : str, optional
+        The board of the problem file that the user named when the desk was started, which no page
+        may name otherwise: see :func:`host.web.desk.boards.require_board`.
 
     Attributes
     ----------
@@ -54,8 +59,8 @@ class Sheet:
         The values.
     """
 
-    def __init__(self, terrains: Terrains) -> None:
-        self._terrains = terrains
+    def __init__(self, terrains: Terrains, board: str | None = None) -> None:
+        self._terrains, self.board = terrains, board
         self.values: dict[str, Any] = {}
         self.take_terrain(embedded.names()[0])
 
@@ -75,6 +80,13 @@ class Sheet:
         """The via points."""
         via: list[tuple[float, ...]] = self.values.setdefault("via", [])
         return via
+
+    def copy(self) -> Sheet:
+        """Return the same problem, which keeps its values when this one changes."""
+        other = Sheet.__new__(Sheet)
+        other._terrains, other.board = self._terrains, self.board
+        other.values = copy.deepcopy(self.values)
+        return other
 
     def terrain(self) -> Terrain:
         """Return the terrain; raises what :meth:`Terrains.load` does."""
@@ -127,8 +139,9 @@ class Sheet:
         Raises
         ------
         InputError
-            If a value is bad or missing.
+            If a value is bad or missing, or the board is none for a page.
         """
+        self.require_board(self.values.get("board"))
         search_of(self._effective())
         return mission_of(self._effective(), self.terrain())
 
@@ -138,10 +151,14 @@ class Sheet:
         Raises
         ------
         InputError
-            If the terrain is not on the desk.
+            If the terrain is not on the desk, or the board is none for a page.
         """
-        source = self._terrains.source_of(str(self.values.get("terrain")))
-        return {**self._effective(), "terrain": source, "max_cells": self._terrains.max_cells}
+        self.require_board(self.values.get("board"))
+        return {**self._effective(), **self._terrains.task(str(self.values.get("terrain")))}
+
+    def require_board(self, board: str | None) -> None:
+        """Check a board that the page names; see :func:`host.web.desk.boards.require_board`."""
+        require_board(board, self.board)
 
     def text(self) -> str:
         """Return the problem file; a terrain that is a file is expected beside it."""
@@ -177,10 +194,38 @@ class Sheet:
         Raises
         ------
         InputError
-            If it is no problem file, names a file or a terrain that is not on the desk, or a zone
-            or the aircraft is bad.
+            If it is no problem file, names a file, a terrain that is not on the desk or a board
+            that a page may not name, or a zone or the aircraft is bad.
         """
-        values = parse_problem(text, Path())
+        values = self._parsed(text)
+        self.require_board(values.get("board"))
+        self._take(values)
+
+    def open_saved(self, text: str) -> str | None:
+        """Take the problem of a saved plan.
+
+        Returns
+        -------
+        str or None
+            A sentence on its board, where that is left out since a page may not name it.
+
+        Raises
+        ------
+        InputError
+            As :meth:`open_text`, but for the board.
+        """
+        values, sentence = self._parsed(text), None
+        try:
+            self.require_board(values.get("board"))
+        except InputError as error:
+            sentence = f"The board of the plan is left out. {error}"
+            del values["board"]
+        self._take(values)
+        return sentence
+
+    def _parsed(self, text: str) -> dict[str, Any]:
+        """Return the values of a problem file that names no file of this machine."""
+        values = dict(parse_problem(text, Path()))
         for zone in values.get("zones") or ():
             if "file" in zone:
                 raise InputError(
@@ -196,7 +241,7 @@ class Sheet:
         name = values.get("terrain")
         if name is not None and name not in embedded.names():
             values["terrain"] = Path(name).name
-        self._take(values)
+        return values
 
     def open_file(self, file: Path) -> None:
         """Take a problem file of this machine, with the files that it names.
@@ -211,6 +256,7 @@ class Sheet:
         if name is not None and name not in embedded.names():
             values["terrain"] = self._terrains.add_file(Path(name))
         self._take(values)
+        self.board = self.values.get("board")
 
     def _take(self, values: Mapping[str, Any]) -> None:
         """Take values of a problem file in the form of this class."""

@@ -45,6 +45,7 @@ class Terrains:
     def __init__(self, directory: Path, max_cells: int | None = None) -> None:
         self._directory, self.max_cells = directory, max_cells
         self._files: dict[str, Path] = {}
+        self._trusted: set[str] = set()
         self._loaded: OrderedDict[tuple[Any, ...], Terrain] = OrderedDict()
         self._lock = threading.Lock()
         with contextlib.suppress(OSError):
@@ -65,6 +66,7 @@ class Terrains:
                 return name
         name = _unlike(file.name, self._files)
         self._files[name] = file
+        self._trusted.add(name)
         return name
 
     def add_content(self, name: str, content: bytes, values: Mapping[str, Any]) -> str:
@@ -84,11 +86,13 @@ class Terrains:
         Raises
         ------
         InputError
-            If it is no terrain, has too many cells, or cannot be kept.
+            If it is no terrain, names other files, has too many cells, or cannot be kept.
         """
         digest = hashlib.sha256(content).hexdigest()[:_DIGEST_LENGTH]
         plain = Path(re.sub(r"[^\w.-]+", "-", Path(name).name).strip(".-")[-80:] or "terrain")
-        kept = f"{plain.stem}-{digest}{plain.suffix.lower()}"
+        suffix = plain.suffix.lower()
+        # GDAL reads the place of a tile of SRTM from its name, up to the first point.
+        kept = f"{plain.stem}{'.' if suffix == '.hgt' else '-'}{digest}{suffix}"
         if kept in self._files:
             return kept
         prepare_directory(self._directory)
@@ -122,6 +126,22 @@ class Terrains:
             )
         return str(self._files[name])
 
+    def task(self, name: str) -> dict[str, Any]:
+        """Return the values with which a process loads a terrain itself.
+
+        Content that came from a browser may name no file of this machine, as a virtual raster does.
+
+        Raises
+        ------
+        InputError
+            If the desk has no such terrain.
+        """
+        return {
+            "terrain": self.source_of(name),
+            "max_cells": self.max_cells,
+            "self_contained": name in self._files and name not in self._trusted,
+        }
+
     def load(self, values: Mapping[str, Any]) -> Terrain:
         """Return the terrain of a problem; the last few are kept in memory.
 
@@ -140,7 +160,7 @@ class Terrains:
             if place in self._loaded:
                 self._loaded.move_to_end(place)
                 return self._loaded[place]
-        terrain = terrain_of({**own, "terrain": source, "max_cells": self.max_cells})
+        terrain = terrain_of({**own, **self.task(name)})
         with self._lock:
             self._loaded[place] = terrain
             while len(self._loaded) > _KEPT:

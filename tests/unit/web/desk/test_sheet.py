@@ -196,7 +196,8 @@ def test_the_task_of_a_planner_names_the_file(terrains, tmp_path):
     assert Path(task["terrain"]).is_file()
     assert sheet.terrain().width_m == 29 * 9
     assert f'source = "{name}"' in sheet.text()
-    assert set(task) - {"max_cells"} <= {key.dest for key in KEYS} | {"uav", "zones"}
+    named = {key.dest for key in KEYS} | {"uav", "zones"}
+    assert set(task) - {"max_cells", "self_contained"} <= named
 
 
 def test_tabs_share_no_zone(tmp_path):
@@ -211,10 +212,13 @@ def test_tabs_share_no_zone(tmp_path):
 
 
 def test_others_plan_on_simulated_boards_alone(tmp_path):
-    desk = Desk(tmp_path, local=False)
+    """Not even the board of the problem file that the desk was started with."""
+    ends = "start = [3000, 3000, 100]\ngoal = [20000, 20000, 100]\nagl = true\n"
+    text = f"[mission]\n{ends}[planner]\nboard = '/dev/ttyUSB0'\n"
+    (tmp_path / "problem.toml").write_text(text)
+    desk = Desk(tmp_path / "out", local=False, problem=tmp_path / "problem.toml")
     try:
         sheet = desk.sheet()
-        sheet.set("board", "/dev/ttyUSB0")
         with pytest.raises(InputError, match=r"^Only simulated boards \(model:, sim:\) plan on a "):
             desk.plan(sheet)
         assert desk.jobs.active == []

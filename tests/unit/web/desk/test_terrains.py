@@ -4,8 +4,11 @@ import io
 
 import numpy as np
 import pytest
+import rasterio
+from affine import Affine
 
 from host.errors import InputError
+from host.mission.build import terrain_of
 from host.terrain import embedded
 from host.web.desk.terrains import Terrains
 
@@ -65,6 +68,47 @@ def test_few_terrains_stay_in_memory(tmp_path):
     loaded = [terrains.load({"terrain": name}) for name in names]
     assert terrains.load({"terrain": names[-1]}) is loaded[-1]
     assert terrains.load({"terrain": names[0]}) is not loaded[0]
+
+
+def test_content_that_names_files_is_refused_also_after_a_restart(tmp_path):
+    land = tmp_path / "land.tif"
+    with rasterio.open(
+        land, "w", driver="GTiff", width=20, height=20, count=1, dtype="int16", crs="EPSG:32616",
+        transform=Affine(10, 0, 5e5, 0, -10, 4e6),
+    ) as written:  # fmt: skip
+        written.write(np.zeros((1, 20, 20), "int16"))
+    virtual = (
+        '<VRTDataset rasterXSize="20" rasterYSize="20"><SRS>EPSG:32616</SRS><GeoTransform>500000, '
+        '10, 0, 4000000, 0, -10</GeoTransform><VRTRasterBand dataType="Int16" band="1">'
+        f"<SimpleSource><SourceFilename>{land}</SourceFilename></SimpleSource></VRTRasterBand>"
+        "</VRTDataset>"
+    ).encode()
+    terrains = Terrains(tmp_path / "kept")
+    for name in ("a.vrt", "a.tif"):
+        with pytest.raises(InputError, match=f"^{name}: cannot be read as a raster that holds "):
+            terrains.add_content(name, virtual, {})
+    assert list((tmp_path / "kept").iterdir()) == []
+    # Content that was taken earlier; the process of a plan loads it, too.
+    (tmp_path / "kept" / "old.vrt").write_bytes(virtual)
+    later = Terrains(tmp_path / "kept")
+    with pytest.raises(InputError, match="cannot be read as a raster that holds "):
+        later.load({"terrain": "old.vrt"})
+    with pytest.raises(InputError, match="cannot be read as a raster that holds "):
+        terrain_of(later.task("old.vrt"))
+    # A file that the user named.
+    (tmp_path / "mine.vrt").write_bytes(virtual)
+    name = later.add_file(tmp_path / "mine.vrt")
+    assert later.load({"terrain": name}).shape == (20, 20)
+    assert terrain_of(later.task(name)).shape == (20, 20)
+
+
+def test_a_tile_of_srtm_keeps_its_place(tmp_path):
+    """GDAL takes the place of a tile from the name of its file."""
+    tile = np.full((1201, 1201), 300, ">i2").tobytes()
+    terrains = Terrains(tmp_path)
+    name = terrains.add_content("N36W085.hgt", tile, {})
+    corner = terrains.load({"terrain": name}).to_geographic([0.0], [0.0])
+    assert [float(each[0]) for each in corner] == pytest.approx([36, -85], abs=0.02)
 
 
 def test_a_problem_without_a_terrain_is_one_sentence(tmp_path):

@@ -1,0 +1,52 @@
+"""The boards that a page of the desk may name."""
+
+from __future__ import annotations
+
+from urllib.parse import parse_qsl
+
+from host.device.boards import known_config
+from host.device.schemes import CONFIG_FIELDS
+from host.errors import InputError
+
+
+__all__ = ["require_board"]
+
+# Options of a URL by its scheme. The option `trace` of `sim:` writes a file.
+_OPTIONS = {
+    "model:": frozenset(CONFIG_FIELDS),
+    "sim:": frozenset((*CONFIG_FIELDS, "sim", "clocks_per_bit", "idle_clocks", "patience")),
+}
+
+
+def require_board(url: str | None, own: str | None) -> None:
+    """Check a board that a page, a link or a file in a browser names.
+
+    Somebody else may have written it, so it opens no device, reaches no address and writes no file.
+
+    Parameters
+    ----------
+    url : str, optional
+        The board; None is the default one.
+    own : str, optional
+        The board of the problem file that the user started the desk with, which is allowed.
+
+    Raises
+    ------
+    InputError
+        If the board is not allowed, or an option breaks a rule of the configuration.
+    """
+    if url is None or url == own:
+        return
+    place, _, query = url.partition("?")
+    names = {name for name, _ in parse_qsl(query, keep_blank_values=True)}
+    if place not in _OPTIONS:
+        raise InputError(
+            f"The board of a page is model: or sim: with options, not {url!r}; start the desk with "
+            "a problem file that names another board."
+        )
+    if refused := sorted(names - _OPTIONS[place]):
+        raise InputError(
+            f"The board of a page takes no option {refused[0]!r} ({url!r}); start the desk with a "
+            "problem file that names this board."
+        )
+    known_config(url)

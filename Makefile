@@ -133,14 +133,14 @@ coverage: setup
 
 .PHONY: verilog
 verilog: setup-plan
-	@$(IN_ROOT) "$(BIN)/python" -m hdl.verilog build/verilog
+	@$(IN_ROOT) "$(BIN)/python" -m pathgene.hdl.verilog build/verilog
 
 .PHONY: setup-synth bitstream
 setup-synth:
 	$(call SET_UP,synth)
 
 bitstream: setup-synth
-	@$(IN_ROOT) "$(BIN)/python" -m hdl.boards.build "$(BOARD)" $(if $(CHIP),--chip "$(CHIP)")
+	@$(IN_ROOT) "$(BIN)/python" -m pathgene.hdl.boards.build "$(BOARD)" $(if $(CHIP),--chip "$(CHIP)")
 
 .PHONY: sim
 sim: setup

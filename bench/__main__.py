@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from bench.report import Options
-from host.errors import PathgeneError
+from pathgene.host.errors import PathgeneError
 
 
 #: Every benchmark and what it measures.

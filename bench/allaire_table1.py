@@ -9,9 +9,9 @@ from bench.allaire import CLOCK_HZ, GENERATIONS, PHASES
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import LARGE, problem
-from host.evaluation import Evaluator
-from host.planners import make
-from host.planners.base import Options, Result
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners import make
+from pathgene.host.planners.base import Options, Result
 
 
 __all__ = ["run"]

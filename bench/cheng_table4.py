@@ -20,12 +20,12 @@ from scipy.optimize import differential_evolution
 
 from bench.report import Options as BenchOptions
 from bench.report import Report
-from host.auv.field import ENDS, PAPER_SAMPLES, AuvField, Base, delta
-from host.auv.landscape import LANDSCAPES
-from host.auv.plan import GENERATIONS, REPORT_SAMPLES, evolve
-from host.compare.statistics import compare_two
-from host.planners.routes.field import FEWEST_CONTROL_POINTS, MOST_CONTROL_POINTS
-from host.planners.routes.point_sampler import KINDS
+from pathgene.host.auv.field import ENDS, PAPER_SAMPLES, AuvField, Base, delta
+from pathgene.host.auv.landscape import LANDSCAPES
+from pathgene.host.auv.plan import GENERATIONS, REPORT_SAMPLES, evolve
+from pathgene.host.compare.statistics import compare_two
+from pathgene.host.planners.routes.field import FEWEST_CONTROL_POINTS, MOST_CONTROL_POINTS
+from pathgene.host.planners.routes.point_sampler import KINDS
 
 
 __all__ = ["PAPER", "contradictions", "optimize", "run"]
@@ -98,7 +98,7 @@ _SAMPLES = (PAPER_SAMPLES, None)
 
 @dataclass(frozen=True)
 class _Case:
-    """A planner on a landscape; ``samples`` as for :class:`host.auv.field.AuvField`."""
+    """A planner on a landscape; ``samples`` as for :class:`pathgene.host.auv.field.AuvField`."""
 
     samples: int | None
     landscape: int
@@ -269,7 +269,7 @@ def optimize(
         Curves measured, at most a generation more.
     seed : int
     samples : int, optional
-        As for :class:`host.auv.field.AuvField`.
+        As for :class:`pathgene.host.auv.field.AuvField`.
     """
     field, base = AuvField(landscape, samples=samples), Base()
     inner = points - 2

@@ -25,16 +25,16 @@ from bench.chip_runs import (
 )
 from bench.report import Options, Report
 from bench.scenarios import SYNTHETIC, UNTUNED, missing, problem
-from hdl.config import Config
-from hdl.protocol.codes import UNITS
-from hdl.protocol.runs import RunOptions
-from host.cores import available_cores
-from host.errors import InputError
-from host.evaluation import Evaluator
-from host.planners import PLANNERS, make
-from host.planners import base as planners
-from host.planners.chip_schedule import ChipSchedule
-from host.problem.rules import Rules
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol.codes import UNITS
+from pathgene.hdl.protocol.runs import RunOptions
+from pathgene.host.cores import available_cores
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners import PLANNERS, make
+from pathgene.host.planners import base as planners
+from pathgene.host.planners.chip_schedule import ChipSchedule
+from pathgene.host.problem.rules import Rules
 
 
 __all__ = ["OTHERS", "TABLES", "TIMES_MS", "Other", "Table", "run"]

@@ -9,9 +9,9 @@ from bench.altered import Alteration
 from bench.chip_runs import CHIP, Task, run_all, share, terrains, through_terrains
 from bench.report import Options, Report
 from bench.scenarios import missing
-from hdl.config import Config
-from hdl.protocol.runs import RunOptions
-from host.errors import InputError
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol.runs import RunOptions
+from pathgene.host.errors import InputError
 
 
 __all__ = ["CHANGES", "run"]
@@ -22,9 +22,9 @@ _CYCLES = CHIP.clock_hz // 100
 _CLEARANCES = (None, 30.0, 100.0)
 _USUAL = RunOptions(cycles=_CYCLES)
 
-_BREEDER = "sim.model.planner.breeder"
-_PROTOCOL = "hdl.protocol.planner"
-_BREEDING = "hdl.protocol.planner_breeding"
+_BREEDER = "pathgene.sim.model.planner.breeder"
+_PROTOCOL = "pathgene.hdl.protocol.planner"
+_BREEDING = "pathgene.hdl.protocol.planner_breeding"
 _TWICE = """_mutate(problem, sizes, child, length, words)
         step(words)
         if field(words, 1, *CUT) == 0:
@@ -66,7 +66,7 @@ CHANGES: dict[str, RunOptions | Config | Alteration] = {
         _BREEDER, "_mutate(problem, sizes, child, length, words)", _TWICE
     ),
     "chords not walked": Alteration(
-        "sim.model.planner.evaluation", "or not work[HAS_CHORD, at]", "or True"
+        "pathgene.sim.model.planner.evaluation", "or not work[HAS_CHORD, at]", "or True"
     ),
     "a steep segment counts a cell": Alteration(
         _PROTOCOL, "1 << POSITION_FRACTION - 2", "1 << POSITION_FRACTION"

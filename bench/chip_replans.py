@@ -16,18 +16,18 @@ from numpy.typing import NDArray
 from bench.chip_runs import BOARD_URL, terrains
 from bench.report import Options, Report
 from bench.scenarios import missing, problem
-from host.cores import available_cores
-from host.device.boards import open_board
-from host.device.chip import Chip
-from host.errors import InputError
-from host.evaluation import Evaluator
-from host.planners import PLANNERS, make
-from host.planners import base as planners
-from host.planners.chip_time import chip_time
-from host.problem.changes import changed_problem
-from host.problem.problem import Problem
-from host.problem.rules import Rules
-from host.problem.zones import Zone
+from pathgene.host.cores import available_cores
+from pathgene.host.device.boards import open_board
+from pathgene.host.device.chip import Chip
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners import PLANNERS, make
+from pathgene.host.planners import base as planners
+from pathgene.host.planners.chip_time import chip_time
+from pathgene.host.problem.changes import changed_problem
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.zones import Zone
 
 
 __all__ = ["ROWS", "SCENARIOS", "Row", "Scenario", "run", "scenario"]
@@ -120,7 +120,7 @@ class Outcome:
     """Runs of one plan: ``feasible`` by the strict rule; ``fitness`` beside it.
 
     ``cycles`` are those of the runs, ``drawing`` those of the disc. ``whole_ms`` are milliseconds
-    of the plan: see :class:`host.planners.chip_time.ChipTime`.
+    of the plan: see :class:`pathgene.host.planners.chip_time.ChipTime`.
     """
 
     fitness: float

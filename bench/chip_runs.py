@@ -19,19 +19,19 @@ from numpy.typing import NDArray
 
 from bench.altered import Alteration
 from bench.scenarios import SYNTHETIC, names, problem
-from hdl.boards import find_board
-from hdl.config import Config, GeneticCore
-from hdl.protocol.codes import UNITS
-from hdl.protocol.planner import BLOCKS
-from hdl.protocol.runs import Outcome as RunOutcome
-from hdl.protocol.runs import RunOptions
-from host.cores import available_cores
-from host.evaluation import Evaluator
-from host.planners.base import choose
-from host.planners.chip_problem import chip_ends, problem_record, whole_path
-from host.problem.corner_map import CornerMap
-from host.problem.rules import Rules
-from sim.model.planner.run import plan
+from pathgene.hdl.boards import find_board
+from pathgene.hdl.config import Config, GeneticCore
+from pathgene.hdl.protocol.codes import UNITS
+from pathgene.hdl.protocol.planner import BLOCKS
+from pathgene.hdl.protocol.runs import Outcome as RunOutcome
+from pathgene.hdl.protocol.runs import RunOptions
+from pathgene.host.cores import available_cores
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners.base import choose
+from pathgene.host.planners.chip_problem import chip_ends, problem_record, whole_path
+from pathgene.host.problem.corner_map import CornerMap
+from pathgene.host.problem.rules import Rules
+from pathgene.sim.model.planner.run import plan
 
 
 __all__ = [

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bench.report import Options, Report
-from host.errors import JobError
+from pathgene.host.errors import JobError
 
 
 if TYPE_CHECKING:
@@ -123,7 +123,7 @@ def _write(folder: Path) -> None:
 @contextlib.contextmanager
 def _serving(folder: Path) -> Iterator[str]:
     """Serve the desk; yield its address."""
-    command = [sys.executable, "-m", "host", "desk", str(folder / "problem.toml"), "--json"]
+    command = [sys.executable, "-m", "pathgene", "desk", str(folder / "problem.toml"), "--json"]
     with subprocess.Popen(
         [*command, "--out", str(folder / "plans")], cwd=_ROOT, stdout=subprocess.PIPE, text=True
     ) as desk:

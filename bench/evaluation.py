@@ -11,13 +11,13 @@ from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.rules import clearance_table, strict_table
 from bench.scenarios import EMBEDDED, problem
-from host.device.boards import open_board
-from host.device.chip import Chip
-from host.device.waypoints import unpack_waypoints
-from host.evaluation import Evaluator
-from host.planners.base import Options
-from host.planners.ga_fpga import FpgaGeneticPlanner
-from host.problem import ChipMap
+from pathgene.host.device.boards import open_board
+from pathgene.host.device.chip import Chip
+from pathgene.host.device.waypoints import unpack_waypoints
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners.base import Options
+from pathgene.host.planners.ga_fpga import FpgaGeneticPlanner
+from pathgene.host.problem import ChipMap
 
 
 __all__ = ["run"]

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from bench.report import Options, Report
 from bench.testing_trajectory import TESTING_TRAJECTORY, canyon_map
-from hdl.config import CheckerBuild, Config
-from host.device.map_frames import padded_map
-from sim.harness import VerilatedChecker
-from sim.model.checker import Point, TerrainModel, paper_cycles, segment_cells
-from sim.model.checker_cycles import batch_cycles
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.host.device.map_frames import padded_map
+from pathgene.sim.harness import VerilatedChecker
+from pathgene.sim.model.checker import Point, TerrainModel, paper_cycles, segment_cells
+from pathgene.sim.model.checker_cycles import batch_cycles
 
 
 __all__ = ["cells_per_cycle", "run"]

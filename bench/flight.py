@@ -21,12 +21,12 @@ from bench.kept import Kept, measure, paste
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import SYNTHETIC, missing, names, problem
-from host.errors import InputError, JobError
-from host.evaluation import Evaluator
-from host.flight.fly import fly
-from host.planners import PLANNERS, make
-from host.planners.base import Options
-from host.problem import Problem, aircraft
+from pathgene.host.errors import InputError, JobError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.flight.fly import fly
+from pathgene.host.planners import PLANNERS, make
+from pathgene.host.planners.base import Options
+from pathgene.host.problem import Problem, aircraft
 
 
 __all__ = ["MOST_SEEDS", "PAGE", "PLANNED", "STORE", "Row", "rows", "run"]

@@ -9,11 +9,11 @@ import numpy as np
 from bench.allaire import GENERATIONS, PHASES
 from bench.report import Options, Report
 from bench.scenarios import EMBEDDED, problem
-from hdl.protocol import LinkMode
-from host.device.boards import open_board
-from host.evaluation import Evaluator
-from host.planners import make
-from host.planners.base import Options as PlanOptions
+from pathgene.hdl.protocol import LinkMode
+from pathgene.host.device.boards import open_board
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners import make
+from pathgene.host.planners.base import Options as PlanOptions
 
 
 __all__ = ["run"]

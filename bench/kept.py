@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from bench.sources import digest
-from host.cores import available_cores
-from host.errors import InputError
-from host.files.output import replacing
+from pathgene.host.cores import available_cores
+from pathgene.host.errors import InputError
+from pathgene.host.files.output import replacing
 
 
 __all__ = ["Kept", "measure", "paste"]

@@ -6,8 +6,8 @@ import random
 import time
 
 from bench.report import Options, Report
-from hdl.config import Config
-from sim.model.core import Core
+from pathgene.hdl.config import Config
+from pathgene.sim.model.core import Core
 
 
 __all__ = ["run"]

@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import missing, names, problem
-from host.device.boards import open_board
-from host.evaluation import Evaluator
-from host.planners import make
-from host.planners.base import Options, Planner
-from host.planners.counting import CAUSES, refutation
-from host.problem.problem import Problem
+from pathgene.host.device.boards import open_board
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners import make
+from pathgene.host.planners.base import Options, Planner
+from pathgene.host.planners.counting import CAUSES, refutation
+from pathgene.host.problem.problem import Problem
 
 
 __all__ = ["run"]
@@ -129,7 +129,7 @@ class _Recording(Evaluator):
         lengths: NDArray[np.integer[Any]],
         counted_m: NDArray[np.float64],
     ) -> NDArray[np.float64]:
-        """See :meth:`~host.evaluation.Evaluator.fitness_counted`."""
+        """See :meth:`~pathgene.host.evaluation.Evaluator.fitness_counted`."""
         fitness = super().fitness_counted(paths, lengths, counted_m)
         for path, length in zip(paths[fitness > 1], lengths[fitness > 1], strict=True):
             self.claimed[path[:length].tobytes()] = path[:length].copy()

@@ -15,10 +15,10 @@ from scipy.stats import ttest_rel
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import SYNTHETIC, missing, names, problem
-from host.errors import InputError
-from host.evaluation import Evaluator
-from host.planners import PLANNERS, make
-from host.planners.base import Options
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners import PLANNERS, make
+from pathgene.host.planners.base import Options
 
 
 __all__ = ["VARIANTS", "Variant", "run"]

@@ -20,20 +20,20 @@ from bench.replan_at_once import Question, is_there_a_path
 from bench.replan_report import report
 from bench.replan_scenarios import KINDS, draw_mission, draw_scenario
 from bench.report import Options, Report
-from host.device.chip import Chip
-from host.errors import InputError, JobError
-from host.evaluation import Evaluator
-from host.files.output import prepare_directory
-from host.planning import Plan, Search
-from host.problem.problem import Problem
-from host.replanning import picture
-from host.replanning.departure import Departure
-from host.replanning.fly import FALLBACK, on_board
-from host.replanning.outcome import judge
-from host.replanning.planner import Attempt, InFlightPlanner
-from host.replanning.records import Change
-from host.replanning.report import Replanned
-from host.replanning.session import Session
+from pathgene.host.device.chip import Chip
+from pathgene.host.errors import InputError, JobError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.files.output import prepare_directory
+from pathgene.host.planning import Plan, Search
+from pathgene.host.problem.problem import Problem
+from pathgene.host.replanning import picture
+from pathgene.host.replanning.departure import Departure
+from pathgene.host.replanning.fly import FALLBACK, on_board
+from pathgene.host.replanning.outcome import judge
+from pathgene.host.replanning.planner import Attempt, InFlightPlanner
+from pathgene.host.replanning.records import Change
+from pathgene.host.replanning.report import Replanned
+from pathgene.host.replanning.session import Session
 
 
 __all__ = ["ROWS", "SCENARIOS", "fly_row", "run"]

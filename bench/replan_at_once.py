@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from host.device.chip import Chip
-from host.errors import InputError
-from host.evaluation import Evaluator
-from host.planning import Search
-from host.problem.aircraft import Aircraft
-from host.replanning.departure import Departure, depart, fault_of
-from host.replanning.present import Present
+from pathgene.host.device.chip import Chip
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planning import Search
+from pathgene.host.problem.aircraft import Aircraft
+from pathgene.host.replanning.departure import Departure, depart, fault_of
+from pathgene.host.replanning.present import Present
 
 
 __all__ = ["AMPLE_MS", "Question", "is_there_a_path"]

@@ -10,13 +10,13 @@ import numpy as np
 
 from bench.chip_runs import terrains
 from bench.scenarios import problem
-from host.errors import InputError
-from host.evaluation.reference import problem_utopia
-from host.problem.aircraft import load
-from host.problem.problem import Problem
-from host.problem.rules import Rules
-from host.problem.zones import Circle, Polygon, Zone
-from host.replanning.scenario import Event, NewZone, Placed, Scenario
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation.reference import problem_utopia
+from pathgene.host.problem.aircraft import load
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.zones import Circle, Polygon, Zone
+from pathgene.host.replanning.scenario import Event, NewZone, Placed, Scenario
 
 
 __all__ = ["KINDS", "Drawn", "draw_mission", "draw_scenario"]

@@ -15,11 +15,11 @@ from typing import Any, NamedTuple
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import problem_at_one_cell
-from host.cores import available_cores
-from host.errors import InputError, JobError
-from host.evaluation import Evaluator
-from host.planners.base import Options, Result
-from host.planners.fpa.planner import FlowerPollinationPlanner
+from pathgene.host.cores import available_cores
+from pathgene.host.errors import InputError, JobError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners.base import Options, Result
+from pathgene.host.planners.fpa.planner import FlowerPollinationPlanner
 
 
 __all__ = ["run"]

@@ -15,12 +15,12 @@ import numpy as np
 from bench.quality import VARIANTS, Variant
 from bench.report import Report
 from bench.scenarios import EMBEDDED, SYNTHETIC, problem
-from host.evaluation import Evaluator
-from host.planners import PLANNERS, make
-from host.planners.base import Options, Result
-from host.problem.problem import Problem
-from host.problem.rules import Rules
-from host.problem.zones import Circle, Polygon
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners import PLANNERS, make
+from pathgene.host.planners.base import Options, Result
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.zones import Circle, Polygon
 
 
 __all__ = ["ENTRANTS", "Timed", "clearance_table", "long_problem", "strict_table"]

@@ -19,12 +19,12 @@ from bench.kept import Kept, measure, paste
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import SYNTHETIC, missing, names, problem
-from host.errors import InputError
-from host.evaluation import Evaluator
-from host.planners import PLANNERS, make
-from host.planners.base import Options
-from host.problem.problem import Problem
-from host.problem.rules import Rules
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners import PLANNERS, make
+from pathgene.host.planners.base import Options
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.rules import Rules
 
 
 __all__ = ["CLEARANCES", "MOST_SEEDS", "PAGE", "STORE", "Row", "rows", "run"]

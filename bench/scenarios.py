@@ -8,11 +8,11 @@ from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
-from host.errors import InputError
-from host.problem import aircraft
-from host.problem.problem import Problem
-from host.problem.zones import Circle
-from host.terrain import Terrain, load, synthetic
+from pathgene.host.errors import InputError
+from pathgene.host.problem import aircraft
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Circle
+from pathgene.host.terrain import Terrain, load, synthetic
 
 
 __all__ = [

@@ -6,11 +6,11 @@ import random
 import time
 
 from bench.report import Options, Report
-from hdl.protocol import LinkMode
-from host.device.boards import open_board
-from host.device.chip import Chip
-from host.device.link import Link
-from sim.board.scheme import start_simulated
+from pathgene.hdl.protocol import LinkMode
+from pathgene.host.device.boards import open_board
+from pathgene.host.device.chip import Chip
+from pathgene.host.device.link import Link
+from pathgene.sim.board.scheme import start_simulated
 
 
 __all__ = ["run"]

@@ -18,19 +18,19 @@ import numpy as np
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import missing, names, problem
-from hdl.config import CheckerBuild, Config
-from hdl.protocol import LinkMode
-from host.device.boards import open_board
-from host.device.chip import Chip, Step
-from host.device.link import Link
-from host.device.waypoints import unpack_waypoints
-from host.evaluation import Evaluator
-from host.planners import make
-from host.planners.base import Options
-from host.problem import ChipMap
-from sim.harness import CheckerBatch, VerilatedChecker
-from sim.model.checker import Point, TerrainModel, Verdict
-from sim.model.checker_kernels import check_paths
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.protocol import LinkMode
+from pathgene.host.device.boards import open_board
+from pathgene.host.device.chip import Chip, Step
+from pathgene.host.device.link import Link
+from pathgene.host.device.waypoints import unpack_waypoints
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners import make
+from pathgene.host.planners.base import Options
+from pathgene.host.problem import ChipMap
+from pathgene.sim.harness import CheckerBatch, VerilatedChecker
+from pathgene.sim.model.checker import Point, TerrainModel, Verdict
+from pathgene.sim.model.checker_kernels import check_paths
 
 
 __all__ = ["BUILDS", "Ground", "differing", "run"]
@@ -73,7 +73,7 @@ class Ground:
     Attributes
     ----------
     heights : ndarray
-        See :class:`host.problem.ChipMap`.
+        See :class:`pathgene.host.problem.ChipMap`.
     """
 
     def __init__(self, name: str) -> None:

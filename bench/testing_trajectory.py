@@ -11,12 +11,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from host.terrain.synthetic import large_canyon
+from pathgene.host.terrain.synthetic import large_canyon
 
 
 __all__ = ["CANYON_SEED", "TESTING_TRAJECTORY", "canyon_map"]
 
-#: Seed of :func:`host.terrain.synthetic.large_canyon`.
+#: Seed of :func:`pathgene.host.terrain.synthetic.large_canyon`.
 CANYON_SEED = 0
 
 #: Aircraft, two waypoints and goal in cells and altitude steps. A random search found this path

@@ -371,7 +371,7 @@ class Config:
 
     @property
     def draw_steps(self) -> int:
-        """Steps of the random source per generation: see :class:`sim.model.selection.Draws`."""
+        """Steps of the random source per generation: see ``Draws``."""
         mutation = self.mutators + self.patches * self.candidates
         return max(self.crossovers, self.survivors, mutation)
 

@@ -4,10 +4,10 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.config import Config
-from hdl.layouts import generation_signature
-from hdl.primitives.one_hot_sequencer import OneHotSequencer
-from hdl.protocol import COUNTER_BITS, ChipState, Counter, status_reply
+from pathgene.hdl.config import Config
+from pathgene.hdl.layouts import generation_signature
+from pathgene.hdl.primitives.one_hot_sequencer import OneHotSequencer
+from pathgene.hdl.protocol import COUNTER_BITS, ChipState, Counter, status_reply
 
 
 __all__ = ["Control", "counters_layout", "cycles_layout"]
@@ -86,10 +86,11 @@ class Control(wiring.Component):
         The eight states entered last, 4 bits each, the latest lowest; LISTEN before the first. One
         cycle late.
     counters : Out(StructLayout({counter: 48, ...}))
-        Every :class:`hdl.protocol.Counter` of the units that the chip has, except those of the line
-        and of the checker, since reset; the longest generation since the latest ``restart``. The
-        count of all cycles shows those before the present one, the others are one cycle late: those
-        of a generation are complete from the second cycle after it on, before an answer is made.
+        Every :class:`pathgene.hdl.protocol.Counter` of the units that the chip has, except those of
+        the line and of the checker, since reset; the longest generation since the latest
+        ``restart``. The count of all cycles shows those before the present one, the others are one
+        cycle late: those of a generation are complete from the second cycle after it on, before an
+        answer is made.
 
     With a checker of the paths of commands:
 

@@ -4,9 +4,9 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import Out, connect
 
-from hdl.config import Config
-from hdl.control import Control
-from hdl.ga_core.core import Core
+from pathgene.hdl.config import Config
+from pathgene.hdl.control import Control
+from pathgene.hdl.ga_core.core import Core
 
 
 __all__ = ["GeneticCoreTop"]
@@ -16,7 +16,7 @@ class GeneticCoreTop(wiring.Component):
     """Genetic core under the control unit of the chip, without link, command units and checker.
 
     The logic around it receives commands, checks paths and answers in their place: see
-    :class:`hdl.control.Control`.
+    :class:`pathgene.hdl.control.Control`.
 
     Parameters
     ----------
@@ -26,8 +26,8 @@ class GeneticCoreTop(wiring.Component):
     Members
     -------
     ...
-        Those of :class:`hdl.ga_core.core.Core` and of :class:`hdl.control.Control`, except the
-        two that connect them.
+        Those of :class:`pathgene.hdl.ga_core.core.Core` and of
+        :class:`pathgene.hdl.control.Control`, except the two that connect them.
     ranked : Out(1)
         A whole ranking is processed: a generation may start.
 

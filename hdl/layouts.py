@@ -6,8 +6,8 @@ Command units, genetic core and checker agree here, so that none of them imports
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.config import CheckerBuild, Config
-from hdl.protocol import Layout, start_request
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.protocol import Layout, start_request
 
 
 __all__ = [

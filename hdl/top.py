@@ -4,30 +4,30 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out, connect
 
-from hdl.command.receiver import CommandReceiver
-from hdl.command.transmitter import ReplyTransmitter
-from hdl.config import CheckerBuild, Config
-from hdl.control import Control
-from hdl.feasibility.check_controller import CheckController
-from hdl.feasibility.checker import Checker
-from hdl.ga_core.core import Core
-from hdl.link.line import Line
-from hdl.planner.core import PlannerCore
-from hdl.primitives.skid_buffer import SkidBuffer
-from hdl.primitives.stream_register import StreamRegister
-from hdl.protocol import Counter
+from pathgene.hdl.command.receiver import CommandReceiver
+from pathgene.hdl.command.transmitter import ReplyTransmitter
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.control import Control
+from pathgene.hdl.feasibility.check_controller import CheckController
+from pathgene.hdl.feasibility.checker import Checker
+from pathgene.hdl.ga_core.core import Core
+from pathgene.hdl.link.line import Line
+from pathgene.hdl.planner.core import PlannerCore
+from pathgene.hdl.primitives.skid_buffer import SkidBuffer
+from pathgene.hdl.primitives.stream_register import StreamRegister
+from pathgene.hdl.protocol import Counter
 
 
 __all__ = ["Planner"]
 
 
 class Planner(wiring.Component):
-    """The chip behind its UART; :mod:`hdl.protocol` says what it answers.
+    """The chip behind its UART; :mod:`pathgene.hdl.protocol` says what it answers.
 
     Source: *allaire-2008*, figure 6; where ``config`` has a checker, with the processor of *allaire
     two-tier* beside the core, which hands it its paths and asks it for the ground under new
     waypoints. Where ``config`` has no genetic core, the checker is alone. A streaming core has the
-    map, and plans by itself: :class:`hdl.planner.core.PlannerCore`.
+    map, and plans by itself: :class:`pathgene.hdl.planner.core.PlannerCore`.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 """Export of Verilog: the text that simulations, boards and synthesis all use.
 
-``python -m hdl.verilog FOLDER`` writes those of :data:`SHIPPED`.
+``python -m pathgene.hdl.verilog FOLDER`` writes those of :data:`SHIPPED`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from hdl.config import Config, GeneticCore
+from pathgene.hdl.config import Config, GeneticCore
 
 
 if TYPE_CHECKING:
@@ -28,25 +28,30 @@ __all__ = ["SHIPPED", "TOPS", "convert", "export", "strip_zero_init", "write_shi
 #: for the Config itself, else the name of an attribute of the Config.
 TOPS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
-        "planner": ("hdl.top", "Planner", "config"),
-        "ga_core": ("hdl.ga_core_top", "GeneticCoreTop", "config"),
-        "uart": ("hdl.link.uart", "Uart", "clocks_per_bit"),
-        "frame_receiver": ("hdl.link.frame", "FrameReceiver", "receive_buffer"),
-        "frame_transmitter": ("hdl.link.frame", "FrameTransmitter"),
-        "random_source": ("hdl.ga_core.random_source", "RandomSource"),
-        "selection": ("hdl.ga_core.selection", "Selection", "config"),
-        "population": ("hdl.ga_core.population", "Population", "config"),
-        "crossover": ("hdl.ga_core.crossover", "Crossover", "waypoint_bits", "max_waypoints"),
-        "mutation": ("hdl.ga_core.mutation", "Mutation", "config"),
-        "control": ("hdl.control", "Control", "config"),
-        "receiving": ("hdl.command.receiver", "CommandReceiver", "config"),
-        "transmitting": ("hdl.command.transmitter", "ReplyTransmitter", "config"),
-        "path_checker": ("hdl.feasibility.checker", "Checker", "config"),
-        "feasibility": ("hdl.feasibility.feasibility", "Feasibility", "config"),
-        "planner_core": ("hdl.planner.core", "PlannerCore", "config"),
-        "scorer": ("hdl.planner.scorer.scorer", "Scorer", "config"),
+        "planner": ("pathgene.hdl.top", "Planner", "config"),
+        "ga_core": ("pathgene.hdl.ga_core_top", "GeneticCoreTop", "config"),
+        "uart": ("pathgene.hdl.link.uart", "Uart", "clocks_per_bit"),
+        "frame_receiver": ("pathgene.hdl.link.frame", "FrameReceiver", "receive_buffer"),
+        "frame_transmitter": ("pathgene.hdl.link.frame", "FrameTransmitter"),
+        "random_source": ("pathgene.hdl.ga_core.random_source", "RandomSource"),
+        "selection": ("pathgene.hdl.ga_core.selection", "Selection", "config"),
+        "population": ("pathgene.hdl.ga_core.population", "Population", "config"),
+        "crossover": (
+            "pathgene.hdl.ga_core.crossover",
+            "Crossover",
+            "waypoint_bits",
+            "max_waypoints",
+        ),
+        "mutation": ("pathgene.hdl.ga_core.mutation", "Mutation", "config"),
+        "control": ("pathgene.hdl.control", "Control", "config"),
+        "receiving": ("pathgene.hdl.command.receiver", "CommandReceiver", "config"),
+        "transmitting": ("pathgene.hdl.command.transmitter", "ReplyTransmitter", "config"),
+        "path_checker": ("pathgene.hdl.feasibility.checker", "Checker", "config"),
+        "feasibility": ("pathgene.hdl.feasibility.feasibility", "Feasibility", "config"),
+        "planner_core": ("pathgene.hdl.planner.core", "PlannerCore", "config"),
+        "scorer": ("pathgene.hdl.planner.scorer.scorer", "Scorer", "config"),
         "seed_source": (
-            "hdl.planner.wavefront.seed_source",
+            "pathgene.hdl.planner.wavefront.seed_source",
             "SeedSource",
             "config",
             "lookup_latency",
@@ -139,7 +144,7 @@ def write_shipped(folder: Path, config: Config) -> list[Path]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Write the folder that the command line names; return the exit status."""
-    parser = argparse.ArgumentParser(prog="python -m hdl.verilog", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m pathgene.hdl.verilog", description=__doc__)
     parser.add_argument("folder", metavar="FOLDER", type=Path, help="is made if it is missing")
     folder = parser.parse_args(arguments).folder
     try:

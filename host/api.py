@@ -13,16 +13,16 @@ from typing import TYPE_CHECKING, Any, Self
 
 from numpy.typing import ArrayLike
 
-from host.errors import InputError
-from host.numeric import real
-from host.planners import PLANNERS, Entry
-from host.terrain.grid import Terrain as HostTerrain
-from host.terrain.load import from_array, load
+from pathgene.host.errors import InputError
+from pathgene.host.numeric import real
+from pathgene.host.planners import PLANNERS, Entry
+from pathgene.host.terrain.grid import Terrain as HostTerrain
+from pathgene.host.terrain.load import from_array, load
 
 
 if TYPE_CHECKING:
-    from host.evaluation import Evaluation
-    from host.problem.problem import Problem
+    from pathgene.host.evaluation import Evaluation
+    from pathgene.host.problem.problem import Problem
 
 __all__ = ["Terrain", "check", "planners"]
 
@@ -163,7 +163,7 @@ def check(problem: Problem, path: ArrayLike) -> Evaluation:
         If the path is no array of real numbers, has another shape or other ends than the problem,
         or a coordinate is not finite or too large.
     """
-    from host.checking import check
+    from pathgene.host.checking import check
 
     return check(problem, path).evaluation
 

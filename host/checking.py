@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from host.diagnosis.reason import broken_limit, listed
-from host.errors import InputError
-from host.evaluation import Evaluation, Evaluator
-from host.problem.problem import Problem
-from host.report.read import Run
-from host.report.summary import describe_problem, terms, version
-from host.report.via import Visit, visits
+from pathgene.host.diagnosis.reason import broken_limit, listed
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluation, Evaluator
+from pathgene.host.problem.problem import Problem
+from pathgene.host.report.read import Run
+from pathgene.host.report.summary import describe_problem, terms, version
+from pathgene.host.report.via import Visit, visits
 
 
 __all__ = ["Check", "check", "evaluator_of", "path_fault"]

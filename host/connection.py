@@ -11,12 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from host.diagnosis import Figure, Reason, diagnose
-from host.diagnosis.reason import broken_limit
-from host.evaluation import Evaluation, Evaluator
-from host.planners import PLANNERS, make
-from host.planners.base import Options, Result, Stop
-from host.problem.problem import Problem
+from pathgene.host.diagnosis import Figure, Reason, diagnose
+from pathgene.host.diagnosis.reason import broken_limit
+from pathgene.host.evaluation import Evaluation, Evaluator
+from pathgene.host.planners import PLANNERS, make
+from pathgene.host.planners.base import Options, Result, Stop
+from pathgene.host.problem.problem import Problem
 
 
 __all__ = ["SEARCHERS", "Connection", "connect", "interrupted", "with_path_of"]

@@ -33,7 +33,7 @@ class NoPathError(JobError):
     ----------
     sentence : str
         The message.
-    reason : host.diagnosis.Reason
+    reason : pathgene.host.diagnosis.Reason
         Why there is none.
     leg : int or None
         The leg of a mission without a path, from 1; None for a single leg.

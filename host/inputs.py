@@ -17,7 +17,7 @@ from io import BufferedReader
 from pathlib import Path
 from typing import Any
 
-from host.errors import InputError
+from pathgene.host.errors import InputError
 
 
 __all__ = [

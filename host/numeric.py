@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from numbers import Real
 from typing import TYPE_CHECKING, Any, Literal, overload
 
-from host.errors import InputError
+from pathgene.host.errors import InputError
 
 
 if TYPE_CHECKING:

@@ -14,25 +14,25 @@ from typing import TYPE_CHECKING, Any, Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from host.device.boards import url_of
-from host.errors import InputError
-from host.evaluation import Evaluation, Evaluator
-from host.files.output import prepare_directory
-from host.planners import PLANNERS, make
-from host.planners.arguments import own_options
-from host.planners.base import Options, Progress, Result, Stop
-from host.planners.default import named_or_default
-from host.planners.options import DEFAULT_BOARD
-from host.problem.changes import changed_problem
-from host.problem.zones import Zone
-from host.report.summary import summarise
-from host.report.write import scene, write_report
+from pathgene.host.device.boards import url_of
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluation, Evaluator
+from pathgene.host.files.output import prepare_directory
+from pathgene.host.planners import PLANNERS, make
+from pathgene.host.planners.arguments import own_options
+from pathgene.host.planners.base import Options, Progress, Result, Stop
+from pathgene.host.planners.default import named_or_default
+from pathgene.host.planners.options import DEFAULT_BOARD
+from pathgene.host.problem.changes import changed_problem
+from pathgene.host.problem.zones import Zone
+from pathgene.host.report.summary import summarise
+from pathgene.host.report.write import scene, write_report
 
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from host.diagnosis import Reason
+    from pathgene.host.diagnosis import Reason
 
 __all__ = ["FALLBACKS", "Plan", "Search"]
 
@@ -206,7 +206,7 @@ class Plan:
         matplotlib.figure.Figure
             The picture that :meth:`save` writes; its ``savefig`` writes other formats.
         """
-        from host.report.picture import draw
+        from pathgene.host.report.picture import draw
 
         return draw(scene(self.evaluator, self.result, self.summary))
 
@@ -263,19 +263,19 @@ class Search:
     Parameters
     ----------
     planner : str, optional
-        A name in :data:`host.planners.PLANNERS`; by default the one that the board has the core
-        for: see :func:`host.planners.default.default_planner`.
+        A name in :data:`pathgene.host.planners.PLANNERS`; by default the one that the board has the
+        core for: see :func:`pathgene.host.planners.default.default_planner`.
     generations : int, optional
         Most generations; the planner's own number by default.
     time_limit_s, target_fitness, population, seed
-        See :class:`host.planners.base.Options`.
+        See :class:`pathgene.host.planners.base.Options`.
     fallback : str, optional
         Where the planner finds no feasible path, look for the reason, and with ``astar`` search
         with that planner, and then with ``fpa-2opt``, unless the reason is proven. ``none`` only
         looks for the reason; by default neither is done. As paper there is no fallback.
     **options
-        The planner's own options: those of :data:`host.planners.OPTIONS` that its entry lists.
-        None is the default of each.
+        The planner's own options: those of :data:`pathgene.host.planners.OPTIONS` that its entry
+        lists. None is the default of each.
 
     Raises
     ------
@@ -323,7 +323,7 @@ class Search:
         stop: Stop | None = None,
         source: Mapping[str, Any] | None = None,
     ) -> Plan:
-        """Plan the problem of ``evaluator``; see :func:`host.mission.plan.plan`."""
+        """Plan the problem of ``evaluator``; see :func:`pathgene.host.mission.plan.plan`."""
         result = self._planner.plan(evaluator, self.options, progress, stop)
         if stop is not None:
             stop.heeded = True
@@ -409,7 +409,7 @@ class Search:
         if stop is not None and not stop.requested:
             stop.heeded = False
         # Loads SciPy.
-        from host.connection import SEARCHERS, connect, interrupted, with_path_of
+        from pathgene.host.connection import SEARCHERS, connect, interrupted, with_path_of
 
         searchers: tuple[str, ...] = ()
         if self.fallback == "astar" and not evaluator.problem.as_paper:

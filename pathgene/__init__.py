@@ -22,24 +22,24 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from host.errors import InputError, JobError, PathgeneError
+from pathgene.host.errors import InputError, JobError, PathgeneError
 
 
 if TYPE_CHECKING:
-    from host.api import Terrain, check, planners
-    from host.device.boards import open_board
-    from host.device.chip import CheckReport, Chip, LinkMode, PathResult, Step
-    from host.evaluation import Evaluation
-    from host.flight.fly import fly
-    from host.flight.report import FlightReport
-    from host.mission.build import load_mission
-    from host.mission.mission import Mission
-    from host.mission.plan import plan, plan_together
-    from host.planning import Plan
-    from host.problem.aircraft import Aircraft
-    from host.problem.problem import Problem
-    from host.problem.rules import Rules
-    from host.problem.zones import Zone
+    from pathgene.host.api import Terrain, check, planners
+    from pathgene.host.device.boards import open_board
+    from pathgene.host.device.chip import CheckReport, Chip, LinkMode, PathResult, Step
+    from pathgene.host.evaluation import Evaluation
+    from pathgene.host.flight.fly import fly
+    from pathgene.host.flight.report import FlightReport
+    from pathgene.host.mission.build import load_mission
+    from pathgene.host.mission.mission import Mission
+    from pathgene.host.mission.plan import plan, plan_together
+    from pathgene.host.planning import Plan
+    from pathgene.host.problem.aircraft import Aircraft
+    from pathgene.host.problem.problem import Problem
+    from pathgene.host.problem.rules import Rules
+    from pathgene.host.problem.zones import Zone
 
 __all__ = [
     "Aircraft",
@@ -70,27 +70,27 @@ __all__ = [
 
 #: Module of each name that is imported when it is first used.
 _HOMES = {
-    "Aircraft": "host.problem.aircraft",
-    "CheckReport": "host.device.chip",
-    "Chip": "host.device.chip",
-    "Evaluation": "host.evaluation",
-    "FlightReport": "host.flight.report",
-    "LinkMode": "host.device.chip",
-    "PathResult": "host.device.chip",
-    "Mission": "host.mission.mission",
-    "Plan": "host.planning",
-    "Problem": "host.problem.problem",
-    "Rules": "host.problem.rules",
-    "Step": "host.device.chip",
-    "Terrain": "host.api",
-    "Zone": "host.problem.zones",
-    "check": "host.api",
-    "fly": "host.flight.fly",
-    "load_mission": "host.mission.build",
-    "open_board": "host.device.boards",
-    "plan": "host.mission.plan",
-    "plan_together": "host.mission.plan",
-    "planners": "host.api",
+    "Aircraft": "pathgene.host.problem.aircraft",
+    "CheckReport": "pathgene.host.device.chip",
+    "Chip": "pathgene.host.device.chip",
+    "Evaluation": "pathgene.host.evaluation",
+    "FlightReport": "pathgene.host.flight.report",
+    "LinkMode": "pathgene.host.device.chip",
+    "PathResult": "pathgene.host.device.chip",
+    "Mission": "pathgene.host.mission.mission",
+    "Plan": "pathgene.host.planning",
+    "Problem": "pathgene.host.problem.problem",
+    "Rules": "pathgene.host.problem.rules",
+    "Step": "pathgene.host.device.chip",
+    "Terrain": "pathgene.host.api",
+    "Zone": "pathgene.host.problem.zones",
+    "check": "pathgene.host.api",
+    "fly": "pathgene.host.flight.fly",
+    "load_mission": "pathgene.host.mission.build",
+    "open_board": "pathgene.host.device.boards",
+    "plan": "pathgene.host.mission.plan",
+    "plan_together": "pathgene.host.mission.plan",
+    "planners": "pathgene.host.api",
 }
 
 

@@ -13,8 +13,8 @@ import shutil
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
-from host.errors import JobError
-from host.files.disk import current
+from pathgene.host.errors import JobError
+from pathgene.host.files.disk import current
 
 
 __all__ = ["BuildCache", "build_root", "digest"]

@@ -12,8 +12,8 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
-from host.errors import JobError
-from sim.cache import BuildCache, digest
+from pathgene.host.errors import JobError
+from pathgene.sim.cache import BuildCache, digest
 
 
 __all__ = [

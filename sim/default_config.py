@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hdl.config import Config
+from pathgene.hdl.config import Config
 
 
 __all__ = ["DEFAULT_CONFIG"]

@@ -7,17 +7,17 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sim.cache import BuildCache, build_root, digest
+from pathgene.sim.cache import BuildCache, build_root, digest
 
 
 if TYPE_CHECKING:
-    from hdl.config import Config
+    from pathgene.hdl.config import Config
 
 __all__ = ["cached_verilog", "exported_verilog"]
 
 
 def exported_verilog(top: str, config: Config, *, build_dir: Path | None = None) -> str:
-    """Return ``hdl.verilog.export(top, config)``, from the cache if nothing has changed.
+    """Return ``pathgene.hdl.verilog.export(top, config)``, from the cache if nothing has changed.
 
     The result depends on every byte of the package ``hdl``, on the configuration, and on the
     versions of Amaranth and its Yosys. Amaranth is imported only for a new export.
@@ -25,15 +25,15 @@ def exported_verilog(top: str, config: Config, *, build_dir: Path | None = None)
     Parameters
     ----------
     top : str
-        A name in ``hdl.verilog.TOPS``.
+        A name in ``pathgene.hdl.verilog.TOPS``.
     config : Config
         Configuration of the chip.
     build_dir : Path, optional
-        Keeps the exports; default ``sim/`` in :func:`sim.cache.build_root`.
+        Keeps the exports; default ``sim/`` in :func:`pathgene.sim.cache.build_root`.
     """
 
     def export() -> str:
-        from hdl import verilog
+        from pathgene.hdl import verilog
 
         text: str = verilog.export(top, config)
         return text

@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
-from host.errors import JobError
-from sim.cache import BuildCache, digest
-from sim.compiler import compile_object, run_tool
+from pathgene.host.errors import JobError
+from pathgene.sim.cache import BuildCache, digest
+from pathgene.sim.compiler import compile_object, run_tool
 
 
 __all__ = ["build_icarus", "build_icarus_module", "icarus_version", "with_zeros"]

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from hdl.config import Config
-from host.device.schemes import CONFIG_FIELDS, BoardScheme, OpenPort, split_config
-from host.errors import InputError
-from sim.default_config import DEFAULT_CONFIG
-from sim.model.chip import ChipModel
-from sim.model.port import ModelPort
+from pathgene.hdl.config import Config
+from pathgene.host.device.schemes import CONFIG_FIELDS, BoardScheme, OpenPort, split_config
+from pathgene.host.errors import InputError
+from pathgene.sim.default_config import DEFAULT_CONFIG
+from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.port import ModelPort
 
 
 __all__ = ["SCHEME", "ModelScheme"]

@@ -12,9 +12,9 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
 
-from host.errors import JobError
-from sim.cache import BuildCache, digest
-from sim.compiler import (
+from pathgene.host.errors import JobError
+from pathgene.sim.cache import BuildCache, digest
+from pathgene.sim.compiler import (
     CXX_FLAGS,
     CXX_STANDARD,
     compile_object,

@@ -21,8 +21,8 @@ from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 
-from host.cli import main
-from host.cli.lines import LONGEST_LINE
+from pathgene.host.cli import main
+from pathgene.host.cli.lines import LONGEST_LINE
 from tests.bad_inputs import cases
 from tests.bad_options import CHECK, Case
 from tests.good_inputs import write_base

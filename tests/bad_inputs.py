@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from host.problem.aircraft import load as load_aircraft
+from pathgene.host.problem.aircraft import load as load_aircraft
 from tests.bad_input_judge import is_unreadable
 from tests.bad_options import CHECK, LAND, Case, board, number, option
 from tests.good_inputs import (

@@ -5,7 +5,7 @@ import random
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-from host.cli.parser import build_parser
+from pathgene.host.cli.parser import build_parser
 from tests.bad_input_judge import is_number
 
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from hdl.config import CheckerBuild, Config
-from sim.model.checker import TerrainModel
-from sim.model.checker_kernels import Batch, Verdicts
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.sim.model.checker import TerrainModel
+from pathgene.sim.model.checker_kernels import Batch, Verdicts
 
 
 #: A map small enough to test every segment.
@@ -48,7 +48,7 @@ def random_batch(config, rng, paths, points=None):
 
 
 def paths_of(batch):
-    """Return the paths of a batch in the form of :func:`sim.model.checker.check_path`."""
+    """Return the paths of a batch in the form of :func:`pathgene.sim.model.checker.check_path`."""
     points = [tuple(point) for point in batch.points.tolist()]
     return [points[i:j] for i, j in zip(batch.bounds[:-1], batch.bounds[1:], strict=True)]
 

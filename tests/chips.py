@@ -2,8 +2,8 @@
 
 import random
 
-from hdl.config import CheckerBuild, Config
-from hdl.protocol import Counter, LinkMode
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.protocol import Counter, LinkMode
 from tools.chips import SMALL, board_url
 
 
@@ -78,7 +78,7 @@ class Pair:
 
     Parameters
     ----------
-    board, model : host.device.chip.Chip
+    board, model : pathgene.host.device.chip.Chip
     seed : int
         Seed of all draws.
     """

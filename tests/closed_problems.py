@@ -4,11 +4,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from host.problem.aircraft import load
-from host.problem.problem import Problem
-from host.problem.rules import Rules
-from host.problem.zones import Circle, Polygon
-from host.terrain import Terrain
+from pathgene.host.problem.aircraft import load
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.zones import Circle, Polygon
+from pathgene.host.terrain import Terrain
 
 
 CELL_M = 50.0

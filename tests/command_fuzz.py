@@ -10,7 +10,7 @@ import functools
 
 import numpy as np
 
-from hdl.protocol import (
+from pathgene.hdl.protocol import (
     BODY_HEADER_BYTES,
     CheckFlag,
     Command,
@@ -25,11 +25,11 @@ from hdl.protocol import (
     start_request,
     status_reply,
 )
-from hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
-from hdl.protocol.runs import RunOptions
-from host.device.map_frames import map_frames
-from sim.board.scheme import start_simulated
-from sim.model.chip import ChipModel
+from pathgene.hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
+from pathgene.hdl.protocol.runs import RunOptions
+from pathgene.host.device.map_frames import map_frames
+from pathgene.sim.board.scheme import start_simulated
+from pathgene.sim.model.chip import ChipModel
 from tests.chips import CHECKERS, LINE_CYCLES, board_url
 from tests.frame_mix import KINDS, FrameMix
 from tests.planner_cases import SMALL, ground, record, shape

@@ -6,7 +6,7 @@ import signal
 import pytest
 from hypothesis import settings
 
-from host.device.boards import open_board
+from pathgene.host.device.boards import open_board
 from tests.chips import Pair, board_url
 from tools.runner import SIMULATORS
 

@@ -3,12 +3,19 @@
 import dataclasses
 from dataclasses import dataclass, field
 
-from hdl.protocol.planner import POSITION_FRACTION, SLOPE_BITS, VALUE_BITS
-from sim.model.planner.cycles import counters_vector, delays_vector, enter, goal, take, vacate
-from sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator
-from sim.model.planner.definition.memo import Memo
-from sim.model.planner.definition.score import score
-from sim.model.planner.walker_cycles import cost
+from pathgene.hdl.protocol.planner import POSITION_FRACTION, SLOPE_BITS, VALUE_BITS
+from pathgene.sim.model.planner.cycles import (
+    counters_vector,
+    delays_vector,
+    enter,
+    goal,
+    take,
+    vacate,
+)
+from pathgene.sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator
+from pathgene.sim.model.planner.definition.memo import Memo
+from pathgene.sim.model.planner.definition.score import score
+from pathgene.sim.model.planner.walker_cycles import cost
 from tests.planner_cases import path, record
 from tests.walker_cases import segments_of
 

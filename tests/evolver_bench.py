@@ -9,15 +9,15 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In
 
-from hdl.ga_core.random_source import RandomSource
-from hdl.planner.evolver import Evolver
-from hdl.protocol.planner import VALUE_BITS, PathClass
-from hdl.protocol.runs import RunOptions
-from sim.model import random_source
-from sim.model.planner.definition.breeder import Waypoint, breed
-from sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator
-from sim.model.planner.definition.memo import Memo
-from sim.model.planner.definition.run import Run
+from pathgene.hdl.ga_core.random_source import RandomSource
+from pathgene.hdl.planner.evolver import Evolver
+from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
+from pathgene.hdl.protocol.runs import RunOptions
+from pathgene.sim.model import random_source
+from pathgene.sim.model.planner.definition.breeder import Waypoint, breed
+from pathgene.sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator
+from pathgene.sim.model.planner.definition.memo import Memo
+from pathgene.sim.model.planner.definition.run import Run
 from tests import planner_cases
 from tests.planner_population import corner, waypoint
 from tests.streams import simulate

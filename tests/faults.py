@@ -7,7 +7,7 @@ run.
 import random
 from collections.abc import Callable
 
-from hdl.protocol import DELIMITER
+from pathgene.hdl.protocol import DELIMITER
 from tools.faults.line import VirtualClock
 
 

@@ -5,11 +5,11 @@ import math
 
 import numpy as np
 
-from host.errors import InputError
-from host.problem import aircraft
-from host.problem.problem import Problem
-from host.problem.rules import Rules
-from host.terrain import Terrain
+from pathgene.host.errors import InputError
+from pathgene.host.problem import aircraft
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.rules import Rules
+from pathgene.host.terrain import Terrain
 from tests.flight_oracle import examine, surface
 from tests.random_flights import near_a_limit, random_zones
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import maximum_filter
 
-from host.evaluation.geometry import Arc, smooth
+from pathgene.host.evaluation.geometry import Arc, smooth
 from tests.zone_oracle import distances
 
 

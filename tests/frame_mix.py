@@ -5,8 +5,8 @@ import random
 
 import numpy as np
 
-from hdl.command.field_decoder import request_fields
-from hdl.protocol import (
+from pathgene.hdl.command.field_decoder import request_fields
+from pathgene.hdl.protocol import (
     BODY_HEADER_BYTES,
     CRC_BYTES,
     Command,
@@ -16,8 +16,8 @@ from hdl.protocol import (
     results_request,
     write_request,
 )
-from hdl.protocol.planner import EDGES, SCALE_FRACTION, no_fly_request
-from hdl.protocol.runs import RunOptions, run_request
+from pathgene.hdl.protocol.planner import EDGES, SCALE_FRACTION, no_fly_request
+from pathgene.hdl.protocol.runs import RunOptions, run_request
 from tests.chips import random_path
 from tests.planner_cases import record
 from tests.random_requests import RandomRequests

@@ -9,19 +9,19 @@ import random
 
 import numpy as np
 
-from hdl.config import CheckerBuild
-from hdl.protocol import (
+from pathgene.hdl.config import CheckerBuild
+from pathgene.hdl.protocol import (
     BODY_HEADER_BYTES,
     Command,
     Status,
     counters_reply,
     status_reply,
 )
-from hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
-from host.device.map_frames import map_frames
-from sim.board.scheme import start_simulated
-from sim.model.chip import ChipModel
-from sim.model.frames import FrameReceiverModel
+from pathgene.hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
+from pathgene.host.device.map_frames import map_frames
+from pathgene.sim.board.scheme import start_simulated
+from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.frames import FrameReceiverModel
 from tests.chips import LINE_CYCLES, board_url
 from tests.faults import ByteFaults
 from tests.random_requests import RandomRequests

@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 import rasterio
 
-from host.evaluation import Evaluator
-from host.mission.files.flight_plan import flight_plan
-from host.mission.files.plan_file import plan_document
-from host.mission.values import to_toml
-from host.problem import Problem
-from host.problem.aircraft import load as load_aircraft
-from host.problem.zones import Circle, Polygon
-from host.report.summary import describe_problem
-from host.terrain import Terrain
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.mission.files.flight_plan import flight_plan
+from pathgene.host.mission.files.plan_file import plan_document
+from pathgene.host.mission.values import to_toml
+from pathgene.host.problem import Problem
+from pathgene.host.problem.aircraft import load as load_aircraft
+from pathgene.host.problem.zones import Circle, Polygon
+from pathgene.host.report.summary import describe_problem
+from pathgene.host.terrain import Terrain
 from tests.bad_options import LAND
 
 

@@ -1,6 +1,6 @@
-"""Driver of a payload parser of ``hdl.command``, in place of the command receiver."""
+"""Driver of a payload parser of ``pathgene.hdl.command``, in place of the command receiver."""
 
-from hdl.protocol import Status
+from pathgene.hdl.protocol import Status
 from tests.streams import simulate
 
 

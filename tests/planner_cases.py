@@ -4,8 +4,8 @@ import dataclasses
 
 import numpy as np
 
-from hdl.config import Config
-from hdl.protocol.planner import (
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol.planner import (
     ALTITUDE_FRACTION,
     BASE_BITS,
     BEND_BITS,

@@ -2,15 +2,15 @@
 
 import numpy as np
 
-from hdl.layouts import struct
-from hdl.planner.layouts import problem_layout, shape_layout
-from hdl.planner.run_status import run_status_layout
-from hdl.protocol.codes import UNITS
-from hdl.protocol.planner import VALUE_BITS, NoFlyShape, PathClass
-from hdl.protocol.runs import ISLANDS, RETURNED, RunOptions, pack_best, run_request
-from sim.model.block_marks import BlockMarks
-from sim.model.planner.definition.no_fly import drawn
-from sim.model.planner.run import NEVER, plan
+from pathgene.hdl.layouts import struct
+from pathgene.hdl.planner.layouts import problem_layout, shape_layout
+from pathgene.hdl.planner.run_status import run_status_layout
+from pathgene.hdl.protocol.codes import UNITS
+from pathgene.hdl.protocol.planner import VALUE_BITS, NoFlyShape, PathClass
+from pathgene.hdl.protocol.runs import ISLANDS, RETURNED, RunOptions, pack_best, run_request
+from pathgene.sim.model.block_marks import BlockMarks
+from pathgene.sim.model.planner.definition.no_fly import drawn
+from pathgene.sim.model.planner.run import NEVER, plan
 from tests import planner_cases
 
 

@@ -1,7 +1,7 @@
 """Populations for the tests of breeding, and the words that breed them."""
 
-from hdl.config import Config
-from sim.model.planner.definition.breeder import Waypoint, bits, draw
+from pathgene.hdl.config import Config
+from pathgene.sim.model.planner.definition.breeder import Waypoint, bits, draw
 from tests import planner_cases
 
 

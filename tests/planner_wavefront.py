@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from hdl.planner.wavefront.widths import shift_limit
-from hdl.protocol.planner import BLOCKS, POSITION_FRACTION
-from sim.model.planner.definition.score import corner_of
-from sim.model.planner.definition.wavefront import Blocks
-from sim.model.planner.problem import problem_vector
-from sim.model.planner.wavefront import (
+from pathgene.hdl.planner.wavefront.widths import shift_limit
+from pathgene.hdl.protocol.planner import BLOCKS, POSITION_FRACTION
+from pathgene.sim.model.planner.definition.score import corner_of
+from pathgene.sim.model.planner.definition.wavefront import Blocks
+from pathgene.sim.model.planner.problem import problem_vector
+from pathgene.sim.model.planner.wavefront import (
     LEAST,
     LOWEST_X,
     LOWEST_Y,

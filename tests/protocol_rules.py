@@ -1,7 +1,7 @@
 """The rules by which a chip answers any undamaged frame: docs/protocol.md, apart from the model."""
 
-from hdl.command.field_decoder import FOLLOWED, request_fields
-from hdl.protocol import BODY_HEADER_BYTES, Command, Status, info_reply
+from pathgene.hdl.command.field_decoder import FOLLOWED, request_fields
+from pathgene.hdl.protocol import BODY_HEADER_BYTES, Command, Status, info_reply
 
 
 __all__ = ["ProtocolRules"]

@@ -3,11 +3,11 @@
 import numpy as np
 import shapely
 
-from host.evaluation.constants import Constants
-from host.evaluation.geometry import smooth
-from host.evaluation.kernels import scratch
-from host.evaluation.laying import AIR, LENGTH, lay_segment, lay_turn
-from host.problem.zones import Circle, Polygon
+from pathgene.host.evaluation.constants import Constants
+from pathgene.host.evaluation.geometry import smooth
+from pathgene.host.evaluation.kernels import scratch
+from pathgene.host.evaluation.laying import AIR, LENGTH, lay_segment, lay_turn
+from pathgene.host.problem.zones import Circle, Polygon
 from tests.zone_oracle import distances, outline
 
 
@@ -139,7 +139,8 @@ def near_a_limit(rng, path, zone, margin_m, radius_m):
 def piece_rows(path, radius_m):
     """Return the pieces of a path as rows of the kernels, and their number.
 
-    The smoothed track of :func:`host.evaluation.geometry.smooth` has those of a length above 0.
+    The smoothed track of :func:`pathgene.host.evaluation.geometry.smooth` has those of a length
+    above 0.
     """
     constants = Constants(*(0,) * len(Constants._fields))._replace(turn_radius_m=radius_m)
     n = len(path)

@@ -1,6 +1,6 @@
 """Random requests that a chip executes, of every command that it knows."""
 
-from hdl.protocol import (
+from pathgene.hdl.protocol import (
     CheckFlag,
     Command,
     LinkMode,
@@ -14,7 +14,7 @@ from hdl.protocol import (
     start_request,
     write_request,
 )
-from hdl.protocol.runs import RunOptions, run_request
+from pathgene.hdl.protocol.runs import RunOptions, run_request
 from tests.chips import random_path
 from tests.planner_cases import any_record, headed, record, shape
 

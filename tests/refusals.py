@@ -4,9 +4,9 @@ import dataclasses
 
 import numpy as np
 
-from hdl.protocol import Command, LinkMode, Status, map_request, pack_paths, start_request
-from hdl.protocol.planner import BLOCKS, SCALE_FRACTION, NoFlyShape
-from hdl.protocol.runs import RunOptions, run_request
+from pathgene.hdl.protocol import Command, LinkMode, Status, map_request, pack_paths, start_request
+from pathgene.hdl.protocol.planner import BLOCKS, SCALE_FRACTION, NoFlyShape
+from pathgene.hdl.protocol.runs import RunOptions, run_request
 from tests.planner_cases import record
 
 

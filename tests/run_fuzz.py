@@ -11,11 +11,11 @@ import sys
 
 import numpy as np
 
-from hdl.command.field_decoder import request_fields
-from hdl.protocol import BODY_HEADER_BYTES, DELIMITER, Command, Status, status_reply
-from hdl.protocol.codec import encode_frame
-from hdl.protocol.runs import RunOptions
-from sim.board.scheme import start_simulated
+from pathgene.hdl.command.field_decoder import request_fields
+from pathgene.hdl.protocol import BODY_HEADER_BYTES, DELIMITER, Command, Status, status_reply
+from pathgene.hdl.protocol.codec import encode_frame
+from pathgene.hdl.protocol.runs import RunOptions
+from pathgene.sim.board.scheme import start_simulated
 from tests.chips import board_url
 from tests.command_fuzz import CHIPS, CommandFuzz, answer_in, plan_on_the_map
 from tests.planner_cases import record

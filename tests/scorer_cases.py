@@ -4,10 +4,10 @@ import dataclasses
 
 import numpy as np
 
-from hdl.protocol.planner import POSITION_FRACTION, VALUE_BITS
-from sim.model.planner.definition.score import score as defined
-from sim.model.planner.problem import problem_vector
-from sim.model.planner.score import FROM_X, HAS_CHORD, WORK_ROWS, score
+from pathgene.hdl.protocol.planner import POSITION_FRACTION, VALUE_BITS
+from pathgene.sim.model.planner.definition.score import score as defined
+from pathgene.sim.model.planner.problem import problem_vector
+from pathgene.sim.model.planner.score import FROM_X, HAS_CHORD, WORK_ROWS, score
 from tests.planner_cases import any_record, headed, path, record, rows
 
 
@@ -81,7 +81,7 @@ def drawn_paths(config, rng, problem, count):
 
 
 def problem_fields(problem):
-    """Return the record as a constant of :func:`hdl.planner.layouts.problem_layout` takes it."""
+    """Return the record as a constant of ``problem_layout`` takes it."""
     return dataclasses.asdict(problem)
 
 

@@ -5,12 +5,12 @@ from functools import cache
 import numpy as np
 
 import pathgene
-from host.evaluation import Evaluator
-from host.mission.mission import Mission
-from host.problem.problem import Problem
-from host.problem.zones import Zone
-from host.terrain import Terrain
-from host.web.page import page_of
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.mission.mission import Mission
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Zone
+from pathgene.host.terrain import Terrain
+from pathgene.host.web.page import page_of
 
 
 __all__ = ["KINDS", "evaluated", "hills", "page_text", "planned"]

@@ -3,7 +3,7 @@
 import numpy as np
 import shapely
 
-from host.problem.zones import Circle
+from pathgene.host.problem.zones import Circle
 
 
 STEP_M = 0.1

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from urllib.parse import urlencode
 
-from hdl.config import CheckerBuild, Config
+from pathgene.hdl.config import CheckerBuild, Config
 
 
 __all__ = ["SMALL", "board_url"]

@@ -35,8 +35,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from host.errors import InputError, JobError, PathgeneError
-from sim.cache import build_root
+from pathgene.host.errors import InputError, JobError, PathgeneError
+from pathgene.sim.cache import build_root
 
 
 __all__ = ["PROOFS", "Proof", "ProofError", "altered", "check", "load", "proofs"]

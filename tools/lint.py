@@ -10,8 +10,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from host.errors import PathgeneError
-from sim.verilator import run_verilator
+from pathgene.host.errors import PathgeneError
+from pathgene.sim.verilator import run_verilator
 
 
 __all__ = ["WAIVERS", "lint"]

@@ -31,7 +31,7 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
 
-from sim.cache import build_root
+from pathgene.sim.cache import build_root
 from tools.mutation.sites import Alteration, draw, gateware_files, sites_of
 from tools.mutation.workshop import Workshop
 

@@ -35,8 +35,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from hdl.boards import BOARDS
-from hdl.boards.tools import BuildError
+from pathgene.hdl.boards import BOARDS
+from pathgene.hdl.boards.tools import BuildError
 
 
 __all__ = ["BOARDS_COMPARED", "Netlist", "main"]
@@ -59,8 +59,8 @@ _SCRIPT = (
 _PREPARE = """
 import sys
 from pathlib import Path
-from hdl.boards import find_board
-from hdl.boards.build import prepare
+from pathgene.hdl.boards import find_board
+from pathgene.hdl.boards.build import prepare
 for name in sys.argv[2:]:
     try:
         board = find_board(name, "paper")

@@ -1,8 +1,8 @@
 """Runner of cocotb benches on exported Verilog, with Icarus and Verilator.
 
 A bench is a file ``cosim_NAME.py`` with cocotb tests and a module-level ``TOP``, the name of a top
-in ``hdl.verilog.TOPS`` and of its Verilog module. An optional ``CONFIG`` is the configuration of
-the export and defaults to ``Config()``.
+in ``pathgene.hdl.verilog.TOPS`` and of its Verilog module. An optional ``CONFIG`` is the
+configuration of the export and defaults to ``Config()``.
 
 ``python -m tools.runner --sim icarus --bench crossover --waves`` runs one of ``tests/cosim``.
 """
@@ -22,15 +22,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
-from host.errors import InputError, PathgeneError
-from sim.board.programs import Simulator
-from sim.cache import BuildCache, build_root
-from sim.icarus import build_icarus
-from sim.verilator import build_verilator
+from pathgene.host.errors import InputError, PathgeneError
+from pathgene.sim.board.programs import Simulator
+from pathgene.sim.cache import BuildCache, build_root
+from pathgene.sim.icarus import build_icarus
+from pathgene.sim.verilator import build_verilator
 
 
 if TYPE_CHECKING:
-    from hdl.config import Config
+    from pathgene.hdl.config import Config
 
 __all__ = ["BENCHES", "SIMULATORS", "CosimError", "CosimResult", "benches", "run", "run_bench"]
 
@@ -119,7 +119,7 @@ def run(
     timeout_s : float
         Longest time of the simulation, seconds.
     build_dir : Path, optional
-        Keeps builds and logs; default :func:`sim.cache.build_root`.
+        Keeps builds and logs; default :func:`pathgene.sim.cache.build_root`.
 
     Raises
     ------
@@ -182,7 +182,7 @@ def run_bench(
     InputError
         If the bench names no top.
     """
-    from sim.exported import exported_verilog
+    from pathgene.sim.exported import exported_verilog
 
     top, config = _subject(bench)
     text = exported_verilog(top, config)
@@ -225,7 +225,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _subject(bench: Path) -> tuple[str, Config]:
     """Return the top and the configuration that a bench names."""
-    from hdl.config import Config
+    from pathgene.hdl.config import Config
 
     spec = importlib.util.spec_from_file_location(bench.stem, bench)
     assert spec is not None

@@ -19,7 +19,7 @@ from bench.fpga.store import Store, Table
 from bench.fpga.units import PAPERS_TABLE, UNITS_TABLE, paper_jobs, unit_jobs
 from bench.kept import paste
 from bench.report import Options, Report
-from host.errors import InputError, PathgeneError
+from pathgene.host.errors import InputError, PathgeneError
 
 
 __all__ = ["TABLES", "render", "run"]

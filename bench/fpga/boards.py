@@ -13,11 +13,11 @@ from bench.feasibility import cells_per_cycle
 from bench.fpga.cells import CELLS, chip_clock, used
 from bench.fpga.job import LIMIT_S, Job, digest_of, without_names
 from bench.fpga.store import Table
-from hdl.boards import BOARDS, chips_of, find_board
-from hdl.boards.board import Board, ChipKind
-from hdl.boards.build import prepare, try_seeds
-from hdl.boards.ecp5_floor_plan import floor_plan
-from hdl.boards.route import Routed
+from pathgene.hdl.boards import BOARDS, chips_of, find_board
+from pathgene.hdl.boards.board import Board, ChipKind
+from pathgene.hdl.boards.build import prepare, try_seeds
+from pathgene.hdl.boards.ecp5_floor_plan import floor_plan
+from pathgene.hdl.boards.route import Routed
 from tools.netlist import Netlist
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from hdl.boards.route import Routed
+from pathgene.hdl.boards.route import Routed
 
 
 __all__ = ["CELLS", "XILINX", "Family", "chip_clock", "used"]

@@ -11,8 +11,8 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from hdl.boards.tools import BuildError
-from host.errors import PathgeneError
+from pathgene.hdl.boards.tools import BuildError
+from pathgene.host.errors import PathgeneError
 from tools.netlist import Netlist
 
 

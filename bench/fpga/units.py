@@ -13,21 +13,24 @@ from typing import Any
 from bench.fpga.cells import CELLS, XILINX, chip_clock, used
 from bench.fpga.job import LIMIT_S, Job, digest_of
 from bench.fpga.store import Table
-from hdl.boards import find_board
-from hdl.boards.board import ChipKind
-from hdl.boards.ecp5 import KEEP_FANOUT, PLACEMENT, PLANNER_OVERRIDES, SYNTHESIS
-from hdl.boards.harness import Harness
-from hdl.boards.route import route
-from hdl.boards.tools import run_tool
-from hdl.config import CheckerBuild, Config, GeneticCore
-from hdl.protocol.runs import ISLANDS
-from hdl.verilog import convert
+from pathgene.hdl.boards import find_board
+from pathgene.hdl.boards.board import ChipKind
+from pathgene.hdl.boards.ecp5 import KEEP_FANOUT, PLACEMENT, PLANNER_OVERRIDES, SYNTHESIS
+from pathgene.hdl.boards.harness import Harness
+from pathgene.hdl.boards.route import route
+from pathgene.hdl.boards.tools import run_tool
+from pathgene.hdl.config import CheckerBuild, Config, GeneticCore
+from pathgene.hdl.protocol.runs import ISLANDS
+from pathgene.hdl.verilog import convert
 from tools.netlist import Netlist
 
 
 __all__ = ["PAPERS_TABLE", "UNITS_TABLE", "paper_jobs", "unit_jobs"]
 
-_CORE, _CHECKER = "hdl.ga_core_top.GeneticCoreTop", "hdl.feasibility.checker.Checker"
+_CORE, _CHECKER = (
+    "pathgene.hdl.ga_core_top.GeneticCoreTop",
+    "pathgene.hdl.feasibility.checker.Checker",
+)
 _PLAIN = Config(checker=CheckerBuild.NONE)
 _STREAMING = Config(genetic=GeneticCore.STREAMING)
 _TWO_TIER = _PLAIN.replace(checker=CheckerBuild.TWO_TIER, lanes=1)
@@ -76,16 +79,20 @@ _UNITS: Mapping[str, tuple[str, tuple[Any, ...], _Device]] = MappingProxyType(
     {
         "GA core": (_CORE, (_PLAIN,), _ECP5),
         "population, 11 crossovers": (
-            "hdl.ga_core.population.Population",
+            "pathgene.hdl.ga_core.population.Population",
             (_PLAIN,),
             _LESS_ASKED,
         ),
-        "selection": ("hdl.ga_core.selection.Selection", (_PLAIN,), _ECP5),
-        "mutation": ("hdl.ga_core.mutation.Mutation", (_PLAIN,), _ECP5),
-        "random source": ("hdl.ga_core.random_source.RandomSource", (), _ECP5),
-        "receiving": ("hdl.command.receiver.CommandReceiver", (_PLAIN,), _ECP5),
-        "transmitting": ("hdl.command.transmitter.ReplyTransmitter", (_PLAIN,), _ECP5),
-        "line": ("hdl.link.line.Line", (_PLAIN.clocks_per_bit, _PLAIN.receive_buffer), _ECP5),
+        "selection": ("pathgene.hdl.ga_core.selection.Selection", (_PLAIN,), _ECP5),
+        "mutation": ("pathgene.hdl.ga_core.mutation.Mutation", (_PLAIN,), _ECP5),
+        "random source": ("pathgene.hdl.ga_core.random_source.RandomSource", (), _ECP5),
+        "receiving": ("pathgene.hdl.command.receiver.CommandReceiver", (_PLAIN,), _ECP5),
+        "transmitting": ("pathgene.hdl.command.transmitter.ReplyTransmitter", (_PLAIN,), _ECP5),
+        "line": (
+            "pathgene.hdl.link.line.Line",
+            (_PLAIN.clocks_per_bit, _PLAIN.receive_buffer),
+            _ECP5,
+        ),
         "checker, two-tier": (_CHECKER, (_TWO_TIER,), _ECP5),
         "checker, parallel, 8 lanes": (
             _CHECKER,
@@ -97,21 +104,25 @@ _UNITS: Mapping[str, tuple[str, tuple[Any, ...], _Device]] = MappingProxyType(
             (_PLAIN.replace(checker=CheckerBuild.PARALLEL, lanes=16),),
             _ECP5,
         ),
-        "evolver": ("hdl.planner.evolver.Evolver", (_STREAMING, ISLANDS), _PLANNER),
-        "scorer": ("hdl.planner.scorer.scorer.Scorer", (_STREAMING,), _PLANNER),
+        "evolver": ("pathgene.hdl.planner.evolver.Evolver", (_STREAMING, ISLANDS), _PLANNER),
+        "scorer": ("pathgene.hdl.planner.scorer.scorer.Scorer", (_STREAMING,), _PLANNER),
         "walker with memo, 8 lanes": (
-            "hdl.planner.walker.path_walker.PathWalker",
+            "pathgene.hdl.planner.walker.path_walker.PathWalker",
             (_STREAMING,),
             _PLANNER,
         ),
-        "wavefront": ("hdl.planner.wavefront.wavefront.Wavefront", (_STREAMING,), _PLANNER),
+        "wavefront": (
+            "pathgene.hdl.planner.wavefront.wavefront.Wavefront",
+            (_STREAMING,),
+            _PLANNER,
+        ),
         "drawer of shapes": (
-            "hdl.planner.shape_drawer.ShapeDrawer",
+            "pathgene.hdl.planner.shape_drawer.ShapeDrawer",
             (_STREAMING.coordinate_bits, _STREAMING.altitude_bits),
             _PLANNER,
         ),
         "planner core, 8 lanes": (
-            "hdl.planner.core.PlannerCore",
+            "pathgene.hdl.planner.core.PlannerCore",
             (_STREAMING.replace(altitude_bits=11),),
             _PLANNER,
         ),

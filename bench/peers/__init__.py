@@ -20,9 +20,9 @@ from bench.peers.rrt import PLANNERS, solve
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import problem_at_one_cell
-from host.evaluation import Evaluator
-from host.planners import make
-from host.planners.base import Options
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners import make
+from pathgene.host.planners.base import Options
 
 
 __all__ = ["run"]

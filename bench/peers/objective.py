@@ -7,8 +7,8 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
-from host.evaluation import Evaluator
-from host.planners.airspace import Airspace
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners.airspace import Airspace
 
 
 __all__ = ["BudgetSpentError", "Objective"]

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from host.evaluation import Evaluator
-from host.evaluation.jit import compiled
-from host.planners.airspace import Airspace
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.evaluation.jit import compiled
+from pathgene.host.planners.airspace import Airspace
 
 
 __all__ = ["PLANNERS", "solve"]

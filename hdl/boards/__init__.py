@@ -1,9 +1,9 @@
 """Real boards: pins, device, clock and configuration of each, one file a board.
 
-A board file holds ``CHIPS``, a :class:`hdl.boards.board.Board` for each kind of chip that the
-board has room for, its default first, and no logic;
-:mod:`hdl.boards.chip` puts the planner behind its pins, :mod:`hdl.boards.build` makes the
-bitstream.
+A board file holds ``CHIPS``, a :class:`pathgene.hdl.boards.board.Board` for each kind of chip that
+the board has room for, its default first, and no logic;
+:mod:`pathgene.hdl.boards.chip` puts the planner behind its pins, :mod:`pathgene.hdl.boards.build`
+makes the bitstream.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 
 if TYPE_CHECKING:
-    from hdl.boards.board import Board, ChipKind
+    from pathgene.hdl.boards.board import Board, ChipKind
 
 
 __all__ = ["BOARDS", "chips_of", "find_board"]
@@ -23,11 +23,11 @@ __all__ = ["BOARDS", "chips_of", "find_board"]
 #: Module of every board, by the name that `make bitstream BOARD=` takes.
 BOARDS: Mapping[str, str] = MappingProxyType(
     {
-        "ulx3s-85f": "hdl.boards.ulx3s_85f",
-        "ulx3s-45f": "hdl.boards.ulx3s_45f",
-        "ecpix5-85f": "hdl.boards.ecpix5_85f",
-        "icebreaker": "hdl.boards.icebreaker",
-        "arty-a7-100": "hdl.boards.arty_a7_100",
+        "ulx3s-85f": "pathgene.hdl.boards.ulx3s_85f",
+        "ulx3s-45f": "pathgene.hdl.boards.ulx3s_45f",
+        "ecpix5-85f": "pathgene.hdl.boards.ecpix5_85f",
+        "icebreaker": "pathgene.hdl.boards.icebreaker",
+        "arty-a7-100": "pathgene.hdl.boards.arty_a7_100",
     }
 )
 

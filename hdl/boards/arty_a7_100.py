@@ -4,9 +4,9 @@ from dataclasses import replace
 
 from amaranth_boards.arty_a7 import ArtyA7_100Platform
 
-from hdl.boards.board import Board
-from hdl.boards.pll import Series7Pll
-from hdl.config import CheckerBuild, Config, GeneticCore
+from pathgene.hdl.boards.board import Board
+from pathgene.hdl.boards.pll import Series7Pll
+from pathgene.hdl.config import CheckerBuild, Config, GeneticCore
 
 
 __all__ = ["CHIPS"]

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 
 from amaranth.build import Platform
 
-from hdl.boards.pll import Pll
-from hdl.config import Config
+from pathgene.hdl.boards.pll import Pll
+from pathgene.hdl.config import Config
 
 
 __all__ = ["Board", "ChipKind"]
@@ -18,7 +18,7 @@ __all__ = ["Board", "ChipKind"]
 class ChipKind(enum.StrEnum):
     """Kind of a chip, as ``make bitstream CHIP=`` takes it."""
 
-    #: Plans by itself: the streaming core (:class:`hdl.planner.core.PlannerCore`).
+    #: Plans by itself: the streaming core (:class:`pathgene.hdl.planner.core.PlannerCore`).
     PLANNER = "planner"
     #: That of the papers: genetic core and checker, or on a small device the checker alone.
     PAPER = "paper"
@@ -31,10 +31,10 @@ class Board:
     Parameters
     ----------
     name : str
-        As in :data:`hdl.boards.BOARDS`; the chips of a board share it.
+        As in :data:`pathgene.hdl.boards.BOARDS`; the chips of a board share it.
     platform : callable
         Makes the Amaranth platform: device, package, speed grade, pins, default clock, and
-        ``cells`` where the family has some (:class:`hdl.primitives.cells.Cells`).
+        ``cells`` where the family has some (:class:`pathgene.hdl.primitives.cells.Cells`).
     pll : Pll
         Makes the chip's clock from the platform's default clock.
     baud : int

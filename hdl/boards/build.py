@@ -1,4 +1,4 @@
-"""Bitstreams of real boards: ``python -m hdl.boards.build BOARD [--chip planner|paper]``.
+"""Bitstreams of real boards: ``python -m pathgene.hdl.boards.build BOARD [--chip planner|paper]``.
 
 Amaranth writes netlist, constraints and commands; this runs the commands with the tools of the
 package index, trying seeds of the placer until timing closes. Another program may be named in the
@@ -16,12 +16,12 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-from hdl.boards import BOARDS, find_board
-from hdl.boards.board import Board, ChipKind
-from hdl.boards.chip import Chip
-from hdl.boards.route import MOST_JOBS, Routed, route
-from hdl.boards.tools import BuildError, Stamp, run_tool
-from hdl.verilog import strip_zero_init
+from pathgene.hdl.boards import BOARDS, find_board
+from pathgene.hdl.boards.board import Board, ChipKind
+from pathgene.hdl.boards.chip import Chip
+from pathgene.hdl.boards.route import MOST_JOBS, Routed, route
+from pathgene.hdl.boards.tools import BuildError, Stamp, run_tool
+from pathgene.hdl.verilog import strip_zero_init
 
 
 __all__ = ["build", "prepare", "try_seeds"]
@@ -80,7 +80,7 @@ def build(
     seeds : int
         Seeds to try: the board's own, then the lowest others.
     jobs, limit_s : int, float, optional
-        Seeds at a time, and seconds of one; see :func:`hdl.boards.route.route`.
+        Seeds at a time, and seconds of one; see :func:`pathgene.hdl.boards.route.route`.
 
     Raises
     ------
@@ -152,7 +152,9 @@ def _run_once(command: Sequence[str], folder: Path) -> None:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Build the board that the command line names; return the exit status."""
-    parser = argparse.ArgumentParser(prog="python -m hdl.boards.build", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m pathgene.hdl.boards.build", description=__doc__
+    )
     parser.add_argument("board", metavar="BOARD", help=", ".join(BOARDS))
     parser.add_argument(
         "--chip", metavar="CHIP", help=f"{', '.join(ChipKind)} (default the first that fits)"

@@ -4,15 +4,15 @@ from amaranth import *
 from amaranth.lib import io, wiring
 from amaranth.lib.cdc import FFSynchronizer
 
-from hdl.boards.board import Board
-from hdl.top import Planner
+from pathgene.hdl.boards.board import Board
+from pathgene.hdl.top import Planner
 
 
 __all__ = ["Chip"]
 
 
 class Chip(wiring.Component):
-    """The whole bitstream: the board's PLL, a reset, and :class:`hdl.top.Planner` at the UART.
+    """The whole bitstream: the board's PLL, a reset, and ``Planner`` at the UART.
 
     The chip is held in reset until the PLL has locked, and while the board's reset pin is high;
     reset ends in step with the clock.

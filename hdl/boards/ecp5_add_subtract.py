@@ -9,7 +9,7 @@ __all__ = ["Ecp5AddSubtract"]
 
 
 class Ecp5AddSubtract(wiring.Component):
-    """Twin of :class:`hdl.primitives.add_subtract.AddSubtract`, of the same parameter and members.
+    """Twin of ``AddSubtract``, of the same parameter and members.
 
     Synthesis maps it by ``ecp5_arithmetic.v``.
     """

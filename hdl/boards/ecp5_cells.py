@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 
-from hdl.boards.ecp5_add_subtract import Ecp5AddSubtract
-from hdl.boards.ecp5_memory import Ecp5Memory
-from hdl.boards.ecp5_multiplier import FACTOR_BITS, Ecp5Multiplier
-from hdl.primitives.cells import Cells
+from pathgene.hdl.boards.ecp5_add_subtract import Ecp5AddSubtract
+from pathgene.hdl.boards.ecp5_memory import Ecp5Memory
+from pathgene.hdl.boards.ecp5_multiplier import FACTOR_BITS, Ecp5Multiplier
+from pathgene.hdl.primitives.cells import Cells
 
 
 __all__ = ["Ecp5Cells"]

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from itertools import product
 from types import MappingProxyType
 
-from hdl.config import Config
+from pathgene.hdl.config import Config
 
 
 __all__ = ["MAP_SITES", "OTHER_SITES", "PLANNER_FLOOR_PLAN", "PLANNER_MAP_SITES", "floor_plan"]

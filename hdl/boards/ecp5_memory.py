@@ -4,8 +4,8 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.utils import exact_log2
 
-from hdl.primitives.block_memory import memory_members
-from hdl.primitives.delay_line import delay_line
+from pathgene.hdl.primitives.block_memory import memory_members
+from pathgene.hdl.primitives.delay_line import delay_line
 
 
 __all__ = ["Ecp5Memory"]
@@ -17,11 +17,11 @@ _WIDTHS = {14: 1, 13: 2, 12: 4, 11: 9, 10: 18}
 class Ecp5Memory(wiring.Component):
     """Memory of DP16KD primitives side by side, with registers at their outputs.
 
-    Twin of :class:`hdl.primitives.block_memory.BlockMemory` with a latency of 2: the same ports,
-    rows and cycles. Data of that memory leave a register of the fabric, which a block RAM of the
-    device reaches 6 ns after the clock edge; data of this one are there after 1 ns. Where it saves
-    primitives, the memory is two of half the rows, and a multiplexer follows the registers: 4,096
-    rows of 9 bits take two primitives of 2,048 rows instead of three.
+    Twin of :class:`pathgene.hdl.primitives.block_memory.BlockMemory` with a latency of 2: the same
+    ports, rows and cycles. Data of that memory leave a register of the fabric, which a block RAM of
+    the device reaches 6 ns after the clock edge; data of this one are there after 1 ns. Where it
+    saves primitives, the memory is two of half the rows, and a multiplexer follows the registers:
+    4,096 rows of 9 bits take two primitives of 2,048 rows instead of three.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ class Ecp5Memory(wiring.Component):
     Members
     -------
     a, b
-        See :func:`hdl.primitives.block_memory.memory_members`.
+        See :func:`pathgene.hdl.primitives.block_memory.memory_members`.
 
     Raises
     ------

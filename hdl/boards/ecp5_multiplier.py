@@ -14,8 +14,8 @@ FACTOR_BITS = 18
 class Ecp5Multiplier(wiring.Component):
     """One MULT18X18D with a register at its output.
 
-    Twin of :class:`hdl.primitives.multiplier.Multiplier` at full width, without a shift: the same
-    product in the same cycle.
+    Twin of :class:`pathgene.hdl.primitives.multiplier.Multiplier` at full width, without a shift:
+    the same product in the same cycle.
 
     Parameters
     ----------

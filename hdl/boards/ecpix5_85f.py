@@ -5,12 +5,12 @@ from dataclasses import replace
 from amaranth.build import Attrs, Pins, Resource
 from amaranth_boards.ecpix5 import ECPIX585Platform
 
-from hdl.boards.board import Board
-from hdl.boards.ecp5 import OVERRIDES, PLANNER_OVERRIDES
-from hdl.boards.ecp5_cells import Ecp5Cells
-from hdl.boards.ecp5_floor_plan import MAP_SITES, PLANNER_MAP_SITES, floor_plan
-from hdl.boards.pll import Ecp5Pll
-from hdl.config import CheckerBuild, Config, GeneticCore
+from pathgene.hdl.boards.board import Board
+from pathgene.hdl.boards.ecp5 import OVERRIDES, PLANNER_OVERRIDES
+from pathgene.hdl.boards.ecp5_cells import Ecp5Cells
+from pathgene.hdl.boards.ecp5_floor_plan import MAP_SITES, PLANNER_MAP_SITES, floor_plan
+from pathgene.hdl.boards.pll import Ecp5Pll
+from pathgene.hdl.config import CheckerBuild, Config, GeneticCore
 
 
 __all__ = ["CHIPS"]

@@ -3,9 +3,9 @@
 from amaranth.build import Attrs, Pins, Resource
 from amaranth_boards.icebreaker import ICEBreakerPlatform
 
-from hdl.boards.board import Board
-from hdl.boards.pll import Ice40Pll
-from hdl.config import CheckerBuild, Config
+from pathgene.hdl.boards.board import Board
+from pathgene.hdl.boards.pll import Ice40Pll
+from pathgene.hdl.config import CheckerBuild, Config
 
 
 __all__ = ["CHIPS"]

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
-from hdl.boards.tools import BuildError, Stamp, start_tool, tool_failed
+from pathgene.hdl.boards.tools import BuildError, Stamp, start_tool, tool_failed
 
 
 __all__ = ["MOST_JOBS", "Routed", "route"]

@@ -4,12 +4,17 @@ from dataclasses import replace
 
 from amaranth_boards.ulx3s import ULX3S_85F_Platform
 
-from hdl.boards.board import Board
-from hdl.boards.ecp5 import OVERRIDES, PLANNER_OVERRIDES
-from hdl.boards.ecp5_cells import Ecp5Cells
-from hdl.boards.ecp5_floor_plan import MAP_SITES, PLANNER_FLOOR_PLAN, PLANNER_MAP_SITES, floor_plan
-from hdl.boards.pll import Ecp5Pll
-from hdl.config import CheckerBuild, Config, GeneticCore
+from pathgene.hdl.boards.board import Board
+from pathgene.hdl.boards.ecp5 import OVERRIDES, PLANNER_OVERRIDES
+from pathgene.hdl.boards.ecp5_cells import Ecp5Cells
+from pathgene.hdl.boards.ecp5_floor_plan import (
+    MAP_SITES,
+    PLANNER_FLOOR_PLAN,
+    PLANNER_MAP_SITES,
+    floor_plan,
+)
+from pathgene.hdl.boards.pll import Ecp5Pll
+from pathgene.hdl.config import CheckerBuild, Config, GeneticCore
 
 
 __all__ = ["CHIPS"]

@@ -6,10 +6,10 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.command.layouts import payload_members
-from hdl.layouts import cell_layout
-from hdl.primitives.arguments import check_integer
-from hdl.protocol import Status
+from pathgene.hdl.command.layouts import payload_members
+from pathgene.hdl.layouts import cell_layout
+from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.protocol import Status
 
 
 __all__ = ["CellParser"]
@@ -36,7 +36,7 @@ class CellParser(wiring.Component):
     Members
     -------
     on, repeated, bytes, ended, done, status
-        See :func:`hdl.command.layouts.payload_members`.
+        See :func:`pathgene.hdl.command.layouts.payload_members`.
     rectangle : In(rectangle_layout)
         South-western cell and size; it lies on the map.
     writes : Out(stream of x, y, altitude, last)

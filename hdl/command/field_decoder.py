@@ -5,11 +5,11 @@ from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
-from hdl.command.layouts import AnswerKind
-from hdl.config import CheckerBuild, Config
-from hdl.layouts import check_layout, struct
-from hdl.primitives.arguments import check_integer, check_power_of_two
-from hdl.protocol import (
+from pathgene.hdl.command.layouts import AnswerKind
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.layouts import check_layout, struct
+from pathgene.hdl.primitives.arguments import check_integer, check_power_of_two
+from pathgene.hdl.protocol import (
     CheckFlag,
     Command,
     Layout,
@@ -23,8 +23,8 @@ from hdl.protocol import (
     start_request,
     write_request,
 )
-from hdl.protocol.planner import BLOCKS, SCALE_FRACTION, no_fly_request, problem_request
-from hdl.protocol.runs import ISLANDS, LIFTS, RETURNED, run_request
+from pathgene.hdl.protocol.planner import BLOCKS, SCALE_FRACTION, no_fly_request, problem_request
+from pathgene.hdl.protocol.runs import ISLANDS, LIFTS, RETURNED, run_request
 
 
 __all__ = ["FieldDecoder", "payload_commands", "request_fields"]
@@ -105,10 +105,10 @@ class FieldDecoder(wiring.Component):
     ended : In(1)
         The last byte of the request has been taken.
     status : Out(8)
-        :class:`hdl.protocol.Status`: OK, or the error of the fields.
+        :class:`pathgene.hdl.protocol.Status`: OK, or the error of the fields.
     kind, slot, count : Out(AnswerKind), Out(8), Out(9)
         Answer to the request if its payload is right: see
-        :data:`hdl.command.layouts.answer_layout`.
+        :data:`pathgene.hdl.command.layouts.answer_layout`.
 
     Only with a START among ``fields``:
 

@@ -65,7 +65,7 @@ def payload_members() -> dict:
     done : Out(1)
         The parser has judged the request. If bytes are left, ``status`` is an error.
     status : Out(8)
-        :class:`hdl.protocol.Status` of the request; valid with ``done``.
+        :class:`pathgene.hdl.protocol.Status` of the request; valid with ``done``.
     """
     return {
         "on": In(1),

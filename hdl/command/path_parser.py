@@ -4,11 +4,11 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from hdl.command.layouts import payload_members
-from hdl.command.waypoint_assembler import WaypointAssembler
-from hdl.layouts import write_layout
-from hdl.primitives.arguments import check_integer
-from hdl.protocol import Status
+from pathgene.hdl.command.layouts import payload_members
+from pathgene.hdl.command.waypoint_assembler import WaypointAssembler
+from pathgene.hdl.layouts import write_layout
+from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.protocol import Status
 
 
 __all__ = ["PathParser"]
@@ -32,7 +32,7 @@ class PathParser(wiring.Component):
     Members
     -------
     on, repeated, bytes, ended, done, status
-        See :func:`hdl.command.layouts.payload_members`.
+        See :func:`pathgene.hdl.command.layouts.payload_members`.
     slot : In(8)
         The first slot; steady from the cycle before ``on``.
     writes : Out(stream of slot, index, waypoint, last)

@@ -7,13 +7,13 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from hdl.command.cell_parser import CellParser
-from hdl.command.path_parser import PathParser
-from hdl.command.point_parser import PointParser
-from hdl.command.ranking_parser import RankingParser
-from hdl.config import CheckerBuild, Config
-from hdl.layouts import cell_layout, point_layout, ranking_layout, struct, write_layout
-from hdl.protocol import Command, map_request
+from pathgene.hdl.command.cell_parser import CellParser
+from pathgene.hdl.command.path_parser import PathParser
+from pathgene.hdl.command.point_parser import PointParser
+from pathgene.hdl.command.ranking_parser import RankingParser
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.layouts import cell_layout, point_layout, ranking_layout, struct, write_layout
+from pathgene.hdl.protocol import Command, map_request
 
 
 __all__ = ["PayloadDispatcher"]
@@ -36,7 +36,7 @@ class PayloadDispatcher(wiring.Component):
     launch : In(1)
         Turn on the parser of ``code`` in the next cycle, if it has one.
     repeated, bytes, ended, done, status
-        As of a parser: see :func:`hdl.command.layouts.payload_members`.
+        As of a parser: see :func:`pathgene.hdl.command.layouts.payload_members`.
 
     Only where ``config`` has a parallel genetic core:
 
@@ -45,17 +45,17 @@ class PayloadDispatcher(wiring.Component):
     identity : In(1)
         A GENERATE carries no order of the slots.
     writes, ranking : Out(stream), ranked : In(1)
-        Of :class:`hdl.command.path_parser.PathParser` and
-        :class:`hdl.command.ranking_parser.RankingParser`.
+        Of :class:`pathgene.hdl.command.path_parser.PathParser` and
+        :class:`pathgene.hdl.command.ranking_parser.RankingParser`.
 
     Only where ``config`` has a checker:
 
     rectangle : In(struct of map_request)
         Fields of a MAP.
     cells : Out(stream)
-        ``writes`` of :class:`hdl.command.cell_parser.CellParser`.
+        ``writes`` of :class:`pathgene.hdl.command.cell_parser.CellParser`.
     points : Out(stream)
-        Only without a streaming core: of :class:`hdl.command.point_parser.PointParser`.
+        Only without a streaming core: of :class:`pathgene.hdl.command.point_parser.PointParser`.
 
     Raises
     ------

@@ -4,11 +4,11 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import Out, connect, flipped
 
-from hdl.command.layouts import payload_members
-from hdl.command.waypoint_assembler import WaypointAssembler
-from hdl.layouts import point_layout
-from hdl.primitives.arguments import check_integer
-from hdl.protocol import Status
+from pathgene.hdl.command.layouts import payload_members
+from pathgene.hdl.command.waypoint_assembler import WaypointAssembler
+from pathgene.hdl.layouts import point_layout
+from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.protocol import Status
 
 
 __all__ = ["PointParser"]
@@ -30,7 +30,7 @@ class PointParser(wiring.Component):
     Members
     -------
     on, repeated, bytes, ended, done, status
-        See :func:`hdl.command.layouts.payload_members`.
+        See :func:`pathgene.hdl.command.layouts.payload_members`.
     points : Out(stream of x, y, altitude, last)
         At most as many as a path may have, and none after the ``last``; ``valid`` is a register.
 

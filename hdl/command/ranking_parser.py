@@ -4,10 +4,10 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.command.layouts import payload_members
-from hdl.layouts import ranking_layout
-from hdl.primitives.arguments import check_integer
-from hdl.protocol import Status
+from pathgene.hdl.command.layouts import payload_members
+from pathgene.hdl.layouts import ranking_layout
+from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.protocol import Status
 
 
 __all__ = ["RankingParser"]
@@ -27,7 +27,7 @@ class RankingParser(wiring.Component):
     Members
     -------
     on, repeated, bytes, ended, done, status
-        See :func:`hdl.command.layouts.payload_members`.
+        See :func:`pathgene.hdl.command.layouts.payload_members`.
     identity : In(1)
         There is no payload: the slots are in order already.
     ranking : Out(stream of rank, slot)

@@ -4,13 +4,13 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from hdl.command.field_decoder import FieldDecoder, payload_commands, request_fields
-from hdl.command.header_comparator import HeaderComparator
-from hdl.command.layouts import AnswerKind, answer_layout
-from hdl.command.payload_dispatcher import PayloadDispatcher
-from hdl.command.request import Request
-from hdl.config import CheckerBuild, Config
-from hdl.layouts import (
+from pathgene.hdl.command.field_decoder import FieldDecoder, payload_commands, request_fields
+from pathgene.hdl.command.header_comparator import HeaderComparator
+from pathgene.hdl.command.layouts import AnswerKind, answer_layout
+from pathgene.hdl.command.payload_dispatcher import PayloadDispatcher
+from pathgene.hdl.command.request import Request
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.layouts import (
     cell_layout,
     check_layout,
     point_layout,
@@ -19,17 +19,17 @@ from hdl.layouts import (
     struct,
     write_layout,
 )
-from hdl.link.frame import body_layout
-from hdl.planner.layouts import problem_layout, shape_layout
-from hdl.protocol import Command, Status, StickyError
-from hdl.protocol.runs import run_request
+from pathgene.hdl.link.frame import body_layout
+from pathgene.hdl.planner.layouts import problem_layout, shape_layout
+from pathgene.hdl.protocol import Command, Status, StickyError
+from pathgene.hdl.protocol.runs import run_request
 
 
 __all__ = ["CommandReceiver"]
 
 
 class CommandReceiver(wiring.Component):
-    """Takes requests and judges them by the rules of :mod:`hdl.protocol`.
+    """Takes requests and judges them by the rules of :mod:`pathgene.hdl.protocol`.
 
     The receiver reads the header, compares it with the open session and the expected sequence
     number, collects the fixed fields, has them decoded, and hands the payload to the parser of the
@@ -62,7 +62,8 @@ class CommandReceiver(wiring.Component):
     session : Out(8)
         The open session.
     line_errors : In(4)
-        Pulses from the line: FRAMING, OVERRUN, CRC, MALFORMED of :class:`hdl.protocol.StickyError`.
+        Pulses from the line: FRAMING, OVERRUN, CRC, MALFORMED of
+        :class:`pathgene.hdl.protocol.StickyError`.
     errors : Out(8)
         All sticky errors.
 
@@ -82,7 +83,7 @@ class CommandReceiver(wiring.Component):
     Only where ``config`` has a checker:
 
     cells : Out(stream of x, y, altitude, last)
-        Cells of the map; see :class:`hdl.command.cell_parser.CellParser`.
+        Cells of the map; see :class:`pathgene.hdl.command.cell_parser.CellParser`.
 
     Only where it also checks the paths of commands:
 

@@ -7,7 +7,7 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.command.layouts import AnswerKind
+from pathgene.hdl.command.layouts import AnswerKind
 
 
 __all__ = ["WORD_BYTES", "ReplyWords"]

@@ -5,18 +5,18 @@ from amaranth.lib import data, enum, stream, wiring
 from amaranth.lib.crc.catalog import CRC32_ISO_HDLC
 from amaranth.lib.wiring import In, Out
 
-from hdl.command.layouts import AnswerKind, answer_layout
-from hdl.command.reply_words import WORD_BYTES, ReplyWords
-from hdl.config import Config
-from hdl.layouts import (
+from pathgene.hdl.command.layouts import AnswerKind, answer_layout
+from pathgene.hdl.command.reply_words import WORD_BYTES, ReplyWords
+from pathgene.hdl.config import Config
+from pathgene.hdl.layouts import (
     read_layout,
     record_layout,
     result_read_layout,
     struct,
     waypoint_layout,
 )
-from hdl.link.frame import body_layout
-from hdl.protocol import (
+from pathgene.hdl.link.frame import body_layout
+from pathgene.hdl.protocol import (
     Counter,
     Layout,
     check_reply,
@@ -69,7 +69,7 @@ class ReplyTransmitter(wiring.Component):
     session : In(8)
         The open session, for ``INFO``.
     status, counters : In
-        Registers of the chip, as the replies of :mod:`hdl.protocol` lay them out.
+        Registers of the chip, as the replies of :mod:`pathgene.hdl.protocol` lay them out.
     replies : Out(stream of body_layout)
         The body, byte by byte.
 
@@ -86,7 +86,7 @@ class ReplyTransmitter(wiring.Component):
 
     checked : In(9), totals : In, result_reads : Out(stream), records : In(stream)
         Paths of the latest check, and its results: see
-        :class:`hdl.feasibility.result_store.ResultStore`.
+        :class:`pathgene.hdl.feasibility.result_store.ResultStore`.
 
     Only where ``config`` has a streaming core:
 

@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.arguments import check_integer
 
 
 __all__ = ["WaypointAssembler"]

@@ -4,11 +4,11 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from hdl.config import CheckerBuild, Config
-from hdl.feasibility.layouts import count_layout, verdict_layout
-from hdl.feasibility.path_source import PathSource
-from hdl.feasibility.result_store import RecordLayouts, ResultStore
-from hdl.layouts import (
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.feasibility.layouts import count_layout, verdict_layout
+from pathgene.hdl.feasibility.path_source import PathSource
+from pathgene.hdl.feasibility.result_store import RecordLayouts, ResultStore
+from pathgene.hdl.layouts import (
     check_layout,
     point_layout,
     read_layout,
@@ -17,9 +17,9 @@ from hdl.layouts import (
     struct,
     waypoint_layout,
 )
-from hdl.primitives.skid_buffer import SkidBuffer
-from hdl.primitives.stream_register import StreamRegister
-from hdl.protocol import COUNTER_BITS, Counter, check_reply
+from pathgene.hdl.primitives.skid_buffer import SkidBuffer
+from pathgene.hdl.primitives.stream_register import StreamRegister
+from pathgene.hdl.protocol import COUNTER_BITS, Counter, check_reply
 
 
 __all__ = ["CheckController", "check_counters_layout"]
@@ -53,7 +53,7 @@ class CheckController(wiring.Component):
     checks : In(check_layout)
         Check to run, steady while ``on``.
     forget, points
-        Of one path; see :class:`hdl.feasibility.path_source.PathSource`.
+        Of one path; see :class:`pathgene.hdl.feasibility.path_source.PathSource`.
     reads : Out(stream), waypoints : In(stream)
         To and from the population, if there is one: paths to read, and their waypoints.
     counting : Out(1)
@@ -68,7 +68,7 @@ class CheckController(wiring.Component):
     checked : Out(9)
         Paths of the latest check.
     totals : Out, result_reads : In(stream), records : Out(stream)
-        Its results; see :class:`hdl.feasibility.result_store.ResultStore`.
+        Its results; see :class:`pathgene.hdl.feasibility.result_store.ResultStore`.
 
     Raises
     ------

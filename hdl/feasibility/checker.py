@@ -4,13 +4,13 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from hdl.config import CheckerBuild, Config
-from hdl.feasibility.layouts import count_layout, verdict_layout
-from hdl.feasibility.parallel.walker import ParallelWalker
-from hdl.feasibility.queue_depths import count_depth
-from hdl.feasibility.result_collector import VERDICT_PLACES, ResultCollector
-from hdl.feasibility.two_tier.walker import TwoTierWalker
-from hdl.layouts import cell_layout, point_layout
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.feasibility.layouts import count_layout, verdict_layout
+from pathgene.hdl.feasibility.parallel.walker import ParallelWalker
+from pathgene.hdl.feasibility.queue_depths import count_depth
+from pathgene.hdl.feasibility.result_collector import VERDICT_PLACES, ResultCollector
+from pathgene.hdl.feasibility.two_tier.walker import TwoTierWalker
+from pathgene.hdl.layouts import cell_layout, point_layout
 
 
 __all__ = ["Checker"]

@@ -5,10 +5,10 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 from amaranth.utils import ceil_log2
 
-from hdl.config import Config
-from hdl.feasibility.checker import Checker
-from hdl.feasibility.layouts import count_layout, verdict_layout
-from hdl.layouts import cell_layout
+from pathgene.hdl.config import Config
+from pathgene.hdl.feasibility.checker import Checker
+from pathgene.hdl.feasibility.layouts import count_layout, verdict_layout
+from pathgene.hdl.layouts import cell_layout
 
 
 __all__ = ["Feasibility", "place_layout"]

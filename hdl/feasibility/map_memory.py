@@ -4,8 +4,8 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.utils import ceil_log2
 
-from hdl.primitives.block_memory import BlockMemory, memory_members
-from hdl.primitives.multiplexer import multiplex
+from pathgene.hdl.primitives.block_memory import BlockMemory, memory_members
+from pathgene.hdl.primitives.multiplexer import multiplex
 
 
 __all__ = ["MapMemory"]
@@ -38,7 +38,7 @@ class MapMemory(wiring.Component):
     Members
     -------
     a, b
-        See :func:`hdl.primitives.block_memory.memory_members`.
+        See :func:`pathgene.hdl.primitives.block_memory.memory_members`.
 
     Raises
     ------

@@ -4,9 +4,9 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from hdl.layouts import check_layout, point_layout, read_layout, waypoint_layout
-from hdl.primitives.arguments import check_integer
-from hdl.primitives.commit_ring import CommitRing
+from pathgene.hdl.layouts import check_layout, point_layout, read_layout, waypoint_layout
+from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.commit_ring import CommitRing
 
 
 __all__ = ["PathSource"]

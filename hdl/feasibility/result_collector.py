@@ -4,10 +4,10 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from hdl.feasibility.layouts import CYCLES_BITS, count_layout, verdict_layout
-from hdl.feasibility.result_queue import ResultQueue
-from hdl.feasibility.walker_signature import step_layout
-from hdl.primitives.arguments import check_integer
+from pathgene.hdl.feasibility.layouts import CYCLES_BITS, count_layout, verdict_layout
+from pathgene.hdl.feasibility.result_queue import ResultQueue
+from pathgene.hdl.feasibility.walker_signature import step_layout
+from pathgene.hdl.primitives.arguments import check_integer
 
 
 __all__ = ["VERDICT_PLACES", "ResultCollector"]
@@ -52,8 +52,8 @@ class ResultCollector(wiring.Component):
     room, segment_room : Out(1)
     step : In(step_layout)
     drop : Out(1)
-        See :func:`hdl.feasibility.walker_signature.walker_signature`. ``drop`` follows ``step``
-        within the cycle.
+        See :func:`pathgene.hdl.feasibility.walker_signature.walker_signature`. ``drop`` follows
+        ``step`` within the cycle.
     hit, free : Out(1)
         First hit of a path, and end of a path without one: in the cycle of the step.
     verdicts : Out(stream.Signature(verdict_layout))

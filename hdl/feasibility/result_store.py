@@ -6,11 +6,11 @@ from amaranth import *
 from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.config import Config
-from hdl.layouts import record_layout, result_read_layout, struct
-from hdl.primitives.arguments import check_integer
-from hdl.primitives.delay_line import delay_line
-from hdl.protocol import Layout, check_reply, entry_record, hit_record, path_record
+from pathgene.hdl.config import Config
+from pathgene.hdl.layouts import record_layout, result_read_layout, struct
+from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.delay_line import delay_line
+from pathgene.hdl.protocol import Layout, check_reply, entry_record, hit_record, path_record
 
 
 __all__ = ["RecordLayouts", "ResultStore"]
@@ -23,11 +23,11 @@ class RecordLayouts:
     Attributes
     ----------
     totals : Layout
-        Sums over all paths: :func:`hdl.protocol.check_reply`.
+        Sums over all paths: :func:`pathgene.hdl.protocol.check_reply`.
     path, hit, entry : Layout
         Of each path, of its collision, and of each segment with colliding cells:
-        :func:`hdl.protocol.path_record`, ``hit_record`` and ``entry_record``. Their fields are
-        those of a verdict and of a count.
+        :func:`pathgene.hdl.protocol.path_record`, ``hit_record`` and ``entry_record``. Their fields
+        are those of a verdict and of a count.
     """
 
     totals: Layout
@@ -61,7 +61,7 @@ class ResultStore(wiring.Component):
     max_segments : int
         Segments of the longest path, 1 or more.
     verdict_layout, count_layout : data.StructLayout
-        See :mod:`hdl.feasibility.layouts`.
+        See :mod:`pathgene.hdl.feasibility.layouts`.
     record_layouts : RecordLayouts
 
     Members
@@ -80,8 +80,9 @@ class ResultStore(wiring.Component):
     reads : In(stream.Signature(result_read_layout))
         Paths to serve, of those held: the first, and their number, 1 or more.
     records : Out(stream.Signature(record_layout))
-        Their results in the format of :mod:`hdl.protocol.results`. The first byte is offered 3
-        cycles after a read is taken; then a byte a cycle, with 2 cycles before each entry and path.
+        Their results in the format of :mod:`pathgene.hdl.protocol.results`. The first byte is
+        offered 3 cycles after a read is taken; then a byte a cycle, with 2 cycles before each entry
+        and path.
 
     Raises
     ------

@@ -3,8 +3,8 @@
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.config import Config
-from hdl.layouts import cell_layout, point_layout
+from pathgene.hdl.config import Config
+from pathgene.hdl.layouts import cell_layout, point_layout
 
 
 __all__ = ["step_layout", "walker_signature"]
@@ -73,8 +73,8 @@ def walker_signature(config: Config) -> wiring.Signature:
         ignored. An address given for it in this cycle counts among ``reads``; from the next cycle
         on there is none.
     writes : In(stream.Signature(cell_layout))
-        Cells of the map, see :class:`hdl.feasibility.checker.Checker`. They come only while no path
-        is in flight.
+        Cells of the map, see :class:`pathgene.hdl.feasibility.checker.Checker`. They come only
+        while no path is in flight.
     lookup_valid : In(1)
     lookup_x, lookup_y : In(coordinate_bits)
         With ``lookup_valid``, cell to be looked up: while no path is in flight, and nothing is

@@ -4,10 +4,10 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.config import MutationKind
-from hdl.ga_core.chromosome import ReadIndex, pending_layout, source_layout
-from hdl.primitives.arguments import check_integer
-from hdl.primitives.multiplexer import one_hot_multiplex
+from pathgene.hdl.config import MutationKind
+from pathgene.hdl.ga_core.chromosome import ReadIndex, pending_layout, source_layout
+from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.multiplexer import one_hot_multiplex
 
 
 __all__ = ["ChildIndex"]
@@ -29,7 +29,7 @@ class ChildIndex(wiring.Component):
     Members
     -------
     advance, position, source
-        See :class:`hdl.ga_core.chromosome.ReadIndex`.
+        See :class:`pathgene.hdl.ga_core.chromosome.ReadIndex`.
     bred_head : In(range(max_waypoints // 2 + 1))
         With ``update``: waypoints in the head of the child.
     bred_length : In(range(max_waypoints + 1))

@@ -4,8 +4,8 @@ from amaranth import *
 from amaranth.lib import data, memory, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.primitives.arguments import check_integer
-from hdl.primitives.multiplexer import multiplex, one_hot_multiplex
+from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.multiplexer import multiplex, one_hot_multiplex
 
 
 __all__ = [

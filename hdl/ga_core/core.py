@@ -4,13 +4,13 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from hdl.config import CheckerBuild, Config
-from hdl.ga_core.layouts import limits_layout, mutation_layout
-from hdl.ga_core.mutation import Mutation
-from hdl.ga_core.population import Population
-from hdl.ga_core.selection import Selection
-from hdl.ga_core.slot_mapping import SlotMapping
-from hdl.layouts import (
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.ga_core.layouts import limits_layout, mutation_layout
+from pathgene.hdl.ga_core.mutation import Mutation
+from pathgene.hdl.ga_core.population import Population
+from pathgene.hdl.ga_core.selection import Selection
+from pathgene.hdl.ga_core.slot_mapping import SlotMapping
+from pathgene.hdl.layouts import (
     generation_signature,
     ranking_layout,
     read_layout,
@@ -18,15 +18,15 @@ from hdl.layouts import (
     waypoint_layout,
     write_layout,
 )
-from hdl.primitives.assign import assign_each
-from hdl.primitives.skid_buffer import SkidBuffer
+from pathgene.hdl.primitives.assign import assign_each
+from pathgene.hdl.primitives.skid_buffer import SkidBuffer
 
 
 __all__ = ["Core"]
 
 
 class Core(wiring.Component):
-    """Genetic core. With a control unit, it equals :class:`sim.model.core.Core` in every cycle.
+    """Genetic core. With a control unit, it equals ``Core`` in every cycle.
 
     A generation takes as many cycles as the longest path kept or bred has waypoints, plus 4: 20 for
     paths of 16 waypoints. With a map, new waypoints in the ground are rejected, at one lookup per
@@ -77,8 +77,9 @@ class Core(wiring.Component):
     patches : Out(waypoint_bits).array(patches)
         New waypoints of the perturbing, then of the inserting mutators; 0 if not applied.
     lookup_valid, lookup_x, lookup_y, lookup_altitude
-        Only with a map: see :class:`hdl.ga_core.terrain_aware_sampler.TerrainAwareSampler`. Used
-        only while a generation runs.
+        Only with a map: see
+        :class:`pathgene.hdl.ga_core.terrain_aware_sampler.TerrainAwareSampler`. Used only while a
+        generation runs.
 
     Raises
     ------

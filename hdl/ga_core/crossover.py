@@ -4,8 +4,8 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.ga_core.chromosome import half_signature
-from hdl.primitives.arguments import check_integer
+from pathgene.hdl.ga_core.chromosome import half_signature
+from pathgene.hdl.primitives.arguments import check_integer
 
 
 __all__ = ["Crossover", "parent_signature", "parents_of"]

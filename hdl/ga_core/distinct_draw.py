@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.primitives.multiplier import Multiplier
+from pathgene.hdl.primitives.multiplier import Multiplier
 
 
 __all__ = ["DistinctDraw"]
@@ -17,7 +17,7 @@ class DistinctDraw(wiring.Component):
     the number is ``d`` plus the count of earlier numbers at or below it. With ``c_j`` the earlier
     ones in order, that is the count of ``e_j = c_j - j`` that are at most ``d``. So a register file
     holds the ``e_j``, compares all with ``d`` at once, and shifts to insert it. Each draw gives a
-    number; none is rejected. Equals :class:`sim.model.selection.DistinctDraw`.
+    number; none is rejected. Equals :class:`pathgene.sim.model.selection.DistinctDraw`.
 
     One draw is accepted per cycle; its number is the last in ``numbers`` :attr:`LATENCY` cycles
     later. A reset does not reach this unit: its user clears it after one.

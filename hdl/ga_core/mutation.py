@@ -4,13 +4,13 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.config import CheckerBuild, Config, MutationKind
-from hdl.ga_core.layouts import limits_layout, mutation_layout, offset_layout
-from hdl.ga_core.mutation_plan import MutationPlan
-from hdl.ga_core.mutator import Mutator
-from hdl.ga_core.terrain_aware_sampler import TerrainAwareSampler
-from hdl.ga_core.waypoint_perturber import WaypointPerturber
-from hdl.protocol.random_words import RandomWordLayout
+from pathgene.hdl.config import CheckerBuild, Config, MutationKind
+from pathgene.hdl.ga_core.layouts import limits_layout, mutation_layout, offset_layout
+from pathgene.hdl.ga_core.mutation_plan import MutationPlan
+from pathgene.hdl.ga_core.mutator import Mutator
+from pathgene.hdl.ga_core.terrain_aware_sampler import TerrainAwareSampler
+from pathgene.hdl.ga_core.waypoint_perturber import WaypointPerturber
+from pathgene.hdl.protocol.random_words import RandomWordLayout
 
 
 __all__ = ["Mutation"]
@@ -90,9 +90,9 @@ class Mutation(wiring.Component):
     run : In(1)
         High from the cycle before the first of the crossover to the one before ``done``.
     settled, peeks, peek, peek_position
-        See :class:`hdl.ga_core.population.Population`.
+        See :class:`pathgene.hdl.ga_core.population.Population`.
     offset, offset_taken, avoid, lookup_valid, lookup_x, lookup_y, lookup_altitude
-        See :class:`hdl.ga_core.terrain_aware_sampler.TerrainAwareSampler`.
+        See :class:`pathgene.hdl.ga_core.terrain_aware_sampler.TerrainAwareSampler`.
     redrawn : Out(range(patches * candidates))
         Candidates that replaced one in the ground.
     left_out : Out(range(patches + 1))

@@ -5,9 +5,9 @@ from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import ceil_log2
 
-from hdl.primitives.arguments import check_integer
-from hdl.primitives.multiplexer import multiplex, one_hot_multiplex
-from hdl.protocol.random_words import RandomWordLayout
+from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.multiplexer import multiplex, one_hot_multiplex
+from pathgene.hdl.protocol.random_words import RandomWordLayout
 
 
 __all__ = ["MutationPlan", "plan_layout"]

@@ -4,10 +4,10 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.config import MutationKind
-from hdl.ga_core.layouts import mutation_layout
-from hdl.ga_core.mutation_plan import plan_layout
-from hdl.primitives.arguments import check_integer
+from pathgene.hdl.config import MutationKind
+from pathgene.hdl.ga_core.layouts import mutation_layout
+from pathgene.hdl.ga_core.mutation_plan import plan_layout
+from pathgene.hdl.primitives.arguments import check_integer
 
 
 __all__ = ["Mutator"]

@@ -4,8 +4,8 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.layouts import read_layout, waypoint_layout
-from hdl.primitives.arguments import check_integer
+from pathgene.hdl.layouts import read_layout, waypoint_layout
+from pathgene.hdl.primitives.arguments import check_integer
 
 
 __all__ = ["PathReader"]

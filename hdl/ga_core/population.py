@@ -4,22 +4,22 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from hdl.config import CheckerBuild, Config
-from hdl.ga_core.child_index import ChildIndex
-from hdl.ga_core.chromosome import Chromosome, ReadIndex
-from hdl.ga_core.crossover import Crossover, parents_of
-from hdl.ga_core.layouts import mutation_layout
-from hdl.ga_core.path_copier import PathCopier
-from hdl.ga_core.path_reader import PathReader
-from hdl.ga_core.position_counter import PositionCounter
-from hdl.ga_core.read_crossbar import ReadCrossbar
-from hdl.ga_core.read_pointer import ReadPointer
-from hdl.ga_core.slot_mapping import carrier_layout
-from hdl.ga_core.write_decoder import WriteDecoder
-from hdl.layouts import read_layout, waypoint_layout, write_layout
-from hdl.primitives.assign import assign_each
-from hdl.primitives.fanout import fanout
-from hdl.primitives.multiplexer import one_hot_multiplex
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.ga_core.child_index import ChildIndex
+from pathgene.hdl.ga_core.chromosome import Chromosome, ReadIndex
+from pathgene.hdl.ga_core.crossover import Crossover, parents_of
+from pathgene.hdl.ga_core.layouts import mutation_layout
+from pathgene.hdl.ga_core.path_copier import PathCopier
+from pathgene.hdl.ga_core.path_reader import PathReader
+from pathgene.hdl.ga_core.position_counter import PositionCounter
+from pathgene.hdl.ga_core.read_crossbar import ReadCrossbar
+from pathgene.hdl.ga_core.read_pointer import ReadPointer
+from pathgene.hdl.ga_core.slot_mapping import carrier_layout
+from pathgene.hdl.ga_core.write_decoder import WriteDecoder
+from pathgene.hdl.layouts import read_layout, waypoint_layout, write_layout
+from pathgene.hdl.primitives.assign import assign_each
+from pathgene.hdl.primitives.fanout import fanout
+from pathgene.hdl.primitives.multiplexer import one_hot_multiplex
 
 
 __all__ = ["Population"]
@@ -77,16 +77,16 @@ class Population(wiring.Component):
         Waypoints for the present population.
     reads : In(stream.Signature(read_layout))
     read_waypoints : Out(stream.Signature(waypoint_layout))
-        See :class:`hdl.ga_core.path_reader.PathReader`. A waypoint is offered 5 cycles after a read
-        is accepted.
+        See :class:`pathgene.hdl.ga_core.path_reader.PathReader`. A waypoint is offered 5 cycles
+        after a read is accepted.
     peeks : In(1)
         Only with a map: ``peek`` may come. No read is accepted while it is high, nor for 3 cycles
         after the last peek.
     peek : In(1)
         Only while ``peeks``: pass the waypoints at ``peek_position``, which are in ``waypoints``
-        :data:`hdl.ga_core.read_pointer.PEEK_LATENCY` cycles later. May rise only while ``settled``,
-        and stays high for all positions; the population is ``settled`` again 6 cycles after the
-        last.
+        :data:`pathgene.hdl.ga_core.read_pointer.PEEK_LATENCY` cycles later. May rise only while
+        ``settled``, and stays high for all positions; the population is ``settled`` again 6 cycles
+        after the last.
     peek_position : In(index_bits)
 
     Raises

@@ -5,7 +5,7 @@ from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import ceil_log2
 
-from hdl.protocol.random_words import LANES, SEED_BITS, WARM_UP_STEPS, WORD_BITS
+from pathgene.hdl.protocol.random_words import LANES, SEED_BITS, WARM_UP_STEPS, WORD_BITS
 
 
 __all__ = ["RandomSource", "Trivium"]
@@ -18,7 +18,8 @@ class Trivium(wiring.Component):
     is one XOR of five or six bits for any number of bits per step.
 
     Source: De Canniere and Preneel, *Trivium specifications*, 2005. Equals
-    :class:`sim.model.random_source.Trivium` except for the warm-up, which is left to the user.
+    :class:`pathgene.sim.model.random_source.Trivium` except for the warm-up, which is left to the
+    user.
 
     Parameters
     ----------
@@ -95,7 +96,7 @@ class RandomSource(wiring.Component):
     The update of the state is invertible and no loaded state is 0, so the source never gets stuck.
     A reset does not reach the state: its wires would span the chip.
 
-    Equals :class:`sim.model.random_source.RandomSource`.
+    Equals :class:`pathgene.sim.model.random_source.RandomSource`.
 
     Members
     -------

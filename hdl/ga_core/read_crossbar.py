@@ -4,8 +4,8 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.primitives.arguments import check_integer
-from hdl.primitives.multiplexer import one_hot_multiplex_tree
+from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.multiplexer import one_hot_multiplex_tree
 
 
 __all__ = ["ReadCrossbar"]

@@ -4,8 +4,8 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.primitives.arguments import check_integer
-from hdl.primitives.fanout import fanout
+from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.fanout import fanout
 
 
 __all__ = ["PEEK_LATENCY", "ReadPointer"]
@@ -44,7 +44,7 @@ class ReadPointer(wiring.Component):
     passes : In(1)
         The ports take waypoints in the next cycle for another reason.
     peek, peek_position : In(1), In(range(max_waypoints))
-        Only with ``peeks``: see :class:`hdl.ga_core.population.Population`.
+        Only with ``peeks``: see :class:`pathgene.hdl.ga_core.population.Population`.
     ahead : Out(range(max_waypoints))
     advance : Out(1).array(parts)
         All slots read. All are equal.

@@ -4,11 +4,11 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.config import CheckerBuild, SurvivorSelection
-from hdl.ga_core.distinct_draw import DistinctDraw
-from hdl.ga_core.layouts import offset_layout
-from hdl.ga_core.random_source import RandomSource
-from hdl.protocol.random_words import SEED_BITS, RandomWordLayout
+from pathgene.hdl.config import CheckerBuild, SurvivorSelection
+from pathgene.hdl.ga_core.distinct_draw import DistinctDraw
+from pathgene.hdl.ga_core.layouts import offset_layout
+from pathgene.hdl.ga_core.random_source import RandomSource
+from pathgene.hdl.protocol.random_words import SEED_BITS, RandomWordLayout
 
 
 __all__ = ["Selection"]
@@ -17,7 +17,7 @@ __all__ = ["Selection"]
 class Selection(wiring.Component):
     """Draws everything random about a generation.
 
-    The draws of a set are those of :class:`sim.model.selection.Selection`: crossover ranks
+    The draws of a set are those of :class:`pathgene.sim.model.selection.Selection`: crossover ranks
     independent, P(r) = (2 (N - r) - 1) / N**2; survivors and children different. The random source
     advances ``config.draw_steps`` steps per set and never otherwise, so the set of generation ``g``
     is a function of the seed and ``g``.

@@ -5,9 +5,9 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import ceil_log2
 
-from hdl.layouts import ranking_layout
-from hdl.primitives.arguments import check_integer
-from hdl.primitives.multiplexer import one_hot_multiplex
+from pathgene.hdl.layouts import ranking_layout
+from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.multiplexer import one_hot_multiplex
 
 
 __all__ = ["SlotMapping", "carrier_layout"]

@@ -4,11 +4,11 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.ga_core.mutation_plan import plan_layout
-from hdl.ga_core.read_pointer import PEEK_LATENCY
-from hdl.ga_core.waypoint_perturber import within
-from hdl.primitives.arguments import check_integer
-from hdl.primitives.multiplexer import multiplex, one_hot_multiplex
+from pathgene.hdl.ga_core.mutation_plan import plan_layout
+from pathgene.hdl.ga_core.read_pointer import PEEK_LATENCY
+from pathgene.hdl.ga_core.waypoint_perturber import within
+from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.multiplexer import multiplex, one_hot_multiplex
 
 
 __all__ = ["TerrainAwareSampler"]
@@ -40,7 +40,7 @@ class TerrainAwareSampler(wiring.Component):
     max_waypoints : int
         Waypoints of the longest path, 3 or more.
     limits_layout, offset_layout : StructLayout
-        With ``x``, ``y`` and ``altitude``: see :mod:`hdl.ga_core.layouts`.
+        With ``x``, ``y`` and ``altitude``: see :mod:`pathgene.hdl.ga_core.layouts`.
     lookup_latency : int
         Cycles from a cell to its altitude, 1 or more.
 
@@ -57,7 +57,8 @@ class TerrainAwareSampler(wiring.Component):
     peeks, peek : Out(1)
     peek_position : Out(range(max_waypoints))
     waypoints : In(waypoint_bits).array(crossovers)
-        See :class:`hdl.ga_core.population.Population`, of which these are the ports of parents.
+        See :class:`pathgene.hdl.ga_core.population.Population`, of which these are the ports of
+        parents.
     fetched : Out(1)
         Pulse: a generation may start.
     run : In(1)

@@ -4,9 +4,9 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.ga_core.mutation_plan import plan_layout
-from hdl.primitives.arguments import check_integer
-from hdl.primitives.multiplexer import multiplex
+from pathgene.hdl.ga_core.mutation_plan import plan_layout
+from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.multiplexer import multiplex
 
 
 __all__ = ["WaypointPerturber", "within"]
@@ -39,7 +39,7 @@ class WaypointPerturber(wiring.Component):
     max_waypoints : int
         Waypoints of the longest path, 3 or more.
     limits_layout, offset_layout : StructLayout
-        With ``x``, ``y`` and ``altitude``: see :mod:`hdl.ga_core.layouts`.
+        With ``x``, ``y`` and ``altitude``: see :mod:`pathgene.hdl.ga_core.layouts`.
 
     Members
     -------

@@ -5,10 +5,10 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import ceil_log2
 
-from hdl.ga_core.chromosome import place_shape
-from hdl.layouts import write_layout
-from hdl.primitives.arguments import check_integer
-from hdl.primitives.fanout import fanout
+from pathgene.hdl.ga_core.chromosome import place_shape
+from pathgene.hdl.layouts import write_layout
+from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.fanout import fanout
 
 
 __all__ = ["WriteDecoder"]

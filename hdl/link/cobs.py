@@ -4,8 +4,8 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.primitives.commit_ring import CommitRing
-from hdl.protocol import DELIMITER
+from pathgene.hdl.primitives.commit_ring import CommitRing
+from pathgene.hdl.protocol import DELIMITER
 
 
 __all__ = ["CobsDecoder", "CobsEncoder"]

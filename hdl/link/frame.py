@@ -1,4 +1,4 @@
-"""Frames of :mod:`hdl.protocol`: from the bytes of the line to checked bodies, and back."""
+"""Frames of ``protocol``: from the bytes of the line to checked bodies, and back."""
 
 import zlib
 
@@ -7,10 +7,10 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.crc.catalog import CRC32_ISO_HDLC
 from amaranth.lib.wiring import In, Out
 
-from hdl.link.cobs import CobsDecoder, CobsEncoder
-from hdl.primitives.arguments import check_power_of_two
-from hdl.primitives.commit_ring import CommitRing
-from hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, frame_crc
+from pathgene.hdl.link.cobs import CobsDecoder, CobsEncoder
+from pathgene.hdl.primitives.arguments import check_power_of_two
+from pathgene.hdl.primitives.commit_ring import CommitRing
+from pathgene.hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, frame_crc
 
 
 __all__ = ["FrameReceiver", "FrameTransmitter", "body_layout"]

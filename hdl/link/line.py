@@ -4,12 +4,12 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from hdl.link.frame import FrameReceiver, FrameTransmitter, body_layout
-from hdl.link.uart import UartReceiver, UartTransmitter
-from hdl.primitives.arguments import check_integer, check_power_of_two
-from hdl.primitives.skid_buffer import SkidBuffer
-from hdl.primitives.stream_register import StreamRegister
-from hdl.protocol import COUNTER_BITS
+from pathgene.hdl.link.frame import FrameReceiver, FrameTransmitter, body_layout
+from pathgene.hdl.link.uart import UartReceiver, UartTransmitter
+from pathgene.hdl.primitives.arguments import check_integer, check_power_of_two
+from pathgene.hdl.primitives.skid_buffer import SkidBuffer
+from pathgene.hdl.primitives.stream_register import StreamRegister
+from pathgene.hdl.protocol import COUNTER_BITS
 
 
 __all__ = ["Line"]
@@ -30,11 +30,12 @@ class Line(wiring.Component):
     rx, tx : In(1), Out(1)
         The pins; ``rx`` is asynchronous.
     requests : Out(stream)
-        Bodies of the host: :class:`hdl.link.frame.FrameReceiver`.
+        Bodies of the host: :class:`pathgene.hdl.link.frame.FrameReceiver`.
     replies : In(stream)
-        Bodies for the host: :class:`hdl.link.frame.FrameTransmitter`.
+        Bodies for the host: :class:`pathgene.hdl.link.frame.FrameTransmitter`.
     errors : Out(4)
-        Pulses, in the order of :class:`hdl.protocol.StickyError`: FRAMING, OVERRUN, CRC, MALFORMED.
+        Pulses, in the order of :class:`pathgene.hdl.protocol.StickyError`: FRAMING, OVERRUN, CRC,
+        MALFORMED.
     busy : Out(1)
         A frame has begun and not ended.
     sending : Out(1)

@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.cdc import FFSynchronizer
 from amaranth.lib.wiring import In, Out
 
-from hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.arguments import check_integer
 
 
 __all__ = ["Uart", "UartReceiver", "UartTransmitter"]

@@ -4,11 +4,11 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.layouts import record_layout
-from hdl.planner.population_layouts import member_layout, waypoint_layout
-from hdl.planner.population_memory import place_layout
-from hdl.primitives.arguments import check_integer
-from hdl.protocol.runs import RETURNED
+from pathgene.hdl.layouts import record_layout
+from pathgene.hdl.planner.population_layouts import member_layout, waypoint_layout
+from pathgene.hdl.planner.population_memory import place_layout
+from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.protocol.runs import RETURNED
 
 
 __all__ = ["BestReader"]
@@ -19,10 +19,10 @@ _KEY_BYTES = 4
 class BestReader(wiring.Component):
     """Sends paths of different keys as bytes, the best first.
 
-    The bytes are those of :func:`hdl.protocol.runs.pack_best`: of each path its key, then its
-    waypoints. Members are read by their ranks, so that those of one key follow each other; of these
-    the first is sent. Bytes follow each other in consecutive cycles, but for a cycle before each
-    key and 3 before each waypoint, 5 for each member after the first that is read, and 2 more.
+    The bytes are those of :func:`pathgene.hdl.protocol.runs.pack_best`: of each path its key, then
+    its waypoints. Members are read by their ranks, so that those of one key follow each other; of
+    these the first is sent. Bytes follow each other in consecutive cycles, but for a cycle before
+    each key and 3 before each waypoint, 5 for each member after the first that is read, and 2 more.
 
     Parameters
     ----------

@@ -4,14 +4,14 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from hdl.ga_core.distinct_draw import DistinctDraw
-from hdl.planner.child_builder import ChildBuilder
-from hdl.planner.child_planner import ChildPlanner
-from hdl.planner.memory_queue import MemoryQueue
-from hdl.planner.parent_draw import ParentDraw
-from hdl.planner.population_layouts import path_layout, slot_count
-from hdl.protocol.planner_breeding import SURVIVOR_BITS
-from hdl.protocol.random_words import LANES, WORD_BITS
+from pathgene.hdl.ga_core.distinct_draw import DistinctDraw
+from pathgene.hdl.planner.child_builder import ChildBuilder
+from pathgene.hdl.planner.child_planner import ChildPlanner
+from pathgene.hdl.planner.memory_queue import MemoryQueue
+from pathgene.hdl.planner.parent_draw import ParentDraw
+from pathgene.hdl.planner.population_layouts import path_layout, slot_count
+from pathgene.hdl.protocol.planner_breeding import SURVIVOR_BITS
+from pathgene.hdl.protocol.random_words import LANES, WORD_BITS
 
 
 __all__ = ["Breeder"]
@@ -24,8 +24,8 @@ class Breeder(wiring.Component):
     in order. The plan of child j, from 0 on, waits for the builder from 13 + 8 j cycles after
     ``begin`` on, and of n children all are planned after 8 n + 5 cycles, when ``planning`` falls.
     Plans of two generations fit into the queue. Children are built in their order, as slots,
-    children and points are taken: see :class:`hdl.planner.child_builder.ChildBuilder`. Equals
-    :func:`sim.model.planner.definition.breeder.breed`.
+    children and points are taken: see :class:`pathgene.hdl.planner.child_builder.ChildBuilder`.
+    Equals :func:`pathgene.sim.model.planner.definition.breeder.breed`.
 
     Parameters
     ----------

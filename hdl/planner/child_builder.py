@@ -4,14 +4,14 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.feasibility.result_queue import ResultQueue
-from hdl.ga_core.waypoint_perturber import within
-from hdl.layouts import point_layout
-from hdl.planner.child_planner import plan_layout
-from hdl.planner.population_layouts import corner_layout, waypoint_layout
-from hdl.planner.population_memory import place_layout, write_layout
-from hdl.primitives.arguments import check_integer
-from hdl.primitives.delay_line import delay_line
+from pathgene.hdl.feasibility.result_queue import ResultQueue
+from pathgene.hdl.ga_core.waypoint_perturber import within
+from pathgene.hdl.layouts import point_layout
+from pathgene.hdl.planner.child_planner import plan_layout
+from pathgene.hdl.planner.population_layouts import corner_layout, waypoint_layout
+from pathgene.hdl.planner.population_memory import place_layout, write_layout
+from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.delay_line import delay_line
 
 
 __all__ = ["ChildBuilder"]
@@ -35,7 +35,7 @@ class ChildBuilder(wiring.Component):
     A moved waypoint stays within ``limits``; its margin is 0. So is that of an inserted one, which
     is moved from the middle between its neighbours, and of a settled one. The others keep theirs.
     Equals the waypoints of ``cross`` and ``mutate`` of
-    :mod:`sim.model.planner.definition.breeder`.
+    :mod:`pathgene.sim.model.planner.definition.breeder`.
 
     Parameters
     ----------

@@ -4,12 +4,12 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.config import Config
-from hdl.planner.parent_draw import draw_layout
-from hdl.planner.population_layouts import path_layout
-from hdl.primitives.arguments import check_integer
-from hdl.primitives.multiplier import Multiplier
-from hdl.protocol.planner_breeding import (
+from pathgene.hdl.config import Config
+from pathgene.hdl.planner.parent_draw import draw_layout
+from pathgene.hdl.planner.population_layouts import path_layout
+from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.multiplier import Multiplier
+from pathgene.hdl.protocol.planner_breeding import (
     CUT,
     DELETE,
     INSERT,
@@ -71,7 +71,7 @@ class ChildPlanner(wiring.Component):
     A parent is read in the first cycle of a draw, the other one in the second, and the plan is
     offered 8 cycles after the first. The next draw begins in the cycle in which the plan is taken,
     so plans follow each other every 8 cycles. Equals ``cross`` and ``mutate`` of
-    :mod:`sim.model.planner.definition.breeder`, waypoints apart.
+    :mod:`pathgene.sim.model.planner.definition.breeder`, waypoints apart.
 
     Parameters
     ----------

@@ -4,9 +4,9 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.planner.population_layouts import member_layout
-from hdl.planner.ranking import Ranking
-from hdl.primitives.arguments import check_integer, check_power_of_two
+from pathgene.hdl.planner.population_layouts import member_layout
+from pathgene.hdl.planner.ranking import Ranking
+from pathgene.hdl.primitives.arguments import check_integer, check_power_of_two
 
 
 __all__ = ["Collector"]

@@ -4,23 +4,23 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from hdl.config import Config
-from hdl.ga_core.random_source import RandomSource
-from hdl.layouts import cell_layout, record_layout, struct
-from hdl.planner.best_reader import BestReader
-from hdl.planner.evaluator.path_evaluator import PathEvaluator
-from hdl.planner.evolver import Evolver
-from hdl.planner.first_paths import FirstPaths
-from hdl.planner.layouts import problem_layout, shape_layout
-from hdl.planner.nearest_corner import NearestCorner
-from hdl.planner.population_layouts import corner_layout
-from hdl.planner.run_control import RunControl
-from hdl.planner.run_status import RunStatus, run_status_layout
-from hdl.planner.shape_drawer import ShapeDrawer
-from hdl.planner.wavefront.seed_source import SeedSource
-from hdl.primitives.fanout import fanout
-from hdl.protocol.planner import MEMO_ROWS
-from hdl.protocol.runs import ISLANDS, run_request
+from pathgene.hdl.config import Config
+from pathgene.hdl.ga_core.random_source import RandomSource
+from pathgene.hdl.layouts import cell_layout, record_layout, struct
+from pathgene.hdl.planner.best_reader import BestReader
+from pathgene.hdl.planner.evaluator.path_evaluator import PathEvaluator
+from pathgene.hdl.planner.evolver import Evolver
+from pathgene.hdl.planner.first_paths import FirstPaths
+from pathgene.hdl.planner.layouts import problem_layout, shape_layout
+from pathgene.hdl.planner.nearest_corner import NearestCorner
+from pathgene.hdl.planner.population_layouts import corner_layout
+from pathgene.hdl.planner.run_control import RunControl
+from pathgene.hdl.planner.run_status import RunStatus, run_status_layout
+from pathgene.hdl.planner.shape_drawer import ShapeDrawer
+from pathgene.hdl.planner.wavefront.seed_source import SeedSource
+from pathgene.hdl.primitives.fanout import fanout
+from pathgene.hdl.protocol.planner import MEMO_ROWS
+from pathgene.hdl.protocol.runs import ISLANDS, run_request
 
 
 __all__ = ["PlannerCore"]
@@ -33,7 +33,7 @@ class PlannerCore(wiring.Component):
 
     Cells, shapes, problems and runs are taken while no run goes on. A problem voids the paths of
     the run before; a warm run goes on from them nevertheless. Equals
-    :func:`sim.model.planner.definition.run.plan`, cycles included.
+    :func:`pathgene.sim.model.planner.definition.run.plan`, cycles included.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ class PlannerCore(wiring.Component):
     best : In(1)
         Pulse: send the best paths. Only with ``has_best``, and not while ``running``.
     records : Out(stream.Signature(record_layout))
-        See :class:`hdl.planner.best_reader.BestReader`.
+        See :class:`pathgene.hdl.planner.best_reader.BestReader`.
     """
 
     def __init__(self, config: Config, memo_rows: int = MEMO_ROWS):

@@ -4,14 +4,14 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from hdl.planner.breeder import Breeder
-from hdl.planner.collector import Collector
-from hdl.planner.population_layouts import KEY_BITS, corner_layout, head_layout, slot_count
-from hdl.planner.population_memory import PopulationMemory, write_layout
-from hdl.planner.slot_pool import SlotPool
-from hdl.primitives.arguments import check_integer
-from hdl.protocol.planner import VALUE_BITS, PathClass
-from hdl.protocol.random_words import LANES, WORD_BITS
+from pathgene.hdl.planner.breeder import Breeder
+from pathgene.hdl.planner.collector import Collector
+from pathgene.hdl.planner.population_layouts import KEY_BITS, corner_layout, head_layout, slot_count
+from pathgene.hdl.planner.population_memory import PopulationMemory, write_layout
+from pathgene.hdl.planner.slot_pool import SlotPool
+from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
+from pathgene.hdl.protocol.random_words import LANES, WORD_BITS
 
 
 __all__ = ["Evolver"]
@@ -26,12 +26,14 @@ class Evolver(wiring.Component):
     evaluated, those of the next are planned, from the population as it is. Then the earlier one is
     collected: elites and survivors as drawn last stay, its children take the places of the others,
     and the slots of the others become free. ``finish`` collects a generation without planning
-    another one. Equals :meth:`sim.model.planner.definition.run.Run.evolve`, evaluation apart.
+    another one. Equals :meth:`pathgene.sim.model.planner.definition.run.Run.evolve`, evaluation
+    apart.
 
     Planning takes a constant number of cycles, whatever is drawn; passes over the ranks and sorting
-    take more, the more members are passed by others. :mod:`sim.model.planner.evolver_cycles` has
-    all cycles. It also says when the points of a child are there. The builder may be ahead of them
-    by 5 children; ``children`` should be taken that early.
+    take more, the more members are passed by others.
+    :mod:`pathgene.sim.model.planner.evolver_cycles` has all cycles. It also says when the points of
+    a child are there. The builder may be ahead of them by 5 children; ``children`` should be taken
+    that early.
 
     Slots are not bound to an island. So the best members of two islands become one population by
     their ranks alone; no waypoint moves. A slot that becomes free may still be that of a parent of

@@ -4,17 +4,17 @@ from amaranth import *
 from amaranth.lib import data, enum, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.feasibility.result_queue import ResultQueue
-from hdl.layouts import point_layout
-from hdl.planner.member_reader import MemberReader
-from hdl.planner.population_layouts import (
+from pathgene.hdl.feasibility.result_queue import ResultQueue
+from pathgene.hdl.layouts import point_layout
+from pathgene.hdl.planner.member_reader import MemberReader
+from pathgene.hdl.planner.population_layouts import (
     corner_layout,
     member_layout,
     waypoint_layout,
 )
-from hdl.planner.population_memory import place_layout, write_layout
-from hdl.planner.wavefront.layouts import found_layout
-from hdl.primitives.arguments import check_integer
+from pathgene.hdl.planner.population_memory import place_layout, write_layout
+from pathgene.hdl.planner.wavefront.layouts import found_layout
+from pathgene.hdl.primitives.arguments import check_integer
 
 
 __all__ = ["FirstPathKind", "FirstPaths"]
@@ -40,7 +40,7 @@ class FirstPaths(wiring.Component):
     start, the waypoints, each of which is written, and the goal. A path begins when the goal of the
     one before is taken. Its first point is offered a constant number of cycles later, plus one for
     each waypoint that a revived path loses; each other point in the cycle after the one before it
-    is taken. :mod:`sim.model.planner.first_paths_cycles` has the numbers.
+    is taken. :mod:`pathgene.sim.model.planner.first_paths_cycles` has the numbers.
 
     Parameters
     ----------

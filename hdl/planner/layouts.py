@@ -4,8 +4,8 @@ from amaranth.hdl import signed
 from amaranth.lib import data
 from amaranth.utils import exact_log2
 
-from hdl.config import Config
-from hdl.protocol.planner import BASE_BITS, BEND_BITS, EDGE_BITS, EDGES, problem_request
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol.planner import BASE_BITS, BEND_BITS, EDGE_BITS, EDGES, problem_request
 
 
 __all__ = ["problem_layout", "row_layout", "shape_layout"]
@@ -29,7 +29,7 @@ def row_layout(lanes: int, coordinate_bits: int) -> data.StructLayout:
 def shape_layout(coordinate_bits: int) -> data.StructLayout:
     """Return the layout of corners that become blocked: the request's, but edges with their signs.
 
-    See :func:`hdl.protocol.planner.no_fly_request`.
+    See :func:`pathgene.hdl.protocol.planner.no_fly_request`.
     """
     fields = dict.fromkeys(("first_x", "first_y", "last_x", "last_y"), coordinate_bits)
     fields |= {"bend_x": BEND_BITS, "bend_y": BEND_BITS}

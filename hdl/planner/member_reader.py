@@ -4,13 +4,13 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.config import Config
-from hdl.planner.population_layouts import corner_layout, waypoint_layout
-from hdl.planner.population_memory import place_layout
-from hdl.planner.wavefront.layouts import found_layout
-from hdl.primitives.arguments import check_integer
-from hdl.primitives.delay_line import delay_line
-from hdl.primitives.multiplier import Multiplier
+from pathgene.hdl.config import Config
+from pathgene.hdl.planner.population_layouts import corner_layout, waypoint_layout
+from pathgene.hdl.planner.population_memory import place_layout
+from pathgene.hdl.planner.wavefront.layouts import found_layout
+from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.delay_line import delay_line
+from pathgene.hdl.primitives.multiplier import Multiplier
 
 
 __all__ = ["MemberReader"]
@@ -27,7 +27,7 @@ class MemberReader(wiring.Component):
 
     With ``lifts``, a waypoint with a negative margin is raised by it, up to the limit of altitudes.
     Otherwise the first waypoints are dropped as far as they lie behind the start, but for the last
-    two of a path: what is left equals :func:`sim.model.planner.definition.warm.ahead`.
+    two of a path: what is left equals :func:`pathgene.sim.model.planner.definition.warm.ahead`.
 
     Parameters
     ----------

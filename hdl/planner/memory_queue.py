@@ -4,8 +4,8 @@ from amaranth import *
 from amaranth.lib import memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.primitives.arguments import check_integer
-from hdl.primitives.cells import cells_of
+from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.cells import cells_of
 
 
 __all__ = ["MemoryQueue"]

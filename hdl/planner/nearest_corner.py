@@ -4,9 +4,9 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.planner.population_layouts import corner_layout
-from hdl.primitives.arguments import check_integer
-from hdl.protocol.planner import ALTITUDE_FRACTION, POSITION_FRACTION
+from pathgene.hdl.planner.population_layouts import corner_layout
+from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.protocol.planner import ALTITUDE_FRACTION, POSITION_FRACTION
 
 
 __all__ = ["NearestCorner"]
@@ -16,7 +16,7 @@ class NearestCorner(wiring.Component):
     """Gives the corner nearest to a position, and the step at or below it.
 
     The corner is within the limits. It follows position and limits by a cycle. Equals
-    :func:`sim.model.planner.definition.score.corner_of`.
+    :func:`pathgene.sim.model.planner.definition.score.corner_of`.
 
     Parameters
     ----------

@@ -4,9 +4,9 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.primitives.arguments import check_integer
-from hdl.protocol.planner_breeding import PARENT_DRAWS, SURVIVOR_BITS
-from hdl.protocol.random_words import LANES, WORD_BITS
+from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.protocol.planner_breeding import PARENT_DRAWS, SURVIVOR_BITS
+from pathgene.hdl.protocol.random_words import LANES, WORD_BITS
 
 
 __all__ = ["ParentDraw", "draw_layout"]
@@ -25,7 +25,7 @@ class ParentDraw(wiring.Component):
 
     A parent is the best of :data:`PARENT_DRAWS` uniform draws of the selection word. A draw is
     offered 3 cycles after its words are taken; the next words are taken once it is accepted.
-    Equals the draws of :func:`sim.model.planner.definition.breeder.breed`.
+    Equals the draws of :func:`pathgene.sim.model.planner.definition.breeder.breed`.
 
     Parameters
     ----------

@@ -3,8 +3,8 @@
 from amaranth import signed
 from amaranth.lib import data
 
-from hdl.config import Config
-from hdl.protocol.planner import VALUE_BITS
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol.planner import VALUE_BITS
 
 
 __all__ = [

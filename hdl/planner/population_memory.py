@@ -4,8 +4,8 @@ from amaranth import *
 from amaranth.lib import data, memory, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.planner.population_layouts import waypoint_layout
-from hdl.primitives.arguments import check_integer
+from pathgene.hdl.planner.population_layouts import waypoint_layout
+from pathgene.hdl.primitives.arguments import check_integer
 
 
 __all__ = ["PopulationMemory", "decided_layout", "margin_layout", "place_layout", "write_layout"]

@@ -4,11 +4,11 @@ from amaranth import *
 from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.planner.population_layouts import KEY_BITS, member_layout, path_layout
-from hdl.planner.sorter import Sorter
-from hdl.primitives.arguments import check_integer, check_power_of_two
-from hdl.primitives.cells import cells_of
-from hdl.protocol.planner import VALUE_BITS, PathClass
+from pathgene.hdl.planner.population_layouts import KEY_BITS, member_layout, path_layout
+from pathgene.hdl.planner.sorter import Sorter
+from pathgene.hdl.primitives.arguments import check_integer, check_power_of_two
+from pathgene.hdl.primitives.cells import cells_of
+from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
 
 
 __all__ = ["Ranking"]
@@ -35,7 +35,7 @@ class Ranking(wiring.Component):
     -------
     members : In(stream.Signature(sorted_layout))
         ``member``, and ``late``: it is behind those of its key that are not. Not ready while
-        ``busy``, and after a member as in :class:`hdl.planner.sorter.Sorter`.
+        ``busy``, and after a member as in :class:`pathgene.hdl.planner.sorter.Sorter`.
     store : In(1)
         Pulse: move the population to the memory. In a cycle after its last member is taken, of
         ``population`` or more; the best of them are the population.

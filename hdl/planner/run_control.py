@@ -4,11 +4,11 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.config import Config
-from hdl.layouts import struct
-from hdl.planner.first_paths import FirstPathKind
-from hdl.planner.run_limits import RunLimits
-from hdl.protocol.runs import ISLANDS, SLOPE_BITS, run_request
+from pathgene.hdl.config import Config
+from pathgene.hdl.layouts import struct
+from pathgene.hdl.planner.first_paths import FirstPathKind
+from pathgene.hdl.planner.run_limits import RunLimits
+from pathgene.hdl.protocol.runs import ISLANDS, SLOPE_BITS, run_request
 
 
 __all__ = ["RunControl"]
@@ -26,8 +26,8 @@ class RunControl(wiring.Component):
 
     A generation begins the cycle after ``evolver_ready``, unless a limit was reached in the cycle
     of that, or the run had been stopped; then the last generation is finished instead. All other
-    numbers of cycles are in :mod:`sim.model.planner.run_control_cycles`. A run ends if the units
-    do: ``make formal PROOF=run_control``.
+    numbers of cycles are in :mod:`pathgene.sim.model.planner.run_control_cycles`. A run ends if the
+    units do: ``make formal PROOF=run_control``.
 
     Parameters
     ----------

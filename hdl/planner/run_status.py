@@ -4,9 +4,9 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.planner.population_layouts import KEY_BITS
-from hdl.protocol.codes import UNITS
-from hdl.protocol.planner import VALUE_BITS, PathClass
+from pathgene.hdl.planner.population_layouts import KEY_BITS
+from pathgene.hdl.protocol.codes import UNITS
+from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
 
 
 __all__ = ["RunStatus", "run_status_layout"]

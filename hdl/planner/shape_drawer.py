@@ -4,11 +4,11 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.layouts import cell_layout
-from hdl.planner.layouts import shape_layout
-from hdl.primitives.arguments import check_integer
-from hdl.primitives.fanout import fanout
-from hdl.protocol.planner import BEND_BITS, EDGE_BITS, EDGES
+from pathgene.hdl.layouts import cell_layout
+from pathgene.hdl.planner.layouts import shape_layout
+from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.fanout import fanout
+from pathgene.hdl.protocol.planner import BEND_BITS, EDGE_BITS, EDGES
 
 
 __all__ = ["ShapeDrawer"]
@@ -17,14 +17,16 @@ __all__ = ["ShapeDrawer"]
 class ShapeDrawer(wiring.Component):
     """Looks at each corner of a shape's box, one a cycle, and writes those in the shape.
 
-    The corners written are those of :func:`sim.model.planner.definition.no_fly.drawn`, by rows;
-    every other row is drawn backwards, so that the next corner is always a neighbour. The value of
-    an edge gains the edge's fall towards it, which for the first edge, as that bends, loses twice
-    the bend in each step. A corner is in the shape unless the value of an edge is negative.
+    The corners written are those of :func:`pathgene.sim.model.planner.definition.no_fly.drawn`, by
+    rows; every other row is drawn backwards, so that the next corner is always a neighbour. The
+    value of an edge gains the edge's fall towards it, which for the first edge, as that bends,
+    loses twice the bend in each step. A corner is in the shape unless the value of an edge is
+    negative.
 
     Of a box of n corners, corner k from 0 is written k + 2 cycles after its shape is offered. The
     shape is taken with the last of them, n + 1 cycles after it is offered, and the next one may be
-    offered in the cycle behind: see :attr:`hdl.protocol.planner.NoFlyShape.drawing_cycles`.
+    offered in the cycle behind: see
+    :attr:`pathgene.hdl.protocol.planner.NoFlyShape.drawing_cycles`.
 
     Parameters
     ----------

@@ -4,8 +4,8 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.planner.memory_queue import MemoryQueue
-from hdl.primitives.arguments import check_integer
+from pathgene.hdl.planner.memory_queue import MemoryQueue
+from pathgene.hdl.primitives.arguments import check_integer
 
 
 __all__ = ["SlotPool"]

@@ -4,8 +4,8 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.primitives.arguments import check_integer
-from hdl.primitives.cells import cells_of
+from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.cells import cells_of
 
 
 __all__ = ["AddSubtract"]
@@ -15,7 +15,8 @@ class AddSubtract(wiring.Component):
     """Sum or difference of two numbers modulo ``2**width``, without a register.
 
     One carry chain does both on a platform with a cell for it
-    (:meth:`hdl.primitives.cells.Cells.add_subtract`); synthesis alone makes two, and a choice.
+    (:meth:`pathgene.hdl.primitives.cells.Cells.add_subtract`); synthesis alone makes two, and a
+    choice.
 
     Parameters
     ----------

@@ -5,7 +5,7 @@ from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 from amaranth.utils import ceil_log2
 
-from hdl.primitives.cells import cells_of
+from pathgene.hdl.primitives.cells import cells_of
 
 
 __all__ = ["BlockMemory", "memory_members"]
@@ -35,8 +35,8 @@ class BlockMemory(wiring.Component):
 
     Rows are read in every cycle. Data read while a row is written are undefined, in all rows; rows
     never written hold anything. With a latency of 2, data come out of registers: those of the block
-    RAMs where the platform's cells have them (:meth:`hdl.primitives.cells.Cells.memory`), others
-    elsewhere.
+    RAMs where the platform's cells have them (:meth:`pathgene.hdl.primitives.cells.Cells.memory`),
+    others elsewhere.
 
     Parameters
     ----------

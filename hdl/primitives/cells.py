@@ -5,8 +5,8 @@ has an attribute ``cells``, a subclass of :class:`Cells`; the board files set it
 :func:`cells_of` and describes itself in registers and memories where the answer is None, so that a
 core never names a device.
 
-The copies of :func:`hdl.primitives.fanout.fanout` need no cell: their attribute ``keep`` is enough
-for a family's synthesis script to leave them apart.
+The copies of :func:`pathgene.hdl.primitives.fanout.fanout` need no cell: their attribute ``keep``
+is enough for a family's synthesis script to leave them apart.
 """
 
 from amaranth.lib import wiring
@@ -34,8 +34,8 @@ class Cells:
         Parameters
         ----------
         rows, width, ports, number
-            As of :class:`hdl.primitives.block_memory.BlockMemory`, of which the component has the
-            members.
+            As of :class:`pathgene.hdl.primitives.block_memory.BlockMemory`, of which the component
+            has the members.
         """
         return None
 
@@ -48,8 +48,8 @@ class Cells:
         ----------
         widths : (int, int)
             Of the factors. The component may take wider ones: it has the members ``first``,
-            ``second`` and ``product`` of :class:`hdl.primitives.multiplier.Multiplier` without a
-            shift.
+            ``second`` and ``product`` of :class:`pathgene.hdl.primitives.multiplier.Multiplier`
+            without a shift.
         signs : (bool, bool)
             The factors that have a sign.
         """
@@ -61,7 +61,7 @@ class Cells:
         Parameters
         ----------
         width : int
-            As of :class:`hdl.primitives.add_subtract.AddSubtract`.
+            As of :class:`pathgene.hdl.primitives.add_subtract.AddSubtract`.
         """
         return None
 

@@ -4,8 +4,8 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.primitives.add_subtract import AddSubtract
-from hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.add_subtract import AddSubtract
+from pathgene.hdl.primitives.arguments import check_integer
 
 
 __all__ = ["Divider"]

@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.primitives.cells import cells_of
+from pathgene.hdl.primitives.cells import cells_of
 
 
 __all__ = ["Multiplier"]
@@ -14,7 +14,8 @@ class Multiplier(wiring.Component):
     """Multiplies two numbers; ``product`` follows a cycle later.
 
     The register is that of the platform's multiplier cell where there is one for such factors
-    (:meth:`hdl.primitives.cells.Cells.multiplier`): no routing lies between product and register.
+    (:meth:`pathgene.hdl.primitives.cells.Cells.multiplier`): no routing lies between product and
+    register.
 
     Parameters
     ----------

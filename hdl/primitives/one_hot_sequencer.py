@@ -9,7 +9,7 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.arguments import check_integer
 
 
 __all__ = ["OneHotSequencer"]

@@ -27,7 +27,7 @@ one. A repeated GENERATE may ask for another :class:`LinkMode` than the first ti
 check for :data:`CheckFlag.BRIEF`, so a host can settle for a short answer where long ones are
 damaged. A command is executed exactly once and in order, whatever the line loses, damages, repeats
 or reorders. A host may have several commands unanswered as long as their bodies with CRCs fit in
-:attr:`hdl.config.Config.receive_buffer`; an answer confirms every command up to its own.
+:attr:`pathgene.hdl.config.Config.receive_buffer`; an answer confirms every command up to its own.
 
 The answer has the command's session and sequence, a :class:`Status` as code, and the payload of the
 reply; with a status other than ``OK`` there is no payload.
@@ -38,7 +38,7 @@ that marks the last waypoint of its path. A cell of the map takes ``altitude_bit
 each other without gaps.
 """
 
-from hdl.protocol.codec import (
+from pathgene.hdl.protocol.codec import (
     BODY_HEADER_BYTES,
     CRC_BYTES,
     DELIMITER,
@@ -46,7 +46,7 @@ from hdl.protocol.codec import (
     VERSION,
     frame_crc,
 )
-from hdl.protocol.codes import (
+from pathgene.hdl.protocol.codes import (
     COUNTER_BITS,
     CheckFlag,
     ChipState,
@@ -56,8 +56,8 @@ from hdl.protocol.codes import (
     Status,
     StickyError,
 )
-from hdl.protocol.layout import Layout
-from hdl.protocol.messages import (
+from pathgene.hdl.protocol.layout import Layout
+from pathgene.hdl.protocol.messages import (
     check_paths_request,
     check_reply,
     check_request,
@@ -78,8 +78,8 @@ from hdl.protocol.messages import (
     survivors_reply,
     write_request,
 )
-from hdl.protocol.paths import pack_cells, pack_paths, unpack_cells, unpack_paths
-from hdl.protocol.results import PathResult, pack_results, unpack_results
+from pathgene.hdl.protocol.paths import pack_cells, pack_paths, unpack_cells, unpack_paths
+from pathgene.hdl.protocol.results import PathResult, pack_results, unpack_results
 
 
 __all__ = [

@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from hdl.config import Config, MutationKind
-from hdl.protocol.messages import recipe_reply
+from pathgene.hdl.config import Config, MutationKind
+from pathgene.hdl.protocol.messages import recipe_reply
 
 
 __all__ = ["MutationRecord", "Recipe", "breed", "crossover", "keep", "may_mutate", "mutate"]

@@ -9,7 +9,7 @@ import zlib
 
 from cobs import cobs
 
-from hdl.protocol.codes import StickyError
+from pathgene.hdl.protocol.codes import StickyError
 
 
 __all__ = [

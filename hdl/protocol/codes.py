@@ -57,18 +57,19 @@ class Command(enum.IntEnum):
     CHECK_PATHS = 12
     #: Results of the latest check again: :func:`results_request`; the reply is the results.
     RESULTS = 13
-    #: A problem: :func:`hdl.protocol.planner.problem_request`. It voids the paths for BEST; the
-    #: population stays for a warm run. PROBLEM to BLOCK are unknown to a chip without the streaming
-    #: genetic core.
+    #: A problem: :func:`pathgene.hdl.protocol.planner.problem_request`. It voids the paths for
+    #: BEST; the population stays for a warm run. PROBLEM to BLOCK are unknown to a chip without the
+    #: streaming genetic core.
     PROBLEM = 14
-    #: A run on the problem: :func:`hdl.protocol.runs.run_request`. The answer comes when it begins.
+    #: A run on the problem: :func:`pathgene.hdl.protocol.runs.run_request`. The answer comes when
+    #: it begins.
     RUN = 15
     #: End the run with its present generation. Without a run, nothing happens.
     STOP = 16
-    #: Paths of the latest run, the best first: :func:`hdl.protocol.runs.pack_best`.
+    #: Paths of the latest run, the best first: :func:`pathgene.hdl.protocol.runs.pack_best`.
     BEST = 17
-    #: The corners of a shape become blocked: :func:`hdl.protocol.planner.no_fly_request`. The
-    #: answer comes when it is drawn.
+    #: The corners of a shape become blocked: :func:`pathgene.hdl.protocol.planner.no_fly_request`.
+    #: The answer comes when it is drawn.
     BLOCK = 18
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from hdl.config import CheckerBuild, Config, GeneticCore, SurvivorSelection
-from hdl.protocol.codec import VERSION
-from hdl.protocol.codes import COUNTER_BITS, UNITS, Counter, LinkMode
-from hdl.protocol.layout import Layout, numbered
-from hdl.protocol.random_words import SEED_BITS
+from pathgene.hdl.config import CheckerBuild, Config, GeneticCore, SurvivorSelection
+from pathgene.hdl.protocol.codec import VERSION
+from pathgene.hdl.protocol.codes import COUNTER_BITS, UNITS, Counter, LinkMode
+from pathgene.hdl.protocol.layout import Layout, numbered
+from pathgene.hdl.protocol.random_words import SEED_BITS
 
 
 __all__ = [
@@ -168,8 +168,8 @@ def status_reply(config: Config) -> Layout:
 
     A streaming chip has, instead of those, fields of the latest run: ``running``, 1 until it is
     over; its ``cycles``; the ``key`` of its best path so far, in the form of
-    :data:`hdl.protocol.planner.VALUE_BITS`; and cycles of its units. ``generation`` counts those of
-    the run. Fields are consistent in themselves, and final where ``running`` is 0.
+    :data:`pathgene.hdl.protocol.planner.VALUE_BITS`; and cycles of its units. ``generation`` counts
+    those of the run. Fields are consistent in themselves, and final where ``running`` is 0.
     """
     latest = (("crossover", 16), ("mutation", 16), ("update", 16))
     run = (("running", 8), ("cycles", 32), ("key", 32), *((unit, 32) for unit in UNITS))
@@ -203,7 +203,7 @@ def recipe_reply(config: Config) -> Layout:
 
     ``parent`` and ``survivor`` are slots before the update. Each mutator has a flag that says
     whether its mutation was applied, its child, and the index of the waypoint; a mutator that makes
-    a waypoint has the new waypoint, too. See :class:`hdl.protocol.breeding.Recipe`.
+    a waypoint has the new waypoint, too. See :class:`pathgene.hdl.protocol.breeding.Recipe`.
     """
     mutations: list[tuple[str, int]] = []
     for i in range(config.mutators):

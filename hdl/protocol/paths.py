@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from hdl.config import Config
+from pathgene.hdl.config import Config
 
 
 __all__ = ["pack_cells", "pack_paths", "unpack_cells", "unpack_paths"]

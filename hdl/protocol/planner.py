@@ -9,8 +9,8 @@ import dataclasses
 import enum
 from dataclasses import dataclass
 
-from hdl.config import Config
-from hdl.protocol.layout import Layout
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol.layout import Layout
 
 
 __all__ = [

@@ -1,7 +1,7 @@
 """Places of the random draws in the words of the random source, for gateware and model alike.
 
-A generation takes :attr:`hdl.config.Config.draw_steps` steps of the source; each step gives one
-selection word and one mutation word. Pure Python.
+A generation takes :attr:`pathgene.hdl.config.Config.draw_steps` steps of the source; each step
+gives one selection word and one mutation word. Pure Python.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-from hdl.config import Config
+from pathgene.hdl.config import Config
 
 
 __all__ = ["LANES", "SEED_BITS", "WARM_UP_STEPS", "WORD_BITS", "RandomWordLayout", "Slice"]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from hdl.config import Config
-from hdl.protocol.messages import entry_record, hit_record, path_record
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol.messages import entry_record, hit_record, path_record
 
 
 __all__ = ["PathResult", "pack_results", "unpack_results"]

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from hdl.config import Config
-from hdl.protocol.layout import Layout, numbered
-from hdl.protocol.paths import pack_paths, unpack_paths
-from hdl.protocol.planner import MEMO_ROWS, VALUE_BITS, PathClass
-from hdl.protocol.random_words import SEED_BITS
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol.layout import Layout, numbered
+from pathgene.hdl.protocol.paths import pack_paths, unpack_paths
+from pathgene.hdl.protocol.planner import MEMO_ROWS, VALUE_BITS, PathClass
+from pathgene.hdl.protocol.random_words import SEED_BITS
 
 
 __all__ = [

@@ -1,7 +1,8 @@
 """The problem of *cheng*: an autonomous underwater vehicle over one of two seabed landscapes.
 
-:func:`host.auv.plan.evolve` runs a planner on it; :class:`host.auv.field.AuvField` defines the
-fitness of its paths. Light to import, for the command line.
+:func:`pathgene.host.auv.plan.evolve` runs a planner on it;
+:class:`pathgene.host.auv.field.AuvField` defines the fitness of its paths. Light to import, for the
+command line.
 """
 
 __all__ = ["PLANNERS"]

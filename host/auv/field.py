@@ -7,13 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from host.auv.landscape import HALF_SIDE
-from host.auv.measures import Counts, Floats, least_angle, measure, seabed
-from host.errors import InputError
-from host.planners.routes.field import READINGS, Graph, Route, check_reading
-from host.planners.routes.fine_steps import fine_steps
-from host.planners.routes.programming import best_by_sum, best_by_whole, segments_of
-from host.planners.routes.spline import equal_steps, sample
+from pathgene.host.auv.landscape import HALF_SIDE
+from pathgene.host.auv.measures import Counts, Floats, least_angle, measure, seabed
+from pathgene.host.errors import InputError
+from pathgene.host.planners.routes.field import READINGS, Graph, Route, check_reading
+from pathgene.host.planners.routes.fine_steps import fine_steps
+from pathgene.host.planners.routes.programming import best_by_sum, best_by_whole, segments_of
+from pathgene.host.planners.routes.spline import equal_steps, sample
 
 
 __all__ = [

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from host.errors import InputError
+from pathgene.host.errors import InputError
 
 
 __all__ = ["HALF_SIDE", "LANDSCAPES", "height", "raw_height", "scale"]

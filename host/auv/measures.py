@@ -9,8 +9,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from host.auv.landscape import LANDSCAPES, scale
-from host.evaluation.jit import allocating, compiled
+from pathgene.host.auv.landscape import LANDSCAPES, scale
+from pathgene.host.evaluation.jit import allocating, compiled
 
 
 __all__ = ["least_angle", "measure", "seabed"]
@@ -28,7 +28,7 @@ def seabed(landscape: int) -> Seabed:
 
 @compiled
 def height(bed: Seabed, x: float, y: float) -> float:
-    """Equations (1) and (2); the same as :func:`host.auv.landscape.height`."""
+    """Equations (1) and (2); the same as :func:`pathgene.host.auv.landscape.height`."""
     number, sigma, a, b, c, d, e = bed
     u = 4.0 * math.pi * x
     v = 4.0 * math.pi * y

@@ -10,14 +10,14 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from host.auv.field import AuvField, control_polygon
-from host.auv.landscape import HALF_SIDE, height
-from host.auv.measures import Floats
-from host.auv.plan import REPORT_SAMPLES
-from host.files.output import replacing
-from host.planners.routes.field import Route
-from host.planners.routes.spline import sample
-from host.report.palette import BEST, GOAL, GROUND, LAND, PATH, START, TEXT, TROUBLE, halo
+from pathgene.host.auv.field import AuvField, control_polygon
+from pathgene.host.auv.landscape import HALF_SIDE, height
+from pathgene.host.auv.measures import Floats
+from pathgene.host.auv.plan import REPORT_SAMPLES
+from pathgene.host.files.output import replacing
+from pathgene.host.planners.routes.field import Route
+from pathgene.host.planners.routes.spline import sample
+from pathgene.host.report.palette import BEST, GOAL, GROUND, LAND, PATH, START, TEXT, TROUBLE, halo
 
 
 __all__ = ["write"]
@@ -35,7 +35,7 @@ def write(field: AuvField, route: Route, summary: dict[str, Any], file: Path) ->
     route : Route
         The route.
     summary : dict
-        Result of :func:`host.auv.plan.describe`, with ``planner`` and ``seed``.
+        Result of :func:`pathgene.host.auv.plan.describe`, with ``planner`` and ``seed``.
     file : Path
         File to write.
     """

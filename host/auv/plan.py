@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from host.auv import PLANNERS
-from host.auv.field import AuvField, Base, delta, whole_angle
-from host.errors import InputError
-from host.planners.routes.field import Route
-from host.planners.routes.point_sampler import KINDS, PointSampler
-from host.planners.routes.search import (
+from pathgene.host.auv import PLANNERS
+from pathgene.host.auv.field import AuvField, Base, delta, whole_angle
+from pathgene.host.errors import InputError
+from pathgene.host.planners.routes.field import Route
+from pathgene.host.planners.routes.point_sampler import KINDS, PointSampler
+from pathgene.host.planners.routes.search import (
     ADDED_POINTS,
     ConventionalSearch,
     DeterministicSearch,
@@ -48,7 +48,7 @@ def evolve(
     planner : str
         ``ga-dp`` or ``ga-auv``.
     draws : str
-        See :class:`host.planners.routes.point_sampler.PointSampler`.
+        See :class:`pathgene.host.planners.routes.point_sampler.PointSampler`.
     added : int
         Crossover points added per generation.
     seed : int

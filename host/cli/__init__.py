@@ -13,11 +13,11 @@ import warnings
 from collections.abc import Sequence
 from typing import TextIO
 
-from host import interrupts
-from host.cli.lines import print_line
-from host.cli.parser import build_parser
-from host.cli.streams import OutputError, guarded
-from host.errors import InputError, JobError, PathgeneError
+from pathgene.host import interrupts
+from pathgene.host.cli.lines import print_line
+from pathgene.host.cli.parser import build_parser
+from pathgene.host.cli.streams import OutputError, guarded
+from pathgene.host.errors import InputError, JobError, PathgeneError
 
 
 __all__ = ["main"]
@@ -54,7 +54,9 @@ def _run(arguments: list[str], debug: bool) -> int:
         if parsed.command is None:
             raise InputError("No command is given; pathgene --help lists them.")
         module, _, function = parsed.command.partition(":")
-        status: int = getattr(importlib.import_module(f"host.cli.{module}"), function)(parsed)
+        status: int = getattr(importlib.import_module(f"pathgene.host.cli.{module}"), function)(
+            parsed
+        )
         sys.stdout.flush()
         return status
     except OutputError as error:

@@ -10,21 +10,21 @@ import time
 from pathlib import Path
 from typing import Any
 
-from host import interrupts
-from host.auv.field import PAPER_SAMPLES, AuvField
-from host.auv.plan import GENERATIONS, REPORT_SAMPLES, describe, evolve, terms
-from host.cli.compiling import note_compiling_routes
-from host.cli.ending import ending
-from host.cli.output import note, print_json, print_pairs
-from host.errors import InputError
-from host.files.output import json_bytes, prepare_directory, writing_into
-from host.files.replacement import replace_files
-from host.planners.base import Stop
-from host.planners.routes.field import READINGS, Route
-from host.planners.routes.point_sampler import KINDS
-from host.planners.routes.search import ADDED_POINTS
-from host.progress import Bar
-from host.report.summary import version
+from pathgene.host import interrupts
+from pathgene.host.auv.field import PAPER_SAMPLES, AuvField
+from pathgene.host.auv.plan import GENERATIONS, REPORT_SAMPLES, describe, evolve, terms
+from pathgene.host.cli.compiling import note_compiling_routes
+from pathgene.host.cli.ending import ending
+from pathgene.host.cli.output import note, print_json, print_pairs
+from pathgene.host.errors import InputError
+from pathgene.host.files.output import json_bytes, prepare_directory, writing_into
+from pathgene.host.files.replacement import replace_files
+from pathgene.host.planners.base import Stop
+from pathgene.host.planners.routes.field import READINGS, Route
+from pathgene.host.planners.routes.point_sampler import KINDS
+from pathgene.host.planners.routes.search import ADDED_POINTS
+from pathgene.host.progress import Bar
+from pathgene.host.report.summary import version
 
 
 __all__ = ["run"]
@@ -96,7 +96,7 @@ def _write(
     route: Route,
     summary: dict[str, Any],
 ) -> list[Path]:
-    from host.auv.picture import write
+    from pathgene.host.auv.picture import write
 
     written = [directory / "auv.json", directory / "auv.png"]
     with writing_into(directory):

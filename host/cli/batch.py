@@ -10,21 +10,21 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from host import interrupts
-from host.cli.compiling import note_compiling
-from host.cli.options import ignored_options
-from host.cli.output import note, print_json, print_pairs, print_table
-from host.cli.problem import file_values
-from host.cores import available_cores
-from host.device.boards import known_config
-from host.errors import InputError, JobError
-from host.files.output import prepare_directory, write_json, writing_into
-from host.mission.batch import Job, Outcome, execute, kept_summary, names_of, save
-from host.mission.build import planner_of
-from host.mission.legs import shortcoming
-from host.progress import Bar
-from host.report.summary import version
-from host.workers import LOCAL
+from pathgene.host import interrupts
+from pathgene.host.cli.compiling import note_compiling
+from pathgene.host.cli.options import ignored_options
+from pathgene.host.cli.output import note, print_json, print_pairs, print_table
+from pathgene.host.cli.problem import file_values
+from pathgene.host.cores import available_cores
+from pathgene.host.device.boards import known_config
+from pathgene.host.errors import InputError, JobError
+from pathgene.host.files.output import prepare_directory, write_json, writing_into
+from pathgene.host.mission.batch import Job, Outcome, execute, kept_summary, names_of, save
+from pathgene.host.mission.build import planner_of
+from pathgene.host.mission.legs import shortcoming
+from pathgene.host.progress import Bar
+from pathgene.host.report.summary import version
+from pathgene.host.workers import LOCAL
 
 
 __all__ = ["run"]

@@ -8,19 +8,19 @@ import sys
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from hdl.config import GeneticCore
-from host.cli.ending import ending
-from host.cli.output import note, print_table
-from host.cli.problem import source_of
-from host.device.boards import with_core
-from host.errors import InputError, PathgeneError
-from host.mission.mission import Mission
-from host.mission.planning import plan_mission
-from host.planners import OPTIONS, PLANNERS
-from host.planners.base import Stop
-from host.planners.options import DEFAULT_BOARD
-from host.planning import Plan, Search
-from host.progress import Progress
+from pathgene.hdl.config import GeneticCore
+from pathgene.host.cli.ending import ending
+from pathgene.host.cli.output import note, print_table
+from pathgene.host.cli.problem import source_of
+from pathgene.host.device.boards import with_core
+from pathgene.host.errors import InputError, PathgeneError
+from pathgene.host.mission.mission import Mission
+from pathgene.host.mission.planning import plan_mission
+from pathgene.host.planners import OPTIONS, PLANNERS
+from pathgene.host.planners.base import Stop
+from pathgene.host.planners.options import DEFAULT_BOARD
+from pathgene.host.planning import Plan, Search
+from pathgene.host.progress import Progress
 
 
 __all__ = ["plan_beside", "print_beside", "row_of", "searches_beside"]

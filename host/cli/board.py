@@ -6,12 +6,12 @@ import argparse
 import dataclasses
 import socket
 
-from host import interrupts
-from host.cli.listening import is_local
-from host.cli.output import note, print_json, print_pairs
-from host.device.boards import board_scheme, open_board
-from host.errors import InputError, JobError
-from host.numeric import whole
+from pathgene.host import interrupts
+from pathgene.host.cli.listening import is_local
+from pathgene.host.cli.output import note, print_json, print_pairs
+from pathgene.host.device.boards import board_scheme, open_board
+from pathgene.host.errors import InputError, JobError
+from pathgene.host.numeric import whole
 
 
 __all__ = ["info", "serve"]

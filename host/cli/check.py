@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from host.checking import check
-from host.cli.compiling import note_compiling
-from host.cli.output import print_json, print_pairs, term_pairs
-from host.cli.problem import (
+from pathgene.host.checking import check
+from pathgene.host.cli.compiling import note_compiling
+from pathgene.host.cli.output import print_json, print_pairs, term_pairs
+from pathgene.host.cli.problem import (
     complete_options,
     end_point,
     load_terrain,
@@ -19,18 +19,18 @@ from host.cli.problem import (
     placed,
     rule_arguments,
 )
-from host.errors import InputError, JobError
-from host.files.output import reading
-from host.inputs import opened
-from host.mission.build import aircraft_of, via_of
-from host.mission.keys import RULES
-from host.problem.aircraft import Aircraft
-from host.problem.ends import Point
-from host.problem.ends import end_point as end_point_of
-from host.problem.problem import Problem
-from host.problem.zones import Zone
-from host.report.geojson import read_path
-from host.report.read import (
+from pathgene.host.errors import InputError, JobError
+from pathgene.host.files.output import reading
+from pathgene.host.inputs import opened
+from pathgene.host.mission.build import aircraft_of, via_of
+from pathgene.host.mission.keys import RULES
+from pathgene.host.problem.aircraft import Aircraft
+from pathgene.host.problem.ends import Point
+from pathgene.host.problem.ends import end_point as end_point_of
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Zone
+from pathgene.host.report.geojson import read_path
+from pathgene.host.report.read import (
     find_summary,
     problem_of_path,
     summary_aircraft,
@@ -41,9 +41,9 @@ from host.report.read import (
     summary_wind_and_step,
     summary_zones,
 )
-from host.report.run_files import verify
-from host.report.tables import read_csv
-from host.terrain import Terrain
+from pathgene.host.report.run_files import verify
+from pathgene.host.report.tables import read_csv
+from pathgene.host.terrain import Terrain
 
 
 __all__ = ["run"]

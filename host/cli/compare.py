@@ -11,23 +11,23 @@ from collections.abc import Generator, Sequence
 from pathlib import Path
 from typing import Any
 
-from host import interrupts
-from host.cli.compiling import note_compiling
-from host.cli.options import own_options
-from host.cli.output import note, print_json, print_pairs, print_table
-from host.cli.problem import complete_options, make_problem, source_of
-from host.compare.digest import problem_digest
-from host.compare.entrants import SEARCH, Entrant, parse_entrants, planner_names
-from host.compare.report import Field, document
-from host.compare.runs import Outcome, Task, run_in_processes, run_on_cluster
-from host.compare.session import complete, kept
-from host.compare.store import RunStore
-from host.compare.write import write_report
-from host.cores import available_cores
-from host.errors import InputError, JobError
-from host.files.output import prepare_directory
-from host.problem.problem import Problem
-from host.workers import LOCAL
+from pathgene.host import interrupts
+from pathgene.host.cli.compiling import note_compiling
+from pathgene.host.cli.options import own_options
+from pathgene.host.cli.output import note, print_json, print_pairs, print_table
+from pathgene.host.cli.problem import complete_options, make_problem, source_of
+from pathgene.host.compare.digest import problem_digest
+from pathgene.host.compare.entrants import SEARCH, Entrant, parse_entrants, planner_names
+from pathgene.host.compare.report import Field, document
+from pathgene.host.compare.runs import Outcome, Task, run_in_processes, run_on_cluster
+from pathgene.host.compare.session import complete, kept
+from pathgene.host.compare.store import RunStore
+from pathgene.host.compare.write import write_report
+from pathgene.host.cores import available_cores
+from pathgene.host.errors import InputError, JobError
+from pathgene.host.files.output import prepare_directory
+from pathgene.host.problem.problem import Problem
+from pathgene.host.workers import LOCAL
 
 
 __all__ = ["run"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from host.cli.output import note
+from pathgene.host.cli.output import note
 
 
 __all__ = ["note_compiling", "note_compiling_routes"]
@@ -13,7 +13,7 @@ __all__ = ["note_compiling", "note_compiling_routes"]
 def note_compiling(*, as_paper: bool) -> None:
     """Say that the kernels of evaluation are compiled now, unless numba has kept them on disk."""
     # Loads numba, which bad input need not wait for.
-    from host.evaluation import kernels, verdict
+    from pathgene.host.evaluation import kernels, verdict
 
     # The outermost kernel of every evaluation.
     _note(kernels.path_terms if as_paper else verdict.strict_terms, "about a minute")
@@ -21,7 +21,7 @@ def note_compiling(*, as_paper: bool) -> None:
 
 def note_compiling_routes() -> None:
     """Say the same of the kernels of ``pathgene auv``."""
-    from host.auv import measures
+    from pathgene.host.auv import measures
 
     _note(measures.measure, "some ten seconds")
 

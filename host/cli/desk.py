@@ -10,11 +10,11 @@ import sys
 import threading
 from pathlib import Path
 
-from host import interrupts
-from host.cli.listening import is_local
-from host.cli.output import note, print_json
-from host.errors import InputError
-from host.files.output import prepare_directory
+from pathgene.host import interrupts
+from pathgene.host.cli.listening import is_local
+from pathgene.host.cli.output import note, print_json
+from pathgene.host.errors import InputError
+from pathgene.host.files.output import prepare_directory
 
 
 __all__ = ["run"]
@@ -24,10 +24,10 @@ def run(args: argparse.Namespace) -> int:
     """Serve the desk until a signal, such as Ctrl-C."""
     try:
         # Loads NiceGUI.
-        from host.web.desk.desk import Desk
-        from host.web.desk.server import serve
+        from pathgene.host.web.desk.desk import Desk
+        from pathgene.host.web.desk.server import serve
     except ModuleNotFoundError as error:
-        if error.name is None or error.name.partition(".")[0] == "host":
+        if error.name is None or error.name.partition(".")[0] == "pathgene":
             raise
         raise InputError(
             "The desk needs the extra pathgene[desk]: pip install 'pathgene[desk]'."

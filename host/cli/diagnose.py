@@ -6,17 +6,17 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from host.cli.compiling import note_compiling
-from host.cli.output import note, print_json, print_pairs
-from host.cli.problem import complete_options, make_mission
-from host.connection import connect
-from host.diagnosis import Reason
-from host.diagnosis.reason import listed
-from host.errors import JobError, NoPathError
-from host.evaluation import Evaluator
-from host.files.output import prepare_directory
-from host.report.diagnosis import Drawn, write_diagnosis
-from host.report.summary import version
+from pathgene.host.cli.compiling import note_compiling
+from pathgene.host.cli.output import note, print_json, print_pairs
+from pathgene.host.cli.problem import complete_options, make_mission
+from pathgene.host.connection import connect
+from pathgene.host.diagnosis import Reason
+from pathgene.host.diagnosis.reason import listed
+from pathgene.host.errors import JobError, NoPathError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.files.output import prepare_directory
+from pathgene.host.report.diagnosis import Drawn, write_diagnosis
+from pathgene.host.report.summary import version
 
 
 __all__ = ["run"]

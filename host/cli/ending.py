@@ -6,8 +6,8 @@ import contextlib
 import signal
 from collections.abc import Iterator
 
-from host import interrupts
-from host.planners.base import Stop
+from pathgene.host import interrupts
+from pathgene.host.planners.base import Stop
 
 
 __all__ = ["ending"]

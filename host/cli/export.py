@@ -5,13 +5,13 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from host.cli.last_door import check_path
-from host.cli.output import note, print_json, print_pairs
-from host.evaluation import Evaluator
-from host.files.output import prepare_directory
-from host.mission.files.export import export, parse_formats
-from host.report.read import read_run
-from host.web.page import page_of
+from pathgene.host.cli.last_door import check_path
+from pathgene.host.cli.output import note, print_json, print_pairs
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.files.output import prepare_directory
+from pathgene.host.mission.files.export import export, parse_formats
+from pathgene.host.report.read import read_run
+from pathgene.host.web.page import page_of
 
 
 __all__ = ["run"]

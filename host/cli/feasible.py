@@ -12,14 +12,14 @@ from typing import Any, TextIO
 import numpy as np
 from numpy.typing import NDArray
 
-from hdl.config import Config
-from host.cli.feasible_files import read_map, read_points
-from host.cli.output import print_json
-from host.device.boards import open_board
-from host.device.checker_boards import order_board, require_checker
-from host.device.path_checks import CheckReport
-from host.device.waypoints import pack_waypoints
-from host.errors import JobError
+from pathgene.hdl.config import Config
+from pathgene.host.cli.feasible_files import read_map, read_points
+from pathgene.host.cli.output import print_json
+from pathgene.host.device.boards import open_board
+from pathgene.host.device.checker_boards import order_board, require_checker
+from pathgene.host.device.path_checks import CheckReport
+from pathgene.host.device.waypoints import pack_waypoints
+from pathgene.host.errors import JobError
 
 
 __all__ = ["run"]

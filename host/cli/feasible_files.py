@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from hdl.config import Config
-from host.device.map_frames import padded_map
-from host.errors import InputError
-from host.files.output import reading
-from host.inputs import opened
-from host.report.tables import read_csv
-from host.terrain.untrusted import UNREADABLE, read_array
+from pathgene.hdl.config import Config
+from pathgene.host.device.map_frames import padded_map
+from pathgene.host.errors import InputError
+from pathgene.host.files.output import reading
+from pathgene.host.inputs import opened
+from pathgene.host.report.tables import read_csv
+from pathgene.host.terrain.untrusted import UNREADABLE, read_array
 
 
 __all__ = ["read_map", "read_points"]
@@ -22,7 +22,7 @@ __all__ = ["read_map", "read_points"]
 def read_map(file: Path, config: Config) -> NDArray[np.uint16]:
     """Return the heights of a ``.npy`` file on the whole map of a chip.
 
-    See :func:`host.device.map_frames.padded_map`.
+    See :func:`pathgene.host.device.map_frames.padded_map`.
 
     Raises
     ------

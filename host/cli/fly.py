@@ -9,22 +9,22 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
-from host import interrupts
-from host.cli.ending import ending
-from host.cli.output import note, print_json, print_pairs
-from host.errors import InputError, JobError
-from host.files.output import prepare_directory, writing_into
-from host.flight import fly as flight
-from host.flight.models import model_named
-from host.flight.report import FlightReport
-from host.planners.base import Stop
-from host.planners.default import named_or_default
-from host.replanning import fly as replanning
-from host.replanning.report import Replanned
-from host.replanning.scenario import Scenario, parse_popup, read_scenario
-from host.report.read import read_run
-from host.report.run_files import FLIGHT
-from host.terrain import Terrain
+from pathgene.host import interrupts
+from pathgene.host.cli.ending import ending
+from pathgene.host.cli.output import note, print_json, print_pairs
+from pathgene.host.errors import InputError, JobError
+from pathgene.host.files.output import prepare_directory, writing_into
+from pathgene.host.flight import fly as flight
+from pathgene.host.flight.models import model_named
+from pathgene.host.flight.report import FlightReport
+from pathgene.host.planners.base import Stop
+from pathgene.host.planners.default import named_or_default
+from pathgene.host.replanning import fly as replanning
+from pathgene.host.replanning.report import Replanned
+from pathgene.host.replanning.scenario import Scenario, parse_popup, read_scenario
+from pathgene.host.report.read import read_run
+from pathgene.host.report.run_files import FLIGHT
+from pathgene.host.terrain import Terrain
 
 
 __all__ = ["run"]

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from host.checking import path_fault
-from host.cli.compiling import note_compiling
-from host.errors import JobError
-from host.report.read import Run
+from pathgene.host.checking import path_fault
+from pathgene.host.cli.compiling import note_compiling
+from pathgene.host.errors import JobError
+from pathgene.host.report.read import Run
 
 
 __all__ = ["check_path"]

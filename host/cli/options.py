@@ -6,8 +6,8 @@ import argparse
 from collections.abc import Mapping
 from typing import Any
 
-from host.cli.output import note
-from host.planners import OPTIONS, PLANNERS
+from pathgene.host.cli.output import note
+from pathgene.host.planners import OPTIONS, PLANNERS
 
 
 __all__ = ["ignored_options", "own_options"]

@@ -6,8 +6,8 @@ import json
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from host.cli.lines import print_line
-from host.report.limit_units import unit_of
+from pathgene.host.cli.lines import print_line
+from pathgene.host.report.limit_units import unit_of
 
 
 __all__ = ["note", "print_json", "print_pairs", "print_table", "term_pairs"]

@@ -5,22 +5,22 @@ from __future__ import annotations
 import argparse
 from importlib import metadata
 
-from host.cli.arguments.auv import add_auv
-from host.cli.arguments.base import Parser, add_command
-from host.cli.arguments.batch import add_batch
-from host.cli.arguments.board import add_board
-from host.cli.arguments.check import add_check
-from host.cli.arguments.compare import add_compare
-from host.cli.arguments.desk import add_desk
-from host.cli.arguments.diagnose import add_diagnose
-from host.cli.arguments.export import add_export
-from host.cli.arguments.feasible import add_feasible
-from host.cli.arguments.fly import add_fly
-from host.cli.arguments.plan import add_plan
-from host.cli.arguments.problem_files import add_problem_files
-from host.cli.arguments.terrain import add_terrain
-from host.cli.arguments.upload import add_upload
-from host.cli.arguments.verilog import add_verilog
+from pathgene.host.cli.arguments.auv import add_auv
+from pathgene.host.cli.arguments.base import Parser, add_command
+from pathgene.host.cli.arguments.batch import add_batch
+from pathgene.host.cli.arguments.board import add_board
+from pathgene.host.cli.arguments.check import add_check
+from pathgene.host.cli.arguments.compare import add_compare
+from pathgene.host.cli.arguments.desk import add_desk
+from pathgene.host.cli.arguments.diagnose import add_diagnose
+from pathgene.host.cli.arguments.export import add_export
+from pathgene.host.cli.arguments.feasible import add_feasible
+from pathgene.host.cli.arguments.fly import add_fly
+from pathgene.host.cli.arguments.plan import add_plan
+from pathgene.host.cli.arguments.problem_files import add_problem_files
+from pathgene.host.cli.arguments.terrain import add_terrain
+from pathgene.host.cli.arguments.upload import add_upload
+from pathgene.host.cli.arguments.verilog import add_verilog
 
 
 __all__ = ["build_parser"]

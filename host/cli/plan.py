@@ -11,24 +11,24 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from host import interrupts
-from host.cli.beside import plan_beside, print_beside, row_of, searches_beside
-from host.cli.compiling import note_compiling
-from host.cli.ending import ending
-from host.cli.options import own_options
-from host.cli.output import note, print_json, print_pairs, term_pairs
-from host.cli.problem import complete_options, make_mission, save_options, source_of
-from host.errors import InputError, JobError
-from host.files.output import prepare_directory
-from host.mission.build import planner_of
-from host.mission.files.export import check_formats, exported, parse_formats
-from host.mission.legs import shortcoming
-from host.mission.planning import plan_mission
-from host.planners.base import Stop
-from host.planning import Plan, Search
-from host.progress import Progress
-from host.report.write import Written, write_report
-from host.web.page import page_of, require_library
+from pathgene.host import interrupts
+from pathgene.host.cli.beside import plan_beside, print_beside, row_of, searches_beside
+from pathgene.host.cli.compiling import note_compiling
+from pathgene.host.cli.ending import ending
+from pathgene.host.cli.options import own_options
+from pathgene.host.cli.output import note, print_json, print_pairs, term_pairs
+from pathgene.host.cli.problem import complete_options, make_mission, save_options, source_of
+from pathgene.host.errors import InputError, JobError
+from pathgene.host.files.output import prepare_directory
+from pathgene.host.mission.build import planner_of
+from pathgene.host.mission.files.export import check_formats, exported, parse_formats
+from pathgene.host.mission.legs import shortcoming
+from pathgene.host.mission.planning import plan_mission
+from pathgene.host.planners.base import Stop
+from pathgene.host.planning import Plan, Search
+from pathgene.host.progress import Progress
+from pathgene.host.report.write import Written, write_report
+from pathgene.host.web.page import page_of, require_library
 
 
 __all__ = ["run"]

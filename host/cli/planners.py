@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from host.cli.output import print_json, print_table
-from host.planners import OPTIONS, PLANNERS
+from pathgene.host.cli.output import print_json, print_table
+from pathgene.host.planners import OPTIONS, PLANNERS
 
 
 __all__ = ["run"]

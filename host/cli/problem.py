@@ -7,18 +7,25 @@ import os
 from pathlib import Path
 from typing import Any
 
-from host.compare.entrants import planner_names
-from host.errors import InputError
-from host.inputs import exists
-from host.mission.build import end_of, mission_of, placed_at, rules_of, terrain_of, zones_of
-from host.mission.keys import RULES, TOGETHER
-from host.mission.mission import Mission
-from host.mission.problem_file import read_problem, save_problem
-from host.planners import OPTIONS, PLANNERS
-from host.problem.ends import Point
-from host.problem.problem import Problem
-from host.problem.zones import Zone
-from host.terrain import Terrain
+from pathgene.host.compare.entrants import planner_names
+from pathgene.host.errors import InputError
+from pathgene.host.inputs import exists
+from pathgene.host.mission.build import (
+    end_of,
+    mission_of,
+    placed_at,
+    rules_of,
+    terrain_of,
+    zones_of,
+)
+from pathgene.host.mission.keys import RULES, TOGETHER
+from pathgene.host.mission.mission import Mission
+from pathgene.host.mission.problem_file import read_problem, save_problem
+from pathgene.host.planners import OPTIONS, PLANNERS
+from pathgene.host.problem.ends import Point
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Zone
+from pathgene.host.terrain import Terrain
 
 
 __all__ = [

@@ -6,14 +6,14 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from host.cli.output import print_json, print_pairs
-from host.device.boards import known_config
-from host.errors import InputError
-from host.files.output import output_file, prepare_file
-from host.files.special import is_special
-from host.mission.build import mission_of, search_of
-from host.mission.problem_file import read_problem, template
-from host.planners import DEFAULT
+from pathgene.host.cli.output import print_json, print_pairs
+from pathgene.host.device.boards import known_config
+from pathgene.host.errors import InputError
+from pathgene.host.files.output import output_file, prepare_file
+from pathgene.host.files.special import is_special
+from pathgene.host.mission.build import mission_of, search_of
+from pathgene.host.mission.problem_file import read_problem, template
+from pathgene.host.planners import DEFAULT
 
 
 __all__ = ["check", "new"]

@@ -10,8 +10,8 @@ import sys
 from collections.abc import Callable, Iterator
 from typing import Any, TextIO, cast
 
-from host.errors import PathgeneError
-from host.files.special import write_patiently
+from pathgene.host.errors import PathgeneError
+from pathgene.host.files.special import write_patiently
 
 
 __all__ = ["OutputError", "guarded"]

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from host.cli.output import print_json, print_pairs, print_table
-from host.cli.problem import load_terrain
-from host.errors import InputError
-from host.files.output import output_file, prepare_file
-from host.report.summary import finite
-from host.terrain import embedded, synthetic
-from host.terrain import info as describe
+from pathgene.host.cli.output import print_json, print_pairs, print_table
+from pathgene.host.cli.problem import load_terrain
+from pathgene.host.errors import InputError
+from pathgene.host.files.output import output_file, prepare_file
+from pathgene.host.report.summary import finite
+from pathgene.host.terrain import embedded, synthetic
+from pathgene.host.terrain import info as describe
 
 
 __all__ = ["info", "list_embedded", "synth"]

@@ -7,15 +7,15 @@ import math
 import time
 from pathlib import Path
 
-from host.cli.last_door import check_path
-from host.cli.output import note, print_json, print_pairs
-from host.errors import InputError, JobError
-from host.mission.files.fence import FenceCircle
-from host.mission.files.flight_plan import FlightPlan, flight_plan
-from host.mission.files.mavlink_link import NoReplyError, open_link
-from host.mission.files.plan_file import read_plan
-from host.mission.files.upload import AUTOPILOTS, upload
-from host.report.read import read_run
+from pathgene.host.cli.last_door import check_path
+from pathgene.host.cli.output import note, print_json, print_pairs
+from pathgene.host.errors import InputError, JobError
+from pathgene.host.mission.files.fence import FenceCircle
+from pathgene.host.mission.files.flight_plan import FlightPlan, flight_plan
+from pathgene.host.mission.files.mavlink_link import NoReplyError, open_link
+from pathgene.host.mission.files.plan_file import read_plan
+from pathgene.host.mission.files.upload import AUTOPILOTS, upload
+from pathgene.host.report.read import read_run
 
 
 __all__ = ["run"]

@@ -6,11 +6,11 @@ import argparse
 import dataclasses
 from pathlib import Path
 
-from hdl.config import Config
-from hdl.verilog import TOPS, export
-from host.cli.output import print_json, print_pairs
-from host.errors import InputError
-from host.files.output import output_file, prepare_file
+from pathgene.hdl.config import Config
+from pathgene.hdl.verilog import TOPS, export
+from pathgene.host.cli.output import print_json, print_pairs
+from pathgene.host.errors import InputError
+from pathgene.host.files.output import output_file, prepare_file
 
 
 __all__ = ["run"]

@@ -58,7 +58,7 @@ def band(runs: Sequence[Run], *, by_generation: bool, logarithmic: bool) -> Band
     Parameters
     ----------
     runs : sequence
-        As :func:`host.report.summary.describe_run` gives them.
+        As :func:`pathgene.host.report.summary.describe_run` gives them.
     by_generation : bool
         Over generations, else over evaluations.
     logarithmic : bool

@@ -6,7 +6,7 @@ import hashlib
 import json
 from typing import Any
 
-from host.problem.problem import Problem
+from pathgene.host.problem.problem import Problem
 
 
 __all__ = ["digest_of", "problem_digest"]

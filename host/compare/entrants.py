@@ -10,18 +10,18 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from host.compare.digest import digest_of
-from host.device.boards import known_config
-from host.errors import InputError
-from host.planners import OPTIONS, PLANNERS, make
-from host.planners.base import Options, Planner
-from host.report.summary import version
+from pathgene.host.compare.digest import digest_of
+from pathgene.host.device.boards import known_config
+from pathgene.host.errors import InputError
+from pathgene.host.planners import OPTIONS, PLANNERS, make
+from pathgene.host.planners.base import Options, Planner
+from pathgene.host.report.summary import version
 
 
 __all__ = ["SEARCH", "Entrant", "parse_entrants", "planner_names", "split_label"]
 
 #: Options that every planner has, by their name on the command line: the field of
-#: :class:`host.planners.base.Options`, and what turns a text into its value.
+#: :class:`pathgene.host.planners.base.Options`, and what turns a text into its value.
 SEARCH: Mapping[str, tuple[str, Callable[[str], Any]]] = {
     "generations": ("generations", int),
     "time_limit": ("time_limit_s", float),

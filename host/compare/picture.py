@@ -14,12 +14,12 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from host.compare.convergence import band, same_generations, work_of
-from host.compare.entrants import split_label
-from host.files.output import replacing
-from host.report.axes import finish
-from host.report.frame import titles
-from host.report.palette import DASHES, MEAN, SERIES, TEXT
+from pathgene.host.compare.convergence import band, same_generations, work_of
+from pathgene.host.compare.entrants import split_label
+from pathgene.host.files.output import replacing
+from pathgene.host.report.axes import finish
+from pathgene.host.report.frame import titles
+from pathgene.host.report.palette import DASHES, MEAN, SERIES, TEXT
 
 
 __all__ = ["draw", "write"]
@@ -45,7 +45,7 @@ _CAPTION = (
 
 
 def write(report: Mapping[str, Any], file: Path) -> None:
-    """Draw a report of :func:`host.compare.report.document` into the PNG ``file``."""
+    """Draw a report of :func:`pathgene.host.compare.report.document` into the PNG ``file``."""
     figure = draw(report)
     with replacing(file) as binary:
         figure.savefig(binary, format="png", dpi=150)

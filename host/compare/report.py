@@ -7,12 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from host.compare.entrants import Entrant
-from host.compare.runs import Outcome
-from host.compare.statistics import compare_two, describe
-from host.evaluation import Evaluator
-from host.problem.problem import Problem
-from host.report.summary import describe_problem, finite, version
+from pathgene.host.compare.entrants import Entrant
+from pathgene.host.compare.runs import Outcome
+from pathgene.host.compare.statistics import compare_two, describe
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.problem.problem import Problem
+from pathgene.host.report.summary import describe_problem, finite, version
 
 
 __all__ = ["Field", "document"]

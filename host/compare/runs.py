@@ -7,14 +7,14 @@ from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from host.compare.entrants import Entrant
-from host.errors import InputError, PathgeneError
-from host.evaluation import Evaluator
-from host.planners.base import Result
-from host.problem.problem import Problem
-from host.report.summary import describe_run, version
-from host.workers.cluster import on_cluster
-from host.workers.processes import in_processes
+from pathgene.host.compare.entrants import Entrant
+from pathgene.host.errors import InputError, PathgeneError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners.base import Result
+from pathgene.host.problem.problem import Problem
+from pathgene.host.report.summary import describe_run, version
+from pathgene.host.workers.cluster import on_cluster
+from pathgene.host.workers.processes import in_processes
 
 
 __all__ = ["Outcome", "Task", "execute", "run_in_processes", "run_on_cluster"]
@@ -51,7 +51,7 @@ class Outcome:
     task : Task
         The task.
     record : dict or None
-        :func:`host.report.summary.describe_run` of the run; None if it failed.
+        :func:`pathgene.host.report.summary.describe_run` of the run; None if it failed.
     failure : str or None
         Why it failed, in a sentence.
     bad_input : bool
@@ -65,14 +65,14 @@ class Outcome:
 
 
 def run_in_processes(problem: Problem, tasks: Sequence[Task], jobs: int) -> Generator[Outcome]:
-    """Do runs of one problem; see :func:`host.workers.processes.in_processes`."""
+    """Do runs of one problem; see :func:`pathgene.host.workers.processes.in_processes`."""
     return in_processes(tasks, jobs, execute, _evaluator, problem)
 
 
 def run_on_cluster(
     problem: Problem, tasks: Sequence[Task], address: str, jobs: int
 ) -> Generator[Outcome]:
-    """Do runs of one problem; see :func:`host.workers.cluster.on_cluster`."""
+    """Do runs of one problem; see :func:`pathgene.host.workers.cluster.on_cluster`."""
     return on_cluster(
         tasks,
         address,

@@ -7,12 +7,12 @@ import time
 from collections.abc import Callable, Generator, Sequence
 from typing import TextIO
 
-from host import interrupts
-from host.compare.entrants import Entrant
-from host.compare.report import Field
-from host.compare.runs import Outcome, Task
-from host.compare.store import RunStore
-from host.progress import Bar
+from pathgene.host import interrupts
+from pathgene.host.compare.entrants import Entrant
+from pathgene.host.compare.report import Field
+from pathgene.host.compare.runs import Outcome, Task
+from pathgene.host.compare.store import RunStore
+from pathgene.host.progress import Bar
 
 
 __all__ = ["Execute", "RunProgress", "complete", "kept"]
@@ -27,7 +27,7 @@ class RunProgress:
     Parameters
     ----------
     stream : TextIO
-        As for :class:`host.progress.Bar`.
+        As for :class:`pathgene.host.progress.Bar`.
     total, kept : int
         Number of all runs, and of those already stored.
     clock : callable

@@ -24,8 +24,8 @@ def describe(records: Sequence[dict[str, Any]]) -> dict[str, Any]:
     Parameters
     ----------
     records : sequence of dict
-        Runs as :func:`host.report.summary.describe_run` gives them. F of every run counts, feasible
-        or not; feasible means by the strict rule.
+        Runs as :func:`pathgene.host.report.summary.describe_run` gives them. F of every run counts,
+        feasible or not; feasible means by the strict rule.
 
     Returns
     -------

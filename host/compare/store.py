@@ -9,13 +9,13 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from host.compare.entrants import Entrant
-from host.errors import InputError
-from host.files.disk import current
-from host.files.special import is_special
-from host.inputs import parse_json
-from host.numeric import is_number
-from host.report.summary import version
+from pathgene.host.compare.entrants import Entrant
+from pathgene.host.errors import InputError
+from pathgene.host.files.disk import current
+from pathgene.host.files.special import is_special
+from pathgene.host.inputs import parse_json
+from pathgene.host.numeric import is_number
+from pathgene.host.report.summary import version
 
 
 __all__ = ["RunStore"]
@@ -36,7 +36,7 @@ class RunStore:
     directory : Path
         An existing folder for the file.
     problem : str
-        Result of :func:`host.compare.digest.problem_digest`.
+        Result of :func:`pathgene.host.compare.digest.problem_digest`.
 
     Raises
     ------

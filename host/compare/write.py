@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from host.files.output import json_bytes, writing_into
-from host.files.replacement import replace_files
+from pathgene.host.files.output import json_bytes, writing_into
+from pathgene.host.files.replacement import replace_files
 
 
 __all__ = ["write_report"]
@@ -35,7 +35,7 @@ def write_report(
     if not picture:
         return [numbers]
     try:
-        from host.compare.picture import write
+        from pathgene.host.compare.picture import write
 
         write(report, drawing)
     except Exception as error:

@@ -6,12 +6,12 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from urllib.parse import parse_qsl
 
-from hdl.config import Config, GeneticCore
-from host.device.chip import Chip
-from host.device.link import Link, LinkTimeoutError
-from host.device.schemes import BoardScheme, registered_scheme
-from host.device.serial_scheme import SerialScheme
-from host.errors import InputError
+from pathgene.hdl.config import Config, GeneticCore
+from pathgene.host.device.chip import Chip
+from pathgene.host.device.link import Link, LinkTimeoutError
+from pathgene.host.device.schemes import BoardScheme, registered_scheme
+from pathgene.host.device.serial_scheme import SerialScheme
+from pathgene.host.errors import InputError
 
 
 __all__ = ["board_scheme", "entered", "known_config", "open_board", "url_of", "with_core"]
@@ -39,11 +39,11 @@ def open_board(url: str) -> Chip:
     ----------
     url : str
         ``model:``; ``sim:`` or ``sim:?sim=icarus``; a serial device; any URL of pyserial; a URL of
-        any scheme that :mod:`host.device.schemes` finds. ``model:`` and ``sim:`` take any field of
-        :class:`hdl.config.Config` as an option, as in ``sim:?max_waypoints=20``; a serial port
-        takes ``?baud=``, which defaults to the configuration's divisor at its clock. Serial ports
-        and ``sim:`` take ``?patience=``, the seconds without an answer after which the board is
-        given up.
+        any scheme that :mod:`pathgene.host.device.schemes` finds. ``model:`` and ``sim:`` take any
+        field of :class:`pathgene.hdl.config.Config` as an option, as in ``sim:?max_waypoints=20``;
+        a serial port takes ``?baud=``, which defaults to the configuration's divisor at its clock.
+        Serial ports and ``sim:`` take ``?patience=``, the seconds without an answer after which the
+        board is given up.
 
     Raises
     ------

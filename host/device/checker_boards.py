@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from urllib.parse import parse_qsl, urlencode
 
-from hdl.config import CheckerBuild, Config
-from host.device.boards import board_scheme
-from host.device.checker_modes import MODES
-from host.errors import InputError
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.host.device.boards import board_scheme
+from pathgene.host.device.checker_modes import MODES
+from pathgene.host.errors import InputError
 
 
 __all__ = ["order_board", "require_checker"]
@@ -19,12 +19,12 @@ def order_board(url: str, mode: str | None) -> tuple[str, Config | None]:
     Parameters
     ----------
     url : str
-        As for :func:`host.device.boards.open_board`. Simulated boards, such as ``model:`` and
-        ``sim:``, are built for the mode unless their URL has ``checker`` and ``lanes``. Other
+        As for :func:`pathgene.host.device.boards.open_board`. Simulated boards, such as ``model:``
+        and ``sim:``, are built for the mode unless their URL has ``checker`` and ``lanes``. Other
         boards have the checker that they were built with.
     mode : str or None
-        One of :data:`host.device.checker_modes.MODES`. None selects the build that the URL names,
-        by default ``two-tier``.
+        One of :data:`pathgene.host.device.checker_modes.MODES`. None selects the build that the URL
+        names, by default ``two-tier``.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""A chip behind a link: the commands of :mod:`hdl.protocol` as methods."""
+"""A chip behind a link: the commands of :mod:`pathgene.hdl.protocol` as methods."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from hdl.config import CheckerBuild
-from hdl.protocol import (
+from pathgene.hdl.config import CheckerBuild
+from pathgene.hdl.protocol import (
     Command,
     Layout,
     LinkMode,
@@ -28,14 +28,14 @@ from hdl.protocol import (
     unpack_paths,
     write_request,
 )
-from hdl.protocol.breeding import Recipe, breed, keep
-from host.device.identity import built_config, request_info
-from host.device.link import Link
-from host.device.map_copy import MapCopy
-from host.device.orders import Orders
-from host.device.path_checks import CheckReport, check_points, check_slots
-from host.device.runs import Runs
-from host.errors import InputError
+from pathgene.hdl.protocol.breeding import Recipe, breed, keep
+from pathgene.host.device.identity import built_config, request_info
+from pathgene.host.device.link import Link
+from pathgene.host.device.map_copy import MapCopy
+from pathgene.host.device.orders import Orders
+from pathgene.host.device.path_checks import CheckReport, check_points, check_slots
+from pathgene.host.device.runs import Runs
+from pathgene.host.errors import InputError
 
 
 __all__ = ["CheckReport", "Chip", "LinkMode", "PathResult", "Step"]
@@ -378,11 +378,11 @@ class Chip:
             )
 
     def counters(self) -> dict[str, int]:
-        """Return every :class:`hdl.protocol.Counter` by name: cycles and bytes since reset."""
+        """Return every ``Counter`` by name: cycles and bytes since reset."""
         return self._ask(Command.COUNTERS, counters_reply(self.config))
 
     def status(self) -> dict[str, int]:
-        """Return the fields of :func:`hdl.protocol.status_reply`."""
+        """Return the fields of :func:`pathgene.hdl.protocol.status_reply`."""
         return self._ask(Command.STATUS, status_reply(self.config))
 
     def clear_errors(self) -> None:

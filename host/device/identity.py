@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from hdl.config import Config
-from hdl.protocol import VERSION, config_from_info, info_reply
-from host.device.link import Link
-from host.errors import InputError
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol import VERSION, config_from_info, info_reply
+from pathgene.host.device.link import Link
+from pathgene.host.errors import InputError
 
 
 __all__ = ["built_config", "request_info"]

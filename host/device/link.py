@@ -1,4 +1,4 @@
-"""Commands and answers of :mod:`hdl.protocol` over a line that may lose or damage bytes."""
+"""Commands and answers of ``protocol`` over a line that may lose or damage bytes."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ import time
 from collections.abc import Callable, Sequence
 from enum import IntEnum
 
-from hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, DELIMITER, Command, Status
-from hdl.protocol.codec import Frame, FrameError, FrameSplitter, decode_frame, encode_frame
-from host.device.traffic import Traffic
-from host.device.transport import Transport
-from host.device.window import Request, Window
-from host.errors import JobError
+from pathgene.hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, DELIMITER, Command, Status
+from pathgene.hdl.protocol.codec import Frame, FrameError, FrameSplitter, decode_frame, encode_frame
+from pathgene.host.device.traffic import Traffic
+from pathgene.host.device.transport import Transport
+from pathgene.host.device.window import Request, Window
+from pathgene.host.errors import JobError
 
 
 __all__ = ["Link", "LinkError", "LinkTimeoutError", "RefusedError"]
@@ -147,7 +147,7 @@ class Link:
         self._transport.close()
 
     def info(self) -> bytes:
-        """Return the packed :func:`hdl.protocol.info_reply` of the chip.
+        """Return the packed :func:`pathgene.hdl.protocol.info_reply` of the chip.
 
         This needs no session and does not change an open one.
 

@@ -7,11 +7,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from hdl.config import Config
-from hdl.protocol import Command
-from hdl.protocol.planner import NoFlyShape
-from host.device.map_frames import changed_parts, map_frames
-from host.device.orders import Orders
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol import Command
+from pathgene.hdl.protocol.planner import NoFlyShape
+from pathgene.host.device.map_frames import changed_parts, map_frames
+from pathgene.host.device.orders import Orders
 
 
 __all__ = ["MapCopy", "drawn_corners"]
@@ -60,12 +60,12 @@ class MapCopy:
         *,
         progress: Callable[[int, int], object] | None = None,
     ) -> None:
-        """Write a rectangle: see :meth:`host.device.chip.Chip.upload_map`."""
+        """Write a rectangle: see :meth:`pathgene.host.device.chip.Chip.upload_map`."""
         heights = np.asarray(heights)
         self._send(list(map_frames(self._config, heights, x, y)), heights, x, y, progress)
 
     def block(self, shape: NoFlyShape) -> None:
-        """Have the chip draw a shape: see :meth:`host.device.runs.Runs.block`."""
+        """Have the chip draw a shape: see :meth:`pathgene.host.device.runs.Runs.block`."""
         cells = slice(shape.first_y, shape.last_y + 1), slice(shape.first_x, shape.last_x + 1)
         blocked = np.where(
             drawn_corners(shape), self._config.blocked_altitude, self._heights[cells]
@@ -115,7 +115,7 @@ class MapCopy:
         *,
         progress: Callable[[int, int], object] | None = None,
     ) -> None:
-        """Write what has changed: see :meth:`host.device.chip.Chip.update_map`."""
+        """Write what has changed: see :meth:`pathgene.host.device.chip.Chip.update_map`."""
         heights = np.asarray(heights)
         if heights.shape != self._heights.shape:
             raise ValueError(

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from hdl.config import Config
-from hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, map_request
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, map_request
 
 
 __all__ = ["changed_parts", "map_frames", "padded_map"]
@@ -124,6 +124,6 @@ def _tile(config: Config) -> tuple[int, int]:
 
 
 def _packed(config: Config, cells: NDArray[np.integer]) -> bytes:
-    """Pack cells as :func:`hdl.protocol.pack_cells` does, all at once."""
+    """Pack cells as :func:`pathgene.hdl.protocol.pack_cells` does, all at once."""
     bits = cells.reshape(-1, 1).astype(np.uint32) >> np.arange(config.altitude_bits) & 1
     return np.packbits(bits.astype(np.uint8), bitorder="little").tobytes()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from types import TracebackType
 
-from host.device.link import Link
+from pathgene.host.device.link import Link
 
 
 __all__ = ["Orders"]
@@ -29,7 +29,7 @@ class Orders:
     Raises
     ------
     LinkError
-        From every method, as :meth:`host.device.link.Link.order` does. Commands given
+        From every method, as :meth:`pathgene.host.device.link.Link.order` does. Commands given
         :meth:`together` raise it when they are sent.
     """
 

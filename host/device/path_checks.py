@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from hdl.config import Config
-from hdl.protocol import (
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol import (
     CheckFlag,
     Command,
     PathResult,
@@ -17,7 +17,7 @@ from hdl.protocol import (
     results_request,
     unpack_results,
 )
-from host.device.link import Link
+from pathgene.host.device.link import Link
 
 
 __all__ = ["CheckReport", "check_points", "check_slots"]

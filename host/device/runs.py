@@ -5,14 +5,14 @@ from __future__ import annotations
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 
-from hdl.config import Config
-from hdl.protocol import Command, Status, status_reply
-from hdl.protocol.codes import UNITS
-from hdl.protocol.planner import VALUE_BITS, NoFlyShape, PathClass, ProblemRecord
-from hdl.protocol.runs import RunOptions, unpack_best
-from host.device.link import Link, LinkTimeoutError, RefusedError
-from host.device.map_copy import MapCopy
-from host.device.orders import Orders
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol import Command, Status, status_reply
+from pathgene.hdl.protocol.codes import UNITS
+from pathgene.hdl.protocol.planner import VALUE_BITS, NoFlyShape, PathClass, ProblemRecord
+from pathgene.hdl.protocol.runs import RunOptions, unpack_best
+from pathgene.host.device.link import Link, LinkTimeoutError, RefusedError
+from pathgene.host.device.map_copy import MapCopy
+from pathgene.host.device.orders import Orders
 
 
 __all__ = ["BestPaths", "RunStatus", "Runs"]
@@ -33,7 +33,7 @@ class RunStatus:
     key : int
         Key of the best path so far.
     breed, score, walk, sort, wavefront : int
-        Cycles of the chip's units, which overlap: see :class:`hdl.protocol.runs.Outcome`.
+        Cycles of the chip's units, which overlap: see :class:`pathgene.hdl.protocol.runs.Outcome`.
     """
 
     running: bool
@@ -73,7 +73,7 @@ class Runs:
 
     While a run goes on, only :meth:`status`, :meth:`stop`, :meth:`end` and :meth:`best_if_over` are
     answered; the chip refuses all other methods, and writes of the map, with
-    :attr:`hdl.protocol.Status.BUSY`.
+    :attr:`pathgene.hdl.protocol.Status.BUSY`.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ class Runs:
     def block(self, shape: NoFlyShape) -> None:
         """Block the corners in a shape; the chip draws it.
 
-        A later :meth:`host.device.chip.Chip.update_map` takes them as blocked.
+        A later :meth:`pathgene.host.device.chip.Chip.update_map` takes them as blocked.
 
         Raises
         ------

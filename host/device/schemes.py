@@ -23,10 +23,10 @@ from types import TracebackType
 from typing import Protocol, Self
 from urllib.parse import parse_qsl, urlencode
 
-from hdl.config import Config
-from host.device.transport import Transport
-from host.errors import InputError, JobError
-from host.numeric import parse, whole
+from pathgene.hdl.config import Config
+from pathgene.host.device.transport import Transport
+from pathgene.host.errors import InputError, JobError
+from pathgene.host.numeric import parse, whole
 
 
 __all__ = [

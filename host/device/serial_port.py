@@ -7,7 +7,7 @@ __all__ = ["SerialPort"]
 
 
 class SerialPort:
-    """A port of pyserial whose writes end: a :class:`host.device.transport.Transport`.
+    """A port of pyserial whose writes end: a :class:`pathgene.host.device.transport.Transport`.
 
     Parameters
     ----------

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from urllib.parse import parse_qsl, urlsplit
 
-from hdl.config import Config
-from hdl.protocol import LINE_BITS
-from host.device.schemes import (
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol import LINE_BITS
+from pathgene.host.device.schemes import (
     MAXIMUM_PATIENCE_S,
     PATIENCE_S,
     BoardScheme,
@@ -15,11 +15,11 @@ from host.device.schemes import (
     parse_patience,
     scheme_names,
 )
-from host.device.serial_port import SerialPort
-from host.device.socket_port import SocketPort
-from host.device.transport import Transport
-from host.errors import InputError
-from host.numeric import whole
+from pathgene.host.device.serial_port import SerialPort
+from pathgene.host.device.socket_port import SocketPort
+from pathgene.host.device.transport import Transport
+from pathgene.host.errors import InputError
+from pathgene.host.numeric import whole
 
 
 __all__ = ["SerialScheme"]

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import Self
 
-from host.device.link import LinkError
+from pathgene.host.device.link import LinkError
 
 
 __all__ = ["BUSY", "SocketPort"]

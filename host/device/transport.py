@@ -11,7 +11,7 @@ __all__ = ["Transport"]
 class Transport(Protocol):
     """A port of bytes with pyserial's interface: a real port, a simulated board or a model.
 
-    Its methods raise :class:`OSError`, as pyserial's do, or :class:`host.errors.JobError`.
+    Its methods raise :class:`OSError`, as pyserial's do, or :class:`pathgene.host.errors.JobError`.
 
     Attributes
     ----------

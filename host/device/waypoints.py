@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from hdl.config import Config
+from pathgene.hdl.config import Config
 
 
 __all__ = ["pack_waypoints", "unpack_waypoints"]

@@ -19,10 +19,10 @@ from scipy import ndimage
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 
-from host.problem.ends import Point
-from host.problem.rings import edges
-from host.problem.zones import Circle, Polygon, Zone
-from host.terrain import Terrain
+from pathgene.host.problem.ends import Point
+from pathgene.host.problem.rings import edges
+from pathgene.host.problem.zones import Circle, Polygon, Zone
+from pathgene.host.terrain import Terrain
 
 
 __all__ = ["Barrier", "Ring", "nearest_points", "zone_pieces"]

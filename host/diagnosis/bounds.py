@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from host.diagnosis.barriers import Barrier, zone_pieces
-from host.problem.problem import Problem
-from host.problem.zone_raster import blocked_cells
-from host.problem.zones import Polygon, Zone
+from pathgene.host.diagnosis.barriers import Barrier, zone_pieces
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zone_raster import blocked_cells
+from pathgene.host.problem.zones import Polygon, Zone
 
 
 __all__ = ["Bounds", "is_permanent", "zone_name"]

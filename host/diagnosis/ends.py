@@ -8,13 +8,13 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from host.diagnosis.barriers import nearest_points, zone_pieces
-from host.diagnosis.bounds import Bounds, is_permanent, zone_name
-from host.diagnosis.reason import Figure, Reason, rounded_down, rounded_up
-from host.problem.ends import Point
-from host.problem.problem import Problem
-from host.problem.surface import surface_below
-from host.problem.zones import Zone
+from pathgene.host.diagnosis.barriers import nearest_points, zone_pieces
+from pathgene.host.diagnosis.bounds import Bounds, is_permanent, zone_name
+from pathgene.host.diagnosis.reason import Figure, Reason, rounded_down, rounded_up
+from pathgene.host.problem.ends import Point
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.surface import surface_below
+from pathgene.host.problem.zones import Zone
 
 
 __all__ = ["end_reasons"]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from host.diagnosis.bounds import Bounds
-from host.diagnosis.reason import Figure, Reason, rounded_down, rounded_up
+from pathgene.host.diagnosis.bounds import Bounds
+from pathgene.host.diagnosis.reason import Figure, Reason, rounded_down, rounded_up
 
 
 __all__ = ["fuel_reasons", "least_fuel", "least_power", "power_reasons"]

@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from host.diagnosis.barriers import Barrier, Ring
-from host.diagnosis.bounds import Bounds, zone_name
-from host.diagnosis.ends import end_reasons
-from host.diagnosis.energy import fuel_reasons, power_reasons
-from host.diagnosis.reason import Figure, Reason, geographic, listed, rounded_up
-from host.diagnosis.slopes import slope_reasons
-from host.problem.limits import GRAVITY_M_S2
-from host.problem.problem import Problem
-from host.terrain import Terrain
+from pathgene.host.diagnosis.barriers import Barrier, Ring
+from pathgene.host.diagnosis.bounds import Bounds, zone_name
+from pathgene.host.diagnosis.ends import end_reasons
+from pathgene.host.diagnosis.energy import fuel_reasons, power_reasons
+from pathgene.host.diagnosis.reason import Figure, Reason, geographic, listed, rounded_up
+from pathgene.host.diagnosis.slopes import slope_reasons
+from pathgene.host.problem.limits import GRAVITY_M_S2
+from pathgene.host.problem.problem import Problem
+from pathgene.host.terrain import Terrain
 
 
 __all__ = ["diagnose"]

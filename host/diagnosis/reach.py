@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from host.evaluation.jit import allocating
+from pathgene.host.evaluation.jit import allocating
 
 
 __all__ = ["Reach", "has_room"]

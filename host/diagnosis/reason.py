@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from host.errors import PathgeneError
-from host.terrain import Terrain
+from pathgene.host.errors import PathgeneError
+from pathgene.host.terrain import Terrain
 
 
 __all__ = [

@@ -15,11 +15,11 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from host.diagnosis.bounds import Bounds
-from host.diagnosis.energy import least_power
-from host.diagnosis.reach import Reach, has_room
-from host.diagnosis.reason import Figure, Reason, rounded_up
-from host.problem.problem import Problem
+from pathgene.host.diagnosis.bounds import Bounds
+from pathgene.host.diagnosis.energy import least_power
+from pathgene.host.diagnosis.reach import Reach, has_room
+from pathgene.host.diagnosis.reason import Figure, Reason, rounded_up
+from pathgene.host.problem.problem import Problem
 
 
 __all__ = ["slope_reasons"]

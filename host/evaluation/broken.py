@@ -9,13 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from host.evaluation import laying as fields
-from host.evaluation.constants import Floats
-from host.evaluation.jit import compiled
-from host.evaluation.laid_track import LaidTrack
-from host.evaluation.laying import is_impossible
-from host.evaluation.packed_zones import PackedZones
-from host.evaluation.strict import (
+from pathgene.host.evaluation import laying as fields
+from pathgene.host.evaluation.constants import Floats
+from pathgene.host.evaluation.jit import compiled
+from pathgene.host.evaluation.laid_track import LaidTrack
+from pathgene.host.evaluation.laying import is_impossible
+from pathgene.host.evaluation.packed_zones import PackedZones
+from pathgene.host.evaluation.strict import (
     STACK_SHAPE,
     Part,
     Required,
@@ -25,8 +25,8 @@ from host.evaluation.strict import (
     is_off_map,
     track_point,
 )
-from host.evaluation.verdict import FUEL, THRUST
-from host.evaluation.zone_border import applies, holds, mark_border
+from pathgene.host.evaluation.verdict import FUEL, THRUST
+from pathgene.host.evaluation.zone_border import applies, holds, mark_border
 
 
 __all__ = [

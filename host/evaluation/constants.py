@@ -106,7 +106,7 @@ class Course(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Work space of the kernels, made by :func:`host.evaluation.kernels.scratch`, for one path.
+    """Work space of the kernels, made by ``scratch``, for one path.
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
 """Crossings of a piece with circles and lines, compiled, in closed form.
 
-A piece is a row of the pieces of :mod:`host.evaluation.pieces`: a horizontal straight or arc, or a
-vertical. Its places are named by the fraction t of its length, from 0 to 1. Every function takes
-``pieces`` and ``row`` and, where it finds crossings, appends their fractions between ``low`` and
-``high`` to ``marks`` from ``count`` on, and returns the new count: at most 2 a call.
+A piece is a row of the pieces of :mod:`pathgene.host.evaluation.pieces`: a horizontal straight or
+arc, or a vertical. Its places are named by the fraction t of its length, from 0 to 1. Every
+function takes ``pieces`` and ``row`` and, where it finds crossings, appends their fractions between
+``low`` and ``high`` to ``marks`` from ``count`` on, and returns the new count: at most 2 a call.
 
 Rounding moves a crossing by about 1e-9 m across the track. Where the piece touches a line or a
 circle without entering by more than that, its crossings may be missing.
@@ -11,9 +11,9 @@ circle without entering by more than that, its crossings may be missing.
 
 import math
 
-from host.evaluation.constants import Floats
-from host.evaluation.jit import compiled, inlined
-from host.evaluation.laying import ANGLE, RUN, SIDE, UX, UY, X_END, Y_END, X, Y
+from pathgene.host.evaluation.constants import Floats
+from pathgene.host.evaluation.jit import compiled, inlined
+from pathgene.host.evaluation.laying import ANGLE, RUN, SIDE, UX, UY, X_END, Y_END, X, Y
 
 
 __all__ = [

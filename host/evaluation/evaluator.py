@@ -10,20 +10,26 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from host.cores import available_cores
-from host.errors import InputError
-from host.evaluation.constants import COORDINATE_LIMIT_M, VOID_HEIGHT_M, Constants, Course, Floats
-from host.evaluation.fuel import level_range_m
-from host.evaluation.geometry import smooth
-from host.evaluation.problem_constants import constants_of
-from host.evaluation.terms import Evaluation
-from host.evaluation.track import SmoothedTrack, ground_below
-from host.problem.problem import Problem
+from pathgene.host.cores import available_cores
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation.constants import (
+    COORDINATE_LIMIT_M,
+    VOID_HEIGHT_M,
+    Constants,
+    Course,
+    Floats,
+)
+from pathgene.host.evaluation.fuel import level_range_m
+from pathgene.host.evaluation.geometry import smooth
+from pathgene.host.evaluation.problem_constants import constants_of
+from pathgene.host.evaluation.terms import Evaluation
+from pathgene.host.evaluation.track import SmoothedTrack, ground_below
+from pathgene.host.problem.problem import Problem
 
 
 if TYPE_CHECKING:
-    from host.evaluation.broken import Stretch
-    from host.evaluation.safety import StrictRule
+    from pathgene.host.evaluation.broken import Stretch
+    from pathgene.host.evaluation.safety import StrictRule
 
 __all__ = ["FINE", "Evaluator"]
 
@@ -79,13 +85,13 @@ class Evaluator:
         self.threads = threads
 
         # Numba, which compiles the kernels, is loaded with the first evaluator.
-        from host.evaluation import kernels
+        from pathgene.host.evaluation import kernels
 
         self._kernels = kernels
         self._bare = constants_of(problem, self.ds_m)
         self._strict: StrictRule | None = None
         if problem.rules is not None:
-            from host.evaluation.safety import StrictRule
+            from pathgene.host.evaluation.safety import StrictRule
 
             self._strict = StrictRule(problem, self._bare)
         self._pool: ThreadPoolExecutor | None = None

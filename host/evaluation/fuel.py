@@ -8,7 +8,7 @@ Riccati equation with constant coefficients on a piece of constant slope.
 import math
 from collections.abc import Iterable
 
-from host.problem.aircraft import Aircraft
+from pathgene.host.problem.aircraft import Aircraft
 
 
 __all__ = [

@@ -1,8 +1,9 @@
 """Smoothing of a path of waypoints to an exact list of straight and arc pieces.
 
-Plain Python, written from the definition; :mod:`host.evaluation.kernels` does the same in compiled
-code. Source: Roberge and Tarbouchi, section 3.1 (after Labonte); the pair rule that decides which
-arcs are possible and the altitude along an arc are settled in the evaluation page of the project.
+Plain Python, written from the definition; :mod:`pathgene.host.evaluation.kernels` does the same in
+compiled code. Source: Roberge and Tarbouchi, section 3.1 (after Labonte); the pair rule that
+decides which arcs are possible and the altitude along an arc are settled in the evaluation page of
+the project.
 """
 
 import math
@@ -13,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from host.evaluation.constants import COLLINEAR_RAD, TURN_AT_END_RAD
+from pathgene.host.evaluation.constants import COLLINEAR_RAD, TURN_AT_END_RAD
 
 
 __all__ = ["Arc", "Heading", "Piece", "Smoothed", "Straight", "smooth"]

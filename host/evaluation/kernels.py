@@ -1,7 +1,7 @@
 """The fitness of paths, compiled: the definition as small scalar functions.
 
-The functions sum what those of :mod:`host.evaluation.pieces` measure. Like them, they serve a CPU
-core and a CUDA thread alike.
+The functions sum what those of :mod:`pathgene.host.evaluation.pieces` measure. Like them, they
+serve a CPU core and a CUDA thread alike.
 
 Source: Roberge and Tarbouchi, sections 3.1 and 3.2, equations (1) to (3).
 """
@@ -11,9 +11,15 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from host.evaluation.constants import COORDINATE_LIMIT_M, Constants, Course, Floats, Scratch
-from host.evaluation.jit import compiled, inlined
-from host.evaluation.laying import (
+from pathgene.host.evaluation.constants import (
+    COORDINATE_LIMIT_M,
+    Constants,
+    Course,
+    Floats,
+    Scratch,
+)
+from pathgene.host.evaluation.jit import compiled, inlined
+from pathgene.host.evaluation.laying import (
     LENGTH,
     PIECE_FIELDS,
     STEEP,
@@ -22,7 +28,13 @@ from host.evaluation.laying import (
     lay_segment,
     lay_turn,
 )
-from host.evaluation.pieces import area_and_fuel, collided_m, judge_slope, prepare_burn, total_of
+from pathgene.host.evaluation.pieces import (
+    area_and_fuel,
+    collided_m,
+    judge_slope,
+    prepare_burn,
+    total_of,
+)
 
 
 __all__ = [

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from host.evaluation import laying as fields
-from host.evaluation.constants import Floats
-from host.evaluation.geometry import Arc, Piece
+from pathgene.host.evaluation import laying as fields
+from pathgene.host.evaluation.constants import Floats
+from pathgene.host.evaluation.geometry import Arc, Piece
 
 
 __all__ = ["lay_pieces"]

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from host.evaluation import laying as fields
-from host.evaluation.constants import TURN_AT_END_RAD, Constants, Floats
-from host.evaluation.strict import track_point
-from host.evaluation.verdict import FIGURES, FLOWN, FUEL, piece_figures
+from pathgene.host.evaluation import laying as fields
+from pathgene.host.evaluation.constants import TURN_AT_END_RAD, Constants, Floats
+from pathgene.host.evaluation.strict import track_point
+from pathgene.host.evaluation.verdict import FIGURES, FLOWN, FUEL, piece_figures
 
 
 __all__ = ["LaidTrack", "Place"]
@@ -28,7 +28,7 @@ class LaidTrack:
     points : int
         Waypoints.
     turns, pieces, times : ndarray
-        As :func:`host.evaluation.verdict.strict_terms` leaves them.
+        As :func:`pathgene.host.evaluation.verdict.strict_terms` leaves them.
 
     Attributes
     ----------

@@ -1,16 +1,22 @@
 """Turns and pieces of a path, compiled: their geometry.
 
-The order is: turns at the waypoints, pieces between them; :mod:`host.evaluation.pieces` measures
-the pieces. The arithmetic of points follows :mod:`host.evaluation.geometry`, with faster forms of
-roots and tangents: both see the same samples up to rounding.
+The order is: turns at the waypoints, pieces between them; :mod:`pathgene.host.evaluation.pieces`
+measures the pieces. The arithmetic of points follows :mod:`pathgene.host.evaluation.geometry`, with
+faster forms of roots and tangents: both see the same samples up to rounding.
 
 Source: Roberge and Tarbouchi, section 3.1.
 """
 
 import math
 
-from host.evaluation.constants import COLLINEAR_RAD, TURN_AT_END_RAD, Constants, Floats, Point
-from host.evaluation.jit import inlined
+from pathgene.host.evaluation.constants import (
+    COLLINEAR_RAD,
+    TURN_AT_END_RAD,
+    Constants,
+    Floats,
+    Point,
+)
+from pathgene.host.evaluation.jit import inlined
 
 
 __all__ = [

@@ -1,4 +1,4 @@
-"""No-fly zones as flat arrays, for the kernels of :mod:`host.evaluation.zones`."""
+"""No-fly zones as flat arrays, for the kernels of :mod:`pathgene.host.evaluation.zones`."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from host.evaluation.constants import Floats
-from host.problem.rings import EDGE_M, edges
-from host.problem.zones import Circle, Polygon, Zone
+from pathgene.host.evaluation.constants import Floats
+from pathgene.host.problem.rings import EDGE_M, edges
+from pathgene.host.problem.zones import Circle, Polygon, Zone
 
 
 __all__ = [

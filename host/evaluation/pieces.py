@@ -1,10 +1,11 @@
 """Pieces of a path, compiled: their slopes, fuel and samples.
 
 The functions take numbers, tuples, plain arrays and one
-:class:`~host.evaluation.constants.Constants`, allocate nothing and use no Python object, so the
-same source serves a CPU core and a CUDA thread. The order is: turns and pieces
-(:mod:`host.evaluation.laying`), cost of each piece, samples of :mod:`host.evaluation.sampling`.
-Each step is a loop over independent rows, which the threads of a GPU can share.
+:class:`~pathgene.host.evaluation.constants.Constants`, allocate nothing and use no Python object,
+so the same source serves a CPU core and a CUDA thread. The order is: turns and pieces
+(:mod:`pathgene.host.evaluation.laying`), cost of each piece, samples of
+:mod:`pathgene.host.evaluation.sampling`. Each step is a loop over independent rows, which the
+threads of a GPU can share.
 
 Source: Roberge and Tarbouchi, sections 3.1 and 3.2.
 """
@@ -13,10 +14,10 @@ import math
 
 import numpy as np
 
-from host.evaluation.constants import SLOPE_TOLERANCE_RAD, Constants, Course, Floats, Point
-from host.evaluation.fuel import SEA_LEVEL_DENSITY_KG_M3
-from host.evaluation.jit import inlined
-from host.evaluation.laying import (
+from pathgene.host.evaluation.constants import SLOPE_TOLERANCE_RAD, Constants, Course, Floats, Point
+from pathgene.host.evaluation.fuel import SEA_LEVEL_DENSITY_KG_M3
+from pathgene.host.evaluation.jit import inlined
+from pathgene.host.evaluation.laying import (
     AIR,
     ANGLE,
     LENGTH,
@@ -37,7 +38,7 @@ from host.evaluation.laying import (
     Y,
     Z,
 )
-from host.evaluation.sampling import (
+from pathgene.host.evaluation.sampling import (
     Bend,
     count_arc,
     count_straight,

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from host.evaluation.constants import SLOPE_TOLERANCE_RAD, Constants
-from host.evaluation.reference import Utopia, problem_utopia
-from host.problem.aircraft import Aircraft
-from host.problem.problem import Problem
+from pathgene.host.evaluation.constants import SLOPE_TOLERANCE_RAD, Constants
+from pathgene.host.evaluation.reference import Utopia, problem_utopia
+from pathgene.host.problem.aircraft import Aircraft
+from pathgene.host.problem.problem import Problem
 
 
 __all__ = ["constants_of"]

@@ -12,13 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from host.errors import InputError
-from host.evaluation.constants import SLOPE_TOLERANCE_RAD
-from host.evaluation.fuel import air_distance, fuel_burned, thrust_needed
-from host.evaluation.geometry import Piece, Straight, smooth
-from host.evaluation.track import SmoothedTrack
-from host.problem.aircraft import Aircraft
-from host.problem.problem import Problem
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation.constants import SLOPE_TOLERANCE_RAD
+from pathgene.host.evaluation.fuel import air_distance, fuel_burned, thrust_needed
+from pathgene.host.evaluation.geometry import Piece, Straight, smooth
+from pathgene.host.evaluation.track import SmoothedTrack
+from pathgene.host.problem.aircraft import Aircraft
+from pathgene.host.problem.problem import Problem
 
 
 __all__ = ["Terms", "Utopia", "evaluate", "problem_utopia", "too_steep", "utopia"]
@@ -30,7 +30,7 @@ _FUEL_WEIGHT = _ALTITUDE_WEIGHT = 0.5
 
 @dataclass(frozen=True)
 class Terms:
-    """Every term of one path; names, units and meanings of :class:`host.evaluation.Evaluation`."""
+    """Every term of one path; names, units and meanings of ``Evaluation``."""
 
     fitness: float
     penalty: float

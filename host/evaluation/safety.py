@@ -10,14 +10,14 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from host.evaluation import broken, verdict
-from host.evaluation.constants import VOID_HEIGHT_M, Constants, Floats
-from host.evaluation.laid_track import LaidTrack
-from host.evaluation.packed_zones import pack_zones
-from host.evaluation.strict import STACK_SHAPE, Required, Surface, excess_m
-from host.evaluation.zones import zone_intrusions
-from host.problem.problem import Problem
-from host.terrain import Terrain
+from pathgene.host.evaluation import broken, verdict
+from pathgene.host.evaluation.constants import VOID_HEIGHT_M, Constants, Floats
+from pathgene.host.evaluation.laid_track import LaidTrack
+from pathgene.host.evaluation.packed_zones import pack_zones
+from pathgene.host.evaluation.strict import STACK_SHAPE, Required, Surface, excess_m
+from pathgene.host.evaluation.zones import zone_intrusions
+from pathgene.host.problem.problem import Problem
+from pathgene.host.terrain import Terrain
 
 
 __all__ = ["Limit", "StrictRule"]
@@ -115,7 +115,7 @@ class StrictRule:
     def off_demand_m(self, pieces: Floats) -> float:
         """Return the metres of any track too low, too high over the surface, or off the map.
 
-        ``pieces`` is what :func:`host.evaluation.laid_pieces.lay_pieces` returns.
+        ``pieces`` is what :func:`pathgene.host.evaluation.laid_pieces.lay_pieces` returns.
         """
         stack = np.empty(STACK_SHAPE)
         surface, rows = self._surface, len(pieces)

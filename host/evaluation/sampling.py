@@ -1,7 +1,7 @@
 """Samples of a path on the rasters, compiled: d_ut and d_nf of equation (1).
 
 Each piece is cut into equal parts; the mid-point stands for the part. Scalar functions as in
-:mod:`host.evaluation.pieces`.
+:mod:`pathgene.host.evaluation.pieces`.
 """
 
 import math
@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from host.evaluation.constants import Constants, Course, Floats, Point
-from host.evaluation.jit import compiled, inlined
+from pathgene.host.evaluation.constants import Constants, Course, Floats, Point
+from pathgene.host.evaluation.jit import compiled, inlined
 
 
 __all__ = ["Bend", "count_arc", "count_straight", "some_arc_hits", "some_straight_hits"]

@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from host.evaluation import laying as fields
-from host.evaluation.constants import Constants, Floats
-from host.evaluation.jit import compiled, inlined
-from host.evaluation.sampling import inside_map
+from pathgene.host.evaluation import laying as fields
+from pathgene.host.evaluation.constants import Constants, Floats
+from pathgene.host.evaluation.jit import compiled, inlined
+from pathgene.host.evaluation.sampling import inside_map
 
 
 __all__ = ["STACK_SHAPE", "Part", "Required", "Surface", "excess_m", "extreme"]

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from host.evaluation.geometry import Piece
-from host.terrain import Terrain
+from pathgene.host.evaluation.geometry import Piece
+from pathgene.host.terrain import Terrain
 
 
 __all__ = ["Samples", "SmoothedTrack", "ground_below"]

@@ -6,16 +6,22 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from host.evaluation import kernels
-from host.evaluation import laying as fields
-from host.evaluation.constants import COORDINATE_LIMIT_M, Constants, Course, Floats, Scratch
-from host.evaluation.jit import compiled, inlined
-from host.evaluation.kernels import corners_m, cost_of, path_terms
-from host.evaluation.laying import lay_segment, lay_turn
-from host.evaluation.packed_zones import PackedZones
-from host.evaluation.pieces import burn, fastest_over_ground, judge_slope, thrust_of
-from host.evaluation.strict import STACK_SHAPE, Part, Required, Surface, excess_m, extreme
-from host.evaluation.zones import zone_metres_with
+from pathgene.host.evaluation import kernels
+from pathgene.host.evaluation import laying as fields
+from pathgene.host.evaluation.constants import (
+    COORDINATE_LIMIT_M,
+    Constants,
+    Course,
+    Floats,
+    Scratch,
+)
+from pathgene.host.evaluation.jit import compiled, inlined
+from pathgene.host.evaluation.kernels import corners_m, cost_of, path_terms
+from pathgene.host.evaluation.laying import lay_segment, lay_turn
+from pathgene.host.evaluation.packed_zones import PackedZones
+from pathgene.host.evaluation.pieces import burn, fastest_over_ground, judge_slope, thrust_of
+from pathgene.host.evaluation.strict import STACK_SHAPE, Part, Required, Surface, excess_m, extreme
+from pathgene.host.evaluation.zones import zone_metres_with
 
 
 __all__ = [
@@ -106,7 +112,7 @@ def strict_terms(
     Parameters
     ----------
     path, n
-        As for :func:`host.evaluation.kernels.path_terms`.
+        As for :func:`pathgene.host.evaluation.kernels.path_terms`.
     strict : StrictCourse
         Terrain, demands and zones.
     scratch : StrictScratch
@@ -149,7 +155,7 @@ def extreme_of_track(
     """Return the greatest excess of a track to within ``step``, its piece, and the piece's share.
 
     Where no excess is greater than ``known``, ``known`` is returned, and piece and share mean
-    nothing. See :func:`host.evaluation.strict.extreme` for the other parameters.
+    nothing. See :func:`pathgene.host.evaluation.strict.extreme` for the other parameters.
     """
     ds_m = surface.c.ds_m
     best = known

@@ -1,15 +1,15 @@
 """Zones with their margin, compiled: their borders, their inside, their heights and times.
 
-Pieces, rows, fractions and marks are those of :mod:`host.evaluation.crossings`.
+Pieces, rows, fractions and marks are those of :mod:`pathgene.host.evaluation.crossings`.
 """
 
 import math
 
-from host.evaluation.constants import Floats
-from host.evaluation.crossings import Box, box_of, cross_circle, cross_line
-from host.evaluation.jit import compiled, inlined
-from host.evaluation.laying import AIR, ANGLE, LENGTH, RISE, Z
-from host.evaluation.packed_zones import (
+from pathgene.host.evaluation.constants import Floats
+from pathgene.host.evaluation.crossings import Box, box_of, cross_circle, cross_line
+from pathgene.host.evaluation.jit import compiled, inlined
+from pathgene.host.evaluation.laying import AIR, ANGLE, LENGTH, RISE, Z
+from pathgene.host.evaluation.packed_zones import (
     EDGE_BOX,
     EDGE_LENGTH,
     EX,

@@ -21,17 +21,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from host.evaluation.constants import Floats
-from host.evaluation.crossings import (
+from pathgene.host.evaluation.constants import Floats
+from pathgene.host.evaluation.crossings import (
     box_of,
     cross_line,
     mark_parallel,
     mark_towards,
     place,
 )
-from host.evaluation.jit import allocating, compiled, inlined
-from host.evaluation.laying import LENGTH
-from host.evaluation.packed_zones import (
+from pathgene.host.evaluation.jit import allocating, compiled, inlined
+from pathgene.host.evaluation.laying import LENGTH
+from pathgene.host.evaluation.packed_zones import (
     EDGE_BOX,
     EDGE_LENGTH,
     EX,
@@ -47,7 +47,7 @@ from host.evaluation.packed_zones import (
     PackedZones,
     pack_zones,
 )
-from host.evaluation.zone_border import (
+from pathgene.host.evaluation.zone_border import (
     apart,
     applies,
     crosses_ray,
@@ -56,7 +56,7 @@ from host.evaluation.zone_border import (
     holds,
     mark_border,
 )
-from host.problem.rings import EDGE_M
+from pathgene.host.problem.rings import EDGE_M
 
 
 __all__ = [
@@ -174,8 +174,8 @@ def zone_metres(pieces: Floats, rows: int, times: Floats, packed: PackedZones) -
     Parameters
     ----------
     pieces : (at least rows, PIECE_FIELDS) float64
-        Pieces of the track, as :func:`host.evaluation.kernels.path_terms` leaves them; rows of
-        the length 0 are none.
+        Pieces of the track, as :func:`pathgene.host.evaluation.kernels.path_terms` leaves them;
+        rows of the length 0 are none.
     rows : int
         Number of rows that count: 2 n - 1 for n waypoints.
     times : (at least rows + 1,) float64

@@ -9,10 +9,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from host.errors import InputError
-from host.files.disk import current
-from host.files.replacement import TRIAL, beside, replace_files
-from host.files.special import is_special, write_through
+from pathgene.host.errors import InputError
+from pathgene.host.files.disk import current
+from pathgene.host.files.replacement import TRIAL, beside, replace_files
+from pathgene.host.files.special import is_special, write_through
 
 
 __all__ = [

@@ -12,9 +12,9 @@ import time
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-from host import interrupts
-from host.files.disk import current
-from host.files.special import is_special, write_through
+from pathgene.host import interrupts
+from pathgene.host.files.disk import current
+from pathgene.host.files.special import is_special, write_through
 
 
 __all__ = ["TRIAL", "beside", "replace_files"]

@@ -10,7 +10,7 @@ import stat
 import time
 from pathlib import Path
 
-from host.numeric import whole
+from pathgene.host.numeric import whole
 
 
 __all__ = ["is_special", "write_patiently", "write_through"]

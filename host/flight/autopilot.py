@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 
-from host.evaluation.fuel import air_density
-from host.flight.guidance import GRAVITY_M_S2, Commands, State
-from host.flight.models import FlightModel
-from host.flight.simulator import Controls
-from host.problem.aircraft import Aircraft
+from pathgene.host.evaluation.fuel import air_density
+from pathgene.host.flight.guidance import GRAVITY_M_S2, Commands, State
+from pathgene.host.flight.models import FlightModel
+from pathgene.host.flight.simulator import Controls
+from pathgene.host.problem.aircraft import Aircraft
 
 
 __all__ = ["Autopilot"]

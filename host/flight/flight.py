@@ -9,16 +9,16 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from host.errors import JobError
-from host.evaluation.geometry import Piece
-from host.flight.autopilot import Autopilot
-from host.flight.guidance import GRAVITY_M_S2, Commands, Guidance, Limits, State
-from host.flight.models import FlightModel
-from host.flight.route import Route
-from host.flight.simulator import STEP_S, Simulator
-from host.planners.base import Stop
-from host.problem.aircraft import Aircraft
-from host.terrain import Terrain
+from pathgene.host.errors import JobError
+from pathgene.host.evaluation.geometry import Piece
+from pathgene.host.flight.autopilot import Autopilot
+from pathgene.host.flight.guidance import GRAVITY_M_S2, Commands, Guidance, Limits, State
+from pathgene.host.flight.models import FlightModel
+from pathgene.host.flight.route import Route
+from pathgene.host.flight.simulator import STEP_S, Simulator
+from pathgene.host.planners.base import Stop
+from pathgene.host.problem.aircraft import Aircraft
+from pathgene.host.terrain import Terrain
 
 
 __all__ = ["MARGIN", "PERIOD_S", "Flight", "Flown", "fly_track", "limits_of"]
@@ -131,7 +131,7 @@ class Flight:
     wind : (float, float)
         Where the air moves to, m/s in x and y.
     gusts : str
-        Turbulence; see :data:`host.flight.simulator.GUSTS`.
+        Turbulence; see :data:`pathgene.host.flight.simulator.GUSTS`.
     seed : int
         Seed of the turbulence.
 

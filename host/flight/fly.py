@@ -8,17 +8,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from host.errors import InputError
-from host.evaluation import Evaluator
-from host.files.output import json_bytes
-from host.files.replacement import replace_files
-from host.flight.flight import Flight, fly_track
-from host.flight.judge import judge
-from host.flight.models import model_for, model_named
-from host.flight.report import FlightReport
-from host.planners.base import Stop
-from host.problem.problem import Problem
-from host.report.run_files import FLIGHT
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.files.output import json_bytes
+from pathgene.host.files.replacement import replace_files
+from pathgene.host.flight.flight import Flight, fly_track
+from pathgene.host.flight.judge import judge
+from pathgene.host.flight.models import model_for, model_named
+from pathgene.host.flight.report import FlightReport
+from pathgene.host.planners.base import Stop
+from pathgene.host.problem.problem import Problem
+from pathgene.host.report.run_files import FLIGHT
 
 
 __all__ = ["draw", "fly", "save", "write"]
@@ -112,7 +112,7 @@ def write(report: FlightReport, directory: Path) -> Path:
 def draw(report: FlightReport, directory: Path) -> list[Path]:
     """Write ``flight.png``; return its path in a list."""
     # Loads matplotlib, which flying does not need.
-    from host.flight import picture
+    from pathgene.host.flight import picture
 
     written = directory / FLIGHT[1]
     picture.write(report, written)

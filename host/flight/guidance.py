@@ -12,7 +12,7 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
-from host.flight.route import Place, Route
+from pathgene.host.flight.route import Place, Route
 
 
 __all__ = ["GRAVITY_M_S2", "MEAN_S", "Commands", "Guidance", "Limits", "State"]

@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from host.evaluation.track import SmoothedTrack, ground_below
-from host.flight.flight import MARGIN, PERIOD_S, Flown, limits_of
-from host.flight.guidance import MEAN_S
-from host.problem.aircraft import Aircraft
-from host.problem.problem import Problem
-from host.problem.rings import edges
-from host.problem.zones import Circle, Polygon, Zone
-from host.terrain import Terrain
+from pathgene.host.evaluation.track import SmoothedTrack, ground_below
+from pathgene.host.flight.flight import MARGIN, PERIOD_S, Flown, limits_of
+from pathgene.host.flight.guidance import MEAN_S
+from pathgene.host.problem.aircraft import Aircraft
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.rings import edges
+from pathgene.host.problem.zones import Circle, Polygon, Zone
+from pathgene.host.terrain import Terrain
 
 
 __all__ = ["Verdict", "demanded_m", "entered", "judge", "surface_below"]

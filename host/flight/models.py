@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from host.errors import InputError
-from host.problem import aircraft
-from host.problem.aircraft import Aircraft
+from pathgene.host.errors import InputError
+from pathgene.host.problem import aircraft
+from pathgene.host.problem.aircraft import Aircraft
 
 
 __all__ = ["MODELS", "FlightModel", "model_for", "model_named"]

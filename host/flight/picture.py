@@ -13,16 +13,16 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from host.files.output import replacing
-from host.flight.judge import SHARE, demanded_m, surface_below
-from host.report import plan_view
-from host.report.axes import LEGEND, finish
-from host.report.frame import LEFT, NARROWEST, RIGHT, WIDTH, frame
-from host.report.palette import FLOWN, GROUND, PATH, TEXT, halo
+from pathgene.host.files.output import replacing
+from pathgene.host.flight.judge import SHARE, demanded_m, surface_below
+from pathgene.host.report import plan_view
+from pathgene.host.report.axes import LEGEND, finish
+from pathgene.host.report.frame import LEFT, NARROWEST, RIGHT, WIDTH, frame
+from pathgene.host.report.palette import FLOWN, GROUND, PATH, TEXT, halo
 
 
 if TYPE_CHECKING:
-    from host.flight.report import FlightReport
+    from pathgene.host.flight.report import FlightReport
 
 __all__ = ["draw", "layout", "write"]
 

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from host.evaluation.track import SmoothedTrack
-from host.flight.flight import PERIOD_S, Flown
-from host.flight.judge import Verdict
-from host.flight.models import FlightModel
-from host.problem.aircraft import Aircraft
-from host.problem.problem import Problem
-from host.report.summary import finite, version
+from pathgene.host.evaluation.track import SmoothedTrack
+from pathgene.host.flight.flight import PERIOD_S, Flown
+from pathgene.host.flight.judge import Verdict
+from pathgene.host.flight.models import FlightModel
+from pathgene.host.problem.aircraft import Aircraft
+from pathgene.host.problem.problem import Problem
+from pathgene.host.report.summary import finite, version
 
 
 __all__ = ["FlightReport"]

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from host.evaluation.geometry import Arc, Piece
+from pathgene.host.evaluation.geometry import Arc, Piece
 
 
 __all__ = ["Place", "Route"]

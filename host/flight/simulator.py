@@ -11,9 +11,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from host.errors import InputError
-from host.flight.guidance import State
-from host.flight.models import FlightModel
+from pathgene.host.errors import InputError
+from pathgene.host.flight.guidance import State
+from pathgene.host.flight.models import FlightModel
 
 
 __all__ = ["GUSTS", "STEP_S", "Controls", "Simulator"]

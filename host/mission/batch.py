@@ -12,25 +12,25 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from host.cores import available_cores
-from host.device.boards import known_config
-from host.errors import InputError, PathgeneError
-from host.evaluation import Evaluator
-from host.files.output import prepare_directory
-from host.inputs import opened, parse_json, read_text
-from host.mission.build import mission_of, search_of
-from host.mission.files.export import check_formats, exported, parse_formats
-from host.mission.keys import KEYS
-from host.mission.legs import shortcoming
-from host.mission.mission import Mission
-from host.mission.planning import plan_mission
-from host.planners.base import Result
-from host.planning import Plan, Search
-from host.report.run_files import SUMMARY, verify
-from host.report.summary import version
-from host.report.write import write_report
-from host.workers.cluster import on_cluster
-from host.workers.processes import in_processes
+from pathgene.host.cores import available_cores
+from pathgene.host.device.boards import known_config
+from pathgene.host.errors import InputError, PathgeneError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.files.output import prepare_directory
+from pathgene.host.inputs import opened, parse_json, read_text
+from pathgene.host.mission.build import mission_of, search_of
+from pathgene.host.mission.files.export import check_formats, exported, parse_formats
+from pathgene.host.mission.keys import KEYS
+from pathgene.host.mission.legs import shortcoming
+from pathgene.host.mission.mission import Mission
+from pathgene.host.mission.planning import plan_mission
+from pathgene.host.planners.base import Result
+from pathgene.host.planning import Plan, Search
+from pathgene.host.report.run_files import SUMMARY, verify
+from pathgene.host.report.summary import version
+from pathgene.host.report.write import write_report
+from pathgene.host.workers.cluster import on_cluster
+from pathgene.host.workers.processes import in_processes
 
 
 __all__ = ["Job", "Outcome", "execute", "kept_summary", "names_of", "save"]
@@ -172,7 +172,7 @@ def execute(
     count : int
         Processes, or workers of a local cluster.
     scheduler : str, optional
-        Address of a Dask scheduler; see :func:`host.workers.cluster.on_cluster`.
+        Address of a Dask scheduler; see :func:`pathgene.host.workers.cluster.on_cluster`.
 
     Raises
     ------

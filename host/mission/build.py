@@ -6,21 +6,21 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from host.errors import InputError
-from host.mission.keys import RULES
-from host.mission.mission import Mission
-from host.mission.problem_file import read_problem
-from host.planners import OPTIONS, PLANNERS
-from host.planners.default import named_or_default
-from host.planning import Search
-from host.problem.aircraft import DEFAULT, Aircraft
-from host.problem.aircraft import load as load_aircraft
-from host.problem.ends import Point, end_point, place
-from host.problem.problem import Problem
-from host.problem.rules import Rules
-from host.problem.zones import Circle, Zone, read_zones, zone_from_dict
-from host.terrain import Terrain, load
-from host.terrain.origin import at_origin
+from pathgene.host.errors import InputError
+from pathgene.host.mission.keys import RULES
+from pathgene.host.mission.mission import Mission
+from pathgene.host.mission.problem_file import read_problem
+from pathgene.host.planners import OPTIONS, PLANNERS
+from pathgene.host.planners.default import named_or_default
+from pathgene.host.planning import Search
+from pathgene.host.problem.aircraft import DEFAULT, Aircraft
+from pathgene.host.problem.aircraft import load as load_aircraft
+from pathgene.host.problem.ends import Point, end_point, place
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.zones import Circle, Zone, read_zones, zone_from_dict
+from pathgene.host.terrain import Terrain, load
+from pathgene.host.terrain.origin import at_origin
 
 
 __all__ = [
@@ -61,7 +61,7 @@ def mission_of(values: Values, terrain: Terrain | None = None) -> Mission:
     Parameters
     ----------
     values : mapping
-        Values by the names in :data:`host.mission.keys.KEYS`; None is the default of each.
+        Values by the names in :data:`pathgene.host.mission.keys.KEYS`; None is the default of each.
     terrain : Terrain, optional
         The terrain of the values, where it is loaded already.
 
@@ -115,7 +115,7 @@ def planner_of(values: Values) -> str:
     Raises
     ------
     InputError, JobError
-        As :func:`host.planners.default.named_or_default`.
+        As :func:`pathgene.host.planners.default.named_or_default`.
     """
     own = {name: values.get(name) for name in OPTIONS}
     return named_or_default(values.get("planner"), own)

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from host.diagnosis import Reason
-from host.evaluation import Evaluation, Evaluator
-from host.problem.problem import Problem
+from pathgene.host.diagnosis import Reason
+from pathgene.host.evaluation import Evaluation, Evaluator
+from pathgene.host.problem.problem import Problem
 
 
 __all__ = ["JoinedEvaluator", "reason_of_joint"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from host.mission.values import (
+from pathgene.host.mission.values import (
     BOOLEAN,
     CELL,
     INTEGER,
@@ -21,7 +21,7 @@ from host.mission.values import (
     choice,
     vector,
 )
-from host.planners import OPTIONS, PLANNERS
+from pathgene.host.planners import OPTIONS, PLANNERS
 
 
 __all__ = ["KEYS", "RULES", "TABLES", "TOGETHER", "Key", "keys_of"]

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from host.errors import InputError
-from host.evaluation import Evaluation
-from host.mission.mission import Mission
-from host.planning import Plan
-from host.problem.zones import Zone
-from host.report.summary import finite
-from host.report.via import Visit, visits
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluation
+from pathgene.host.mission.mission import Mission
+from pathgene.host.planning import Plan
+from pathgene.host.problem.zones import Zone
+from pathgene.host.report.summary import finite
+from pathgene.host.report.via import Visit, visits
 
 
 __all__ = ["Leg", "MissionPlan", "capitalised", "shortcoming"]

@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from host.errors import InputError, NoPathError
-from host.evaluation import utopia
-from host.evaluation.track import ground_below
-from host.problem.ends import Point, check_above_ground, end_point
-from host.problem.problem import Problem
-from host.problem.way import WayProblem
-from host.problem.zones import Zone
+from pathgene.host.errors import InputError, NoPathError
+from pathgene.host.evaluation import utopia
+from pathgene.host.evaluation.track import ground_below
+from pathgene.host.problem.ends import Point, check_above_ground, end_point
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.way import WayProblem
+from pathgene.host.problem.zones import Zone
 
 
 __all__ = ["Mission"]
@@ -248,7 +248,7 @@ class Mission:
                 name = "" if single else f"{_upper(self.name_of(index))}: "
                 if not self.problem.as_paper:
                     # Loads SciPy.
-                    from host.diagnosis import diagnose
+                    from pathgene.host.diagnosis import diagnose
 
                     reason = diagnose(self.leg(index))
                     if reason.code != "not-found":

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from host.checking import evaluator_of
-from host.errors import InputError
-from host.mission.mission import Mission
-from host.mission.planning import plan_mission
-from host.planners.arguments import require_functions
-from host.planners.base import Progress, Stop
-from host.planning import Plan, Search
-from host.problem.problem import Problem
+from pathgene.host.checking import evaluator_of
+from pathgene.host.errors import InputError
+from pathgene.host.mission.mission import Mission
+from pathgene.host.mission.planning import plan_mission
+from pathgene.host.planners.arguments import require_functions
+from pathgene.host.planners.base import Progress, Stop
+from pathgene.host.planning import Plan, Search
+from pathgene.host.problem.problem import Problem
 
 
 __all__ = ["plan", "plan_together"]

@@ -12,17 +12,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from host.diagnosis import Reason
-from host.diagnosis.reason import broken_limit
-from host.errors import InputError, PathgeneError
-from host.evaluation import Evaluation, Evaluator
-from host.mission.joint import JoinedEvaluator, reason_of_joint
-from host.mission.legs import Leg, MissionPlan, capitalised
-from host.mission.mission import Mission
-from host.planners.base import Observer, Progress, Result, Stop
-from host.planning import Plan, Search
-from host.problem.ends import Point
-from host.problem.problem import Problem
+from pathgene.host.diagnosis import Reason
+from pathgene.host.diagnosis.reason import broken_limit
+from pathgene.host.errors import InputError, PathgeneError
+from pathgene.host.evaluation import Evaluation, Evaluator
+from pathgene.host.mission.joint import JoinedEvaluator, reason_of_joint
+from pathgene.host.mission.legs import Leg, MissionPlan, capitalised
+from pathgene.host.mission.mission import Mission
+from pathgene.host.planners.base import Observer, Progress, Result, Stop
+from pathgene.host.planning import Plan, Search
+from pathgene.host.problem.ends import Point
+from pathgene.host.problem.problem import Problem
 
 
 __all__ = ["plan_mission"]

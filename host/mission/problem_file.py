@@ -8,12 +8,12 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from host.errors import InputError
-from host.files.output import output_file, reading
-from host.inputs import parse_toml, read_text
-from host.mission.keys import TABLES, Key, keys_of
-from host.mission.values import to_toml
-from host.problem.aircraft import PARAMETERS
+from pathgene.host.errors import InputError
+from pathgene.host.files.output import output_file, reading
+from pathgene.host.inputs import parse_toml, read_text
+from pathgene.host.mission.keys import TABLES, Key, keys_of
+from pathgene.host.mission.values import to_toml
+from pathgene.host.problem.aircraft import PARAMETERS
 
 
 __all__ = ["markdown", "parse_problem", "problem_text", "read_problem", "save_problem", "template"]

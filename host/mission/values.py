@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from host.errors import InputError
-from host.numeric import as_number, numbers
-from host.terrain.embedded import names as terrain_names
+from pathgene.host.errors import InputError
+from pathgene.host.numeric import as_number, numbers
+from pathgene.host.terrain.embedded import names as terrain_names
 
 
 __all__ = [

@@ -6,16 +6,16 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from host.errors import InputError
-from host.planners.options import ENGINES, OPTIONS, Option
+from pathgene.host.errors import InputError
+from pathgene.host.planners.options import ENGINES, OPTIONS, Option
 
 
 if TYPE_CHECKING:
-    from host.planners.base import Planner
+    from pathgene.host.planners.base import Planner
 
 __all__ = ["DEFAULT", "ENGINES", "OPTIONS", "PLANNERS", "Entry", "Option", "make"]
 
-#: The planner where none is named: :mod:`host.planners.default` has the exception.
+#: The planner where none is named: :mod:`pathgene.host.planners.default` has the exception.
 DEFAULT = "ga-chip"
 
 
@@ -48,49 +48,49 @@ class Entry:
 
 
 def _ga_fpga(**options: Any) -> Planner:
-    from host.planners.ga_fpga import FpgaGeneticPlanner
+    from pathgene.host.planners.ga_fpga import FpgaGeneticPlanner
 
     return FpgaGeneticPlanner(**options)
 
 
 def _ga_chip(**options: Any) -> Planner:
-    from host.planners.ga_chip import ChipGeneticPlanner
+    from pathgene.host.planners.ga_chip import ChipGeneticPlanner
 
     return ChipGeneticPlanner(**options)
 
 
 def _ga_pc(**options: Any) -> Planner:
-    from host.planners.ga_pc import PcGeneticPlanner
+    from pathgene.host.planners.ga_pc import PcGeneticPlanner
 
     return PcGeneticPlanner(**options)
 
 
 def _astar(**options: Any) -> Planner:
-    from host.planners.astar import AstarPlanner
+    from pathgene.host.planners.astar import AstarPlanner
 
     return AstarPlanner(**options)
 
 
 def _fpa(**options: Any) -> Planner:
-    from host.planners.fpa.planner import FlowerPollinationPlanner
+    from pathgene.host.planners.fpa.planner import FlowerPollinationPlanner
 
     return FlowerPollinationPlanner(two_opt_every=0, **options)
 
 
 def _fpa_2opt(**options: Any) -> Planner:
-    from host.planners.fpa.planner import FlowerPollinationPlanner
+    from pathgene.host.planners.fpa.planner import FlowerPollinationPlanner
 
     return FlowerPollinationPlanner(**options)
 
 
 def _ga_dp(**options: Any) -> Planner:
-    from host.planners.spline_routes import DeterministicRoutePlanner
+    from pathgene.host.planners.spline_routes import DeterministicRoutePlanner
 
     return DeterministicRoutePlanner(**options)
 
 
 def _ga_auv(**options: Any) -> Planner:
-    from host.planners.spline_routes import ConventionalRoutePlanner
+    from pathgene.host.planners.spline_routes import ConventionalRoutePlanner
 
     return ConventionalRoutePlanner(**options)
 

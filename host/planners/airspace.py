@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from host.errors import InputError
-from host.problem.problem import Problem
+from pathgene.host.errors import InputError
+from pathgene.host.problem.problem import Problem
 
 
 __all__ = ["HEADROOM_M", "NO_FLYABLE_CELL", "Airspace"]

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 from scipy.optimize import linprog
 
-from host.evaluation import Arc, Straight
-from host.evaluation.evaluator import FINE
-from host.evaluation.geometry import smooth
-from host.evaluation.jit import compiled
-from host.planners.grid_search import Prices
-from host.problem.problem import Problem
-from host.terrain import Terrain
+from pathgene.host.evaluation import Arc, Straight
+from pathgene.host.evaluation.evaluator import FINE
+from pathgene.host.evaluation.geometry import smooth
+from pathgene.host.evaluation.jit import compiled
+from pathgene.host.planners.grid_search import Prices
+from pathgene.host.problem.problem import Problem
+from pathgene.host.terrain import Terrain
 
 
 __all__ = ["lowest_altitudes"]

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from host.device.chip import Chip
-from host.errors import InputError
-from host.numeric import integer
-from host.planners import OPTIONS, PLANNERS
+from pathgene.host.device.chip import Chip
+from pathgene.host.errors import InputError
+from pathgene.host.numeric import integer
+from pathgene.host.planners import OPTIONS, PLANNERS
 
 
 __all__ = ["own_options", "require_functions"]

@@ -8,14 +8,14 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from host.errors import InputError
-from host.evaluation import Evaluator
-from host.planners.altitudes import lowest_altitudes
-from host.planners.base import Options, Progress, Result, Run, Stop
-from host.planners.grid_search import SearchGrid
-from host.planners.polylines import lengthened, on_corners, polylines, thinned
-from host.planners.turns_at_ends import Leads, around, leads
-from host.problem import ChipMap
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners.altitudes import lowest_altitudes
+from pathgene.host.planners.base import Options, Progress, Result, Run, Stop
+from pathgene.host.planners.grid_search import SearchGrid
+from pathgene.host.planners.polylines import lengthened, on_corners, polylines, thinned
+from pathgene.host.planners.turns_at_ends import Leads, around, leads
+from pathgene.host.problem import ChipMap
 
 
 __all__ = ["DEFAULT_MAX_WAYPOINTS", "MOST_SEARCHES", "AstarPlanner", "searches"]
@@ -84,7 +84,7 @@ class AstarPlanner:
         progress: Progress | None = None,
         stop: Stop | None = None,
     ) -> Result:
-        """Search; see :class:`host.planners.base.Planner`.
+        """Search; see :class:`pathgene.host.planners.base.Planner`.
 
         Generation 0 is the straight line; each later one is a search.
 

@@ -12,9 +12,9 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from host.errors import InputError
-from host.evaluation import Evaluation, Evaluator
-from host.numeric import integer, real
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluation, Evaluator
+from pathgene.host.numeric import integer, real
 
 
 __all__ = [
@@ -218,7 +218,7 @@ class Result:
 
 
 class Planner(Protocol):
-    """Plans paths; made by :func:`host.planners.make`."""
+    """Plans paths; made by :func:`pathgene.host.planners.make`."""
 
     def plan(
         self,

@@ -8,8 +8,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hdl.config import Config
-from hdl.protocol.planner import (
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol.planner import (
     ALTITUDE_FRACTION,
     BLOCKS,
     DRAG_FRACTION,
@@ -24,13 +24,13 @@ from hdl.protocol.planner import (
     VALUE_BITS,
     ProblemRecord,
 )
-from host.errors import InputError
-from host.evaluation.fuel import thrust_needed
-from host.evaluation.reference import problem_utopia
-from host.problem.corner_map import CornerMap
-from host.problem.ends import Point
-from host.problem.problem import Problem
-from host.problem.surface import surface_below
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation.fuel import thrust_needed
+from pathgene.host.evaluation.reference import problem_utopia
+from pathgene.host.problem.corner_map import CornerMap
+from pathgene.host.problem.ends import Point
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.surface import surface_below
 
 
 __all__ = ["chip_ends", "committed_points", "problem_record", "whole_path"]

@@ -8,16 +8,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from hdl.config import Config
-from hdl.protocol.runs import WARM_SLOPES, RunOptions
-from host.errors import JobError
-from host.evaluation import Evaluator
-from host.planners.base import Options, Result, Run
-from host.planners.chip_problem import whole_path
-from host.planners.chip_runs import ChipRuns
-from host.planners.chip_schedule import MOST_RUNS, SURFACES
-from host.planners.problem_on_chip import ProblemOnChip
-from host.problem.zones import Zone
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol.runs import WARM_SLOPES, RunOptions
+from pathgene.host.errors import JobError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners.base import Options, Result, Run
+from pathgene.host.planners.chip_problem import whole_path
+from pathgene.host.planners.chip_runs import ChipRuns
+from pathgene.host.planners.chip_schedule import MOST_RUNS, SURFACES
+from pathgene.host.planners.problem_on_chip import ProblemOnChip
+from pathgene.host.problem.zones import Zone
 
 
 __all__ = ["ChipReplanner", "replan_options"]
@@ -58,9 +58,9 @@ class ChipReplanner:
     The chip draws new zones on its map and runs for a millisecond: an island of the earlier
     paths, less what lies behind the start, and one of new seeds. The host judges the paths by the
     strict rule. Where none is feasible, it repairs the best, after the first run also the second
-    (:func:`host.planners.repairs.repair`), which takes milliseconds of the processor and none of
-    chip and line. Where that fails, up to seven more runs follow, of 2.8 ms at most, each from new
-    seeds alone. :meth:`finish` sets free what is gone besides new zones.
+    (:func:`pathgene.host.planners.repairs.repair`), which takes milliseconds of the processor and
+    none of chip and line. Where that fails, up to seven more runs follow, of 2.8 ms at most, each
+    from new seeds alone. :meth:`finish` sets free what is gone besides new zones.
 
     Parameters
     ----------
@@ -90,10 +90,10 @@ class ChipReplanner:
             self._task.free()
 
     def replan(self, evaluator: Evaluator, options: Options) -> Result:
-        """Search; see :class:`host.planners.base.Replanner`.
+        """Search; see :class:`pathgene.host.planners.base.Replanner`.
 
         The generations of the options are left aside. ``hardware`` and ``seconds`` of the result
-        are as those of :meth:`host.planners.ga_chip.ChipGeneticPlanner.plan`.
+        are as those of :meth:`pathgene.host.planners.ga_chip.ChipGeneticPlanner.plan`.
         """
         run = Run(evaluator, options)
         problem = evaluator.problem

@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hdl.protocol.codes import UNITS
-from hdl.protocol.planner import PathClass
-from hdl.protocol.runs import RunOptions
-from host.device.runs import BestPaths, RunStatus
-from host.device.traffic import Traffic
-from host.planners.base import Run
-from host.planners.problem_on_chip import ProblemOnChip
-from host.planners.repairs import repair
+from pathgene.hdl.protocol.codes import UNITS
+from pathgene.hdl.protocol.planner import PathClass
+from pathgene.hdl.protocol.runs import RunOptions
+from pathgene.host.device.runs import BestPaths, RunStatus
+from pathgene.host.device.traffic import Traffic
+from pathgene.host.planners.base import Run
+from pathgene.host.planners.problem_on_chip import ProblemOnChip
+from pathgene.host.planners.repairs import repair
 
 
 __all__ = ["ChipRuns"]
@@ -28,7 +28,7 @@ _POLISHED_WAYPOINTS = 32
 
 
 class ChipRuns:
-    """The runs of one plan; see :class:`host.planners.ga_chip.ChipGeneticPlanner`.
+    """The runs of one plan; see :class:`pathgene.host.planners.ga_chip.ChipGeneticPlanner`.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class ChipRuns:
         Each path is given the lowest altitudes, too.
     repairs : bool
         Where no path of a run is feasible, the best is mended, after the first run also the
-        second; see :func:`host.planners.repairs.repair`.
+        second; see :func:`pathgene.host.planners.repairs.repair`.
     """
 
     def __init__(
@@ -153,9 +153,9 @@ class ChipRuns:
         More waypoints on the straight pieces let the altitudes follow the ground.
         """
         # They load SciPy.
-        from host.planners.altitudes import lowest_altitudes
-        from host.planners.grid_search import Prices
-        from host.planners.polylines import lengthened
+        from pathgene.host.planners.altitudes import lowest_altitudes
+        from pathgene.host.planners.grid_search import Prices
+        from pathgene.host.planners.polylines import lengthened
 
         run, problem = self._run, self._run.evaluator.problem
         with run.phase("polish"):

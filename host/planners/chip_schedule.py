@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from hdl.config import Config
-from hdl.protocol.random_words import SEED_BITS
-from hdl.protocol.runs import RunOptions
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol.random_words import SEED_BITS
+from pathgene.hdl.protocol.runs import RunOptions
 
 
 __all__ = ["MOST_RUNS", "SURFACES", "ChipSchedule"]

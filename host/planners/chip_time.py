@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from host.planners.problem_on_chip import LINE_BITS, pause_s
+from pathgene.host.planners.problem_on_chip import LINE_BITS, pause_s
 
 
 __all__ = ["BAUD", "ChipTime", "Look", "chip_time", "line_s"]
@@ -34,7 +34,7 @@ class Look:
     def until_over(self, run_s: float, limit_s: float, first_s: float = 0.0) -> float:
         """Return the seconds from the beginning of a run until the first BEST after its end.
 
-        The host looks as :class:`host.planners.problem_on_chip.ProblemOnChip` does, from
+        The host looks as :class:`pathgene.host.planners.problem_on_chip.ProblemOnChip` does, from
         ``first_s`` on.
         """
         passed_s = first_s

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from hdl.config import Config, GeneticCore
-from host.errors import InputError
+from pathgene.hdl.config import Config, GeneticCore
+from pathgene.host.errors import InputError
 
 
 __all__ = ["require_chip"]

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hdl.config import CheckerBuild
-from host.device.chip import Chip
-from host.device.waypoints import pack_waypoints
-from host.evaluation import Evaluator
-from host.evaluation.geometry import smooth
-from host.evaluation.track import SmoothedTrack
-from host.planners.base import Run
-from host.problem import ChipMap
+from pathgene.hdl.config import CheckerBuild
+from pathgene.host.device.chip import Chip
+from pathgene.host.device.waypoints import pack_waypoints
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.evaluation.geometry import smooth
+from pathgene.host.evaluation.track import SmoothedTrack
+from pathgene.host.planners.base import Run
+from pathgene.host.problem import ChipMap
 
 
 __all__ = ["CAUSES", "BoardCollisionCounter", "refutation"]

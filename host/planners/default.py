@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from hdl.config import GeneticCore
-from host.device.boards import known_config, open_board, with_core
-from host.device.chip import Chip
-from host.errors import InputError
-from host.planners import DEFAULT, PLANNERS
+from pathgene.hdl.config import GeneticCore
+from pathgene.host.device.boards import known_config, open_board, with_core
+from pathgene.host.device.chip import Chip
+from pathgene.host.errors import InputError
+from pathgene.host.planners import DEFAULT, PLANNERS
 
 
 __all__ = ["default_planner", "named_or_default"]
@@ -33,7 +33,7 @@ def default_planner(board: str | Chip | None = None) -> str:
     Raises
     ------
     InputError, JobError
-        If hardware does not answer: as :func:`host.device.boards.open_board`.
+        If hardware does not answer: as :func:`pathgene.host.device.boards.open_board`.
     """
     if board is None:
         return DEFAULT
@@ -61,7 +61,7 @@ def named_or_default(planner: str | None, options: Mapping[str, Any]) -> str:
     planner : str or None
         Name of a planner.
     options : mapping
-        Options in :data:`host.planners.OPTIONS`; None is the default of each.
+        Options in :data:`pathgene.host.planners.OPTIONS`; None is the default of each.
 
     Raises
     ------

@@ -15,8 +15,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from host.evaluation.jit import compiled
-from host.problem.problem import Problem
+from pathgene.host.evaluation.jit import compiled
+from pathgene.host.problem.problem import Problem
 
 
 __all__ = ["detours", "load_ways"]

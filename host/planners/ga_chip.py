@@ -8,20 +8,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from hdl.config import Config, GeneticCore
-from host.device.boards import entered, known_config, url_of, with_core
-from host.device.chip import Chip
-from host.errors import InputError, JobError
-from host.evaluation import Evaluator
-from host.planners.base import Options, Progress, Result, Run, Stop
-from host.planners.chip_problem import whole_path
-from host.planners.chip_replanner import ChipReplanner
-from host.planners.chip_runs import ChipRuns
-from host.planners.chip_schedule import ChipSchedule
-from host.planners.cores import require_chip
-from host.planners.options import DEFAULT_BOARD
-from host.planners.problem_on_chip import ProblemOnChip
-from host.problem.corner_map import CornerMap
+from pathgene.hdl.config import Config, GeneticCore
+from pathgene.host.device.boards import entered, known_config, url_of, with_core
+from pathgene.host.device.chip import Chip
+from pathgene.host.errors import InputError, JobError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners.base import Options, Progress, Result, Run, Stop
+from pathgene.host.planners.chip_problem import whole_path
+from pathgene.host.planners.chip_replanner import ChipReplanner
+from pathgene.host.planners.chip_runs import ChipRuns
+from pathgene.host.planners.chip_schedule import ChipSchedule
+from pathgene.host.planners.cores import require_chip
+from pathgene.host.planners.options import DEFAULT_BOARD
+from pathgene.host.planners.problem_on_chip import ProblemOnChip
+from pathgene.host.problem.corner_map import CornerMap
 
 
 __all__ = ["MOST_CHIP_MS", "ChipGeneticPlanner"]
@@ -37,29 +37,29 @@ class ChipGeneticPlanner:
     full and reports the best that is feasible by the strict rule. Where none is, it starts another
     run, with the next seed and other surfaces, up to eight in all. A long plan is cut into parts,
     each of which goes on from the one before: see
-    :class:`host.planners.chip_schedule.ChipSchedule`. docs/chip_planner.md defines a run; all
-    random numbers of it follow from the seed, so every board of the same sizes gives the same
+    :class:`pathgene.host.planners.chip_schedule.ChipSchedule`. docs/chip_planner.md defines a run;
+    all random numbers of it follow from the seed, so every board of the same sizes gives the same
     result.
 
     With ``polish``, each path of the last run, and of one without a feasible path, is also given
     more waypoints on its straight pieces, up to 32 in all, and then the lowest altitudes that
-    ground and limits allow (:func:`host.planners.altitudes.lowest_altitudes`): some 10 ms a path,
-    which makes some paths feasible that are not.
+    ground and limits allow (:func:`pathgene.host.planners.altitudes.lowest_altitudes`): some 10 ms
+    a path, which makes some paths feasible that are not.
 
     Parameters
     ----------
     board : str or Chip
-        URL of the board, see :func:`host.device.boards.open_board`, or an open one. A simulated one
-        is built with the streaming core unless the URL names a core. On a board that stays open, a
-        changed problem is planned from the population of the run before: see
-        :class:`host.planners.chip_replanner.ChipReplanner`.
+        URL of the board, see :func:`pathgene.host.device.boards.open_board`, or an open one. A
+        simulated one is built with the streaming core unless the URL names a core. On a board that
+        stays open, a changed problem is planned from the population of the run before: see
+        :class:`pathgene.host.planners.chip_replanner.ChipReplanner`.
     chip_ms : int, optional
         Most time of a plan by the chip's clock, if the first run finds a path: 1 to 20,000
         milliseconds. By default only the generations limit it.
     polish : str
         ``on`` or ``off``.
     open_board : callable, optional
-        As for :class:`host.planners.ga_fpga.FpgaGeneticPlanner`.
+        As for :class:`pathgene.host.planners.ga_fpga.FpgaGeneticPlanner`.
 
     Raises
     ------
@@ -93,7 +93,7 @@ class ChipGeneticPlanner:
         progress: Progress | None = None,
         stop: Stop | None = None,
     ) -> Result:
-        """Search; see :class:`host.planners.base.Planner`.
+        """Search; see :class:`pathgene.host.planners.base.Planner`.
 
         Generation 0 is the straight line, along the headings; a record follows after each run. The
         generations of the options are those of a plan whose first run finds a path; a run ends

@@ -10,24 +10,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hdl.config import CheckerBuild, GeneticCore
-from hdl.protocol import LinkMode
-from host.device.boards import entered, known_config, url_of
-from host.device.chip import Chip
-from host.device.waypoints import pack_waypoints, unpack_waypoints
-from host.errors import InputError, JobError
-from host.evaluation import Evaluator
-from host.planners.airspace import NO_FLYABLE_CELL
-from host.planners.base import Options, Progress, Result, Run, Stop
-from host.planners.cores import require_chip
-from host.planners.counting import BoardCollisionCounter
-from host.planners.initial import astar_paths, check_init
-from host.planners.options import DEFAULT_BOARD
-from host.problem import ChipMap
+from pathgene.hdl.config import CheckerBuild, GeneticCore
+from pathgene.hdl.protocol import LinkMode
+from pathgene.host.device.boards import entered, known_config, url_of
+from pathgene.host.device.chip import Chip
+from pathgene.host.device.waypoints import pack_waypoints, unpack_waypoints
+from pathgene.host.errors import InputError, JobError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners.airspace import NO_FLYABLE_CELL
+from pathgene.host.planners.base import Options, Progress, Result, Run, Stop
+from pathgene.host.planners.cores import require_chip
+from pathgene.host.planners.counting import BoardCollisionCounter
+from pathgene.host.planners.initial import astar_paths, check_init
+from pathgene.host.planners.options import DEFAULT_BOARD
+from pathgene.host.problem import ChipMap
 
 
 if TYPE_CHECKING:
-    from hdl.config import Config
+    from pathgene.hdl.config import Config
 
 __all__ = ["FpgaGeneticPlanner", "draw_paths", "ranking"]
 
@@ -62,7 +62,7 @@ class FpgaGeneticPlanner:
     Parameters
     ----------
     board : str or Chip
-        URL of the board, see :func:`host.device.boards.open_board`, or an open one.
+        URL of the board, see :func:`pathgene.host.device.boards.open_board`, or an open one.
     link_mode : str
         ``rank``, ``population`` or ``recipe``: the data sent over the link. The result is the same.
     initial_draws : int
@@ -71,14 +71,15 @@ class FpgaGeneticPlanner:
     feasibility : str
         ``host``: the host samples d_ut and d_nf along the smoothed path. ``board``: the chip's
         collision checker counts them along the straight path (see
-        :class:`host.planners.counting.BoardCollisionCounter`), and its mutations reject points in
-        the ground.
+        :class:`pathgene.host.planners.counting.BoardCollisionCounter`), and its mutations reject
+        points in the ground.
     init : str
-        ``random``, or ``astar``: the paths come from :func:`host.planners.initial.astar_paths`, on
-        the cells and altitude steps of the chip.
+        ``random``, or ``astar``: the paths come from
+        :func:`pathgene.host.planners.initial.astar_paths`, on the cells and altitude steps of the
+        chip.
     open_board : callable, optional
-        Returns a context manager of the :class:`~host.device.chip.Chip` at a URL, which each run
-        leaves at its end; if it keeps the chip open, the next run finds its map there.
+        Returns a context manager of the :class:`~pathgene.host.device.chip.Chip` at a URL, which
+        each run leaves at its end; if it keeps the chip open, the next run finds its map there.
 
     Raises
     ------
@@ -120,7 +121,7 @@ class FpgaGeneticPlanner:
         progress: Progress | None = None,
         stop: Stop | None = None,
     ) -> Result:
-        """Search; see :class:`host.planners.base.Planner`.
+        """Search; see :class:`pathgene.host.planners.base.Planner`.
 
         ``hardware`` of the result has the chip's counters of the run, the map from metres to its
         cells, and the bytes of both directions. ``seconds`` has ``link``, the time spent waiting

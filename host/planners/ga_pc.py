@@ -7,11 +7,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from host.errors import InputError
-from host.evaluation import Evaluator
-from host.planners.airspace import Airspace
-from host.planners.base import Options, Progress, Result, Run, Stop
-from host.planners.initial import Variation, astar_paths, check_init
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners.airspace import Airspace
+from pathgene.host.planners.base import Options, Progress, Result, Run, Stop
+from pathgene.host.planners.initial import Variation, astar_paths, check_init
 
 
 __all__ = ["PcGeneticPlanner", "crossover", "roulette", "smooth_turn"]
@@ -45,9 +45,9 @@ class PcGeneticPlanner:
 
     Added, by default where the first population is not random: some children of a generation, the
     refits, are the best path with one or two waypoints moved a little and all altitudes as low as
-    ground and climb limits allow (:meth:`host.planners.initial.Variation.nudged`). The paper's
-    mutations move a waypoint far and keep its altitude; they rarely improve a good path, which
-    flies close to the ground.
+    ground and climb limits allow (:meth:`pathgene.host.planners.initial.Variation.nudged`). The
+    paper's mutations move a waypoint far and keep its altitude; they rarely improve a good path,
+    which flies close to the ground.
 
     Source: *allaire-2008*, section 3. Settled here where it is silent: the mutation box has edges
     of 15 % of the map's; a new waypoint in the ground, in a no-fly zone or over a void is redrawn 7
@@ -63,7 +63,7 @@ class PcGeneticPlanner:
         Probability that a child is mutated, 0 to 1.
     init : str
         ``random``, or ``astar``: the first population is of
-        :func:`host.planners.initial.astar_paths`.
+        :func:`pathgene.host.planners.initial.astar_paths`.
     refits : int, optional
         Children of a generation that are refits, 0 or more, at most all; each takes about 10 ms. By
         default 2 with ``astar``, none with ``random``.
@@ -103,7 +103,7 @@ class PcGeneticPlanner:
         progress: Progress | None = None,
         stop: Stop | None = None,
     ) -> Result:
-        """Search; see :class:`host.planners.base.Planner`.
+        """Search; see :class:`pathgene.host.planners.base.Planner`.
 
         Raises
         ------

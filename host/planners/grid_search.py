@@ -1,7 +1,8 @@
 """Cheapest routes over a coarse grid of the terrain, as seen from above.
 
-The cost of a route is that of :mod:`host.evaluation` for flying it at the altitude of a surface
-over the ground: half for altitude times length, half for fuel, each relative to the straight line.
+The cost of a route is that of :mod:`pathgene.host.evaluation` for flying it at the altitude of a
+surface over the ground: half for altitude times length, half for fuel, each relative to the
+straight line.
 """
 
 from __future__ import annotations
@@ -15,9 +16,9 @@ from scipy import ndimage
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from host.evaluation.fuel import SEA_LEVEL_DENSITY_KG_M3, air_distance
-from host.evaluation.reference import problem_utopia
-from host.problem.problem import Problem
+from pathgene.host.evaluation.fuel import SEA_LEVEL_DENSITY_KG_M3, air_distance
+from pathgene.host.evaluation.reference import problem_utopia
+from pathgene.host.problem.problem import Problem
 
 
 __all__ = ["Prices", "SearchGrid"]

@@ -9,16 +9,16 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from host.diagnosis import diagnose
-from host.errors import InputError
-from host.planners.airspace import Airspace
-from host.planners.altitudes import lowest_altitudes
-from host.planners.astar import searches
-from host.planners.base import Run
-from host.planners.grid_search import Prices
-from host.planners.polylines import lengthened
-from host.problem import ChipMap
-from host.problem.problem import Problem
+from pathgene.host.diagnosis import diagnose
+from pathgene.host.errors import InputError
+from pathgene.host.planners.airspace import Airspace
+from pathgene.host.planners.altitudes import lowest_altitudes
+from pathgene.host.planners.astar import searches
+from pathgene.host.planners.base import Run
+from pathgene.host.planners.grid_search import Prices
+from pathgene.host.planners.polylines import lengthened
+from pathgene.host.problem import ChipMap
+from pathgene.host.problem.problem import Problem
 
 
 __all__ = ["Variation", "astar_paths", "check_init", "on_lattice"]

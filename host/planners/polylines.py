@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from host.evaluation import Straight
-from host.evaluation.geometry import smooth
-from host.planners.grid_search import SearchGrid
+from pathgene.host.evaluation import Straight
+from pathgene.host.evaluation.geometry import smooth
+from pathgene.host.planners.grid_search import SearchGrid
 
 
 __all__ = ["lengthened", "on_corners", "polylines", "thinned"]

@@ -9,16 +9,16 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from hdl.protocol.planner import NoFlyShape
-from hdl.protocol.runs import RunOptions
-from host.device.chip import Chip
-from host.device.map_copy import drawn_corners
-from host.device.runs import BestPaths, RunStatus
-from host.device.waypoints import unpack_waypoints
-from host.planners.chip_problem import chip_ends, problem_record, whole_path
-from host.problem.corner_map import EASES, CornerMap
-from host.problem.problem import Problem
-from host.problem.zones import Circle, Zone
+from pathgene.hdl.protocol.planner import NoFlyShape
+from pathgene.hdl.protocol.runs import RunOptions
+from pathgene.host.device.chip import Chip
+from pathgene.host.device.map_copy import drawn_corners
+from pathgene.host.device.runs import BestPaths, RunStatus
+from pathgene.host.device.waypoints import unpack_waypoints
+from pathgene.host.planners.chip_problem import chip_ends, problem_record, whole_path
+from pathgene.host.problem.corner_map import EASES, CornerMap
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Circle, Zone
 
 
 __all__ = ["LINE_BITS", "ProblemOnChip", "Waits", "pause_s"]
@@ -106,7 +106,7 @@ class ProblemOnChip:
         Of the latest run.
     eased : int
         The ease of the corners beside ends that the problem before had not, and of all after
-        :meth:`ease`: a key of :data:`host.problem.corner_map.EASES`.
+        :meth:`ease`: a key of :data:`pathgene.host.problem.corner_map.EASES`.
     """
 
     def __init__(self, chip: Chip, problem: Problem, grid: CornerMap) -> None:
@@ -186,7 +186,7 @@ class ProblemOnChip:
             self._corners[rows, columns][inside] = exact[inside]
             return
         # Loads SciPy.
-        from host.problem.no_fly_shape import no_fly_shape
+        from pathgene.host.problem.no_fly_shape import no_fly_shape
 
         shape = no_fly_shape(self.grid, zone)
         if shape is None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from host.evaluation import Evaluator
+from pathgene.host.evaluation import Evaluator
 
 
 __all__ = ["load_repairs", "repair"]
@@ -21,10 +21,10 @@ def repair(evaluator: Evaluator, path: Path) -> Path | None:
     """Return an infeasible path mended in the likeliest way, or None where that fails.
 
     A path that meets a zone or has no room for a turn gets another way at the nearer end, or else
-    at the other: the shortest of :func:`~host.planners.detours.detours` that is feasible. So does
-    one that breaks limits only within two turn radii of an end, or is only too steep from there on.
-    Any other path gets the altitudes of least cost over its waypoints, which may still break a
-    limit, and so does every path as paper.
+    at the other: the shortest of :func:`~pathgene.host.planners.detours.detours` that is feasible.
+    So does one that breaks limits only within two turn radii of an end, or is only too steep from
+    there on. Any other path gets the altitudes of least cost over its waypoints, which may still
+    break a limit, and so does every path as paper.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def load_repairs(evaluator: Evaluator, path: Path) -> None:
 
     To do so, mend a path of the problem whose waypoints were moved below the ground.
     """
-    from host.planners.detours import load_ways
+    from pathgene.host.planners.detours import load_ways
 
     load_ways()
     sunk = np.insert(path, 1, path[:2].mean(axis=0), axis=0)
@@ -72,7 +72,7 @@ def load_repairs(evaluator: Evaluator, path: Path) -> None:
 
 
 def _detoured(evaluator: Evaluator, path: Path, *, at_goal: bool) -> Path | None:
-    from host.planners.detours import detours
+    from pathgene.host.planners.detours import detours
 
     for end in (at_goal, not at_goal):
         paths, lengths = detours(evaluator.problem, path, at_goal=end)
@@ -85,8 +85,8 @@ def _detoured(evaluator: Evaluator, path: Path, *, at_goal: bool) -> Path | None
 
 def _lowest(evaluator: Evaluator, path: Path) -> Path | None:
     # They load SciPy.
-    from host.planners.altitudes import lowest_altitudes
-    from host.planners.grid_search import Prices
+    from pathgene.host.planners.altitudes import lowest_altitudes
+    from pathgene.host.planners.grid_search import Prices
 
     problem = evaluator.problem
     return lowest_altitudes(problem, Prices(problem), path[:, :2])

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from host.errors import InputError
-from host.evaluation import Evaluator
-from host.planners.airspace import Airspace
-from host.planners.base import Options, Progress, Result, Run, Stop
-from host.planners.initial import astar_paths, check_init
-from host.planners.routes.field import (
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners.airspace import Airspace
+from pathgene.host.planners.base import Options, Progress, Result, Run, Stop
+from pathgene.host.planners.initial import astar_paths, check_init
+from pathgene.host.planners.routes.field import (
     FEWEST_CONTROL_POINTS,
     MOST_CONTROL_POINTS,
     MOST_POINTS,
@@ -23,16 +23,16 @@ from host.planners.routes.field import (
     Segments,
     check_reading,
 )
-from host.planners.routes.point_sampler import KINDS, PointSampler
-from host.planners.routes.programming import best_by_sum, segments_of
-from host.planners.routes.search import (
+from pathgene.host.planners.routes.point_sampler import KINDS, PointSampler
+from pathgene.host.planners.routes.programming import best_by_sum, segments_of
+from pathgene.host.planners.routes.search import (
     ADDED_POINTS,
     CHROMOSOMES,
     ConventionalSearch,
     DeterministicSearch,
     Search,
 )
-from host.planners.routes.spline import equal_steps
+from pathgene.host.planners.routes.spline import equal_steps
 
 
 __all__ = ["WAYPOINTS", "ConventionalRoutePlanner", "DeterministicRoutePlanner", "TerrainField"]
@@ -130,7 +130,7 @@ class TerrainField:
 
 
 class DeterministicRoutePlanner:
-    """``ga-dp``: the :class:`~host.planners.routes.search.DeterministicSearch` on terrain.
+    """``ga-dp``: the :class:`~pathgene.host.planners.routes.search.DeterministicSearch` on terrain.
 
     Source: *cheng*, section IV; on terrain, :class:`TerrainField` gives the fitness of a route.
     Generation 0 is the paper's first.
@@ -140,7 +140,8 @@ class DeterministicRoutePlanner:
     reading : str
         ``route`` or ``sum``; see :class:`TerrainField`.
     draws : str
-        ``near`` or ``uniform``; see :class:`host.planners.routes.point_sampler.PointSampler`.
+        ``near`` or ``uniform``; see
+        :class:`pathgene.host.planners.routes.point_sampler.PointSampler`.
     added_points : int
         Crossover points added per generation, 1 to 50.
     init : str
@@ -166,7 +167,7 @@ class DeterministicRoutePlanner:
         progress: Progress | None = None,
         stop: Stop | None = None,
     ) -> Result:
-        """Search; see :class:`host.planners.base.Planner`.
+        """Search; see :class:`pathgene.host.planners.base.Planner`.
 
         Raises
         ------
@@ -188,7 +189,7 @@ class DeterministicRoutePlanner:
 
 
 class ConventionalRoutePlanner:
-    """``ga-auv``: the :class:`~host.planners.routes.search.ConventionalSearch` on terrain.
+    """``ga-auv``: the :class:`~pathgene.host.planners.routes.search.ConventionalSearch` on terrain.
 
     Source: *cheng*, section V; on terrain, :class:`TerrainField` gives the fitness of a route.
     Generation 0 is the paper's first.
@@ -216,7 +217,7 @@ class ConventionalRoutePlanner:
         progress: Progress | None = None,
         stop: Stop | None = None,
     ) -> Result:
-        """Search; see :class:`host.planners.base.Planner`.
+        """Search; see :class:`pathgene.host.planners.base.Planner`.
 
         Raises
         ------

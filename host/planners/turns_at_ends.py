@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from host.problem.problem import Problem
+from pathgene.host.problem.problem import Problem
 
 
 __all__ = ["Leads", "around", "leads"]

@@ -5,9 +5,9 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterable, Sequence
 
-from host.errors import InputError
-from host.problem.problem import Problem
-from host.problem.zones import Zone
+from pathgene.host.errors import InputError
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Zone
 
 
 __all__ = ["changed_problem"]

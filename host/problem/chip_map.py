@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hdl.config import Config
-from host.errors import InputError
-from host.problem.problem import Problem
+from pathgene.hdl.config import Config
+from pathgene.host.errors import InputError
+from pathgene.host.problem.problem import Problem
 
 
 __all__ = ["ChipMap"]

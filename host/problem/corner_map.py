@@ -10,12 +10,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hdl.protocol.planner import ALTITUDE_FRACTION, POSITION_FRACTION
-from host.problem.chip_map import ChipMap
-from host.problem.ends import Point
-from host.problem.problem import Problem
-from host.problem.zone_raster import blocked_cells
-from host.problem.zones import Circle, Polygon, Zone
+from pathgene.hdl.protocol.planner import ALTITUDE_FRACTION, POSITION_FRACTION
+from pathgene.host.problem.chip_map import ChipMap
+from pathgene.host.problem.ends import Point
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zone_raster import blocked_cells
+from pathgene.host.problem.zones import Circle, Polygon, Zone
 
 
 __all__ = ["EASES", "CornerMap", "Ease"]
@@ -143,9 +143,9 @@ class CornerMap(ChipMap):
     def place(self, point: Point) -> tuple[int, int, int]:
         """Return a point on the lattice, as in the record of a problem.
 
-        x and y have :data:`~hdl.protocol.planner.POSITION_FRACTION` bits below the cell, the
-        altitude :data:`~hdl.protocol.planner.ALTITUDE_FRACTION` below the step. What lies outside
-        the first or last corner is moved there.
+        x and y have :data:`~pathgene.hdl.protocol.planner.POSITION_FRACTION` bits below the cell,
+        the altitude :data:`~pathgene.hdl.protocol.planner.ALTITUDE_FRACTION` below the step. What
+        lies outside the first or last corner is moved there.
         """
         places = []
         for metres, scale_m, limit in zip(

@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from host.errors import InputError
-from host.numeric import numbers
-from host.terrain import Terrain
+from pathgene.host.errors import InputError
+from pathgene.host.numeric import numbers
+from pathgene.host.terrain import Terrain
 
 
 __all__ = ["Point", "check_above_ground", "end_point", "finite", "place"]
@@ -145,7 +145,7 @@ def _local_hint(terrain: Terrain, x: float, y: float) -> str:
     if terrain.crs is None or terrain.origin is None:
         return ""
     # Loads GDAL, which few problems need.
-    from host.terrain.geodesy import unit_m
+    from pathgene.host.terrain.geodesy import unit_m
 
     unit = unit_m(terrain.crs)
     east, north = (x - terrain.origin[0]) * unit, (y - terrain.origin[1]) * unit

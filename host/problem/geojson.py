@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from host.errors import InputError
-from host.numeric import is_number
-from host.problem.rings import Ring
-from host.terrain import Terrain
+from pathgene.host.errors import InputError
+from pathgene.host.numeric import is_number
+from pathgene.host.problem.rings import Ring
+from pathgene.host.terrain import Terrain
 
 
 __all__ = ["Shape", "shapes"]

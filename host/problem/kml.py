@@ -8,11 +8,11 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from host.errors import InputError
-from host.numeric import parse
-from host.problem.geojson import Shape
-from host.problem.rings import Ring
-from host.terrain import Terrain
+from pathgene.host.errors import InputError
+from pathgene.host.numeric import parse
+from pathgene.host.problem.geojson import Shape
+from pathgene.host.problem.rings import Ring
+from pathgene.host.terrain import Terrain
 
 
 __all__ = ["kml_shapes"]

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from host.problem.aircraft import Aircraft
-from host.problem.rules import Rules
+from pathgene.host.problem.aircraft import Aircraft
+from pathgene.host.problem.rules import Rules
 
 
 __all__ = ["GRAVITY_M_S2", "Limits", "slope_limits"]

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
-from hdl.protocol.planner import BEND_BITS, EDGE_BITS, EDGES, NoFlyShape
-from host.problem.corner_map import CornerMap
-from host.problem.zones import Circle, Zone
+from pathgene.hdl.protocol.planner import BEND_BITS, EDGE_BITS, EDGES, NoFlyShape
+from pathgene.host.problem.corner_map import CornerMap
+from pathgene.host.problem.zones import Circle, Zone
 
 
 __all__ = ["no_fly_shape"]

@@ -13,18 +13,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from host.errors import InputError
-from host.numeric import real
-from host.problem.aircraft import DEFAULT, Aircraft, load
-from host.problem.ends import Point, check_above_ground, end_point, finite
-from host.problem.limits import Limits, slope_limits
-from host.problem.rules import Rules
-from host.problem.zones import Zone, raster
-from host.terrain import Terrain
+from pathgene.host.errors import InputError
+from pathgene.host.numeric import real
+from pathgene.host.problem.aircraft import DEFAULT, Aircraft, load
+from pathgene.host.problem.ends import Point, check_above_ground, end_point, finite
+from pathgene.host.problem.limits import Limits, slope_limits
+from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.zones import Zone, raster
+from pathgene.host.terrain import Terrain
 
 
 if TYPE_CHECKING:
-    from host.problem.surface import Demand, SearchRasters
+    from pathgene.host.problem.surface import Demand, SearchRasters
 
 __all__ = ["SMALLEST_DS_M", "Problem"]
 
@@ -190,7 +190,7 @@ class Problem:
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return the steepest climbs and descents along unit directions, (n,) each, as tangents.
 
-        See :func:`host.problem.limits.slope_limits`.
+        See :func:`pathgene.host.problem.limits.slope_limits`.
         """
         wind = (0.0, 0.0) if self.rules is None else self.wind
         return slope_limits(self.limits, self.aircraft.cruise_speed_m_s, wind, east, north)
@@ -206,7 +206,7 @@ class Problem:
 
     @cached_property
     def surface(self) -> Terrain:
-        """Terrain that planners search above; see :class:`host.problem.surface.SearchRasters`.
+        """Terrain that planners search above; see ``SearchRasters``.
 
         As paper it is the terrain.
         """
@@ -257,7 +257,7 @@ class Problem:
     @cached_property
     def demand(self) -> Demand:
         """Clearance demanded on the way from start to goal; the problem must have rules."""
-        from host.problem.surface import Demand
+        from pathgene.host.problem.surface import Demand
 
         assert self.rules is not None
         return Demand.of(self.terrain, self.start, self.goal, self.aircraft, self.rules)
@@ -271,7 +271,7 @@ class Problem:
         if self.rules is None:
             return None
         # Loads SciPy.
-        from host.problem.surface import SearchRasters
+        from pathgene.host.problem.surface import SearchRasters
 
         return SearchRasters(self.terrain, self.demand, self.zones, self.rules, self._fastest_m_s)
 

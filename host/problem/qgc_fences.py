@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from host.errors import InputError
-from host.numeric import as_number, rows
-from host.problem.geojson import Shape
-from host.problem.rings import Ring
-from host.terrain import Terrain
+from pathgene.host.errors import InputError
+from pathgene.host.numeric import as_number, rows
+from pathgene.host.problem.geojson import Shape
+from pathgene.host.problem.rings import Ring
+from pathgene.host.terrain import Terrain
 
 
 __all__ = ["fence_shapes"]

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from host.errors import InputError
-from host.numeric import numbers
+from pathgene.host.errors import InputError
+from pathgene.host.numeric import numbers
 
 
 __all__ = [

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass, fields
 from typing import Any
 
-from host.errors import InputError
-from host.numeric import real
+from pathgene.host.errors import InputError
+from pathgene.host.numeric import real
 
 
 __all__ = ["Rules"]
@@ -31,7 +31,7 @@ class Rules:
     ----------
     clearance_m : float
         Least height over the surface, 0 or more. Near start and goal less is demanded: see
-        :func:`host.problem.surface.required_m`.
+        :func:`pathgene.host.problem.surface.required_m`.
     corridor_m : float
         Distance to either side of the track within which the clearance is kept, 0 or more.
     ceiling_m : float, optional

@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
-from host.problem.aircraft import Aircraft
-from host.problem.ends import Point
-from host.problem.rules import Rules
-from host.problem.zone_raster import blocked_cells
-from host.problem.zones import Circle, Polygon, Zone
-from host.terrain import Terrain
+from pathgene.host.problem.aircraft import Aircraft
+from pathgene.host.problem.ends import Point
+from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.zone_raster import blocked_cells
+from pathgene.host.problem.zones import Circle, Polygon, Zone
+from pathgene.host.terrain import Terrain
 
 
 __all__ = ["Demand", "SearchRasters", "surface_below"]

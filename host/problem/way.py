@@ -7,10 +7,10 @@ import operator
 from collections.abc import Sequence
 from typing import Any
 
-from host.errors import InputError
-from host.problem.ends import Point
-from host.problem.problem import Problem
-from host.terrain import Terrain
+from pathgene.host.errors import InputError
+from pathgene.host.problem.ends import Point
+from pathgene.host.problem.problem import Problem
+from pathgene.host.terrain import Terrain
 
 
 __all__ = ["WayProblem"]

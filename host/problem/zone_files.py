@@ -6,12 +6,12 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from host.errors import InputError
-from host.inputs import parse_json, read_text
-from host.problem.geojson import Shape, shapes
-from host.problem.kml import kml_shapes
-from host.problem.qgc_fences import fence_shapes
-from host.terrain import Terrain
+from pathgene.host.errors import InputError
+from pathgene.host.inputs import parse_json, read_text
+from pathgene.host.problem.geojson import Shape, shapes
+from pathgene.host.problem.kml import kml_shapes
+from pathgene.host.problem.qgc_fences import fence_shapes
+from pathgene.host.terrain import Terrain
 
 
 __all__ = ["document_shapes", "read_document"]
@@ -45,8 +45,9 @@ def read_document(path: str | Path) -> Any:
 def document_shapes(document: Any, terrain: Terrain) -> Iterable[Shape]:
     """Return the zones of a document as points and polygons in the terrain's local frame.
 
-    See :func:`host.problem.kml.kml_shapes`, :func:`host.problem.qgc_fences.fence_shapes` and
-    :func:`host.problem.geojson.shapes`, also for the errors.
+    See :func:`pathgene.host.problem.kml.kml_shapes`,
+    :func:`pathgene.host.problem.qgc_fences.fence_shapes` and
+    :func:`pathgene.host.problem.geojson.shapes`, also for the errors.
     """
     if isinstance(document, str):
         return kml_shapes(document, terrain)

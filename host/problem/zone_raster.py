@@ -16,9 +16,9 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from host.problem.rings import EDGE_M, edges
-from host.problem.zones import Circle, Polygon, Zone
-from host.terrain import Terrain
+from pathgene.host.problem.rings import EDGE_M, edges
+from pathgene.host.problem.zones import Circle, Polygon, Zone
+from pathgene.host.terrain import Terrain
 
 
 __all__ = ["blocked_cells"]

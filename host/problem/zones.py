@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from host.errors import InputError
-from host.numeric import is_number
-from host.problem.rings import (
+from pathgene.host.errors import InputError
+from pathgene.host.numeric import is_number
+from pathgene.host.problem.rings import (
     Ring,
     add_edges,
     nodes_inside,
@@ -25,8 +25,8 @@ from host.problem.rings import (
     require_near,
     ring_of,
 )
-from host.problem.zone_files import document_shapes, read_document
-from host.terrain import Terrain
+from pathgene.host.problem.zone_files import document_shapes, read_document
+from pathgene.host.terrain import Terrain
 
 
 __all__ = ["Circle", "Polygon", "Zone", "raster", "read_zones", "zone_from_dict"]
@@ -309,8 +309,8 @@ def read_zones(path: str | Path, terrain: Terrain) -> tuple[Zone, ...]:
     A third coordinate is ignored. A feature's properties ``name``, ``lower``, ``upper``, ``t0`` and
     ``t1`` are those of :class:`Zone`, in metres and seconds; null is no limit.
 
-    KML and plans: see :func:`host.problem.kml.kml_shapes` and
-    :func:`host.problem.qgc_fences.fence_shapes`.
+    KML and plans: see :func:`pathgene.host.problem.kml.kml_shapes` and
+    :func:`pathgene.host.problem.qgc_fences.fence_shapes`.
 
     Raises
     ------

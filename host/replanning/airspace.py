@@ -7,11 +7,11 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from host.errors import InputError
-from host.problem.ends import Point
-from host.problem.problem import Problem
-from host.problem.zones import Circle, Polygon, Zone
-from host.replanning.scenario import Event, NewZone, Placed
+from pathgene.host.errors import InputError
+from pathgene.host.problem.ends import Point
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Circle, Polygon, Zone
+from pathgene.host.replanning.scenario import Event, NewZone, Placed
 
 
 __all__ = ["Airspace", "Place", "moved"]

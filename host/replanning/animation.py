@@ -15,16 +15,16 @@ from matplotlib.transforms import Affine2D
 from numpy.typing import NDArray
 from PIL import Image
 
-from host.evaluation.track import SmoothedTrack
-from host.files.output import replacing
-from host.flight.flight import PERIOD_S
-from host.replanning.picture import version_points, window
-from host.report import plan_view, zone_shapes
-from host.report.palette import FLOWN, GOAL, NOFLY, PATH, START, TEXT, halo
+from pathgene.host.evaluation.track import SmoothedTrack
+from pathgene.host.files.output import replacing
+from pathgene.host.flight.flight import PERIOD_S
+from pathgene.host.replanning.picture import version_points, window
+from pathgene.host.report import plan_view, zone_shapes
+from pathgene.host.report.palette import FLOWN, GOAL, NOFLY, PATH, START, TEXT, halo
 
 
 if TYPE_CHECKING:
-    from host.replanning.report import Replanned
+    from pathgene.host.replanning.report import Replanned
 
 __all__ = ["frames", "write"]
 

@@ -10,13 +10,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from host.evaluation.fuel import thrust_needed
-from host.evaluation.geometry import Straight
-from host.problem.aircraft import Aircraft
-from host.problem.ends import Point
-from host.problem.problem import Problem
-from host.replanning.present import Present
-from host.replanning.tracks import Pose, Track, is_smooth, part, pose_at
+from pathgene.host.evaluation.fuel import thrust_needed
+from pathgene.host.evaluation.geometry import Straight
+from pathgene.host.problem.aircraft import Aircraft
+from pathgene.host.problem.ends import Point
+from pathgene.host.problem.problem import Problem
+from pathgene.host.replanning.present import Present
+from pathgene.host.replanning.tracks import Pose, Track, is_smooth, part, pose_at
 
 
 __all__ = ["Departure", "RestOfFlight", "depart", "fault_of"]

@@ -11,9 +11,9 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from host.evaluation.geometry import Piece
-from host.replanning.present import Present
-from host.replanning.tracks import Pose, Track, end_of, part, pose_at, run_of
+from pathgene.host.evaluation.geometry import Piece
+from pathgene.host.replanning.present import Present
+from pathgene.host.replanning.tracks import Pose, Track, end_of, part, pose_at, run_of
 
 
 __all__ = ["Holding", "holding_on", "shortest_way_out_m", "way_on", "way_out"]

@@ -9,20 +9,20 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from hdl.config import GeneticCore
-from host.device.boards import entered
-from host.device.chip import Chip
-from host.evaluation import Evaluator
-from host.files.output import json_bytes
-from host.files.replacement import replace_files
-from host.planners.base import Stop
-from host.problem.problem import Problem
-from host.replanning.outcome import judge
-from host.replanning.planner import InFlightPlanner
-from host.replanning.report import Replanned
-from host.replanning.scenario import Scenario, check_mission
-from host.replanning.session import Session
-from host.report.run_files import FLIGHT
+from pathgene.hdl.config import GeneticCore
+from pathgene.host.device.boards import entered
+from pathgene.host.device.chip import Chip
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.files.output import json_bytes
+from pathgene.host.files.replacement import replace_files
+from pathgene.host.planners.base import Stop
+from pathgene.host.problem.problem import Problem
+from pathgene.host.replanning.outcome import judge
+from pathgene.host.replanning.planner import InFlightPlanner
+from pathgene.host.replanning.report import Replanned
+from pathgene.host.replanning.scenario import Scenario, check_mission
+from pathgene.host.replanning.session import Session
+from pathgene.host.report.run_files import FLIGHT
 
 
 __all__ = ["FALLBACK", "draw", "fly_scenario", "on_board", "save", "underway", "write"]
@@ -39,7 +39,7 @@ def on_board(planner: str, board: str) -> AbstractContextManager[Chip | None]:
     Raises
     ------
     InputError, JobError
-        As those of :func:`host.device.boards.open_board`.
+        As those of :func:`pathgene.host.device.boards.open_board`.
     """
     # A planner that there is not is refused by the search.
     if planner not in _CORES:
@@ -167,7 +167,7 @@ def write(report: Replanned, directory: Path) -> Path:
 def draw(report: Replanned, directory: Path) -> list[Path]:
     """Write ``flight.png`` and ``flight.gif``; return their paths."""
     # Loads matplotlib, which flying does not need.
-    from host.replanning import animation, picture
+    from pathgene.host.replanning import animation, picture
 
     written = [directory / name for name in FLIGHT[1:]]
     picture.write(report, written[0])

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from host.flight.flight import PERIOD_S
-from host.flight.judge import SHARE, demanded_m, surface_below
-from host.problem.rings import edges
-from host.problem.zones import Circle, Polygon, Zone
-from host.replanning.session import Session
+from pathgene.host.flight.flight import PERIOD_S
+from pathgene.host.flight.judge import SHARE, demanded_m, surface_below
+from pathgene.host.problem.rings import edges
+from pathgene.host.problem.zones import Circle, Polygon, Zone
+from pathgene.host.replanning.session import Session
 
 
 __all__ = ["WAY_OUT_SHARE", "Outcome", "judge", "zone_distance_m"]

@@ -12,19 +12,19 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from host.evaluation.track import SmoothedTrack
-from host.files.output import replacing
-from host.flight.flight import PERIOD_S
-from host.flight.judge import demanded_m, surface_below
-from host.flight.picture import layout
-from host.report import plan_view, zone_shapes
-from host.report.axes import LEGEND, finish
-from host.report.frame import frame
-from host.report.palette import FLOWN, GROUND, NOFLY, PATH, SERIES, START, TEXT, halo
+from pathgene.host.evaluation.track import SmoothedTrack
+from pathgene.host.files.output import replacing
+from pathgene.host.flight.flight import PERIOD_S
+from pathgene.host.flight.judge import demanded_m, surface_below
+from pathgene.host.flight.picture import layout
+from pathgene.host.report import plan_view, zone_shapes
+from pathgene.host.report.axes import LEGEND, finish
+from pathgene.host.report.frame import frame
+from pathgene.host.report.palette import FLOWN, GROUND, NOFLY, PATH, SERIES, START, TEXT, halo
 
 
 if TYPE_CHECKING:
-    from host.replanning.report import Replanned
+    from pathgene.host.replanning.report import Replanned
 
 __all__ = ["draw", "titles", "version_points", "window", "write"]
 
@@ -183,7 +183,7 @@ def _draw_heights(axes: Axes, report: Replanned, flown: Floats) -> None:
 
 
 def _draw_distances(axes: Axes, report: Replanned, flown: Floats) -> None:
-    from host.replanning.outcome import zone_distance_m
+    from pathgene.host.replanning.outcome import zone_distance_m
 
     past = report.session.airspace.past
     seconds = _seconds(flown)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import dataclasses
 import math
 
-from host.flight.flight import PERIOD_S, Flight, Sample
-from host.problem.aircraft import Aircraft
-from host.replanning.records import Leg
-from host.replanning.tracks import Pose, Track, pose_at
+from pathgene.host.flight.flight import PERIOD_S, Flight, Sample
+from pathgene.host.problem.aircraft import Aircraft
+from pathgene.host.replanning.records import Leg
+from pathgene.host.replanning.tracks import Pose, Track, pose_at
 
 
 __all__ = ["Pilot"]
@@ -32,7 +32,8 @@ class Pilot:
     Attributes
     ----------
     samples : list of Sample
-        The flight, every :data:`host.flight.flight.PERIOD_S`, from the start of the track on.
+        The flight, every :data:`pathgene.host.flight.flight.PERIOD_S`, from the start of the track
+        on.
     legs : list of Leg
     track : tuple of Straight or Arc
         What is followed.
@@ -100,7 +101,7 @@ class Pilot:
         self.legs.append(Leg(self.time_s, kind, track))
 
     def step(self) -> Sample:
-        """Fly on for :data:`host.flight.flight.PERIOD_S`; return the sample."""
+        """Fly on for :data:`pathgene.host.flight.flight.PERIOD_S`; return the sample."""
         sample = self.flight.step()
         self.samples.append(sample)
         consumption = self._aircraft.specific_fuel_consumption_N_per_Ws

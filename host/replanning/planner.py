@@ -11,14 +11,14 @@ import time
 from dataclasses import dataclass, replace
 from typing import Any
 
-from host.device.chip import Chip
-from host.errors import InputError, JobError
-from host.evaluation import Evaluator
-from host.memory import keep_memory
-from host.planners.chip_time import chip_time, line_s
-from host.planners.repairs import load_repairs
-from host.planning import Plan, Search
-from host.problem.problem import Problem
+from pathgene.host.device.chip import Chip
+from pathgene.host.errors import InputError, JobError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.memory import keep_memory
+from pathgene.host.planners.chip_time import chip_time, line_s
+from pathgene.host.planners.repairs import load_repairs
+from pathgene.host.planning import Plan, Search
+from pathgene.host.problem.problem import Problem
 
 
 __all__ = [
@@ -120,7 +120,7 @@ class InFlightPlanner:
     Parameters
     ----------
     name : str
-        A name in :data:`host.planners.PLANNERS`.
+        A name in :data:`pathgene.host.planners.PLANNERS`.
     board : Chip, optional
         An open board, for planners that run on one.
     seed : int
@@ -168,7 +168,7 @@ class InFlightPlanner:
     def prepare(self, evaluator: Evaluator) -> Plan:
         """Plan the mission before the flight: the chip gets its map, the processor is measured.
 
-        From then on the process keeps freed memory; see :mod:`host.memory`.
+        From then on the process keeps freed memory; see :mod:`pathgene.host.memory`.
 
         Raises
         ------
@@ -176,7 +176,7 @@ class InFlightPlanner:
             As those of the planner.
         """
         # A replan must wait neither for SciPy, which this loads, nor for memory.
-        import host.problem.no_fly_shape  # noqa: F401
+        import pathgene.host.problem.no_fly_shape  # noqa: F401
 
         keep_memory()
 

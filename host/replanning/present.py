@@ -8,17 +8,17 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from host.evaluation.constants import COORDINATE_LIMIT_M, Floats
-from host.evaluation.geometry import Piece
-from host.evaluation.laid_pieces import lay_pieces
-from host.evaluation.problem_constants import constants_of
-from host.evaluation.reference import Utopia
-from host.evaluation.safety import StrictRule
-from host.evaluation.zones import pack_zones, zone_metres
-from host.problem.ends import Point
-from host.problem.problem import Problem
-from host.problem.zones import Zone
-from host.replanning.tracks import Pose, Track, part, run_of
+from pathgene.host.evaluation.constants import COORDINATE_LIMIT_M, Floats
+from pathgene.host.evaluation.geometry import Piece
+from pathgene.host.evaluation.laid_pieces import lay_pieces
+from pathgene.host.evaluation.problem_constants import constants_of
+from pathgene.host.evaluation.reference import Utopia
+from pathgene.host.evaluation.safety import StrictRule
+from pathgene.host.evaluation.zones import pack_zones, zone_metres
+from pathgene.host.problem.ends import Point
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Zone
+from pathgene.host.replanning.tracks import Pose, Track, part, run_of
 
 
 __all__ = ["Present"]

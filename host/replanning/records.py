@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from host.replanning.planner import Attempt
-from host.replanning.tracks import Track
+from pathgene.host.replanning.planner import Attempt
+from pathgene.host.replanning.tracks import Track
 
 
 __all__ = ["Change", "Leg", "Pending"]

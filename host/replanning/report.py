@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from host.flight.flight import PERIOD_S
-from host.replanning.outcome import Outcome
-from host.replanning.session import Session
-from host.report.summary import finite, version
+from pathgene.host.flight.flight import PERIOD_S
+from pathgene.host.replanning.outcome import Outcome
+from pathgene.host.replanning.session import Session
+from pathgene.host.report.summary import finite, version
 
 
 __all__ = ["Replanned"]

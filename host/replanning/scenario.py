@@ -23,14 +23,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from host.errors import InputError
-from host.files.output import reading
-from host.inputs import parse_toml, read_text
-from host.numeric import is_number, numbers, parse
-from host.problem.ends import Point
-from host.problem.problem import Problem
-from host.problem.zones import Circle, Zone, read_zones, zone_from_dict
-from host.terrain import Terrain
+from pathgene.host.errors import InputError
+from pathgene.host.files.output import reading
+from pathgene.host.inputs import parse_toml, read_text
+from pathgene.host.numeric import is_number, numbers, parse
+from pathgene.host.problem.ends import Point
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Circle, Zone, read_zones, zone_from_dict
+from pathgene.host.terrain import Terrain
 
 
 __all__ = [

@@ -1,10 +1,10 @@
 """A flight during which the world changes: plans, loiters and ways out, in virtual time.
 
-Simulated seconds advance by what planning costs (:mod:`host.replanning.planner`). A plan begins at
-a point of the present track that the aircraft will reach within the time that the planner is given,
-with the heading there; the flight goes on along it as soon as it is known. Until then, and where
-there is none, the aircraft follows what it has. Before that stops being safe it turns onto a circle
-that is proved safe, and plans on from there.
+Simulated seconds advance by what planning costs (:mod:`pathgene.host.replanning.planner`). A plan
+begins at a point of the present track that the aircraft will reach within the time that the planner
+is given, with the heading there; the flight goes on along it as soon as it is known. Until then,
+and where there is none, the aircraft follows what it has. Before that stops being safe it turns
+onto a circle that is proved safe, and plans on from there.
 """
 
 from __future__ import annotations
@@ -16,21 +16,27 @@ from typing import Any
 
 import numpy as np
 
-from host.errors import InputError
-from host.evaluation import Evaluator
-from host.flight.flight import PERIOD_S, Flight, Sample
-from host.flight.judge import surface_below
-from host.flight.models import FlightModel, model_for
-from host.problem.problem import Problem
-from host.replanning.airspace import DRIFT_S, Airspace
-from host.replanning.departure import Departure, depart, fault_of
-from host.replanning.evasion import Holding, holding_on, shortest_way_out_m, way_on, way_out
-from host.replanning.pilot import Pilot
-from host.replanning.planner import Attempt, InFlightPlanner, PlanningTime
-from host.replanning.present import Present
-from host.replanning.records import Change, Pending
-from host.replanning.scenario import Event, Scenario, check_mission
-from host.replanning.tracks import Track, end_of, part, pose_at, run_of
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.flight.flight import PERIOD_S, Flight, Sample
+from pathgene.host.flight.judge import surface_below
+from pathgene.host.flight.models import FlightModel, model_for
+from pathgene.host.problem.problem import Problem
+from pathgene.host.replanning.airspace import DRIFT_S, Airspace
+from pathgene.host.replanning.departure import Departure, depart, fault_of
+from pathgene.host.replanning.evasion import (
+    Holding,
+    holding_on,
+    shortest_way_out_m,
+    way_on,
+    way_out,
+)
+from pathgene.host.replanning.pilot import Pilot
+from pathgene.host.replanning.planner import Attempt, InFlightPlanner, PlanningTime
+from pathgene.host.replanning.present import Present
+from pathgene.host.replanning.records import Change, Pending
+from pathgene.host.replanning.scenario import Event, Scenario, check_mission
+from pathgene.host.replanning.tracks import Track, end_of, part, pose_at, run_of
 
 
 __all__ = ["Session"]
@@ -75,7 +81,7 @@ class Session:
     fallback : InFlightPlanner, optional
         Takes over where the board of ``planner`` is lost; prepared, too.
     gusts, seed
-        As for :class:`host.flight.flight.Flight`.
+        As for :class:`pathgene.host.flight.flight.Flight`.
     say : callable, optional
         Receives a sentence on each decision.
 
@@ -159,7 +165,7 @@ class Session:
             self.step()
 
     def step(self) -> None:
-        """Fly on for :data:`host.flight.flight.PERIOD_S`, with what happens and is decided then."""
+        """Fly on for ``PERIOD_S``, with what happens and is decided then."""
         now = self.pilot.time_s
         while self._events and self._events[0].at_s <= now:
             self._happen(self._events.pop(0), now)

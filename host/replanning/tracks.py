@@ -1,7 +1,7 @@
 """Tracks as sequences of pieces: places on them, and parts of them.
 
 Distances along a track are horizontal and count from its beginning, as those of
-:class:`host.flight.route.Route` do. Pieces without horizontal length are passed over.
+:class:`pathgene.host.flight.route.Route` do. Pieces without horizontal length are passed over.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from host.evaluation.geometry import Arc, Piece, Straight
+from pathgene.host.evaluation.geometry import Arc, Piece, Straight
 
 
 __all__ = ["Pose", "Track", "end_of", "is_smooth", "part", "pose_at", "run_of"]

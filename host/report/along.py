@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from host.evaluation import Evaluator, Samples
-from host.evaluation.broken import Stretch
-from host.report.limit_units import unit_of
+from pathgene.host.evaluation import Evaluator, Samples
+from pathgene.host.evaluation.broken import Stretch
+from pathgene.host.report.limit_units import unit_of
 
 
 __all__ = ["broken_limits", "broken_samples", "surface_and_demand", "why"]
@@ -42,7 +42,7 @@ def surface_and_demand(evaluator: Evaluator, samples: Samples) -> tuple[Floats, 
     problem = evaluator.problem
     if problem.rules is None:
         return samples.ground, samples.ground, np.full(len(samples.s), np.nan)
-    from host.problem.surface import surface_below
+    from pathgene.host.problem.surface import surface_below
 
     dx, dy = np.gradient(samples.x), np.gradient(samples.y)
     run = np.maximum(np.hypot(dx, dy), 1e-9)

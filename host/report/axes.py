@@ -4,7 +4,7 @@ from typing import Any
 
 from matplotlib.axes import Axes
 
-from host.report.palette import TEXT
+from pathgene.host.report.palette import TEXT
 
 
 __all__ = ["LEGEND", "finish"]

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from host.report.axes import LEGEND, finish
-from host.report.palette import BEST, MEAN, TEXT
+from pathgene.host.report.axes import LEGEND, finish
+from pathgene.host.report.palette import BEST, MEAN, TEXT
 
 
 __all__ = ["draw"]

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from host.evaluation import Evaluator
-from host.files.output import json_bytes, writing_into
-from host.files.replacement import replace_files
-from host.planners.base import Result
-from host.report.write import write_picture
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.files.output import json_bytes, writing_into
+from pathgene.host.files.replacement import replace_files
+from pathgene.host.planners.base import Result
+from pathgene.host.report.write import write_picture
 
 
 if TYPE_CHECKING:
-    from host.report.picture import Scene
+    from pathgene.host.report.picture import Scene
 
 
 __all__ = ["Drawn", "write_diagnosis"]
@@ -96,7 +96,7 @@ def _scene(
     evaluator: Evaluator, result: Result | None, place: str, reason: Mapping[str, Any]
 ) -> Scene:
     """Return all that the picture of a reason shows."""
-    from host.report.picture import Scene
+    from pathgene.host.report.picture import Scene
 
     verdict = _verdict(reason)
     if result is not None:

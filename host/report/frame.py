@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from matplotlib.artist import Artist
 from matplotlib.figure import Figure
 
-from host.report.palette import TEXT
+from pathgene.host.report.palette import TEXT
 
 
 __all__ = ["LEFT", "NARROWEST", "RIGHT", "WIDTH", "frame", "titles"]

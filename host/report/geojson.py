@@ -11,19 +11,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from host.errors import InputError
-from host.files.output import reading
-from host.inputs import parse_json, read_text
-from host.numeric import rows
-from host.problem.ends import Point
-from host.problem.rings import Ring, wound
-from host.problem.zones import Circle, Polygon, Zone
-from host.report.marks import mark_names
+from pathgene.host.errors import InputError
+from pathgene.host.files.output import reading
+from pathgene.host.inputs import parse_json, read_text
+from pathgene.host.numeric import rows
+from pathgene.host.problem.ends import Point
+from pathgene.host.problem.rings import Ring, wound
+from pathgene.host.problem.zones import Circle, Polygon, Zone
+from pathgene.host.report.marks import mark_names
 
 
 if TYPE_CHECKING:
-    from host.evaluation import SmoothedTrack
-    from host.terrain import Terrain
+    from pathgene.host.evaluation import SmoothedTrack
+    from pathgene.host.terrain import Terrain
 
 __all__ = ["heights_datum", "path_document", "read_path"]
 
@@ -43,7 +43,8 @@ def path_document(
 
     The first two features are LineStrings. The marks are Points with a ``name``, in the order of
     the flight: start, via points, goal, and the start again after a return. A circular zone is a
-    Point with the property ``radius_m``, as :func:`host.problem.zones.read_zones` reads it.
+    Point with the property ``radius_m``, as :func:`pathgene.host.problem.zones.read_zones` reads
+    it.
 
     Parameters
     ----------

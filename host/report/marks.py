@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from host.problem.ends import Point
+from pathgene.host.problem.ends import Point
 
 
 __all__ = ["mark_names", "marked_waypoints"]

@@ -14,16 +14,16 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from host.evaluation import Evaluation, Evaluator, Samples
-from host.evaluation.broken import Stretch
-from host.evaluation.evaluator import FINE
-from host.files.output import replacing
-from host.report import convergence, plan_view, points, profile, reason_marks
-from host.report.along import broken_samples
-from host.report.along import why as why_not
-from host.report.frame import LEFT, NARROWEST, RIGHT, WIDTH, frame
-from host.report.palette import TROUBLE
-from host.report.via import visits
+from pathgene.host.evaluation import Evaluation, Evaluator, Samples
+from pathgene.host.evaluation.broken import Stretch
+from pathgene.host.evaluation.evaluator import FINE
+from pathgene.host.files.output import replacing
+from pathgene.host.report import convergence, plan_view, points, profile, reason_marks
+from pathgene.host.report.along import broken_samples
+from pathgene.host.report.along import why as why_not
+from pathgene.host.report.frame import LEFT, NARROWEST, RIGHT, WIDTH, frame
+from pathgene.host.report.palette import TROUBLE
+from pathgene.host.report.via import visits
 
 
 __all__ = ["Scene", "draw", "write"]

@@ -23,14 +23,14 @@ from matplotlib.patches import FancyArrow, Patch, Rectangle
 from matplotlib.patches import Polygon as Triangle
 from numpy.typing import NDArray
 
-from host.evaluation import Samples
-from host.report import points, zone_shapes
-from host.report.palette import LAND, NOFLY, PATH, TEXT, TROUBLE, VOID, halo
-from host.report.placing import label
+from pathgene.host.evaluation import Samples
+from pathgene.host.report import points, zone_shapes
+from pathgene.host.report.palette import LAND, NOFLY, PATH, TEXT, TROUBLE, VOID, halo
+from pathgene.host.report.placing import label
 
 
 if TYPE_CHECKING:
-    from host.problem.problem import Problem
+    from pathgene.host.problem.problem import Problem
 
 __all__ = ["axis_unit", "draw", "nice_length"]
 

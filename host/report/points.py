@@ -10,12 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from host.report.palette import GOAL, START, TEXT
+from pathgene.host.report.palette import GOAL, START, TEXT
 
 
 if TYPE_CHECKING:
-    from host.problem.ends import Point
-    from host.problem.problem import Problem
+    from pathgene.host.problem.ends import Point
+    from pathgene.host.problem.problem import Problem
 
 __all__ = ["between", "draw", "draw_along", "legend"]
 

@@ -14,14 +14,14 @@ from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
-from host.evaluation import Evaluator, Samples
-from host.problem.problem import Problem
-from host.report import points, zone_shapes
-from host.report.along import surface_and_demand
-from host.report.axes import LEGEND, finish
-from host.report.palette import BAND, GROUND, NOFLY, PATH, TEXT, TROUBLE, VOID, halo
-from host.report.placing import label
-from host.report.plan_view import axis_unit
+from pathgene.host.evaluation import Evaluator, Samples
+from pathgene.host.problem.problem import Problem
+from pathgene.host.report import points, zone_shapes
+from pathgene.host.report.along import surface_and_demand
+from pathgene.host.report.axes import LEGEND, finish
+from pathgene.host.report.palette import BAND, GROUND, NOFLY, PATH, TEXT, TROUBLE, VOID, halo
+from pathgene.host.report.placing import label
+from pathgene.host.report.plan_view import axis_unit
 
 
 __all__ = ["draw"]

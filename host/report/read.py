@@ -10,20 +10,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from host.errors import InputError
-from host.files.output import reading
-from host.inputs import exists, opened, parse_json, read_text
-from host.numeric import as_number, numbers, rows
-from host.problem.aircraft import DEFAULT, Aircraft
-from host.problem.aircraft import load as load_aircraft
-from host.problem.ends import Point
-from host.problem.problem import Problem
-from host.problem.rules import Rules
-from host.problem.way import WayProblem
-from host.problem.zones import Zone, zone_from_dict
-from host.report.run_files import GRID, verify
-from host.terrain import Terrain, embedded, load
-from host.terrain.origin import at_origin
+from pathgene.host.errors import InputError
+from pathgene.host.files.output import reading
+from pathgene.host.inputs import exists, opened, parse_json, read_text
+from pathgene.host.numeric import as_number, numbers, rows
+from pathgene.host.problem.aircraft import DEFAULT, Aircraft
+from pathgene.host.problem.aircraft import load as load_aircraft
+from pathgene.host.problem.ends import Point
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.way import WayProblem
+from pathgene.host.problem.zones import Zone, zone_from_dict
+from pathgene.host.report.run_files import GRID, verify
+from pathgene.host.terrain import Terrain, embedded, load
+from pathgene.host.terrain.origin import at_origin
 
 
 __all__ = [
@@ -169,7 +169,7 @@ def summary_terrain(
     source : str, optional
         File or name of another terrain to take instead.
     cell, fill_voids, max_cells
-        As for :func:`host.terrain.load`; by default as the summary states them.
+        As for :func:`pathgene.host.terrain.load`; by default as the summary states them.
 
     Raises
     ------
@@ -329,7 +329,7 @@ def _placed(file: Path, terrain: Terrain, stated: dict[str, Any]) -> Terrain:
             f"{file}: crs must be the name of a reference system and origin two numbers, "
             f"not {crs!r} and {origin!r}."
         ) from None
-    from host.terrain.geodesy import known_crs
+    from pathgene.host.terrain.geodesy import known_crs
 
     try:
         known_crs(crs)

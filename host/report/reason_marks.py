@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from host.report.palette import TEXT, TROUBLE, halo
+from pathgene.host.report.palette import TEXT, TROUBLE, halo
 
 
 __all__ = ["draw"]

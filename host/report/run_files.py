@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from host.errors import InputError
-from host.files.output import reading
+from pathgene.host.errors import InputError
+from pathgene.host.files.output import reading
 
 
 __all__ = ["DATA", "FLIGHT", "GRID", "PATH", "PICTURE", "SUMMARY", "digests", "verify"]

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from importlib import metadata
 from typing import Any
 
-from host.evaluation import Evaluation, Evaluator
-from host.planners.base import Result
+from pathgene.host.evaluation import Evaluation, Evaluator
+from pathgene.host.planners.base import Result
 
 
 __all__ = ["describe_problem", "describe_run", "finite", "summarise", "terms", "version"]

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from host.errors import InputError
-from host.files.output import reading
-from host.inputs import read_text
-from host.numeric import parse
+from pathgene.host.errors import InputError
+from pathgene.host.files.output import reading
+from pathgene.host.inputs import read_text
+from pathgene.host.numeric import parse
 
 
 __all__ = ["read_csv"]

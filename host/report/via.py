@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from host.evaluation import Evaluator
-from host.evaluation.track import SmoothedTrack
-from host.problem.ends import Point
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.evaluation.track import SmoothedTrack
+from pathgene.host.problem.ends import Point
 
 
 __all__ = ["Visit", "visits"]

@@ -9,16 +9,16 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from host.evaluation import Evaluator
-from host.files.output import json_bytes, writing_into
-from host.files.replacement import replace_files
-from host.planners.base import Result
-from host.report.geojson import path_document
-from host.report.run_files import DATA, FLIGHT, GRID, PATH, PICTURE, SUMMARY, digests
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.files.output import json_bytes, writing_into
+from pathgene.host.files.replacement import replace_files
+from pathgene.host.planners.base import Result
+from pathgene.host.report.geojson import path_document
+from pathgene.host.report.run_files import DATA, FLIGHT, GRID, PATH, PICTURE, SUMMARY, digests
 
 
 if TYPE_CHECKING:
-    from host.report.picture import Scene
+    from pathgene.host.report.picture import Scene
 
 
 __all__ = ["Written", "scene", "write_picture", "write_report"]
@@ -59,8 +59,8 @@ def write_report(
     result : Result
         Result of the run.
     summary : mapping
-        Result of :func:`host.report.summary.summarise`. The file has the member ``files`` besides:
-        the SHA-256 of each other file but the picture.
+        Result of :func:`pathgene.host.report.summary.summarise`. The file has the member ``files``
+        besides: the SHA-256 of each other file but the picture.
     warn : callable
         Receives a sentence if there is no picture.
     picture : bool
@@ -69,7 +69,7 @@ def write_report(
         Write ``terrain.npz``; otherwise remove the one of an earlier run, which ``check`` would
         take for the terrain of this one.
     others : mapping, optional
-        Contents of further files by their names in :data:`host.report.run_files.DATA`.
+        Contents of further files by their names in :data:`pathgene.host.report.run_files.DATA`.
 
     Raises
     ------
@@ -102,7 +102,7 @@ def write_picture(file: Path, made: Callable[[], Scene], warn: Callable[[str], N
         Receives a sentence if there is no picture.
     """
     try:
-        from host.report.picture import write
+        from pathgene.host.report.picture import write
 
         write(made(), file)
     except Exception as error:
@@ -135,7 +135,7 @@ def _path(evaluator: Evaluator, result: Result) -> bytes:
 
 def scene(evaluator: Evaluator, result: Result, summary: Mapping[str, Any]) -> Scene:
     """Return all that the picture of a run shows."""
-    from host.report.picture import Scene
+    from pathgene.host.report.picture import Scene
 
     found = summary.get("reason")
     reason = found if isinstance(found, Mapping) else {}

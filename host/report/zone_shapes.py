@@ -13,9 +13,9 @@ from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Outline
 from numpy.typing import NDArray
 
-from host.problem.rings import edges, wound
-from host.problem.zones import Circle, Polygon, Zone
-from host.report.palette import NOFLY
+from pathgene.host.problem.rings import edges, wound
+from pathgene.host.problem.zones import Circle, Polygon, Zone
+from pathgene.host.report.palette import NOFLY
 
 
 __all__ = ["MANY", "crossed", "draw_margin", "middle", "outline", "outline_of_all", "text"]

@@ -4,9 +4,9 @@ Importing this package loads neither GDAL nor matplotlib; reading a raster, and 
 and longitude, does.
 """
 
-from host.terrain.embedded import names
-from host.terrain.grid import Terrain
-from host.terrain.load import info, load
+from pathgene.host.terrain.embedded import names
+from pathgene.host.terrain.grid import Terrain
+from pathgene.host.terrain.load import info, load
 
 
 __all__ = ["Terrain", "info", "load", "names"]

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from host.errors import InputError
-from host.terrain.grid import Terrain
+from pathgene.host.errors import InputError
+from pathgene.host.terrain.grid import Terrain
 
 
 __all__ = ["Entry", "describe", "load", "names"]
@@ -80,8 +80,8 @@ def _jacksboro() -> Terrain:
     from affine import Affine
     from rasterio.crs import CRS
 
-    from host.terrain import geodesy, place
-    from host.terrain.raster import Raster
+    from pathgene.host.terrain import geodesy, place
+    from pathgene.host.terrain.raster import Raster
 
     # Found without an import of matplotlib, which takes longer than most commands.
     file = metadata.distribution("matplotlib").locate_file(_JACKSBORO)
@@ -102,7 +102,7 @@ def _jacksboro() -> Terrain:
 
 def _synthetic(function: str) -> Callable[[], Terrain]:
     def make() -> Terrain:
-        from host.terrain import synthetic
+        from pathgene.host.terrain import synthetic
 
         terrain: Terrain = getattr(synthetic, function)(seed=0)
         return terrain

@@ -15,7 +15,7 @@ from rasterio.crs import CRS
 from rasterio.errors import CRSError, RasterioError
 from rasterio.warp import transform as warp_transform
 
-from host.errors import InputError
+from pathgene.host.errors import InputError
 
 
 __all__ = [

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from host.errors import InputError
-from host.files.output import replacing
-from host.terrain.voids import UNDECLARED_VOID, from_corner, require_heights
+from pathgene.host.errors import InputError
+from pathgene.host.files.output import replacing
+from pathgene.host.terrain.voids import UNDECLARED_VOID, from_corner, require_heights
 
 
 if TYPE_CHECKING:
-    from host.terrain.geodesy import LocalFrame
+    from pathgene.host.terrain.geodesy import LocalFrame
 
 __all__ = ["Terrain"]
 
@@ -207,7 +207,7 @@ class Terrain:
         }
 
     def save_npz(self, file: str | Path | BinaryIO, nofly: NDArray[np.bool_]) -> None:
-        """Write ``elevation``, ``dx_m``, ``dy_m`` and ``nofly`` for :func:`host.terrain.load`.
+        """Write ``elevation``, ``dx_m``, ``dy_m`` and ``nofly`` for ``load``.
 
         A terrain with a place on Earth adds ``crs`` and ``origin``.
 
@@ -250,7 +250,7 @@ class Terrain:
                 "latitude and longitude have no meaning on it; give local metres."
             )
         # Loads GDAL, which terrains in local metres do not need.
-        from host.terrain.geodesy import LocalFrame
+        from pathgene.host.terrain.geodesy import LocalFrame
 
         return LocalFrame(self.crs, self.origin)
 

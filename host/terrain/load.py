@@ -12,18 +12,18 @@ from zipfile import ZipFile
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from host.errors import InputError
-from host.inputs import exists, require_regular
-from host.terrain import embedded
-from host.terrain.grid import Terrain
-from host.terrain.untrusted import (
+from pathgene.host.errors import InputError
+from pathgene.host.inputs import exists, require_regular
+from pathgene.host.terrain import embedded
+from pathgene.host.terrain.grid import Terrain
+from pathgene.host.terrain.untrusted import (
     UNREADABLE,
     read_array,
     read_cells,
     read_values,
     require_own_crs,
 )
-from host.terrain.voids import fill
+from pathgene.host.terrain.voids import fill
 
 
 __all__ = ["from_array", "info", "load"]
@@ -44,7 +44,7 @@ def load(
     Parameters
     ----------
     source : str or Path
-        Name of an embedded terrain (:func:`host.terrain.names`), or a file: ``.npz`` with
+        Name of an embedded terrain (:func:`pathgene.host.terrain.names`), or a file: ``.npz`` with
         ``elevation``, ``dx_m``, ``dy_m`` and, where its place on Earth is known, ``crs`` and
         ``origin``; ``.npy`` with the heights (both in metres, row 0 the southernmost); or anything
         that rasterio opens. A file of a terrain's name is reached as ``./name``.
@@ -109,7 +109,7 @@ def _load(
     if path.suffix.lower() == ".npy":
         return _load_npy(path, cell, fill_voids, max_cells)
     # They load GDAL, which grids in numpy's formats do not need.
-    from host.terrain import place, raster
+    from pathgene.host.terrain import place, raster
 
     return place.to_terrain(
         raster.read(path, max_cells, self_contained=self_contained),
@@ -222,7 +222,7 @@ def _place(
         require_own_crs(path, name)
     try:
         # Loads GDAL, which a grid without a place does not need.
-        from host.terrain.geodesy import known_crs
+        from pathgene.host.terrain.geodesy import known_crs
 
         known_crs(name)
     except InputError as error:

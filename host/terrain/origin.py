@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from host.errors import InputError
-from host.terrain.grid import Terrain
+from pathgene.host.errors import InputError
+from pathgene.host.terrain.grid import Terrain
 
 
 __all__ = ["at_origin"]
@@ -40,6 +40,6 @@ def at_origin(terrain: Terrain, lat: float, lon: float) -> Terrain:
             "(--origin, or origin under [terrain] in a problem file)."
         )
     # Loads GDAL, which terrains in local metres do not need.
-    from host.terrain.geodesy import local_crs
+    from pathgene.host.terrain.geodesy import local_crs
 
     return replace(terrain, crs=local_crs(float(lat), float(lon)), origin=(0.0, 0.0))

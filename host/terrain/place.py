@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 from affine import Affine
 
-from host.errors import InputError
-from host.terrain import geodesy, warp
-from host.terrain.grid import Terrain
-from host.terrain.raster import Raster, north_up
-from host.terrain.voids import fill, from_corner, number, require_heights
+from pathgene.host.errors import InputError
+from pathgene.host.terrain import geodesy, warp
+from pathgene.host.terrain.grid import Terrain
+from pathgene.host.terrain.raster import Raster, north_up
+from pathgene.host.terrain.voids import fill, from_corner, number, require_heights
 
 
 __all__ = ["to_terrain"]
@@ -30,8 +30,8 @@ def to_terrain(
     """Turn a raster into a terrain.
 
     A projected raster keeps its own cells; a geographic one goes through
-    :func:`host.terrain.warp.to_utm`. One without a reference system keeps its pixels as metres, or
-    takes ``cell`` where it has no size of pixel either.
+    :func:`pathgene.host.terrain.warp.to_utm`. One without a reference system keeps its pixels as
+    metres, or takes ``cell`` where it has no size of pixel either.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def to_terrain(
     fill_voids : bool
         Interpolate the voids, before any reprojection.
     max_cells : int, optional
-        As for :func:`host.terrain.warp.to_utm`.
+        As for :func:`pathgene.host.terrain.warp.to_utm`.
 
     Raises
     ------

@@ -17,11 +17,16 @@ from rasterio.crs import CRS
 from rasterio.errors import NotGeoreferencedWarning, RasterioError
 from rasterio.io import DatasetReader
 
-from host.errors import InputError
-from host.inputs import exists, require_regular
-from host.terrain import vrt
-from host.terrain.untrusted import MAX_CELLS, SELF_CONTAINED, require_cells, require_own_crs
-from host.terrain.voids import UNDECLARED_VOID
+from pathgene.host.errors import InputError
+from pathgene.host.inputs import exists, require_regular
+from pathgene.host.terrain import vrt
+from pathgene.host.terrain.untrusted import (
+    MAX_CELLS,
+    SELF_CONTAINED,
+    require_cells,
+    require_own_crs,
+)
+from pathgene.host.terrain.voids import UNDECLARED_VOID
 
 
 __all__ = ["Raster", "north_up", "read"]
@@ -88,7 +93,7 @@ def read(path: Path, max_cells: int | None = None, *, self_contained: bool = Fal
     ----------
     path : Path
     max_cells, self_contained
-        As for :func:`host.terrain.load`.
+        As for :func:`pathgene.host.terrain.load`.
 
     Raises
     ------

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from host.terrain.grid import Terrain
+from pathgene.host.terrain.grid import Terrain
 
 
 __all__ = ["canyon", "large_canyon", "river"]

@@ -14,7 +14,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from host.errors import InputError
+from pathgene.host.errors import InputError
 
 
 __all__ = [

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from host.errors import InputError
+from pathgene.host.errors import InputError
 
 
 __all__ = [

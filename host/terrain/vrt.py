@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-from host.errors import InputError
-from host.inputs import exists, opened, read_text
+from pathgene.host.errors import InputError
+from pathgene.host.inputs import exists, opened, read_text
 
 
 __all__ = ["sources"]

@@ -11,10 +11,10 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 from rasterio.crs import CRS
 
-from host.errors import InputError
-from host.terrain import geodesy
-from host.terrain.raster import Raster
-from host.terrain.untrusted import MAX_CELLS
+from pathgene.host.errors import InputError
+from pathgene.host.terrain import geodesy
+from pathgene.host.terrain.raster import Raster
+from pathgene.host.terrain.untrusted import MAX_CELLS
 
 
 __all__ = ["largest_rectangle", "to_utm"]
@@ -49,8 +49,8 @@ def to_utm(raster: Raster, max_cells: int | None = None) -> Raster:
     raster : Raster
         North up, at least 2 x 2 pixels.
     max_cells : int, optional
-        Most cells of a terrain, by default :data:`host.terrain.untrusted.MAX_CELLS`. The grid may
-        have twice as many, since pixels are narrower towards the poles.
+        Most cells of a terrain, by default :data:`pathgene.host.terrain.untrusted.MAX_CELLS`. The
+        grid may have twice as many, since pixels are narrower towards the poles.
 
     Returns
     -------

@@ -13,9 +13,9 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from host.errors import InputError
-from host.evaluation import Evaluator
-from host.web.scene import plan_scene
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.web.scene import plan_scene
 
 
 __all__ = ["MODULES", "page_of", "require_library", "three_js"]

@@ -45,13 +45,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from host.evaluation import Evaluator, Samples
-from host.problem.problem import Problem
-from host.problem.zones import Circle, Polygon, Zone
-from host.report.along import broken_limits, surface_and_demand, why
-from host.report.marks import mark_names
-from host.terrain import Terrain
-from host.web.figures import captions, figures
+from pathgene.host.evaluation import Evaluator, Samples
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Circle, Polygon, Zone
+from pathgene.host.report.along import broken_limits, surface_and_demand, why
+from pathgene.host.report.marks import mark_names
+from pathgene.host.terrain import Terrain
+from pathgene.host.web.figures import captions, figures
 
 
 __all__ = [
@@ -155,7 +155,7 @@ def terrain_scene(terrain: Terrain) -> dict[str, Any]:
 
 def zones_scene(zones: Iterable[Zone]) -> list[dict[str, Any]]:
     """Return zones in their order, without the smallest of too many; see ``zones`` above."""
-    from host.report.zone_shapes import text
+    from pathgene.host.report.zone_shapes import text
 
     whole = [(zone, _rings(zone)) for zone in zones]
     kept: set[int] = set()
@@ -253,7 +253,7 @@ def _vertical(terrain: Terrain) -> float:
 
 def points_scene(problem: Problem) -> list[dict[str, Any]]:
     """Return the points that the path visits; see ``points`` above."""
-    from host.problem.surface import surface_below
+    from pathgene.host.problem.surface import surface_below
 
     names = mark_names(problem.way)
     x, y, _ = np.array(problem.way, dtype=np.float64).T

@@ -10,10 +10,10 @@ import uuid
 from collections.abc import Callable, Generator, Iterator, Sequence
 from typing import Any, TypeVar
 
-from host import interrupts
-from host.errors import InputError, JobError
-from host.workers import LOCAL
-from host.workers.processes import ending_children
+from pathgene.host import interrupts
+from pathgene.host.errors import InputError, JobError
+from pathgene.host.workers import LOCAL
+from pathgene.host.workers.processes import ending_children
 
 
 __all__ = ["on_cluster"]
@@ -51,7 +51,7 @@ def on_cluster(
     Parameters
     ----------
     tasks, work, prepare, data
-        As for :func:`host.workers.processes.in_processes`; a worker has one thread.
+        As for :func:`pathgene.host.workers.processes.in_processes`; a worker has one thread.
     address : str
         Address of the scheduler, ``tcp://HOST:PORT``; :data:`LOCAL` starts a local cluster.
     jobs : int

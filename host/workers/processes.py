@@ -13,9 +13,9 @@ from concurrent.futures.process import BrokenProcessPool
 from multiprocessing.connection import wait
 from typing import Any, TypeVar
 
-from host import interrupts
-from host.cores import available_cores
-from host.errors import JobError
+from pathgene.host import interrupts
+from pathgene.host.cores import available_cores
+from pathgene.host.errors import JobError
 
 
 __all__ = ["ending_children", "in_processes"]

@@ -1,7 +1,8 @@
 """The simulated board: a chip's Verilog behind a real TCP port or terminal.
 
-:func:`open_simulated` starts one from a URL. Below it, :mod:`sim.board.programs` builds the program
-(Verilator, or Icarus as a second opinion), and :mod:`sim.board.process` runs it.
+:func:`open_simulated` starts one from a URL. Below it, :mod:`pathgene.sim.board.programs` builds
+the program (Verilator, or Icarus as a second opinion), and :mod:`pathgene.sim.board.process` runs
+it.
 """
 
 from __future__ import annotations
@@ -9,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from sim.board.process import SimulatedBoard
-from sim.board.programs import Program, build_program, verilate
-from sim.board.url import BoardOptions, parse_board_url
+from pathgene.sim.board.process import SimulatedBoard
+from pathgene.sim.board.programs import Program, build_program, verilate
+from pathgene.sim.board.url import BoardOptions, parse_board_url
 
 
 __all__ = [

@@ -13,9 +13,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from host.device.socket_port import SocketPort
-from host.errors import JobError
-from sim.board.programs import Program
+from pathgene.host.device.socket_port import SocketPort
+from pathgene.host.errors import JobError
+from pathgene.sim.board.programs import Program
 
 
 __all__ = ["SimulatedBoard"]

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from host.errors import InputError
-from sim.cache import BuildCache, build_root
-from sim.compiler import compile_object
-from sim.icarus import build_icarus, build_icarus_module
-from sim.verilator import build_verilator
+from pathgene.host.errors import InputError
+from pathgene.sim.cache import BuildCache, build_root
+from pathgene.sim.compiler import compile_object
+from pathgene.sim.icarus import build_icarus, build_icarus_module
+from pathgene.sim.verilator import build_verilator
 
 
 __all__ = ["Program", "Simulator", "build_program", "verilate"]
@@ -98,7 +98,7 @@ def verilate(
     trace : bool
         Let the program write a VCD file. Such a program is slower, even if it writes none.
     build_dir : Path, optional
-        Keeps the builds; default ``sim/`` in :func:`sim.cache.build_root`.
+        Keeps the builds; default ``sim/`` in :func:`pathgene.sim.cache.build_root`.
 
     Raises
     ------

@@ -6,12 +6,18 @@ import dataclasses
 from typing import Any
 from urllib.parse import parse_qsl
 
-from hdl.config import Config
-from host.device.schemes import CONFIG_FIELDS, PATIENCE_S, BoardScheme, OpenPort, split_config
-from host.errors import InputError
-from sim.board import BoardOptions, SimulatedBoard, open_simulated, parse_board_url
-from sim.default_config import DEFAULT_CONFIG
-from sim.exported import exported_verilog
+from pathgene.hdl.config import Config
+from pathgene.host.device.schemes import (
+    CONFIG_FIELDS,
+    PATIENCE_S,
+    BoardScheme,
+    OpenPort,
+    split_config,
+)
+from pathgene.host.errors import InputError
+from pathgene.sim.board import BoardOptions, SimulatedBoard, open_simulated, parse_board_url
+from pathgene.sim.default_config import DEFAULT_CONFIG
+from pathgene.sim.exported import exported_verilog
 
 
 __all__ = ["SCHEME", "SimulatedScheme", "start_simulated"]
@@ -55,7 +61,7 @@ def start_simulated(url: str, **options: Any) -> SimulatedBoard:
     url : str
         ``sim:`` with its options.
     **options
-        Passed to :func:`sim.board.open_simulated`: ``listen``, ``pty``, ``keep``.
+        Passed to :func:`pathgene.sim.board.open_simulated`: ``listen``, ``pty``, ``keep``.
 
     Raises
     ------

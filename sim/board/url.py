@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import get_args
 from urllib.parse import parse_qsl
 
-from host.device.schemes import MAXIMUM_PATIENCE_S, parse_patience
-from host.errors import InputError
-from host.numeric import whole
-from sim.board.programs import Simulator
+from pathgene.host.device.schemes import MAXIMUM_PATIENCE_S, parse_patience
+from pathgene.host.errors import InputError
+from pathgene.host.numeric import whole
+from pathgene.sim.board.programs import Simulator
 
 
 __all__ = ["BoardOptions", "parse_board_url"]

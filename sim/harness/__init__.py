@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from host.errors import JobError
-from sim.cache import BuildCache, build_root
-from sim.exported import exported_verilog
-from sim.verilator import build_verilator
+from pathgene.host.errors import JobError
+from pathgene.sim.cache import BuildCache, build_root
+from pathgene.sim.exported import exported_verilog
+from pathgene.sim.verilator import build_verilator
 
 
 if TYPE_CHECKING:
-    from hdl.config import Config
+    from pathgene.hdl.config import Config
 
 __all__ = ["CheckerBatch", "VerilatedChecker"]
 
@@ -68,8 +68,8 @@ class VerilatedChecker:
     """
 
     def __init__(self, config: Config) -> None:
-        from hdl.feasibility.layouts import count_layout, verdict_layout
-        from hdl.layouts import cell_layout, point_layout
+        from pathgene.hdl.feasibility.layouts import count_layout, verdict_layout
+        from pathgene.hdl.layouts import cell_layout, point_layout
 
         self.config = config
         self._cell = cell_layout(config.coordinate_bits, config.altitude_bits)

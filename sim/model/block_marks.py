@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from hdl.protocol.planner import BLOCKS
+from pathgene.hdl.protocol.planner import BLOCKS
 
 
 __all__ = ["BlockMarks"]
@@ -14,7 +14,7 @@ Corners = npt.NDArray[np.integer]
 
 
 class BlockMarks:
-    """Which blocks a run scans: the marks of :class:`hdl.planner.wavefront.block_map.BlockMap`.
+    """Which blocks a run scans: the marks of ``BlockMap``.
 
     A corner that is written marks its block; corners beyond the blocks mark none. All blocks are
     scanned the first time, and where a corner was written, or a scan begins, with another size of

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hdl.config import Config
-from hdl.protocol import (
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol import (
     CheckFlag,
     Counter,
     PathResult,
@@ -18,10 +18,10 @@ from hdl.protocol import (
     results_request,
     unpack_cells,
 )
-from sim.model.checker import Point, TerrainModel, Verdict
-from sim.model.checker_cycles import batch_cycles
-from sim.model.checker_kernels import check_paths
-from sim.model.refusal import expect
+from pathgene.sim.model.checker import Point, TerrainModel, Verdict
+from pathgene.sim.model.checker_cycles import batch_cycles
+from pathgene.sim.model.checker_kernels import check_paths
+from pathgene.sim.model.refusal import expect
 
 
 __all__ = ["CheckingModel"]

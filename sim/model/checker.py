@@ -1,7 +1,7 @@
 """Definition of the collision check of *allaire two-tier*, which every build must reproduce.
 
-It goes cell by cell, and is written to be read. :mod:`sim.model.checker_kernels` gives the same
-verdicts on thousands of paths at once.
+It goes cell by cell, and is written to be read. :mod:`pathgene.sim.model.checker_kernels` gives the
+same verdicts on thousands of paths at once.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from fractions import Fraction
 import numpy as np
 import numpy.typing as npt
 
-from hdl.config import CheckerBuild, Config
+from pathgene.hdl.config import CheckerBuild, Config
 
 
 __all__ = [

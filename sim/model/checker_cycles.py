@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hdl.config import CheckerBuild, Config
-from sim.model.checker import Point, TerrainModel
-from sim.model.checker_cycles_parallel import parallel_cycles
-from sim.model.checker_cycles_two_tier import two_tier_cycles
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.sim.model.checker import Point, TerrainModel
+from pathgene.sim.model.checker_cycles_parallel import parallel_cycles
+from pathgene.sim.model.checker_cycles_two_tier import two_tier_cycles
 
 
 __all__ = ["batch_cycles"]
@@ -28,7 +28,7 @@ def batch_cycles(
     Raises
     ------
     ValueError
-        See :func:`sim.model.checker.check_path`.
+        See :func:`pathgene.sim.model.checker.check_path`.
     """
     cycles = two_tier_cycles if config.checker is CheckerBuild.TWO_TIER else parallel_cycles
     return cycles(config, terrain, paths, count)

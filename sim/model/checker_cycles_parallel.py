@@ -6,9 +6,9 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from hdl.config import Config
-from sim.model.checker import Point, TerrainModel, Verdict, segment_cells
-from sim.model.checker_kernels import check_paths
+from pathgene.hdl.config import Config
+from pathgene.sim.model.checker import Point, TerrainModel, Verdict, segment_cells
+from pathgene.sim.model.checker_kernels import check_paths
 
 
 __all__ = ["parallel_cycles"]
@@ -25,7 +25,7 @@ def parallel_cycles(
 ) -> list[tuple[int, int]]:
     """Return ``cycles`` and ``reads`` of each path's verdict in the parallel build.
 
-    See :func:`sim.model.checker_cycles.batch_cycles`.
+    See :func:`pathgene.sim.model.checker_cycles.batch_cycles`.
     """
     verdicts = check_paths(config, terrain, paths, count)
     hits = [
@@ -66,7 +66,7 @@ class _Segment:
 class _Front:
     """The stages in which points and segments wait.
 
-    See :class:`hdl.feasibility.parallel.segment_setup.SegmentSetup`.
+    See :class:`pathgene.hdl.feasibility.parallel.segment_setup.SegmentSetup`.
 
     A segment is measured, waits, and is launched after the one before it, a group each cycle. The
     stages after the launch take fixed times.

@@ -5,9 +5,9 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterable, Sequence
 
-from hdl.config import Config
-from hdl.feasibility.queue_depths import count_depth
-from sim.model.checker import Point, TerrainModel, check_path, segment_cells, to_coarse
+from pathgene.hdl.config import Config
+from pathgene.hdl.feasibility.queue_depths import count_depth
+from pathgene.sim.model.checker import Point, TerrainModel, check_path, segment_cells, to_coarse
 
 
 __all__ = ["two_tier_cycles"]

@@ -1,7 +1,8 @@
 """Compiled collision check of whole batches of paths.
 
-The integers are those of :func:`sim.model.checker.check_path`, without a division per cell: x and y
-advance by the remainders of their sides (*Bresenham*), the altitude by its rise times the length.
+The integers are those of :func:`pathgene.sim.model.checker.check_path`, without a division per
+cell: x and y advance by the remainders of their sides (*Bresenham*), the altitude by its rise times
+the length.
 """
 
 from __future__ import annotations
@@ -13,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from hdl.config import CheckerBuild, Config
-from sim.model.checker import Heights, Point, TerrainModel, Verdict, check_points
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.sim.model.checker import Heights, Point, TerrainModel, Verdict, check_points
 
 
 __all__ = ["Batch", "Verdicts", "check_batch", "check_paths"]
@@ -50,7 +51,8 @@ class Batch:
         Raises
         ------
         ValueError
-            If one of them is no path of ``config``: see :func:`sim.model.checker.check_points`.
+            If one of them is no path of ``config``: see
+            :func:`pathgene.sim.model.checker.check_points`.
         """
         listed = [np.asarray(path, dtype=np.int64) for path in paths]
         for path in listed:
@@ -88,7 +90,7 @@ class Verdicts:
 def check_batch(
     config: Config, terrain: TerrainModel, batch: Batch, count: bool = False
 ) -> Verdicts:
-    """Check every path of a batch, as :func:`sim.model.checker.check_path` does.
+    """Check every path of a batch, as :func:`pathgene.sim.model.checker.check_path` does.
 
     Raises
     ------
@@ -127,7 +129,7 @@ def check_batch(
 def check_paths(
     config: Config, terrain: TerrainModel, paths: Sequence[Sequence[Point]], count: bool = False
 ) -> list[Verdict]:
-    """Return the verdict of :func:`sim.model.checker.check_path` on each of ``paths``.
+    """Return the verdict of :func:`pathgene.sim.model.checker.check_path` on each of ``paths``.
 
     Raises
     ------

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from hdl.config import CheckerBuild, Config
-from hdl.protocol import (
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.protocol import (
     BODY_HEADER_BYTES,
     LINE_BITS,
     ChipState,
@@ -28,17 +28,17 @@ from hdl.protocol import (
     unpack_paths,
     write_request,
 )
-from hdl.protocol.breeding import Recipe
-from hdl.protocol.codec import encode_frame
-from sim.model.core import Core, Generation
-from sim.model.frames import FrameReceiverModel
-from sim.model.mutation import Limits
-from sim.model.refusal import RefusedError, expect
+from pathgene.hdl.protocol.breeding import Recipe
+from pathgene.hdl.protocol.codec import encode_frame
+from pathgene.sim.model.core import Core, Generation
+from pathgene.sim.model.frames import FrameReceiverModel
+from pathgene.sim.model.mutation import Limits
+from pathgene.sim.model.refusal import RefusedError, expect
 
 
 if TYPE_CHECKING:
-    from sim.model.check_commands import CheckingModel
-    from sim.model.run_commands import RunningModel
+    from pathgene.sim.model.check_commands import CheckingModel
+    from pathgene.sim.model.run_commands import RunningModel
 
 __all__ = ["ChipModel"]
 
@@ -248,7 +248,7 @@ class ChipModel:
         if not self.config.streaming_core:
             return None
         # This import compiles kernels, too.
-        from sim.model.run_commands import RunningModel
+        from pathgene.sim.model.run_commands import RunningModel
 
         assert self.checking is not None
         return RunningModel(self.config, self.checking.terrain)
@@ -319,6 +319,6 @@ def _checking(config: Config) -> CheckingModel | None:
     if config.checker is CheckerBuild.NONE:
         return None
     # This import compiles kernels: a chip without a checker does not wait for them.
-    from sim.model.check_commands import CheckingModel
+    from pathgene.sim.model.check_commands import CheckingModel
 
     return CheckingModel(config)

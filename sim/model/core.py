@@ -6,13 +6,13 @@ import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from hdl.config import CheckerBuild, Config
-from hdl.protocol import pack_paths
-from hdl.protocol.breeding import Recipe, crossover, keep
-from sim.model.checker import TerrainModel
-from sim.model.mutation import Limits, Mutated, Mutation
-from sim.model.random_source import RandomSource
-from sim.model.selection import Draws, Selection
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.protocol import pack_paths
+from pathgene.hdl.protocol.breeding import Recipe, crossover, keep
+from pathgene.sim.model.checker import TerrainModel
+from pathgene.sim.model.mutation import Limits, Mutated, Mutation
+from pathgene.sim.model.random_source import RandomSource
+from pathgene.sim.model.selection import Draws, Selection
 
 
 __all__ = ["Core", "Generation"]
@@ -159,5 +159,5 @@ class Core:
         return candidates + config.lookup_latency + self.CANDIDATE_CYCLES
 
     def checksum(self) -> int:
-        """CRC-32 of the population as :meth:`hdl.protocol.pack_paths` sends it, slot by slot."""
+        """CRC-32 of the population as ``pack_paths`` sends it, slot by slot."""
         return zlib.crc32(pack_paths(self.config, self.paths))

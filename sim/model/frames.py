@@ -1,21 +1,21 @@
 """Model of the frame receiver and transmitter of the chip, as functions of bytes.
 
-:mod:`hdl.link.frame` is tested against this model: for any bytes it yields the same bodies and the
-same errors, as long as the chip takes bodies out of its buffer as fast as they come.
+:mod:`pathgene.hdl.link.frame` is tested against this model: for any bytes it yields the same bodies
+and the same errors, as long as the chip takes bodies out of its buffer as fast as they come.
 """
 
 from __future__ import annotations
 
-from hdl.config import Config
-from hdl.protocol import StickyError
-from hdl.protocol.codec import Frame, FrameError, FrameSplitter, decode_frame, encode_frame
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol import StickyError
+from pathgene.hdl.protocol.codec import Frame, FrameError, FrameSplitter, decode_frame, encode_frame
 
 
 __all__ = ["FrameReceiverModel", "encode_frame"]
 
 
 class FrameReceiverModel:
-    """Receives frames as :class:`hdl.link.frame.FrameReceiver` does.
+    """Receives frames as :class:`pathgene.hdl.link.frame.FrameReceiver` does.
 
     Parameters
     ----------

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from hdl.config import CheckerBuild, Config, MutationKind
-from hdl.protocol.breeding import MutationRecord, may_mutate, mutate
-from sim.model.selection import Draws
+from pathgene.hdl.config import CheckerBuild, Config, MutationKind
+from pathgene.hdl.protocol.breeding import MutationRecord, may_mutate, mutate
+from pathgene.sim.model.selection import Draws
 
 
 if TYPE_CHECKING:
-    from sim.model.checker import TerrainModel
+    from pathgene.sim.model.checker import TerrainModel
 
 __all__ = ["Limits", "Mutated", "Mutation", "clamp"]
 

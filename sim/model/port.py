@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sim.model.chip import ChipModel
+from pathgene.sim.model.chip import ChipModel
 
 
 __all__ = ["ModelPort"]

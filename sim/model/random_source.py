@@ -7,7 +7,7 @@ so the generator cannot get stuck.
 
 from __future__ import annotations
 
-from hdl.protocol.random_words import LANES, SEED_BITS, WARM_UP_STEPS, WORD_BITS
+from pathgene.hdl.protocol.random_words import LANES, SEED_BITS, WARM_UP_STEPS, WORD_BITS
 
 
 __all__ = ["RandomSource", "Trivium", "check_seed"]

@@ -1,7 +1,7 @@
 """Model of the random source, compiled: for test batteries that read many gigabytes.
 
-``python -m sim.model.random_stream --seed 1 | dieharder -g 200 -a`` tests the raw bits of the
-chip's source: the words of each cycle in the order of the ports, least significant byte first.
+``python -m pathgene.sim.model.random_stream --seed 1 | dieharder -g 200 -a`` tests the raw bits of
+the chip's source: the words of each cycle in the order of the ports, least significant byte first.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from hdl.protocol.random_words import LANES, WORD_BITS
-from sim.model.random_source import Trivium, check_seed
+from pathgene.hdl.protocol.random_words import LANES, WORD_BITS
+from pathgene.sim.model.random_source import Trivium, check_seed
 
 
 __all__ = ["RandomStream", "main"]
@@ -29,7 +29,7 @@ _BLOCK_STEPS = 1 << 14
 
 
 class RandomStream:
-    """A :class:`sim.model.random_source.RandomSource` that makes many words per call.
+    """A :class:`pathgene.sim.model.random_source.RandomSource` that makes many words per call.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def _fill(state: Words, words: Words) -> None:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Write the raw bits of one seed to standard output until its reader closes it."""
     parser = argparse.ArgumentParser(
-        prog="python -m sim.model.random_stream",
+        prog="python -m pathgene.sim.model.random_stream",
         description="Write the raw bits of the random source until standard output is closed.",
     )
     parser.add_argument("--seed", type=int, default=0, help="0 to 2**64 - 1 (default 0)")

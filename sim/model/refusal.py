@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hdl.protocol import Status
+from pathgene.hdl.protocol import Status
 
 
 __all__ = ["RefusedError", "expect"]

@@ -10,10 +10,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from hdl.config import Config
-from hdl.protocol import Status
-from hdl.protocol.codes import UNITS
-from hdl.protocol.planner import (
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol import Status
+from pathgene.hdl.protocol.codes import UNITS
+from pathgene.hdl.protocol.planner import (
     VALUE_BITS,
     NoFlyShape,
     PathClass,
@@ -21,18 +21,18 @@ from hdl.protocol.planner import (
     no_fly_request,
     problem_request,
 )
-from hdl.protocol.runs import Outcome, RunOptions, pack_best, run_request
-from sim.model.block_marks import BlockMarks
-from sim.model.checker import TerrainModel
-from sim.model.planner import no_fly
-from sim.model.planner.run import (
+from pathgene.hdl.protocol.runs import Outcome, RunOptions, pack_best, run_request
+from pathgene.sim.model.block_marks import BlockMarks
+from pathgene.sim.model.checker import TerrainModel
+from pathgene.sim.model.planner import no_fly
+from pathgene.sim.model.planner.run import (
     WATCHED,
     WATCHED_CYCLES,
     WATCHED_GENERATIONS,
     WATCHED_STOP,
     plan,
 )
-from sim.model.refusal import expect
+from pathgene.sim.model.refusal import expect
 
 
 __all__ = ["RunningModel"]
@@ -210,7 +210,7 @@ class _Run:
     Attributes
     ----------
     watched : ndarray
-        See :func:`sim.model.planner.run.plan`.
+        See :func:`pathgene.sim.model.planner.run.plan`.
     """
 
     def __init__(self, work: Callable[..., Outcome]) -> None:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hdl.config import Config, SurvivorSelection
-from hdl.protocol.random_words import RandomWordLayout, Slice
-from sim.model.random_source import RandomSource
+from pathgene.hdl.config import Config, SurvivorSelection
+from pathgene.hdl.protocol.random_words import RandomWordLayout, Slice
+from pathgene.sim.model.random_source import RandomSource
 
 
 __all__ = ["DistinctDraw", "Draws", "Selection"]

@@ -10,7 +10,7 @@ import sys
 import time
 from pathlib import Path
 
-from host.mission.problem_file import parse_problem
+from pathgene.host.mission.problem_file import parse_problem
 from tests.browser.seen import settle
 
 
@@ -20,7 +20,7 @@ PATIENCE_MS = 120_000
 @contextlib.contextmanager
 def serving(folder, *arguments):
     """Serve a desk in a process of its own; yield its address and the process."""
-    command = [sys.executable, "-m", "host", "desk", "--out", folder, "--json", *arguments]
+    command = [sys.executable, "-m", "pathgene", "desk", "--out", folder, "--json", *arguments]
     # NiceGUI behaves differently within pytest.
     environment = {key: value for key, value in os.environ.items() if "PYTEST" not in key}
     desk = subprocess.Popen(

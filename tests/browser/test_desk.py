@@ -11,11 +11,11 @@ from urllib.parse import urlsplit
 import numpy as np
 import pytest
 
-from host.inputs import parse_json
-from host.mission.problem_file import read_problem
-from host.problem.zones import read_zones
-from host.report.read import read_run
-from host.report.run_files import SUMMARY
+from pathgene.host.inputs import parse_json
+from pathgene.host.mission.problem_file import read_problem
+from pathgene.host.problem.zones import read_zones
+from pathgene.host.report.read import read_run
+from pathgene.host.report.run_files import SUMMARY
 from tests.browser.desk_page import (
     PATIENCE_MS,
     canyon,

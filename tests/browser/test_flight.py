@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from host.inputs import parse_json
+from pathgene.host.inputs import parse_json
 from tests.browser.desk_page import PATIENCE_MS, canyon, choose, panel, plan, ready, spot
 from tests.browser.seen import colours, pixels, settle
 

@@ -6,7 +6,7 @@ import socket
 import numpy as np
 import pytest
 
-from host.web.page import page_of
+from pathgene.host.web.page import page_of
 from tests.browser.seen import colours, is_local, pixels, settle
 from tests.web_plans import KINDS, evaluated, hills, page_text, planned
 

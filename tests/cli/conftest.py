@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from host.cli import main
-from host.evaluation import Evaluator
-from host.problem import Problem
-from host.terrain import Terrain
+from pathgene.host.cli import main
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.problem import Problem
+from pathgene.host.terrain import Terrain
 
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -83,7 +83,7 @@ def straight_flight(tmp_path_factory):
     return str(folder / "summary.json")
 
 
-def started(*arguments, program=("-m", "host"), **options):
+def started(*arguments, program=("-m", "pathgene"), **options):
     """Start a command; return its process."""
     return subprocess.Popen(
         [sys.executable, *program, *map(str, arguments)],
@@ -108,7 +108,7 @@ def is_gone(group):
 
 def interrupted(arguments, line):
     """Send Ctrl-C after a line that starts with ``line``; return the JSON."""
-    command = [sys.executable, "-m", "host", *map(str, arguments), "--generations", "10000000"]
+    command = [sys.executable, "-m", "pathgene", *map(str, arguments), "--generations", "10000000"]
     with subprocess.Popen(
         [*command, "--json"], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:
@@ -151,7 +151,7 @@ def pathgene():
 
     def run(*arguments, timeout_s=120):
         return subprocess.run(
-            [sys.executable, "-m", "host", *map(str, arguments)],
+            [sys.executable, "-m", "pathgene", *map(str, arguments)],
             cwd=ROOT,
             capture_output=True,
             text=True,

@@ -6,8 +6,8 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from host.auv.field import AuvField
-from host.cli import main
+from pathgene.host.auv.field import AuvField
+from pathgene.host.cli import main
 
 from .conftest import assert_check_agrees, interrupted, plan
 

@@ -6,9 +6,9 @@ import socket
 import numpy as np
 import pytest
 
-from hdl.protocol import VERSION, info_values
-from host.cli import main
-from host.cli.lines import LONGEST_LINE
+from pathgene.hdl.protocol import VERSION, info_values
+from pathgene.host.cli import main
+from pathgene.host.cli.lines import LONGEST_LINE
 from tests.good_inputs import summary, write_base
 
 from .conftest import ENDS

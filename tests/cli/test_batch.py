@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from host.cli import main
-from host.mission.batch import Job, _parts, _Task
-from host.mission.problem_file import read_problem
+from pathgene.host.cli import main
+from pathgene.host.mission.batch import Job, _parts, _Task
+from pathgene.host.mission.problem_file import read_problem
 
 from .conftest import ROOT
 
@@ -123,7 +123,7 @@ def test_ctrl_c_keeps_what_is_done(files, tmp_path, capsys):
     second.write_text(text)
     arguments = ["batch", *files[:2], "--jobs", "1", "--no-picture", "--out", str(out)]
     with subprocess.Popen(
-        [sys.executable, "-m", "host", *arguments], cwd=ROOT, stderr=subprocess.PIPE, text=True
+        [sys.executable, "-m", "pathgene", *arguments], cwd=ROOT, stderr=subprocess.PIPE, text=True
     ) as process:
         assert process.stderr.readline() == "problem 0/2\n"
         kept = out / "one" / "summary.json"
@@ -232,11 +232,11 @@ def test_a_gpu_gets_problems_in_parts(files, monkeypatch):
         return [[task.number for task in part] for part in _parts(tasks)]
 
     assert parts() == [[*range(8)]]
-    monkeypatch.setattr("host.mission.batch._MOST_TOGETHER", 3)
+    monkeypatch.setattr("pathgene.host.mission.batch._MOST_TOGETHER", 3)
     assert parts() == [[0, 1, 2], [3, 4, 5], [6, 7]]
     nodes = tasks[0].mission.whole.terrain.elevation.size
-    monkeypatch.setattr("host.mission.batch._MOST_NODES", 2 * nodes)
+    monkeypatch.setattr("pathgene.host.mission.batch._MOST_NODES", 2 * nodes)
     assert parts() == [[0, 1], [2, 3], [4, 5], [6, 7]]
     # A map that is too large by itself is planned alone.
-    monkeypatch.setattr("host.mission.batch._MOST_NODES", nodes - 1)
+    monkeypatch.setattr("pathgene.host.mission.batch._MOST_NODES", nodes - 1)
     assert parts() == [[at] for at in range(8)]

@@ -5,11 +5,11 @@ import json
 import numpy as np
 import pytest
 
-from hdl.config import Config
-from hdl.protocol import VERSION
-from host.cli import main
-from host.planners import PLANNERS
-from host.terrain import names
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol import VERSION
+from pathgene.host.cli import main
+from pathgene.host.planners import PLANNERS
+from pathgene.host.terrain import names
 
 
 def output_of(capsys, *arguments):

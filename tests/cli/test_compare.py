@@ -7,8 +7,8 @@ import time
 
 import pytest
 
-from host.cli import main
-from host.planners import PLANNERS
+from pathgene.host.cli import main
+from pathgene.host.planners import PLANNERS
 
 from .conftest import ENDS, started
 

@@ -7,10 +7,10 @@ import sys
 import numpy as np
 import pytest
 
-from host.cli.compiling import note_compiling
-from host.evaluation import Evaluator
-from host.problem import Problem
-from host.terrain import Terrain
+from pathgene.host.cli.compiling import note_compiling
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.problem import Problem
+from pathgene.host.terrain import Terrain
 
 
 ENDS = (500.0, 500.0, 250.0), (2500.0, 2500.0, 250.0)
@@ -27,7 +27,7 @@ def test_notes_the_first_compilation(tmp_path, kernels, off):
     """It notes a cache that is empty, and nothing where there is no compiler."""
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
     environment["NUMBA_DISABLE_JIT"] = str(int(off))
-    script = f"from host.cli.compiling import *; {SCRIPTS[kernels]}"
+    script = f"from pathgene.host.cli.compiling import *; {SCRIPTS[kernels]}"
     done = subprocess.run(
         [sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True
     )

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from host.cli import main
+from pathgene.host.cli import main
 
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -26,7 +26,7 @@ def served(tmp_path, *arguments, **variables):
     # NiceGUI behaves differently within pytest.
     environment = {key: value for key, value in os.environ.items() if "PYTEST" not in key}
     environment |= {"PYTHONPATH": str(ROOT), **variables}
-    command = [sys.executable, "-m", "host", "desk", *arguments]
+    command = [sys.executable, "-m", "pathgene", "desk", *arguments]
     desk = subprocess.Popen(
         command,
         cwd=tmp_path,
@@ -295,7 +295,7 @@ def test_bad_arguments_are_one_sentence(tmp_path, capsys, monkeypatch):
 
 @pytest.mark.parametrize("name", ["nicegui", "uvicorn"])
 def test_without_the_extra_it_says_what_to_install(name, capsys, monkeypatch, tmp_path):
-    for module in [each for each in sys.modules if each.startswith("host.web.desk.s")]:
+    for module in [each for each in sys.modules if each.startswith("pathgene.host.web.desk.s")]:
         monkeypatch.delitem(sys.modules, module)
     monkeypatch.setitem(sys.modules, name, None)
     monkeypatch.chdir(tmp_path)

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from host.cli import main
+from pathgene.host.cli import main
 
 from .conftest import ENDS, WALL
 

@@ -6,7 +6,7 @@ import shutil
 
 import pytest
 
-from host.cli import main
+from pathgene.host.cli import main
 from tests.cli.conftest import plan
 
 

@@ -7,14 +7,14 @@ import sys
 import numpy as np
 import pytest
 
-import host.cli.feasible
-import host.device.map_copy
+import pathgene.host.cli.feasible
+import pathgene.host.device.map_copy
 from bench.testing_trajectory import TESTING_TRAJECTORY, canyon_map
-from host.cli import main
-from host.device.checker_modes import MODES
-from host.device.map_frames import padded_map
-from sim.model.checker import TerrainModel, check_path
-from sim.model.checker_cycles import batch_cycles
+from pathgene.host.cli import main
+from pathgene.host.device.checker_modes import MODES
+from pathgene.host.device.map_frames import padded_map
+from pathgene.sim.model.checker import TerrainModel, check_path
+from pathgene.sim.model.checker_cycles import batch_cycles
 from tests.chips import CHECKERS, board_url
 
 
@@ -200,7 +200,7 @@ def test_sends_only_the_part_of_the_map_that_the_path_may_reach(
 ):
     """The results are those of an upload of the whole map."""
     sent = []
-    real_open, real_part = host.cli.feasible.open_board, host.cli.feasible._walked
+    real_open, real_part = pathgene.host.cli.feasible.open_board, pathgene.host.cli.feasible._walked
 
     def counted(url):
         chip = real_open(url)
@@ -213,14 +213,14 @@ def test_sends_only_the_part_of_the_map_that_the_path_may_reach(
         monkeypatch.setattr(chip, "close", end)
         return chip
 
-    monkeypatch.setattr(host.cli.feasible, "open_board", counted)
+    monkeypatch.setattr(pathgene.host.cli.feasible, "open_board", counted)
     board = "--board", board_url("model", SMALL[mode]), "--mode", mode
     edge = SMALL[mode].map_size
     for options, _, _ in small_cases(tmp_path, 12):
         printed = feasible(capsys, *options, *board)
-        monkeypatch.setattr(host.cli.feasible, "_walked", lambda *_: (slice(0, edge),) * 2)
+        monkeypatch.setattr(pathgene.host.cli.feasible, "_walked", lambda *_: (slice(0, edge),) * 2)
         assert feasible(capsys, *options, *board) == printed
-        monkeypatch.setattr(host.cli.feasible, "_walked", real_part)
+        monkeypatch.setattr(pathgene.host.cli.feasible, "_walked", real_part)
     parts, wholes = sent[0::4], sent[2::4]
     assert all(part <= whole for part, whole in zip(parts, wholes, strict=True))
     assert sum(parts) < sum(wholes)
@@ -229,14 +229,14 @@ def test_sends_only_the_part_of_the_map_that_the_path_may_reach(
 def test_a_short_path_sends_two_blocks(canyon, tmp_path, capsys, monkeypatch):
     """512 x 512 cells are 393 kB on the line; 2 blocks of 16 x 16 cells are under 1 kB."""
     sent = []
-    real = host.device.map_copy.map_frames
+    real = pathgene.host.device.map_copy.map_frames
 
     def frames(*arguments):
         for payload, cells in real(*arguments):
             sent.append(len(payload))
             yield payload, cells
 
-    monkeypatch.setattr(host.device.map_copy, "map_frames", frames)
+    monkeypatch.setattr(pathgene.host.device.map_copy, "map_frames", frames)
     path = write_path(tmp_path / "short.csv", [(3, 40, 4000), (20, 40, 4000)])
     feasible(capsys, *canyon[:3], path)
     first_of_two_runs = sent[: len(sent) // 2]
@@ -260,7 +260,7 @@ def test_shows_the_progress_of_the_upload_on_a_terminal(level, capsys, monkeypat
 
 def test_a_real_board_limits_sizes_and_mode(level, capsys, monkeypatch):
     is_closed = []
-    real = host.cli.feasible.open_board
+    real = pathgene.host.cli.feasible.open_board
     served = "model:?checker=parallel&lanes=4&map_size=64&max_waypoints=3"
 
     def attached(url):
@@ -270,7 +270,7 @@ def test_a_real_board_limits_sizes_and_mode(level, capsys, monkeypatch):
         monkeypatch.setattr(chip, "close", lambda: (is_closed.append(True), close()))
         return chip
 
-    monkeypatch.setattr(host.cli.feasible, "open_board", attached)
+    monkeypatch.setattr(pathgene.host.cli.feasible, "open_board", attached)
     board = "--board", "/dev/ttyUSB0"
     printed = feasible(capsys, *level, *board)
     assert (printed["cell"], printed["cells"]) == ([10, 5], 9)
@@ -411,7 +411,7 @@ def test_reads_files_before_a_board_is_built(level, tmp_path, capsys, monkeypatc
     def opened(url):
         raise AssertionError(url)
 
-    monkeypatch.setattr(host.cli.feasible, "open_board", opened)
+    monkeypatch.setattr(pathgene.host.cli.feasible, "open_board", opened)
     assert refused(capsys, *level[:3], tmp_path / "no.csv", "--board", "sim:").startswith(
         "Cannot read the path "
     )

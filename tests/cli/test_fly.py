@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 
-from host.cli import main
+from pathgene.host.cli import main
 
 
 PATH = [(1000.0, 1000.0, 330.0), (3000.0, 2500.0, 400.0), (5200.0, 2800.0, 330.0)]

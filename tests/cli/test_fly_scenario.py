@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from host.cli import main
+from pathgene.host.cli import main
 
 
 def test_a_popup_is_flown_around(straight_flight, tmp_path, capsys):

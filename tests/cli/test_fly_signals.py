@@ -9,10 +9,10 @@ import time
 
 import pytest
 
-from host.cli import main
-from host.files.output import json_bytes
-from host.flight.flight import PERIOD_S, Flight
-from host.replanning.planner import InFlightPlanner
+from pathgene.host.cli import main
+from pathgene.host.files.output import json_bytes
+from pathgene.host.flight.flight import PERIOD_S, Flight
+from pathgene.host.replanning.planner import InFlightPlanner
 from tests.chips import SMALL, board_url
 
 from .conftest import ROOT, is_gone, started, wait_for
@@ -33,9 +33,9 @@ BEGUN, UNDERWAY = 600, 3000
 #: ``pathgene`` with a flight that prints "flying" after some time, and is slow from then on.
 SLOWLY = f"""
 import sys, time
-from host.cli import main
-from host.files.output import json_bytes
-from host.flight.flight import Flight
+from pathgene.host.cli import main
+from pathgene.host.files.output import json_bytes
+from pathgene.host.flight.flight import Flight
 steps, step = 0, Flight.step
 def slow(flight):
     global steps
@@ -144,8 +144,8 @@ def test_a_second_signal_while_the_flight_is_judged_loses_nothing(
         os.kill(os.getpid(), signal.SIGINT)
         return json_bytes(value)
 
-    monkeypatch.setattr("host.flight.fly.json_bytes", signalled)
-    monkeypatch.setattr("host.replanning.fly.json_bytes", signalled)
+    monkeypatch.setattr("pathgene.host.flight.fly.json_bytes", signalled)
+    monkeypatch.setattr("pathgene.host.replanning.fly.json_bytes", signalled)
     command = ["fly", straight_flight, *options, "--out", str(out), "--json"]
     assert main(command) == 128 + signal.SIGTERM
     assert_interrupted(out, json.loads(capsys.readouterr().out))
@@ -164,7 +164,7 @@ def test_a_signal_after_the_end_keeps_the_whole_flight(
         os.kill(os.getpid(), signal.SIGQUIT)
         time.sleep(60)
 
-    for package in ("host.flight", "host.replanning"):
+    for package in ("pathgene.host.flight", "pathgene.host.replanning"):
         if moment == "written":
             monkeypatch.setattr(f"{package}.fly.json_bytes", signalled)
         else:
@@ -202,11 +202,11 @@ def test_a_served_board_heeds_a_signal_that_another_thread_takes():
     command = ["board", "serve", "--board", board_url("sim", SMALL)]
     program = (
         "import signal, sys, threading, time\n"
-        "from host.cli import main\n"
+        "from pathgene.host.cli import main\n"
         "def send():\n"
         "    time.sleep(0.5)\n"
         "    signal.pthread_kill(threading.get_ident(), signal.SIGTERM)\n"
-        "import sim.board.process as process\n"
+        "import pathgene.sim.board.process as process\n"
         "wait = process.SimulatedBoard.wait\n"
         "def begun(*arguments):\n"
         "    process.SimulatedBoard.wait = wait\n"

@@ -8,10 +8,10 @@ import tempfile
 
 import pytest
 
-from host.cli import main
-from host.errors import InputError
-from host.files.disk import using
-from host.report.run_files import verify
+from pathgene.host.cli import main
+from pathgene.host.errors import InputError
+from pathgene.host.files.disk import using
+from pathgene.host.report.run_files import verify
 from tests.cli.conftest import ENDS
 from tools.faults.disk import FaultyDisk, Killed
 

@@ -6,8 +6,8 @@ import os
 
 import pytest
 
-from host.cli import main
-from host.files.disk import using
+from pathgene.host.cli import main
+from pathgene.host.files.disk import using
 from tests.cli.conftest import ENDS
 from tools.faults.disk import FaultyDisk
 

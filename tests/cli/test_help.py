@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 import rasterio
 
-from host.cli import main
-from host.cli.parser import build_parser
-from host.mission.problem_file import template
-from host.planners import OPTIONS, PLANNERS
+from pathgene.host.cli import main
+from pathgene.host.cli.parser import build_parser
+from pathgene.host.mission.problem_file import template
+from pathgene.host.planners import OPTIONS, PLANNERS
 
 
 COMMANDS = [
@@ -267,12 +267,12 @@ def test_debug_shows_a_traceback(capsys):
 
 
 def test_an_internal_error_is_one_sentence(capsys, monkeypatch):
-    import host.cli.planners
+    import pathgene.host.cli.planners
 
     def fails(args):
         raise ZeroDivisionError("by zero,\nof all things")
 
-    monkeypatch.setattr(host.cli.planners, "run", fails)
+    monkeypatch.setattr(pathgene.host.cli.planners, "run", fails)
     assert main(["planners"]) == 1
     assert capsys.readouterr().err == (
         "pathgene: Internal error, ZeroDivisionError: by zero, of all things; --debug shows "

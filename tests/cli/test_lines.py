@@ -4,9 +4,9 @@ import warnings
 
 import pytest
 
-from host.cli import main
-from host.cli.lines import LONGEST_LINE, print_line
-from host.cli.output import note
+from pathgene.host.cli import main
+from pathgene.host.cli.lines import LONGEST_LINE, print_line
+from pathgene.host.cli.output import note
 
 
 def test_a_line_is_one_sentence(capsys):

@@ -45,7 +45,7 @@ sys.exit(done.returncode)
 def test_a_check_takes_little_memory(hills, tmp_path, path, options, status, sentence, rules):
     file = tmp_path / "path.csv"
     file.write_text(path)
-    command = [sys.executable, "-m", "host", "check", "--terrain", hills, "--path", file]
+    command = [sys.executable, "-m", "pathgene", "check", "--terrain", hills, "--path", file]
     arguments = [*map(str, command), *options, *rules]
     # A process between, as a new process counts the memory of the one that it comes from.
     done = subprocess.run(

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 import rasterio
 
-from host.cli import main
-from host.terrain import load
+from pathgene.host.cli import main
+from pathgene.host.terrain import load
 
 from .conftest import (
     ENDS,
@@ -397,7 +397,7 @@ def test_no_picture_does_not_import_matplotlib(hills, tmp_path, capsys):
     (tmp_path / "path.png").write_bytes(b"of an earlier run")
     arguments = ["plan", "--terrain", str(hills), *ENDS, "--generations", "2", "--seed", "1"]
     script = (
-        "import sys; from host.cli import main; status = main(sys.argv[1:]); "
+        "import sys; from pathgene.host.cli import main; status = main(sys.argv[1:]); "
         "assert 'matplotlib' not in sys.modules; sys.exit(status)"
     )
     done = subprocess.run(

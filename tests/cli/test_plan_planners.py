@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from host.cli import main
+from pathgene.host.cli import main
 
 from .conftest import ENDS, FILES, PAPER, WALL, assert_check_agrees, plan, summary_in
 

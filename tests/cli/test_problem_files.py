@@ -7,7 +7,7 @@ import tomllib
 import numpy as np
 import pytest
 
-from host.cli import main
+from pathgene.host.cli import main
 
 from .conftest import assert_check_agrees, summary_in
 

@@ -15,8 +15,8 @@ from pathlib import Path
 
 import pytest
 
-from host.device.boards import open_board
-from host.report.run_files import verify
+from pathgene.host.device.boards import open_board
+from pathgene.host.report.run_files import verify
 from tests.chips import SMALL, board_url
 from tests.cli.conftest import ENDS, ROOT
 
@@ -35,7 +35,7 @@ MARK = "PATHGENE_TRIAL"
 SERVED_S = 3.0
 # The longest time from the end of a search to the last file of its path, seconds.
 WRITING_S = 2.0
-PROGRAM = (sys.executable, "-m", "host")
+PROGRAM = (sys.executable, "-m", "pathgene")
 
 
 @pytest.fixture(scope="module")

@@ -10,8 +10,8 @@ import time
 
 import pytest
 
-from host.cli import main
-from host.errors import JobError
+from pathgene.host.cli import main
+from pathgene.host.errors import JobError
 
 from .conftest import ENDS, ROOT, is_gone, started, wait_for
 
@@ -83,7 +83,7 @@ def test_an_interrupt_before_a_path_is_found_writes_nothing(hills, tmp_path, mon
         os.kill(os.getpid(), signal.SIGTERM)
         time.sleep(60)
 
-    monkeypatch.setattr("host.cli.plan.plan_mission", interrupted)
+    monkeypatch.setattr("pathgene.host.cli.plan.plan_mission", interrupted)
     command = ["plan", "--terrain", str(hills), *ENDS, "--planner", "ga-pc", "--out", str(tmp_path)]
     assert main(command) == 128 + signal.SIGTERM
     assert capsys.readouterr().err.splitlines()[-1] == (
@@ -107,19 +107,21 @@ def test_a_job_that_fails_by_the_signal_is_an_interrupt(hills, tmp_path, monkeyp
 
     command = ["plan", "--terrain", str(hills), *ENDS]
     with monkeypatch.context() as patch:
-        patch.setattr("host.cli.plan.plan_mission", failed)
+        patch.setattr("pathgene.host.cli.plan.plan_mission", failed)
         assert interrupted() == (
             f"pathgene: Interrupted before a path was found; nothing is written to {tmp_path}."
         )
-    monkeypatch.setattr("host.cli.plan.make_mission", failed)
+    monkeypatch.setattr("pathgene.host.cli.plan.make_mission", failed)
     assert interrupted().startswith("pathgene: The simulated board failed with status -15: ")
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("line", ["host.errors", "host.cli.streams", "host.cli.parser"])
+@pytest.mark.parametrize(
+    "line", ["pathgene.host.errors", "pathgene.host.cli.streams", "pathgene.host.cli.parser"]
+)
 def test_an_interrupt_while_the_program_is_imported(line):
     """Standard error has what is imported until then, and no traceback."""
-    command = [sys.executable, "-X", "importtime", "-m", "host", "plan", "--help"]
+    command = [sys.executable, "-X", "importtime", "-m", "pathgene", "plan", "--help"]
     with subprocess.Popen(
         command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
     ) as process:

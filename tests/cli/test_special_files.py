@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from host.cli import main
+from pathgene.host.cli import main
 from tests.cli.conftest import ENDS
 
 

@@ -52,7 +52,7 @@ def redirected(request, tmp_path):
         os.close(ours)
         redirections = redirections.replace("broken", "&0")
         # The pipe is standard input, because a shell may not know descriptors of two digits.
-        command = shlex.join([sys.executable, "-m", "host", *map(str, arguments)])
+        command = shlex.join([sys.executable, "-m", "pathgene", *map(str, arguments)])
         done = subprocess.run(
             ["sh", "-c", f"{command} {redirections}"],
             cwd=ROOT,
@@ -200,7 +200,7 @@ def test_a_terrain_to_a_fifo(tmp_path):
     fifo = tmp_path / "grid.npz"
     os.mkfifo(fifo)
     with subprocess.Popen(
-        [sys.executable, "-m", "host", "terrain", "synth", "river", "--out", fifo],
+        [sys.executable, "-m", "pathgene", "terrain", "synth", "river", "--out", fifo],
         cwd=ROOT,
         stdout=subprocess.DEVNULL,
     ) as process:
@@ -228,7 +228,7 @@ def stalled(request):
 
 @contextlib.contextmanager
 def started(writer, *arguments):
-    command = [sys.executable, "-m", "host", *map(str, arguments)]
+    command = [sys.executable, "-m", "pathgene", *map(str, arguments)]
     with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=writer) as process:
         try:
             yield process

@@ -5,8 +5,8 @@ import json
 import pytest
 
 from bench.scenarios import EMBEDDED, SYNTHETIC, TILES, names, problem, source_of
-from host.cli import main
-from host.planners import PLANNERS
+from pathgene.host.cli import main
+from pathgene.host.planners import PLANNERS
 
 from .conftest import assert_check_agrees
 

@@ -8,7 +8,7 @@ from importlib import metadata
 
 import pytest
 
-from host.cli import main
+from pathgene.host.cli import main
 from tests.cli.conftest import WALL, plan
 from tests.unit.mission.files.judge import single
 from tests.unit.mission.files.mavsdk_autopilot import Autopilot, Proxy, free_port

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from host.evaluation import Evaluator
-from host.problem import aircraft
-from host.problem.problem import Problem
-from host.terrain import Terrain
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.problem import aircraft
+from pathgene.host.problem.problem import Problem
+from pathgene.host.terrain import Terrain
 
 
 @pytest.fixture(scope="module")

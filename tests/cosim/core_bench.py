@@ -10,12 +10,12 @@ from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, RisingEdge, ValueChange
 from drivers import Stream
 
-from hdl.config import CheckerBuild
-from hdl.ga_core_top import GeneticCoreTop
-from hdl.protocol import ChipState
-from sim.model import core as model
-from sim.model.checker import TerrainModel
-from sim.model.mutation import Limits
+from pathgene.hdl.config import CheckerBuild
+from pathgene.hdl.ga_core_top import GeneticCoreTop
+from pathgene.hdl.protocol import ChipState
+from pathgene.sim.model import core as model
+from pathgene.sim.model.checker import TerrainModel
+from pathgene.sim.model.mutation import Limits
 
 
 __all__ = ["Bench"]

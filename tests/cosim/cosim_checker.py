@@ -12,10 +12,10 @@ from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge
 from drivers import Stream
 
-from hdl.feasibility.layouts import count_layout, verdict_layout
-from hdl.layouts import cell_layout, point_layout
-from sim.model.checker import TerrainModel, check_path
-from sim.model.checker_cycles import batch_cycles
+from pathgene.hdl.feasibility.layouts import count_layout, verdict_layout
+from pathgene.hdl.layouts import cell_layout, point_layout
+from pathgene.sim.model.checker import TerrainModel, check_path
+from pathgene.sim.model.checker_cycles import batch_cycles
 from tests.chips import CHECKER_BENCH
 
 

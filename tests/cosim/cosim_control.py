@@ -6,9 +6,9 @@ import cocotb
 from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge
 
-from hdl.config import CheckerBuild, Config
-from hdl.control import counters_layout, cycles_layout
-from hdl.protocol import ChipState, Counter
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.control import counters_layout, cycles_layout
+from pathgene.hdl.protocol import ChipState, Counter
 
 
 TOP = "control"

@@ -4,8 +4,8 @@ import cocotb
 from cocotb.triggers import RisingEdge
 from core_bench import Bench
 
-from hdl.config import CheckerBuild, Config
-from hdl.protocol import Counter
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.protocol import Counter
 
 
 TOP = "ga_core"

@@ -6,8 +6,8 @@ import random
 import cocotb
 from cocotb.triggers import Timer
 
-from hdl.config import CheckerBuild, Config
-from hdl.protocol.breeding import crossover
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.protocol.breeding import crossover
 
 
 TOP = "crossover"

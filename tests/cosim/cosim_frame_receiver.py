@@ -6,11 +6,11 @@ import cocotb
 from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, ReadOnly
 
-from hdl.config import Config
-from hdl.link.frame import body_layout
-from hdl.protocol import StickyError
-from hdl.protocol.codec import encode_frame
-from sim.model.frames import FrameReceiverModel
+from pathgene.hdl.config import Config
+from pathgene.hdl.link.frame import body_layout
+from pathgene.hdl.protocol import StickyError
+from pathgene.hdl.protocol.codec import encode_frame
+from pathgene.sim.model.frames import FrameReceiverModel
 from tests.faults import ByteFaults
 
 

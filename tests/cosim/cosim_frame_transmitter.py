@@ -8,9 +8,9 @@ import cocotb
 from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, ReadOnly
 
-from hdl.config import Config
-from hdl.link.frame import body_layout
-from hdl.protocol.codec import encode_frame
+from pathgene.hdl.config import Config
+from pathgene.hdl.link.frame import body_layout
+from pathgene.hdl.protocol.codec import encode_frame
 
 
 TOP = "frame_transmitter"

@@ -8,12 +8,12 @@ from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, RisingEdge
 from cocotb.utils import get_sim_time
 
-from hdl.config import CheckerBuild, Config, MutationKind
-from hdl.ga_core.mutation import Mutation
-from hdl.protocol.breeding import crossover
-from sim.model.mutation import Limits
-from sim.model.mutation import Mutation as Model
-from sim.model.selection import Draws
+from pathgene.hdl.config import CheckerBuild, Config, MutationKind
+from pathgene.hdl.ga_core.mutation import Mutation
+from pathgene.hdl.protocol.breeding import crossover
+from pathgene.sim.model.mutation import Limits
+from pathgene.sim.model.mutation import Mutation as Model
+from pathgene.sim.model.selection import Draws
 
 
 TOP = "mutation"

@@ -16,13 +16,13 @@ from cocotb.simtime import get_sim_time
 from cocotb.task import bridge, resume
 from cocotb.triggers import Event, FallingEdge, First, Timer
 
-from hdl.config import Config
-from hdl.protocol import Command, LinkMode, StickyError
-from hdl.protocol.codec import encode_frame
-from host.device.chip import Chip
-from host.device.link import Link, LinkError
-from sim.model.chip import ChipModel
-from sim.model.port import ModelPort
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol import Command, LinkMode, StickyError
+from pathgene.hdl.protocol.codec import encode_frame
+from pathgene.host.device.chip import Chip
+from pathgene.host.device.link import Link, LinkError
+from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.port import ModelPort
 from tests.chips import CHECKING, Pair, random_path, without_line_cycles
 
 

@@ -8,8 +8,8 @@ from cocotb.clock import Clock
 from cocotb.task import bridge, resume
 from cocotb.triggers import ClockCycles, FallingEdge, RisingEdge
 
-from hdl.protocol.planner import MEMO_ROWS
-from hdl.protocol.runs import RunOptions
+from pathgene.hdl.protocol.planner import MEMO_ROWS
+from pathgene.hdl.protocol.runs import RunOptions
 from tests.planner_cases import SMALL
 from tests.planner_flight import Flight, problem_payload, run_payload, shape_payload, status_fields
 

@@ -9,9 +9,9 @@ from cocotb.triggers import FallingEdge, RisingEdge
 from cocotb.utils import get_sim_time
 from drivers import Stream
 
-from hdl.config import CheckerBuild, Config, MutationKind
-from hdl.ga_core.population import Population
-from hdl.protocol.breeding import crossover
+from pathgene.hdl.config import CheckerBuild, Config, MutationKind
+from pathgene.hdl.ga_core.population import Population
+from pathgene.hdl.protocol.breeding import crossover
 
 
 TOP = "population"

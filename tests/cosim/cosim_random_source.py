@@ -6,8 +6,8 @@ import cocotb
 from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge
 
-from hdl.protocol.random_words import LANES, WARM_UP_STEPS, WORD_BITS
-from sim.model.random_source import RandomSource
+from pathgene.hdl.protocol.random_words import LANES, WARM_UP_STEPS, WORD_BITS
+from pathgene.sim.model.random_source import RandomSource
 
 
 TOP = "random_source"

@@ -8,11 +8,11 @@ from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, RisingEdge
 from drivers import Stream
 
-from hdl.command.layouts import AnswerKind, answer_layout
-from hdl.command.receiver import CommandReceiver
-from hdl.config import CheckerBuild, Config
-from hdl.link.frame import body_layout
-from hdl.protocol import (
+from pathgene.hdl.command.layouts import AnswerKind, answer_layout
+from pathgene.hdl.command.receiver import CommandReceiver
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.link.frame import body_layout
+from pathgene.hdl.protocol import (
     CheckFlag,
     Command,
     Counter,
@@ -22,9 +22,9 @@ from hdl.protocol import (
     check_paths_request,
     start_request,
 )
-from hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
-from sim.model.chip import ChipModel
-from sim.model.frames import FrameReceiverModel
+from pathgene.hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
+from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.frames import FrameReceiverModel
 from tests.fuzz import Fuzz
 
 

@@ -7,11 +7,11 @@ import cocotb
 from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge
 
-from hdl.config import CheckerBuild, Config
-from hdl.ga_core.selection import Selection
-from hdl.protocol.random_words import WARM_UP_STEPS
-from sim.model import selection as model
-from sim.model.random_source import RandomSource
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.ga_core.selection import Selection
+from pathgene.hdl.protocol.random_words import WARM_UP_STEPS
+from pathgene.sim.model import selection as model
+from pathgene.sim.model.random_source import RandomSource
 
 
 TOP = "selection"

@@ -10,12 +10,12 @@ from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, RisingEdge
 from drivers import Stream
 
-from hdl.command.layouts import AnswerKind, answer_layout
-from hdl.command.transmitter import ReplyTransmitter
-from hdl.config import CheckerBuild, Config
-from hdl.layouts import record_layout, result_read_layout
-from hdl.link.frame import body_layout
-from hdl.protocol import (
+from pathgene.hdl.command.layouts import AnswerKind, answer_layout
+from pathgene.hdl.command.transmitter import ReplyTransmitter
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.layouts import record_layout, result_read_layout
+from pathgene.hdl.link.frame import body_layout
+from pathgene.hdl.protocol import (
     Layout,
     Status,
     check_reply,

@@ -11,7 +11,7 @@ import cocotb.simtime
 from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, RisingEdge, Timer, with_timeout
 
-from hdl.config import Config
+from pathgene.hdl.config import Config
 
 
 TOP = "uart"

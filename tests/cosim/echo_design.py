@@ -5,7 +5,7 @@ from amaranth.lib import wiring
 from amaranth.lib.fifo import SyncFIFOBuffered
 from amaranth.lib.wiring import In, Out
 
-from hdl.verilog import convert
+from pathgene.hdl.verilog import convert
 
 
 __all__ = ["UartEcho", "echo_verilog"]

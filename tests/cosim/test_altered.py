@@ -14,22 +14,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import hdl
-from hdl.protocol import LinkMode
-from host.device.boards import open_board
-from host.device.chip import Chip
-from host.device.link import Link
-from host.planners.base import Options
-from host.planners.ga_fpga import FpgaGeneticPlanner
-from sim.board import SimulatedBoard, build_program
-from sim.cache import BuildCache
-from sim.exported import cached_verilog, exported_verilog
+from pathgene.hdl.protocol import LinkMode
+from pathgene.host.device.boards import open_board
+from pathgene.host.device.chip import Chip
+from pathgene.host.device.link import Link
+from pathgene.host.planners.base import Options
+from pathgene.host.planners.ga_fpga import FpgaGeneticPlanner
+from pathgene.sim.board import SimulatedBoard, build_program
+from pathgene.sim.cache import BuildCache
+from pathgene.sim.exported import cached_verilog, exported_verilog
 from tests.chips import SMALL, Pair, board_url
 from tests.cosim.test_planner_core import fly, planner_verilog
 from tests.planner_cases import SMALL as PLANNER
 
 
 pytestmark = pytest.mark.cosim
+
+ROOT = Path(__file__).resolve().parents[2]
 
 #: File of the gateware, the text, its number of occurrences, and its replacement.
 ALTERATIONS = {
@@ -86,19 +87,19 @@ ALTERATIONS_OF_THE_PLANNER = {
 
 EXPORT_OF_THE_PLANNER = """
 import json, pathlib, sys
-import hdl.planner.core
+import pathgene.hdl.planner.core
 from tests.cosim.test_planner_core import planner_verilog
 from tests.planner_cases import SMALL
-assert pathlib.Path(hdl.planner.core.__file__).parents[2] == pathlib.Path.cwd()
+assert pathlib.Path(pathgene.hdl.planner.core.__file__).parents[3] == pathlib.Path.cwd()
 sys.stdout.write(planner_verilog(SMALL, 64))
 """
 
 EXPORT = """
 import json, pathlib, sys
-import hdl.verilog
-from hdl.config import Config
-assert pathlib.Path(hdl.verilog.__file__).parents[1] == pathlib.Path.cwd()
-sys.stdout.write(hdl.verilog.export("planner", Config(**json.loads(sys.argv[1]))))
+import pathgene.hdl.verilog
+from pathgene.hdl.config import Config
+assert pathlib.Path(pathgene.hdl.verilog.__file__).parents[2] == pathlib.Path.cwd()
+sys.stdout.write(pathgene.hdl.verilog.export("planner", Config(**json.loads(sys.argv[1]))))
 """
 
 
@@ -113,10 +114,9 @@ def exported_of(folder, alteration, program, *arguments):
 
     def export():
         file, old, times, new = alteration
-        # The program may import the tests, but no other gateware.
-        for folder_name in ("hdl", "sim", "tests"):
-            sources = Path(hdl.__file__).parents[1] / folder_name
-            shutil.copytree(sources, folder / folder_name)
+        # The program imports the copies.
+        for folder_name in ("hdl", "host", "pathgene", "sim", "tests"):
+            shutil.copytree(ROOT / folder_name, folder / folder_name, symlinks=True)
         path = folder / "hdl" / file
         source = path.read_text()
         assert source.count(old) == times

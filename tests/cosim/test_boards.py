@@ -12,13 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hdl.config import Config
-from hdl.protocol import LinkMode, Status, StickyError
-from host.device.boards import open_board
-from host.device.chip import Chip
-from host.device.link import Link, LinkTimeoutError
-from host.errors import JobError
-from sim.board.scheme import start_simulated
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol import LinkMode, Status, StickyError
+from pathgene.host.device.boards import open_board
+from pathgene.host.device.chip import Chip
+from pathgene.host.device.link import Link, LinkTimeoutError
+from pathgene.host.errors import JobError
+from pathgene.sim.board.scheme import start_simulated
 from tests.chips import SMALL, Pair, board_url
 from tests.fuzz import fuzz_simulated_board
 
@@ -174,7 +174,7 @@ def test_ctrl_c_does_not_wait_for_a_stopped_board(tmp_path):
     """The best path so far is written at once, and the simulator ends with its host."""
     terrain = tmp_path / "plain.npz"
     np.savez(terrain, elevation=np.zeros((21, 21)), dx_m=100.0, dy_m=100.0)
-    command = [sys.executable, "-m", "host", "plan", "--terrain", terrain, "--agl", "--start",
+    command = [sys.executable, "-m", "pathgene", "plan", "--terrain", terrain, "--agl", "--start",
                "100,100,50", "--goal", "1900,1900,50", "--board", board_url("sim", SMALL),
                "--planner", "ga-fpga", "--generations", "1000000",
                "--out", tmp_path / "out"]  # fmt: skip

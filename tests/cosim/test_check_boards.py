@@ -5,10 +5,10 @@ import random
 import numpy as np
 import pytest
 
-from hdl.protocol import Command, LinkMode, Status, StickyError
-from host.device.link import RefusedError
-from host.planners.base import Options
-from host.planners.ga_fpga import FpgaGeneticPlanner
+from pathgene.hdl.protocol import Command, LinkMode, Status, StickyError
+from pathgene.host.device.link import RefusedError
+from pathgene.host.planners.base import Options
+from pathgene.host.planners.ga_fpga import FpgaGeneticPlanner
 from tests.chips import CHECKERS, board_url, random_path, without_line_cycles
 from tests.fuzz import fuzz_simulated_board
 

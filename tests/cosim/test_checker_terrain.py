@@ -7,8 +7,8 @@ import pytest
 
 from bench.scenarios import EMBEDDED
 from bench.terrains import Ground, differing
-from hdl.config import CheckerBuild, Config
-from sim.harness import VerilatedChecker
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.sim.harness import VerilatedChecker
 
 
 pytestmark = [pytest.mark.cosim, pytest.mark.ci]

@@ -10,12 +10,12 @@ import random
 import numpy as np
 import pytest
 
-from hdl.protocol import LinkMode
-from hdl.protocol.runs import RunOptions
-from host.cli import main
-from host.device.chip import Chip
-from host.device.link import Link, LinkError
-from sim.board.scheme import start_simulated
+from pathgene.hdl.protocol import LinkMode
+from pathgene.hdl.protocol.runs import RunOptions
+from pathgene.host.cli import main
+from pathgene.host.device.chip import Chip
+from pathgene.host.device.link import Link, LinkError
+from pathgene.sim.board.scheme import start_simulated
 from tests.chips import CHECKING, SMALL, board_url, random_paths
 from tests.planner_cases import SMALL as SMALL_PLANNER
 from tests.planner_cases import ground, record, shape

@@ -6,16 +6,16 @@ import dataclasses
 import numpy as np
 import pytest
 
-from host.device.chip import Chip
-from host.device.link import Link
-from host.evaluation import Evaluator
-from host.planners import chip_replanner, problem_on_chip
-from host.planners.chip_time import BAUD, chip_time
-from host.planning import Search
-from host.problem import aircraft
-from host.problem.problem import Problem
-from host.problem.zones import Zone
-from host.terrain import Terrain
+from pathgene.host.device.chip import Chip
+from pathgene.host.device.link import Link
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners import chip_replanner, problem_on_chip
+from pathgene.host.planners.chip_time import BAUD, chip_time
+from pathgene.host.planning import Search
+from pathgene.host.problem import aircraft
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Zone
+from pathgene.host.terrain import Terrain
 from tools.faults.chips import CHIPS, CLOCK_HZ, VerilatedOnLine
 
 

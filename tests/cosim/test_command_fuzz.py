@@ -4,7 +4,7 @@ import collections
 
 import pytest
 
-from hdl.protocol import Status
+from pathgene.hdl.protocol import Status
 from tests.command_fuzz import CHIPS, fuzz, table
 from tests.frame_mix import KINDS
 from tests.run_fuzz import fuzz_during_runs

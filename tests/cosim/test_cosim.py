@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from sim.exported import exported_verilog
+from pathgene.sim.exported import exported_verilog
 from tests.chips import CHECKER_BENCH
 from tools.runner import BENCHES, SIMULATORS, benches, run, run_bench
 

@@ -15,12 +15,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hdl.protocol import DELIMITER, pack_paths
-from hdl.protocol.planner import NoFlyShape, ProblemRecord
-from hdl.protocol.runs import RunOptions, pack_best
-from host.device.boards import open_board
-from sim.default_config import DEFAULT_CONFIG
-from sim.model.chip import ChipModel
+from pathgene.hdl.protocol import DELIMITER, pack_paths
+from pathgene.hdl.protocol.planner import NoFlyShape, ProblemRecord
+from pathgene.hdl.protocol.runs import RunOptions, pack_best
+from pathgene.host.device.boards import open_board
+from pathgene.sim.default_config import DEFAULT_CONFIG
+from pathgene.sim.model.chip import ChipModel
 from tests.chips import SMALL, board_url
 
 
@@ -242,7 +242,7 @@ def test_with_the_simulated_board(request, program, config, expected):
     client, board = request.getfixturevalue(program), board_url("sim", config)
     command = ["board", "serve", "--board", board, "--listen", "127.0.0.1:0"]
     with subprocess.Popen(
-        [sys.executable, "-m", "host", *command],
+        [sys.executable, "-m", "pathgene", *command],
         cwd=ROOT,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,

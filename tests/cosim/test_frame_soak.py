@@ -6,15 +6,15 @@ from pathlib import Path
 
 import pytest
 
-from hdl.config import Config
-from hdl.link.frame import FrameReceiver
-from hdl.protocol import StickyError
-from hdl.protocol.codec import encode_frame
-from hdl.verilog import convert
-from sim.cache import BuildCache, build_root
-from sim.exported import cached_verilog
-from sim.model.frames import FrameReceiverModel
-from sim.verilator import build_verilator
+from pathgene.hdl.config import Config
+from pathgene.hdl.link.frame import FrameReceiver
+from pathgene.hdl.protocol import StickyError
+from pathgene.hdl.protocol.codec import encode_frame
+from pathgene.hdl.verilog import convert
+from pathgene.sim.cache import BuildCache, build_root
+from pathgene.sim.exported import cached_verilog
+from pathgene.sim.model.frames import FrameReceiverModel
+from pathgene.sim.verilator import build_verilator
 from tests.faults import ByteFaults
 
 

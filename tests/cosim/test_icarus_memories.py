@@ -6,14 +6,14 @@ import subprocess
 import numpy as np
 import pytest
 
-from hdl.planner.wavefront.wavefront import Wavefront
-from hdl.protocol.planner import BLOCKS
-from hdl.verilog import convert
-from sim.cache import BuildCache
-from sim.icarus import build_icarus, with_zeros
-from sim.model.planner.problem import problem_vector, sizes_vector
-from sim.model.planner.wavefront import PRICES, measure_distances, measure_prices, spread
-from sim.model.planner.wavefront_cycles import spreading
+from pathgene.hdl.planner.wavefront.wavefront import Wavefront
+from pathgene.hdl.protocol.planner import BLOCKS
+from pathgene.hdl.verilog import convert
+from pathgene.sim.cache import BuildCache
+from pathgene.sim.icarus import build_icarus, with_zeros
+from pathgene.sim.model.planner.problem import problem_vector, sizes_vector
+from pathgene.sim.model.planner.wavefront import PRICES, measure_distances, measure_prices, spread
+from pathgene.sim.model.planner.wavefront_cycles import spreading
 from tests.planner_cases import SMALL, record
 from tests.planner_flight import problem_payload
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from bench.testing_trajectory import TESTING_TRAJECTORY, canyon_map
-from hdl.config import CheckerBuild, Config
-from host.device.map_frames import padded_map
-from sim.harness import VerilatedChecker
-from sim.model.checker import TerrainModel, check_path
-from sim.model.checker_cycles import batch_cycles
-from sim.model.checker_kernels import check_paths
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.host.device.map_frames import padded_map
+from pathgene.sim.harness import VerilatedChecker
+from pathgene.sim.model.checker import TerrainModel, check_path
+from pathgene.sim.model.checker_cycles import batch_cycles
+from pathgene.sim.model.checker_kernels import check_paths
 from tests.checker_cases import ground, paths_of, random_batch
 
 

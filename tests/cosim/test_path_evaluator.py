@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hdl.layouts import point_layout
-from hdl.planner.evaluator.path_evaluator import PathEvaluator
-from hdl.planner.layouts import problem_layout
-from hdl.planner.population_layouts import head_layout, member_layout
-from hdl.planner.population_memory import decided_layout, margin_layout
-from hdl.verilog import convert
-from sim.cache import BuildCache, build_root
-from sim.exported import cached_verilog
-from sim.verilator import build_verilator
+from pathgene.hdl.layouts import point_layout
+from pathgene.hdl.planner.evaluator.path_evaluator import PathEvaluator
+from pathgene.hdl.planner.layouts import problem_layout
+from pathgene.hdl.planner.population_layouts import head_layout, member_layout
+from pathgene.hdl.planner.population_memory import decided_layout, margin_layout
+from pathgene.hdl.verilog import convert
+from pathgene.sim.cache import BuildCache, build_root
+from pathgene.sim.exported import cached_verilog
+from pathgene.sim.verilator import build_verilator
 from tests.evaluator_bench import Findings
 from tests.evaluator_cases import (
     check_cycles,

@@ -8,15 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hdl.config import Config
-from hdl.planner.walker.path_walker import PathWalker
-from hdl.verilog import convert
-from sim.cache import BuildCache, build_root
-from sim.exported import cached_verilog
-from sim.model.planner.definition.memo import Memo
-from sim.model.planner.walk import walk
-from sim.model.planner.walker_cycles import back, cost, walked
-from sim.verilator import build_verilator
+from pathgene.hdl.config import Config
+from pathgene.hdl.planner.walker.path_walker import PathWalker
+from pathgene.hdl.verilog import convert
+from pathgene.sim.cache import BuildCache, build_root
+from pathgene.sim.exported import cached_verilog
+from pathgene.sim.model.planner.definition.memo import Memo
+from pathgene.sim.model.planner.walk import walk
+from pathgene.sim.model.planner.walker_cycles import back, cost, walked
+from pathgene.sim.verilator import build_verilator
 from tests.planner_cases import USUAL, ground
 from tests.walker_cases import any_point, heights_of, segments_of
 

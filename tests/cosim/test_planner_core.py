@@ -9,16 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hdl.planner.core import PlannerCore
-from hdl.planner.run_status import run_status_layout
-from hdl.protocol.planner import VALUE_BITS, PathClass
-from hdl.protocol.runs import RunOptions
-from hdl.verilog import convert
-from sim.cache import BuildCache, build_root
-from sim.exported import cached_verilog
-from sim.model.block_marks import BlockMarks
-from sim.model.planner.run import plan
-from sim.verilator import build_verilator
+from pathgene.hdl.planner.core import PlannerCore
+from pathgene.hdl.planner.run_status import run_status_layout
+from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
+from pathgene.hdl.protocol.runs import RunOptions
+from pathgene.hdl.verilog import convert
+from pathgene.sim.cache import BuildCache, build_root
+from pathgene.sim.exported import cached_verilog
+from pathgene.sim.model.block_marks import BlockMarks
+from pathgene.sim.model.planner.run import plan
+from pathgene.sim.verilator import build_verilator
 from tests.planner_cases import SMALL, USUAL
 from tests.planner_flight import Flight, problem_payload, run_payload, shape_payload, status_fields
 

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from hdl.config import Config
-from hdl.protocol import DELIMITER, Command, Counter, counters_reply
-from hdl.protocol.codec import decode_frame, encode_frame
-from sim.board.scheme import start_simulated
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol import DELIMITER, Command, Counter, counters_reply
+from pathgene.hdl.protocol.codec import decode_frame, encode_frame
+from pathgene.sim.board.scheme import start_simulated
 from tests.chips import board_url
 
 

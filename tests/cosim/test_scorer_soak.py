@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hdl.layouts import point_layout
-from hdl.planner.layouts import problem_layout
-from hdl.planner.scorer.scorer import chord_record_layout, score_layout
-from sim.cache import BuildCache, build_root
-from sim.exported import exported_verilog
-from sim.model.planner.scorer_cycles import ScorerCycles, freed
-from sim.verilator import build_verilator
+from pathgene.hdl.layouts import point_layout
+from pathgene.hdl.planner.layouts import problem_layout
+from pathgene.hdl.planner.scorer.scorer import chord_record_layout, score_layout
+from pathgene.sim.cache import BuildCache, build_root
+from pathgene.sim.exported import exported_verilog
+from pathgene.sim.model.planner.scorer_cycles import ScorerCycles, freed
+from pathgene.sim.verilator import build_verilator
 from tests.planner_cases import LARGE, SMALL, USUAL
 from tests.scorer_cases import compiled_score, drawn_paths, drawn_problem, problem_fields
 

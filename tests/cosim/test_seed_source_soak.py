@@ -8,17 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hdl.planner.layouts import problem_layout
-from hdl.planner.population_layouts import corner_layout
-from hdl.planner.wavefront.layouts import block_layout, found_layout, place_layout
-from hdl.protocol.planner import BLOCKS, FAR, seed_waypoints
-from sim.cache import BuildCache, build_root
-from sim.exported import exported_verilog
-from sim.model.planner import wavefront_cycles
-from sim.model.planner.definition import wavefront
-from sim.model.planner.definition.score import corner_of
-from sim.model.planner.definition.seeds import seed_path
-from sim.verilator import build_verilator
+from pathgene.hdl.planner.layouts import problem_layout
+from pathgene.hdl.planner.population_layouts import corner_layout
+from pathgene.hdl.planner.wavefront.layouts import block_layout, found_layout, place_layout
+from pathgene.hdl.protocol.planner import BLOCKS, FAR, seed_waypoints
+from pathgene.sim.cache import BuildCache, build_root
+from pathgene.sim.exported import exported_verilog
+from pathgene.sim.model.planner import wavefront_cycles
+from pathgene.sim.model.planner.definition import wavefront
+from pathgene.sim.model.planner.definition.score import corner_of
+from pathgene.sim.model.planner.definition.seeds import seed_path
+from pathgene.sim.verilator import build_verilator
 from tests.planner_cases import LARGE, SMALL, USUAL
 from tests.planner_wavefront import Words, blocks_of, corner, layer, problem, terrain
 

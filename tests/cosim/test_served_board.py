@@ -17,14 +17,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hdl.protocol import Command
-from hdl.protocol.codec import encode_frame
-from host.cli import main
-from host.device.boards import open_board
-from host.device.link import LinkError
-from host.device.socket_port import BUSY
-from sim.board import SimulatedBoard, build_program
-from sim.board.scheme import start_simulated
+from pathgene.hdl.protocol import Command
+from pathgene.hdl.protocol.codec import encode_frame
+from pathgene.host.cli import main
+from pathgene.host.device.boards import open_board
+from pathgene.host.device.link import LinkError
+from pathgene.host.device.socket_port import BUSY
+from pathgene.sim.board import SimulatedBoard, build_program
+from pathgene.sim.board.scheme import start_simulated
 from tests.chips import SMALL, board_url
 from tests.cosim.echo_design import echo_verilog
 
@@ -185,7 +185,7 @@ def test_a_plan_that_loses_its_board_to_another_client_keeps_its_best_path(chip,
     """A host that computes for more than a second between two frames, here one that is stopped."""
     terrain = tmp_path / "plain.npz"
     np.savez(terrain, elevation=np.zeros((21, 21)), dx_m=100.0, dy_m=100.0)
-    command = [sys.executable, "-m", "host", "plan", "--terrain", terrain, "--agl", "--start",
+    command = [sys.executable, "-m", "pathgene", "plan", "--terrain", terrain, "--agl", "--start",
                "100,100,50", "--goal", "1900,1900,50", "--board", chip.url, "--planner", "ga-fpga",
                "--generations", "1000000", "--out", tmp_path / "out"]  # fmt: skip
     with subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True) as process:
@@ -388,7 +388,15 @@ def test_a_client_that_sends_what_the_chip_does_not_answer_loses_the_board(chip)
     ],
 )
 def test_a_board_that_others_reach_is_announced(where, warning):
-    command = [sys.executable, "-m", "host", "board", "serve", "--board", board_url("sim", SMALL)]
+    command = [
+        sys.executable,
+        "-m",
+        "pathgene",
+        "board",
+        "serve",
+        "--board",
+        board_url("sim", SMALL),
+    ]
     with subprocess.Popen(
         [*command, *where], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as server:

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 import serial
 
-from host.errors import InputError, JobError
-from sim.board import SimulatedBoard, build_program, open_simulated
+from pathgene.host.errors import InputError, JobError
+from pathgene.sim.board import SimulatedBoard, build_program, open_simulated
 from tests.cosim.echo_design import echo_verilog
 
 
@@ -207,7 +207,7 @@ def test_forgotten_board_ends(echo):
 
 ORPHAN = """
 import os, signal, sys
-from sim.board import SimulatedBoard, build_program
+from pathgene.sim.board import SimulatedBoard, build_program
 from tests.cosim.echo_design import echo_verilog
 board = SimulatedBoard(build_program(sys.argv[1], echo_verilog(4), "uart_echo", 4))
 print(board.pid, flush=True)

@@ -1,6 +1,6 @@
 import pytest
 
-from host.errors import InputError, JobError
+from pathgene.host.errors import InputError, JobError
 from tests.cosim.echo_design import echo_verilog
 from tools.lint import lint
 from tools.lint import main as lint_main

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from host.device.boards import open_board
-from host.device.link import LinkTimeoutError
-from host.errors import InputError
-from sim.board.scheme import start_simulated
+from pathgene.host.device.boards import open_board
+from pathgene.host.device.link import LinkTimeoutError
+from pathgene.host.errors import InputError
+from pathgene.sim.board.scheme import start_simulated
 from tests.chips import CHECKING, board_url
 
 
@@ -47,7 +47,8 @@ def test_a_simulator_that_stops_ends_a_plan_with_a_sentence_and_status_1(tmp_pat
     terrain = tmp_path / "plain.npz"
     np.savez(terrain, elevation=np.zeros((21, 21)), dx_m=100.0, dy_m=100.0)
     with start_simulated(board_url("sim", CHECKING), pty=True, keep=True) as board:
-        command = [sys.executable, "-m", "host", "plan", "--terrain", terrain, "--agl", "--start",
+        command = [sys.executable, "-m", "pathgene", "plan", "--terrain", terrain, "--agl",
+                   "--start",
                    "100,100,50", "--goal", "1900,1900,50", "--board", f"{board.url}?patience=1",
                    "--planner", "ga-fpga", "--generations", "1000000",
                    "--out", tmp_path / "out"]  # fmt: skip

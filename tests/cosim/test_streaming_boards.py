@@ -5,11 +5,11 @@ import itertools
 import numpy as np
 import pytest
 
-from hdl.protocol import Command, Status, StickyError, map_request, pack_cells
-from hdl.protocol.planner import PathClass
-from hdl.protocol.runs import RunOptions
-from host.device.boards import open_board
-from host.device.link import RefusedError
+from pathgene.hdl.protocol import Command, Status, StickyError, map_request, pack_cells
+from pathgene.hdl.protocol.planner import PathClass
+from pathgene.hdl.protocol.runs import RunOptions
+from pathgene.host.device.boards import open_board
+from pathgene.host.device.link import RefusedError
 from tests.chips import board_url
 from tests.fuzz import fuzz_simulated_board
 from tests.planner_cases import SMALL, ground, record, shape

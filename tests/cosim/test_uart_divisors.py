@@ -2,9 +2,9 @@
 
 import pytest
 
-from hdl.link.uart import Uart
-from hdl.verilog import convert
-from sim.exported import cached_verilog
+from pathgene.hdl.link.uart import Uart
+from pathgene.hdl.verilog import convert
+from pathgene.sim.exported import cached_verilog
 from tools.runner import BENCHES, run
 
 

@@ -3,8 +3,8 @@
 from amaranth import *
 from amaranth.hdl import Assert, Cover
 
-from hdl.config import Config
-from hdl.feasibility.parallel.terrain_memory import TerrainMemory
+from pathgene.hdl.config import Config
+from pathgene.hdl.feasibility.parallel.terrain_memory import TerrainMemory
 from tests.formal.parts import Opened, free
 from tools.formal import Proof
 

@@ -1,7 +1,7 @@
 """The control unit of a chip that only checks paths always returns to listening."""
 
-from hdl.config import CheckerBuild, Config
-from hdl.control import Control
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.control import Control
 from tests.formal import proof_control
 from tools.formal import Proof
 

@@ -3,7 +3,7 @@
 from amaranth import *
 from amaranth.hdl import Assert, Cover
 
-from hdl.link.cobs import CobsDecoder
+from pathgene.hdl.link.cobs import CobsDecoder
 from tests.formal.parts import Opened, free
 from tools.formal import Proof
 

@@ -3,7 +3,7 @@
 from amaranth import *
 from amaranth.hdl import Assert, Cover
 
-from hdl.link.cobs import CobsEncoder
+from pathgene.hdl.link.cobs import CobsEncoder
 from tests.formal.parts import Opened, any_constant, free
 from tools.formal import Proof
 

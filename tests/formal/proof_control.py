@@ -3,9 +3,9 @@
 from amaranth import *
 from amaranth.hdl import Assert, Assume, Cover
 
-from hdl.config import Config
-from hdl.control import Control
-from hdl.protocol import ChipState
+from pathgene.hdl.config import Config
+from pathgene.hdl.control import Control
+from pathgene.hdl.protocol import ChipState
 from tests.formal.parts import Opened, any_constant, comes_back, free
 from tools.formal import Proof
 

@@ -6,7 +6,7 @@ from amaranth import *
 from amaranth.hdl import Assert, Assume, Cover
 from amaranth.lib import data
 
-from hdl.planner.walker.memo import Memo
+from pathgene.hdl.planner.walker.memo import Memo
 from tests.formal.parts import Opened, any_constant, free
 from tools.formal import Proof
 

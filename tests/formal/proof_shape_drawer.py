@@ -3,8 +3,8 @@
 from amaranth import *
 from amaranth.hdl import Assert, Assume, Cover
 
-from hdl.planner.shape_drawer import ShapeDrawer
-from hdl.protocol.planner import EDGES
+from pathgene.hdl.planner.shape_drawer import ShapeDrawer
+from pathgene.hdl.protocol.planner import EDGES
 from tests.formal.parts import Opened, any_constant, free
 from tools.formal import Proof
 

@@ -6,7 +6,7 @@ from amaranth import *
 from amaranth.hdl import Assert, Assume, Cover
 from amaranth.lib import data
 
-from hdl.planner.sorter import Sorter
+from pathgene.hdl.planner.sorter import Sorter
 from tests.formal.parts import Opened, any_constant, free
 from tools.formal import Proof
 

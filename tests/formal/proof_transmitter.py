@@ -3,8 +3,8 @@
 from amaranth import *
 from amaranth.hdl import Assert, Cover
 
-from hdl.link.frame import FrameTransmitter
-from hdl.protocol import frame_crc
+from pathgene.hdl.link.frame import FrameTransmitter
+from pathgene.hdl.protocol import frame_crc
 from tests.formal.parts import Opened, free
 from tools.formal import Proof
 
@@ -12,7 +12,7 @@ from tools.formal import Proof
 #: A CRC and an encoder that may do anything.
 FREE = (
     (
-        "from hdl.link.cobs import CobsDecoder, CobsEncoder",
+        "from pathgene.hdl.link.cobs import CobsDecoder, CobsEncoder",
         "from tests.formal.parts import FreeEncoder as CobsEncoder",
     ),
     (

@@ -3,9 +3,9 @@
 from amaranth import *
 from amaranth.hdl import Assert, Assume, Cover
 
-from hdl.config import Config
-from hdl.feasibility.two_tier.cell_walker import CellWalker
-from hdl.layouts import point_layout
+from pathgene.hdl.config import Config
+from pathgene.hdl.feasibility.two_tier.cell_walker import CellWalker
+from pathgene.hdl.layouts import point_layout
 from tests.formal.cells import Segment
 from tests.formal.parts import Opened, free
 from tools.formal import Proof

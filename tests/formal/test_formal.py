@@ -2,7 +2,7 @@
 
 import pytest
 
-from hdl.primitives.skid_buffer import SkidBuffer
+from pathgene.hdl.primitives.skid_buffer import SkidBuffer
 from tools.formal import Proof, altered, check, load, main, proofs
 
 

@@ -4,9 +4,9 @@ import random
 
 import pytest
 
-from hdl.config import Config, SurvivorSelection
-from hdl.protocol import LinkMode
-from sim.exported import exported_verilog
+from pathgene.hdl.config import Config, SurvivorSelection
+from pathgene.hdl.protocol import LinkMode
+from pathgene.sim.exported import exported_verilog
 from tests.chips import SMALL
 from tests.fuzz import fuzz_simulated_board
 from tools.runner import BENCHES, run

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sim.model.checker import check_path
-from sim.model.checker_kernels import check_batch, check_paths
+from pathgene.sim.model.checker import check_path
+from pathgene.sim.model.checker_kernels import check_batch, check_paths
 from tests.checker_cases import (
     BUILDS,
     FULL,

@@ -6,9 +6,9 @@ import pytest
 
 from bench.scenarios import EMBEDDED, TILES, names
 from bench.terrains import BUILDS, Ground, differing
-from hdl.config import CheckerBuild, Config
-from sim.harness import VerilatedChecker
-from sim.model.checker_cycles import batch_cycles
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.sim.harness import VerilatedChecker
+from pathgene.sim.model.checker_cycles import batch_cycles
 
 
 pytestmark = [pytest.mark.cosim, pytest.mark.long]

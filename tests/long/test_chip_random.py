@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from bench.scenarios import SYNTHETIC, names, problem
-from host.errors import InputError
-from host.evaluation import Evaluator
-from host.planners import make
-from host.planners.base import Options
-from host.planning import Search
-from host.problem import Problem
-from host.problem.rules import Rules
-from host.problem.zones import Circle
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners import make
+from pathgene.host.planners.base import Options
+from pathgene.host.planning import Search
+from pathgene.host.problem import Problem
+from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.zones import Circle
 from tests.flight_oracle import examine
 
 

@@ -4,13 +4,13 @@ import random
 
 import pytest
 
-from hdl.config import Config
-from hdl.protocol import Command, LinkMode, info_reply
-from hdl.protocol.codec import encode_frame
-from host.device.link import Link
-from sim.model.chip import ChipModel
-from sim.model.core import Limits
-from sim.model.frames import FrameReceiverModel
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol import Command, LinkMode, info_reply
+from pathgene.hdl.protocol.codec import encode_frame
+from pathgene.host.device.link import Link
+from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.core import Limits
+from pathgene.sim.model.frames import FrameReceiverModel
 from tests.faults import ByteFaults, FaultyTransport, FrameFaults, VirtualClock
 
 

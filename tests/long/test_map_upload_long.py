@@ -6,11 +6,11 @@ import signal
 import numpy as np
 import pytest
 
-from hdl.config import CheckerBuild, Config
-from host.device.boards import open_board
-from host.device.chip import Chip
-from host.device.link import Link, LinkTimeoutError
-from sim.board.scheme import start_simulated
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.host.device.boards import open_board
+from pathgene.host.device.chip import Chip
+from pathgene.host.device.link import Link, LinkTimeoutError
+from pathgene.sim.board.scheme import start_simulated
 from tests.chips import board_url
 
 

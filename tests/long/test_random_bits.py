@@ -18,7 +18,7 @@ pytestmark = pytest.mark.long
 ROOT = Path(__file__).parents[2]
 
 SEEDS = (1, 2)
-TWIN = (sys.executable, "-m", "sim.model.random_stream", "--seed")
+TWIN = (sys.executable, "-m", "pathgene.sim.model.random_stream", "--seed")
 #: Minimum results of ``dieharder -a``; version 3.31 gives 114.
 FEWEST_RESULTS = 100
 

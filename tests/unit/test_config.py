@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from hdl.config import CheckerBuild, Config, GeneticCore, MutationKind, SurvivorSelection
+from pathgene.hdl.config import CheckerBuild, Config, GeneticCore, MutationKind, SurvivorSelection
 
 
 def test_default_has_the_papers_sizes():

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from host.connection import SEARCHERS, connect
-from host.evaluation import Evaluator
-from host.planners import PLANNERS, make
-from host.planners.base import Options, Stop
-from host.planning import Search
-from host.problem import Circle, Polygon, Problem, Rules
-from host.terrain import Terrain, load
+from pathgene.host.connection import SEARCHERS, connect
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners import PLANNERS, make
+from pathgene.host.planners.base import Options, Stop
+from pathgene.host.planning import Search
+from pathgene.host.problem import Circle, Polygon, Problem, Rules
+from pathgene.host.terrain import Terrain, load
 from tests.closed_problems import lane
 
 

@@ -6,9 +6,9 @@ import random
 import pytest
 from amaranth.sim import Simulator
 
-from hdl.config import CheckerBuild, Config
-from hdl.control import Control
-from hdl.protocol import ChipState, Counter
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.control import Control
+from pathgene.hdl.protocol import ChipState, Counter
 
 
 LISTEN, RECEIVE, CROSSOVER, MUTATE, UPDATE, TRANSMIT, CHECK = ChipState

@@ -11,10 +11,10 @@ import pytest
 from amaranth.hdl import Fragment, Shape
 from amaranth.lib import wiring
 
-from hdl.command.layouts import payload_members
-from hdl.config import CheckerBuild, Config
-from hdl.layouts import generation_signature
-from hdl.top import Planner
+from pathgene.hdl.command.layouts import payload_members
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.layouts import generation_signature
+from pathgene.hdl.top import Planner
 from tests.chips import SMALL
 
 
@@ -38,7 +38,8 @@ def alive():
     return {
         id(each): each
         for each in gc.get_objects()
-        if issubclass(type(each), wiring.Component) and type(each).__module__.startswith("hdl.")
+        if issubclass(type(each), wiring.Component)
+        and type(each).__module__.startswith("pathgene.hdl.")
     }
 
 

@@ -7,8 +7,8 @@ import sys
 
 import pytest
 
-from host.errors import InputError
-from host.inputs import MOST_TEXT_BYTES, exists, opened, read_text, require_regular
+from pathgene.host.errors import InputError
+from pathgene.host.inputs import MOST_TEXT_BYTES, exists, opened, read_text, require_regular
 
 
 # Names that no file can have: a NUL, half a surrogate pair, more characters than a name has.
@@ -57,7 +57,7 @@ def test_a_text_has_a_limit(tmp_path):
     with file.open("wb") as sparse:
         sparse.truncate(100 * 10**9)
     script = (
-        "import sys; from pathlib import Path; from host.inputs import read_text\n"
+        "import sys; from pathlib import Path; from pathgene.host.inputs import read_text\n"
         "try: read_text(Path(sys.argv[1]))\n"
         "except Exception as error: print(error)"
     )

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from host import interrupts
-from sim.compiler import run_tool
+from pathgene.host import interrupts
+from pathgene.sim.compiler import run_tool
 
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -119,7 +119,7 @@ def has_ended(pid):
 
 INSIDE_EXEC = """
 import sys
-from host import interrupts
+from pathgene.host import interrupts
 
 with interrupts.caught():
     try:

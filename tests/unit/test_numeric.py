@@ -5,8 +5,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from host.errors import InputError
-from host.numeric import as_number, integer, numbers, parse, real, rows, whole
+from pathgene.host.errors import InputError
+from pathgene.host.numeric import as_number, integer, numbers, parse, real, rows, whole
 
 
 @pytest.mark.parametrize("value", [3, np.int64(3), np.uint8(3), np.array(3)])

@@ -7,14 +7,14 @@ import sys
 import numpy as np
 import pytest
 
-from host.checking import check
-from host.errors import InputError
-from host.mission.plan import plan
-from host.planners import PLANNERS
-from host.planning import Search
-from host.problem import aircraft
-from host.problem.problem import Problem
-from host.terrain import Terrain
+from pathgene.host.checking import check
+from pathgene.host.errors import InputError
+from pathgene.host.mission.plan import plan
+from pathgene.host.planners import PLANNERS
+from pathgene.host.planning import Search
+from pathgene.host.problem import aircraft
+from pathgene.host.problem.problem import Problem
+from pathgene.host.terrain import Terrain
 
 
 HILLS = Terrain(
@@ -167,11 +167,11 @@ def test_a_problem_imports_nothing_heavy(tmp_path):
     HILLS.save_npz(tmp_path / "hills.npz", np.zeros(HILLS.shape, dtype=bool))
     script = """
 import sys
-import host.evaluation, host.planners.base, host.planning
-import host.report.geojson, host.report.summary, host.report.tables, host.report.write
-from host.problem import Aircraft, ChipMap, Circle, Problem
-from host.problem.aircraft import load as aircraft
-from host.terrain import load
+import pathgene.host.evaluation, pathgene.host.planners.base, pathgene.host.planning
+import pathgene.host.report.geojson, pathgene.host.report.summary, pathgene.host.report.tables,
+pathgene.host.report.write from pathgene.host.problem import Aircraft, ChipMap, Circle, Problem
+from pathgene.host.problem.aircraft import load as aircraft
+from pathgene.host.terrain import load
 problem = Problem(load(sys.argv[1]), (300, 300, 500), (3700, 2700, 500), aircraft("heron"))
 assert problem.limits
 heavy = ("numba", "scipy", "matplotlib", "rasterio", "amaranth", "serial")
@@ -189,7 +189,7 @@ print([name for name in heavy if name in sys.modules])
 def test_finds_matplotlibs_sample_without_importing_it():
     script = """
 import sys
-from host.terrain import load
+from pathgene.host.terrain import load
 print(load("jacksboro").shape, "matplotlib" in sys.modules)
 """
     done = subprocess.run(

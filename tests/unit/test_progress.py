@@ -2,7 +2,7 @@
 
 import io
 
-from host.progress import Progress
+from pathgene.host.progress import Progress
 
 
 class Terminal(io.StringIO):

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from hdl.config import Config
-from hdl.verilog import SHIPPED, TOPS, export, main, write_shipped
-from sim.exported import exported_verilog
+from pathgene.hdl.config import Config
+from pathgene.hdl.verilog import SHIPPED, TOPS, export, main, write_shipped
+from pathgene.sim.exported import exported_verilog
 from tests.chips import CHECKERS, CHECKING, SMALL
 from tools.lint import lint
 
@@ -22,8 +22,8 @@ ROOT = Path(__file__).resolve().parents[2]
 
 DIGESTS = """
 import hashlib, json, sys
-from hdl.config import Config
-from hdl.verilog import export
+from pathgene.hdl.config import Config
+from pathgene.hdl.verilog import export
 config = Config(**json.loads(sys.argv[1]))
 for name in sys.argv[2:]:
     print(hashlib.sha256(export(name, config).encode()).hexdigest())

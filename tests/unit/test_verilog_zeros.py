@@ -7,7 +7,7 @@ from amaranth.back import verilog
 from amaranth.hdl import Module
 from amaranth.lib import memory
 
-from hdl.verilog import strip_zero_init
+from pathgene.hdl.verilog import strip_zero_init
 
 
 def two_memories(marked, *, sources=False):

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 
 import grimp
 
-from hdl.top import Planner
+from pathgene.hdl.top import Planner
 from tools.diagrams.units import Unit, units_of
 from tools.protocol_page.frames import SMALL
 
@@ -26,7 +26,14 @@ _BLUE, _GREY = "#e8f0fa", "#f4f4f4"
 #: Names of files in docs/pictures.
 GRAPHS = ("chip", "core", "host")
 #: Packages that the host's picture shows, besides the folders of host.
-_NEIGHBOURS = ("hdl.config", "hdl.protocol", "hdl.verilog", "pathgene", "sim.board", "sim.model")
+_NEIGHBOURS = (
+    "pathgene.hdl.config",
+    "pathgene.hdl.protocol",
+    "pathgene.hdl.verilog",
+    "pathgene",
+    "pathgene.sim.board",
+    "pathgene.sim.model",
+)
 
 
 def graphs() -> dict[str, str]:
@@ -94,9 +101,10 @@ def _wrapped(names: Iterable[str]) -> str:
 
 
 def _host_graph() -> str:
-    graph = grimp.build_graph("host", "hdl", "sim", "pathgene")
-    folders = sorted(graph.find_children("host") - {"host.__main__"})
+    graph = grimp.build_graph("pathgene")
+    folders = sorted(graph.find_children("pathgene.host"))
     boxes = {box: {box, *graph.find_descendants(box)} for box in (*folders, *_NEIGHBOURS)}
+    boxes["pathgene"] = {"pathgene"}  # The public API alone, without the folders.
     boxes = {box: modules for box, modules in boxes.items() if modules & graph.modules}
     owner = {module: box for box, modules in boxes.items() for module in modules}
     uses: dict[str, set[str]] = {box: set() for box in boxes}
@@ -106,11 +114,12 @@ def _host_graph() -> str:
                 uses[box].add(owner[imported])
     lines = [_HEAD % ("TB", _BLUE)]
     for box in boxes:
-        fill = "" if box.startswith("host") else f', fillcolor="{_GREY}"'
-        lines.append(f'  "{box}" [label=<{_described(box)}>{fill}]')
+        fill = "" if box.startswith("pathgene.host") else f', fillcolor="{_GREY}"'
+        lines.append(f'  "{_short(box)}" [label=<{_described(box)}>{fill}]')
     for box, used in sorted(uses.items()):
         # An arrow is left out if a path through another box implies it.
-        lines += [f'  "{box}" -> "{other}"' for other in sorted(used - _beyond(uses, used))]
+        direct = sorted(map(_short, used - _beyond(uses, used)))
+        lines += [f'  "{_short(box)}" -> "{other}"' for other in direct]
     return "\n".join([*lines, "}", ""])
 
 
@@ -121,7 +130,12 @@ def _described(module: str) -> str:
     sentence = " ".join(docstring.split()).partition(". ")[0].rstrip(".")
     folded = [html.escape(line) for line in textwrap.wrap(sentence, 34)]
     small = "<br/>".join(f'<font point-size="9">{line}</font>' for line in folded)
-    return f"<b>{module}</b><br/>{small}"
+    return f"<b>{_short(module)}</b><br/>{small}"
+
+
+def _short(module: str) -> str:
+    """Return a module's name without the package."""
+    return module.removeprefix("pathgene.")
 
 
 def _beyond(uses: Mapping[str, set[str]], boxes: Iterable[str]) -> set[str]:

@@ -9,7 +9,7 @@ from amaranth.hdl import Value
 from amaranth.lib import data
 from amaranth.sim import Simulator
 
-from hdl.protocol import (
+from pathgene.hdl.protocol import (
     ChipState,
     Command,
     LinkMode,
@@ -21,7 +21,7 @@ from hdl.protocol import (
     start_request,
     write_request,
 )
-from hdl.protocol.codec import encode_frame
+from pathgene.hdl.protocol.codec import encode_frame
 from tools.diagrams.units import Unit
 from tools.diagrams.waves import Trace, draw, hexadecimal, integer, text_of
 from tools.protocol_page.frames import SMALL

@@ -9,7 +9,7 @@ import time
 from collections import Counter
 from pathlib import Path
 
-from host.cores import available_cores
+from pathgene.host.cores import available_cores
 from tools.faults.campaign import Campaign, case_of, judge_of, run
 from tools.faults.case import Case
 from tools.faults.chips import Board

@@ -9,11 +9,11 @@ from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
 
-from hdl.config import CheckerBuild, Config, GeneticCore
-from sim.cache import BuildCache, build_root
-from sim.exported import exported_verilog
-from sim.model.chip import ChipModel
-from sim.verilator import build_verilator
+from pathgene.hdl.config import CheckerBuild, Config, GeneticCore
+from pathgene.sim.cache import BuildCache, build_root
+from pathgene.sim.exported import exported_verilog
+from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.verilator import build_verilator
 from tools.chips import SMALL
 from tools.faults.line import ChipOnLine
 

@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
-from host.files.disk import Disk
+from pathgene.host.files.disk import Disk
 
 
 if TYPE_CHECKING:
@@ -34,10 +34,10 @@ class Killed(BaseException):
 class FaultyDisk(Disk):
     """A real disk that counts its calls, from 1, and fails at one of them.
 
-    Each method of :class:`host.files.disk.Disk` is a call, and so is each write that a file passes
-    on to the system. A write that fails is torn: a part of its data, drawn from the seed, reaches
-    the disk. As for the kernel, a write of some bytes is no error yet; the call after it is. A sync
-    does not wait for the real disk.
+    Each method of :class:`pathgene.host.files.disk.Disk` is a call, and so is each write that a
+    file passes on to the system. A write that fails is torn: a part of its data, drawn from the
+    seed, reaches the disk. As for the kernel, a write of some bytes is no error yet; the call after
+    it is. A sync does not wait for the real disk.
 
     Parameters
     ----------

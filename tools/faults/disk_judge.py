@@ -6,8 +6,8 @@ import errno
 from functools import cache
 from pathlib import Path
 
-from host.errors import InputError, JobError
-from host.files.disk import using
+from pathgene.host.errors import InputError, JobError
+from pathgene.host.files.disk import using
 from tools.faults.case import Case, DiskExtent, DiskFault
 from tools.faults.disk import SLOW, FaultyDisk, Killed
 from tools.faults.disk_sessions import DISK_SESSIONS, DiskSession, in_folder

@@ -16,21 +16,21 @@ from typing import Any
 
 import numpy as np
 
-from host.compare.digest import problem_digest
-from host.compare.entrants import parse_entrants
-from host.compare.runs import Outcome, Task, run_in_processes
-from host.compare.session import complete, kept
-from host.compare.store import RunStore
-from host.errors import InputError
-from host.evaluation import Evaluator
-from host.planners import make
-from host.planners.base import Options
-from host.problem import Problem
-from host.problem.zones import Circle
-from host.report.run_files import SUMMARY, verify
-from host.report.summary import summarise
-from host.report.write import write_report
-from host.terrain import Terrain
+from pathgene.host.compare.digest import problem_digest
+from pathgene.host.compare.entrants import parse_entrants
+from pathgene.host.compare.runs import Outcome, Task, run_in_processes
+from pathgene.host.compare.session import complete, kept
+from pathgene.host.compare.store import RunStore
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners import make
+from pathgene.host.planners.base import Options
+from pathgene.host.problem import Problem
+from pathgene.host.problem.zones import Circle
+from pathgene.host.report.run_files import SUMMARY, verify
+from pathgene.host.report.summary import summarise
+from pathgene.host.report.write import write_report
+from pathgene.host.terrain import Terrain
 from tools.chips import SMALL, board_url
 from tools.faults.verdict import DifferentError
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol
 
-from hdl.protocol import DELIMITER
+from pathgene.hdl.protocol import DELIMITER
 from tools.faults.verdict import HangError
 
 
@@ -242,7 +242,7 @@ def _noise(event: LineEvent) -> bytes:
 
 
 class FaultyLine:
-    """A port whose line has faults; a :class:`host.device.transport.Transport`.
+    """A port whose line has faults; a :class:`pathgene.host.device.transport.Transport`.
 
     The bytes of a frame arrive together with its delimiter.
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections import Counter
 from typing import Any
 
-from hdl.protocol import Command
-from hdl.protocol.codec import encode_frame
-from host.device.chip import Chip
-from host.device.link import Link, RefusedError
-from host.errors import JobError
+from pathgene.hdl.protocol import Command
+from pathgene.hdl.protocol.codec import encode_frame
+from pathgene.host.device.chip import Chip
+from pathgene.host.device.link import Link, RefusedError
+from pathgene.host.errors import JobError
 from tools.faults.case import Case, Extent
 from tools.faults.chips import Board, chip_on_line
 from tools.faults.judge import Judge

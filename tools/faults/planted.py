@@ -10,16 +10,16 @@ from unittest import mock
 
 from cobs import cobs
 
-from hdl.config import Config
-from hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, StickyError, codec, info_reply
-from hdl.protocol.codec import Frame, FrameError
-from host.compare.store import RunStore
-from host.device.link import Link, LinkError, LinkTimeoutError
-from host.device.map_copy import MapCopy
-from host.device.window import Request
-from host.errors import InputError
-from host.files.disk import current
-from sim.model.chip import ChipModel
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, StickyError, codec, info_reply
+from pathgene.hdl.protocol.codec import Frame, FrameError
+from pathgene.host.compare.store import RunStore
+from pathgene.host.device.link import Link, LinkError, LinkTimeoutError
+from pathgene.host.device.map_copy import MapCopy
+from pathgene.host.device.window import Request
+from pathgene.host.errors import InputError
+from pathgene.host.files.disk import current
+from pathgene.sim.model.chip import ChipModel
 
 
 __all__ = ["PLANTED", "planted"]
@@ -74,7 +74,7 @@ def _checksum_ignored() -> Patch:
                 raise
             return body, False
 
-    return mock.patch("host.device.link.decode_frame", decode)
+    return mock.patch("pathgene.host.device.link.decode_frame", decode)
 
 
 def _board_taken_back_in_silence() -> Patch:
@@ -153,7 +153,7 @@ def _file_written_in_its_place() -> Patch:
         for name in set(gone) - set(contents):
             (directory / name).unlink(missing_ok=True)
 
-    return mock.patch("host.report.write.replace_files", replace_files)
+    return mock.patch("pathgene.host.report.write.replace_files", replace_files)
 
 
 def _torn_line_taken_for_whole() -> Patch:

@@ -9,16 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from hdl.config import Config
-from hdl.protocol import LinkMode
-from hdl.protocol.runs import WARM_SLOPES, RunOptions
-from host.device.chip import Chip
-from host.evaluation import Evaluator
-from host.planners.problem_on_chip import ProblemOnChip
-from host.problem import Problem
-from host.problem.corner_map import CornerMap
-from host.problem.zones import Circle
-from host.terrain import Terrain
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol import LinkMode
+from pathgene.hdl.protocol.runs import WARM_SLOPES, RunOptions
+from pathgene.host.device.chip import Chip
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners.problem_on_chip import ProblemOnChip
+from pathgene.host.problem import Problem
+from pathgene.host.problem.corner_map import CornerMap
+from pathgene.host.problem.zones import Circle
+from pathgene.host.terrain import Terrain
 
 
 __all__ = ["GENERATIONS", "SESSIONS", "Session", "Tell", "ground"]

@@ -10,12 +10,14 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
-from host.interrupts import SIGNALS, caught
+from pathgene import host
+from pathgene.host.interrupts import SIGNALS, caught
 
 
 __all__ = ["counted_lines", "signal_of", "signalled"]
 
-_HOST = Path(__file__).parents[2] / "host"
+# As frames name it: through the link in pathgene/.
+_HOST = Path(host.__file__).parent
 
 
 def signal_of(at: int) -> signal.Signals:

@@ -14,11 +14,11 @@ from pathlib import Path
 
 from amaranth.back import rtlil
 
-from hdl.boards import find_board
-from hdl.boards.build import prepare
-from hdl.config import CheckerBuild, Config, GeneticCore, SurvivorSelection
-from hdl.top import Planner
-from hdl.verilog import convert
+from pathgene.hdl.boards import find_board
+from pathgene.hdl.boards.build import prepare
+from pathgene.hdl.config import CheckerBuild, Config, GeneticCore, SurvivorSelection
+from pathgene.hdl.top import Planner
+from pathgene.hdl.verilog import convert
 from tools.chips import SMALL
 
 

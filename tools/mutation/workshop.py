@@ -97,7 +97,7 @@ class Workshop:
         ignore = shutil.ignore_patterns("__pycache__", "build")
         for name in _COPIED:
             if (self.root / name).is_dir():
-                shutil.copytree(self.root / name, self.folder / name, ignore=ignore)
+                shutil.copytree(self.root / name, self.folder / name, ignore=ignore, symlinks=True)
         shutil.copytree(self.root / "hdl", self.folder / "original", ignore=ignore)
         for path in self.root.iterdir():
             if path.is_file() and path.name != ".git":

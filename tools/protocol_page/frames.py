@@ -6,8 +6,8 @@ import dataclasses
 from typing import Any
 from urllib.parse import urlencode
 
-from hdl.config import CheckerBuild, Config
-from hdl.protocol import (
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.protocol import (
     BODY_HEADER_BYTES,
     VERSION,
     CheckFlag,
@@ -25,16 +25,16 @@ from hdl.protocol import (
     start_request,
     write_request,
 )
-from hdl.protocol.codec import decode_frame, encode_frame
-from hdl.protocol.planner import (
+from pathgene.hdl.protocol.codec import decode_frame, encode_frame
+from pathgene.hdl.protocol.planner import (
     ALTITUDE_FRACTION,
     POSITION_FRACTION,
     SCALE_FRACTION,
     NoFlyShape,
     ProblemRecord,
 )
-from hdl.protocol.runs import RunOptions
-from sim.model.chip import ChipModel
+from pathgene.hdl.protocol.runs import RunOptions
+from pathgene.sim.model.chip import ChipModel
 from tools import chips
 from tools.protocol_page.segments import split_reply, split_request, values_of
 

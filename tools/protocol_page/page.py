@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from hdl.config import CheckerBuild, Config
-from hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, Command, frame_crc, info_values
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, Command, frame_crc, info_values
 from tools.protocol_page.frames import DEFAULT, SMALL, STREAMING
 from tools.protocol_page.segments import Segment, split_reply, split_request, waypoint_layout
 from tools.protocol_page.texts import CODES, COMMANDS, MESSAGES, Field

@@ -1,4 +1,4 @@
-"""Payloads split into the consecutive layouts of :mod:`hdl.protocol`."""
+"""Payloads split into the consecutive layouts of :mod:`pathgene.hdl.protocol`."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from hdl.config import Config
-from hdl.protocol import (
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol import (
     Command,
     Layout,
     LinkMode,
@@ -29,8 +29,8 @@ from hdl.protocol import (
     survivors_reply,
     write_request,
 )
-from hdl.protocol.planner import no_fly_request, problem_request
-from hdl.protocol.runs import run_request
+from pathgene.hdl.protocol.planner import no_fly_request, problem_request
+from pathgene.hdl.protocol.runs import run_request
 
 
 __all__ = ["Segment", "split_reply", "split_request", "values_of", "waypoint_layout"]
@@ -80,7 +80,7 @@ _REPLIES = {
 
 
 def waypoint_layout(config: Config) -> Layout:
-    """Return the fields of a waypoint as :func:`hdl.protocol.pack_paths` packs them."""
+    """Return the fields of a waypoint as :func:`pathgene.hdl.protocol.pack_paths` packs them."""
     return Layout(
         (
             ("x", config.coordinate_bits),

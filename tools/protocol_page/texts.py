@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 
-from hdl.config import Config
-from hdl.protocol import (
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol import (
     CheckFlag,
     ChipState,
     Command,
@@ -34,8 +34,8 @@ from hdl.protocol import (
     survivors_reply,
     write_request,
 )
-from hdl.protocol.planner import no_fly_request, problem_request
-from hdl.protocol.runs import run_request
+from pathgene.hdl.protocol.planner import no_fly_request, problem_request
+from pathgene.hdl.protocol.runs import run_request
 from tools.protocol_page.segments import waypoint_layout
 
 
@@ -52,7 +52,8 @@ class Field:
         Range of values.
     meaning : str
     width : str or None
-        Attribute of :class:`hdl.config.Config` that is its width; None if its width is constant.
+        Attribute of :class:`pathgene.hdl.config.Config` that is its width; None if its width is
+        constant.
     """
 
     values: str

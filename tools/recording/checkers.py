@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hdl.config import CheckerBuild, Config
-from sim.harness import VerilatedChecker
-from sim.model.checker import TerrainModel
-from sim.model.checker_cycles import batch_cycles
-from sim.model.checker_kernels import check_paths
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.sim.harness import VerilatedChecker
+from pathgene.sim.model.checker import TerrainModel
+from pathgene.sim.model.checker_cycles import batch_cycles
+from pathgene.sim.model.checker_kernels import check_paths
 from tools.recording.random_inputs import Point, below, ground, point
 
 

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hdl.config import CheckerBuild, Config
-from hdl.protocol import (
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.protocol import (
     BODY_HEADER_BYTES,
     CheckFlag,
     Command,
@@ -30,11 +30,11 @@ from hdl.protocol import (
     start_request,
     write_request,
 )
-from hdl.protocol.codec import encode_frame
-from host.device.chip import Chip
-from host.device.link import Link
-from sim.model.chip import ChipModel
-from sim.model.port import ModelPort
+from pathgene.hdl.protocol.codec import encode_frame
+from pathgene.host.device.chip import Chip
+from pathgene.host.device.link import Link
+from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.port import ModelPort
 from tools.recording.random_inputs import checksum, ground, point, population, shuffled, waypoint
 
 

@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 
 from bench.scenarios import problem
-from hdl.config import Config
-from host.cli import main
-from host.cli.parser import build_parser
-from host.planners import PLANNERS, make
+from pathgene.hdl.config import Config
+from pathgene.host.cli import main
+from pathgene.host.cli.parser import build_parser
+from pathgene.host.planners import PLANNERS, make
 
 
 __all__ = ["MAPS", "describe_options", "plan", "record_keys", "record_options", "record_plans"]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from bench.scenarios import problem
-from host.evaluation import Evaluator
+from pathgene.host.evaluation import Evaluator
 from tools.recording.commands import MAPS, plan
 
 

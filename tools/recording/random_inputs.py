@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hdl.config import Config
+from pathgene.hdl.config import Config
 
 
 __all__ = ["below", "checksum", "ground", "point", "population", "shuffled", "waypoint"]

@@ -5,9 +5,9 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
-from hdl.feasibility.parallel.lanes import group_layout
-from hdl.feasibility.parallel.terrain_memory import lane_row_bits
-from hdl.primitives.arguments import check_integer, check_power_of_two
+from pathgene.hdl.feasibility.parallel.lanes import group_layout
+from pathgene.hdl.feasibility.parallel.terrain_memory import lane_row_bits
+from pathgene.hdl.primitives.arguments import check_integer, check_power_of_two
 
 
 __all__ = ["HitLocator"]
@@ -35,7 +35,7 @@ class HitLocator(wiring.Component):
     until : Out(range(lanes + 1))
     x, y : Out(coordinate_bits)
     terrain, nofly : Out(range(lanes + 1))
-        See :func:`hdl.feasibility.walker_signature.step_layout`.
+        See :func:`pathgene.hdl.feasibility.walker_signature.step_layout`.
 
     Raises
     ------

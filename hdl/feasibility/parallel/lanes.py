@@ -5,11 +5,11 @@ from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
-from hdl.feasibility.parallel.reciprocal import Precision
-from hdl.feasibility.parallel.segment_setup import segment_layout, token_layout
-from hdl.feasibility.parallel.slopes import motion_layout
-from hdl.feasibility.parallel.terrain_memory import lane_layout, lane_row_bits
-from hdl.primitives.arguments import check_integer, check_power_of_two
+from pathgene.hdl.feasibility.parallel.reciprocal import Precision
+from pathgene.hdl.feasibility.parallel.segment_setup import segment_layout, token_layout
+from pathgene.hdl.feasibility.parallel.slopes import motion_layout
+from pathgene.hdl.feasibility.parallel.terrain_memory import lane_layout, lane_row_bits
+from pathgene.hdl.primitives.arguments import check_integer, check_power_of_two
 
 
 __all__ = ["Lanes", "group_layout"]
@@ -38,7 +38,7 @@ class Lanes(wiring.Component):
     Lane c has the cells whose major coordinate is c mod ``lane_count``. Its cell in the first group
     depends on the start of the segment, so that each group but the last is full: a segment of n
     cells takes n / ``lane_count`` cycles, rounded up. The rest is sums: all lanes gain the same in
-    a cycle, see :class:`hdl.feasibility.parallel.reciprocal.Precision`.
+    a cycle, see :class:`pathgene.hdl.feasibility.parallel.reciprocal.Precision`.
 
     ``group`` and ``lanes`` follow their token in ``launched`` by a cycle.
 

@@ -7,7 +7,7 @@ from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
-from hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.arguments import check_integer
 
 
 __all__ = ["Precision", "Reciprocals"]

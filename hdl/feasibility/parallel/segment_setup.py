@@ -7,12 +7,12 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
-from hdl.feasibility.parallel.reciprocal import Precision, Reciprocals
-from hdl.layouts import point_layout
-from hdl.primitives.arguments import check_integer, check_power_of_two
-from hdl.primitives.fanout import fanout
-from hdl.primitives.multiplexer import multiplex
-from hdl.primitives.skid_buffer import SkidBuffer
+from pathgene.hdl.feasibility.parallel.reciprocal import Precision, Reciprocals
+from pathgene.hdl.layouts import point_layout
+from pathgene.hdl.primitives.arguments import check_integer, check_power_of_two
+from pathgene.hdl.primitives.fanout import fanout
+from pathgene.hdl.primitives.multiplexer import multiplex
+from pathgene.hdl.primitives.skid_buffer import SkidBuffer
 
 
 __all__ = ["TAG_BITS", "SegmentSetup", "SegmentShaper", "segment_layout", "token_layout"]
@@ -229,7 +229,7 @@ class SegmentSetup(SegmentShaper):
     points : In(stream.Signature(point_layout))
     room, segment_room : In(1)
     begins, segment_begins : Out(1)
-        See :func:`hdl.feasibility.walker_signature.walker_signature`.
+        See :func:`pathgene.hdl.feasibility.walker_signature.walker_signature`.
     drop : In(1)
     drop_tag : In(TAG_BITS)
         Path to be discarded.

@@ -5,11 +5,11 @@ from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
-from hdl.feasibility.parallel.reciprocal import Precision
-from hdl.feasibility.parallel.segment_setup import segment_layout
-from hdl.primitives.arguments import check_integer, check_power_of_two
-from hdl.primitives.delay_line import delay_line
-from hdl.primitives.multiplier import Multiplier
+from pathgene.hdl.feasibility.parallel.reciprocal import Precision
+from pathgene.hdl.feasibility.parallel.segment_setup import segment_layout
+from pathgene.hdl.primitives.arguments import check_integer, check_power_of_two
+from pathgene.hdl.primitives.delay_line import delay_line
+from pathgene.hdl.primitives.multiplier import Multiplier
 
 
 __all__ = ["Slopes", "motion_layout"]
@@ -23,7 +23,7 @@ def motion_layout(
 ) -> data.StructLayout:
     """Return the layout of two numbers in the units of a segment's slope.
 
-    See :class:`hdl.feasibility.parallel.reciprocal.Precision`.
+    See :class:`pathgene.hdl.feasibility.parallel.reciprocal.Precision`.
 
     ``minor`` and ``rise``: coordinate and altitude, modulo the edge of the map and the number of
     altitudes.
@@ -53,7 +53,7 @@ class Slopes(wiring.Component):
         Widths of a coordinate and of an altitude, 1 or more.
     half_steps : bool
         Altitudes are the lowest within half a step of each cell, see
-        :class:`hdl.feasibility.parallel.reciprocal.Precision`.
+        :class:`pathgene.hdl.feasibility.parallel.reciprocal.Precision`.
 
     Members
     -------

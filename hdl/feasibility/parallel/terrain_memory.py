@@ -5,10 +5,10 @@ from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
-from hdl.feasibility.map_memory import MapMemory
-from hdl.primitives.arguments import check_integer, check_power_of_two
-from hdl.primitives.delay_line import delay_line
-from hdl.primitives.multiplexer import multiplex
+from pathgene.hdl.feasibility.map_memory import MapMemory
+from pathgene.hdl.primitives.arguments import check_integer, check_power_of_two
+from pathgene.hdl.primitives.delay_line import delay_line
+from pathgene.hdl.primitives.multiplexer import multiplex
 
 
 __all__ = ["TerrainMemory", "lane_layout", "lane_row_bits"]
@@ -53,8 +53,8 @@ class TerrainMemory(wiring.Component):
     single cells, a row of neighbours can be looked up then, a cell for each lane.
 
     The banks are spread over the device; the block RAMs of one lie side by side where the cells of
-    the platform have places for them (:class:`hdl.primitives.block_memory.BlockMemory`). Each bank
-    has registers for its addresses, with nothing but wires from there to its block RAMs.
+    the platform have places for them (:class:`pathgene.hdl.primitives.block_memory.BlockMemory`).
+    Each bank has registers for its addresses, with nothing but wires from there to its block RAMs.
 
     Source: *allaire two-tier*, section 5.3.
 

@@ -4,14 +4,14 @@ from amaranth import *
 from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import connect, flipped
 
-from hdl.config import Config
-from hdl.feasibility.parallel.hit_locator import HitLocator
-from hdl.feasibility.parallel.lanes import Lanes
-from hdl.feasibility.parallel.segment_setup import TAG_BITS, SegmentSetup, token_layout
-from hdl.feasibility.parallel.slopes import Slopes
-from hdl.feasibility.parallel.terrain_memory import TerrainMemory
-from hdl.feasibility.walker_signature import walker_signature
-from hdl.primitives.delay_line import delay_line
+from pathgene.hdl.config import Config
+from pathgene.hdl.feasibility.parallel.hit_locator import HitLocator
+from pathgene.hdl.feasibility.parallel.lanes import Lanes
+from pathgene.hdl.feasibility.parallel.segment_setup import TAG_BITS, SegmentSetup, token_layout
+from pathgene.hdl.feasibility.parallel.slopes import Slopes
+from pathgene.hdl.feasibility.parallel.terrain_memory import TerrainMemory
+from pathgene.hdl.feasibility.walker_signature import walker_signature
+from pathgene.hdl.primitives.delay_line import delay_line
 
 
 __all__ = ["ParallelWalker"]
@@ -39,7 +39,7 @@ class ParallelWalker(wiring.Component):
 
     Members
     -------
-    Those of :func:`hdl.feasibility.walker_signature.walker_signature`.
+    Those of :func:`pathgene.hdl.feasibility.walker_signature.walker_signature`.
     """
 
     def __init__(self, config: Config):

@@ -4,8 +4,8 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.feasibility.two_tier.cell_walker import level_layout, visit_layout
-from hdl.primitives.arguments import check_integer
+from pathgene.hdl.feasibility.two_tier.cell_walker import level_layout, visit_layout
+from pathgene.hdl.primitives.arguments import check_integer
 
 
 __all__ = ["AltitudeComparator", "tested_layout"]

@@ -4,8 +4,8 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.feasibility.two_tier.segment_setup import segment_layout
-from hdl.primitives.arguments import check_integer
+from pathgene.hdl.feasibility.two_tier.segment_setup import segment_layout
+from pathgene.hdl.primitives.arguments import check_integer
 
 
 __all__ = ["CellWalker", "level_layout", "visit_layout"]

@@ -4,9 +4,9 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.feasibility.map_memory import MapMemory
-from hdl.layouts import cell_layout
-from hdl.primitives.arguments import check_integer
+from pathgene.hdl.feasibility.map_memory import MapMemory
+from pathgene.hdl.layouts import cell_layout
+from pathgene.hdl.primitives.arguments import check_integer
 
 
 __all__ = ["CoarseMap"]
@@ -54,7 +54,7 @@ class CoarseMap(wiring.Component):
         Block to be read, not while ``busy``.
     altitude : Out(altitude_bits)
         Its maximum, ``memory_latency`` cycles later; undefined until the block was scanned. See
-        :class:`hdl.feasibility.map_memory.MapMemory`.
+        :class:`pathgene.hdl.feasibility.map_memory.MapMemory`.
 
     Raises
     ------

@@ -4,8 +4,8 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.layouts import point_layout
-from hdl.primitives.arguments import check_integer
+from pathgene.hdl.layouts import point_layout
+from pathgene.hdl.primitives.arguments import check_integer
 
 
 __all__ = ["TwoTierSegmentSetup", "segment_layout"]

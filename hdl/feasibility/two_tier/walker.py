@@ -4,12 +4,12 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import connect, flipped
 
-from hdl.feasibility.map_memory import MapMemory
-from hdl.feasibility.two_tier.altitude_comparator import AltitudeComparator
-from hdl.feasibility.two_tier.cell_walker import CellWalker
-from hdl.feasibility.two_tier.coarse_map import CoarseMap
-from hdl.feasibility.two_tier.segment_setup import TwoTierSegmentSetup
-from hdl.feasibility.walker_signature import walker_signature
+from pathgene.hdl.feasibility.map_memory import MapMemory
+from pathgene.hdl.feasibility.two_tier.altitude_comparator import AltitudeComparator
+from pathgene.hdl.feasibility.two_tier.cell_walker import CellWalker
+from pathgene.hdl.feasibility.two_tier.coarse_map import CoarseMap
+from pathgene.hdl.feasibility.two_tier.segment_setup import TwoTierSegmentSetup
+from pathgene.hdl.feasibility.walker_signature import walker_signature
 
 
 __all__ = ["TwoTierWalker"]
@@ -28,7 +28,7 @@ class TwoTierWalker(wiring.Component):
     taken, one a cycle.
 
     Points and writes wait while the coarse map is rebuilt: see
-    :class:`hdl.feasibility.two_tier.coarse_map.CoarseMap`.
+    :class:`pathgene.hdl.feasibility.two_tier.coarse_map.CoarseMap`.
 
     Source: *allaire two-tier*, section 3. Differs: the set-up of segments and paths overlaps the
     walk, and altitudes are compared exactly.
@@ -39,7 +39,7 @@ class TwoTierWalker(wiring.Component):
 
     Members
     -------
-    Those of :func:`hdl.feasibility.walker_signature.walker_signature`.
+    Those of :func:`pathgene.hdl.feasibility.walker_signature.walker_signature`.
     """
 
     def __init__(self, config):

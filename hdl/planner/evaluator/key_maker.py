@@ -4,12 +4,12 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.feasibility.result_queue import ResultQueue
-from hdl.planner.evaluator.layouts import PLACES, decision_layout
-from hdl.planner.population_layouts import member_layout
-from hdl.planner.walker.path_reducer import result_layout
-from hdl.primitives.arguments import check_integer
-from hdl.protocol.planner import HIT_BITS, VALUE_BITS, PathClass
+from pathgene.hdl.feasibility.result_queue import ResultQueue
+from pathgene.hdl.planner.evaluator.layouts import PLACES, decision_layout
+from pathgene.hdl.planner.population_layouts import member_layout
+from pathgene.hdl.planner.walker.path_reducer import result_layout
+from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.protocol.planner import HIT_BITS, VALUE_BITS, PathClass
 
 
 __all__ = ["KeyMaker"]

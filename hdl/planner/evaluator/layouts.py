@@ -2,10 +2,10 @@
 
 from amaranth.lib import data
 
-from hdl.layouts import point_layout
-from hdl.planner.population_layouts import head_layout
-from hdl.planner.walker.layouts import chord_layout
-from hdl.protocol.planner import VALUE_BITS
+from pathgene.hdl.layouts import point_layout
+from pathgene.hdl.planner.population_layouts import head_layout
+from pathgene.hdl.planner.walker.layouts import chord_layout
+from pathgene.hdl.protocol.planner import VALUE_BITS
 
 
 __all__ = [

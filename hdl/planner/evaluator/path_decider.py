@@ -4,9 +4,9 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.planner.evaluator.layouts import decision_layout, kept_layout
-from hdl.planner.scorer.scorer import score_layout
-from hdl.primitives.arguments import check_integer
+from pathgene.hdl.planner.evaluator.layouts import decision_layout, kept_layout
+from pathgene.hdl.planner.scorer.scorer import score_layout
+from pathgene.hdl.primitives.arguments import check_integer
 
 
 __all__ = ["PathDecider"]

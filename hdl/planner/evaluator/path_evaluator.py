@@ -4,21 +4,21 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from hdl.config import Config
-from hdl.feasibility.result_queue import ResultQueue
-from hdl.layouts import point_layout
-from hdl.planner.evaluator.key_maker import KeyMaker
-from hdl.planner.evaluator.layouts import PLACE_BITS, PLACES
-from hdl.planner.evaluator.path_decider import PathDecider
-from hdl.planner.evaluator.path_store import PathStore
-from hdl.planner.layouts import problem_layout
-from hdl.planner.population_layouts import head_layout, member_layout
-from hdl.planner.population_memory import decided_layout, margin_layout
-from hdl.planner.scorer.scorer import Scorer
-from hdl.planner.walker.path_walker import PathWalker
-from hdl.planner.walker.segment_source import SegmentSource, queued_layout
-from hdl.primitives.arguments import check_integer
-from hdl.protocol.planner import MEMO_ROWS
+from pathgene.hdl.config import Config
+from pathgene.hdl.feasibility.result_queue import ResultQueue
+from pathgene.hdl.layouts import point_layout
+from pathgene.hdl.planner.evaluator.key_maker import KeyMaker
+from pathgene.hdl.planner.evaluator.layouts import PLACE_BITS, PLACES
+from pathgene.hdl.planner.evaluator.path_decider import PathDecider
+from pathgene.hdl.planner.evaluator.path_store import PathStore
+from pathgene.hdl.planner.layouts import problem_layout
+from pathgene.hdl.planner.population_layouts import head_layout, member_layout
+from pathgene.hdl.planner.population_memory import decided_layout, margin_layout
+from pathgene.hdl.planner.scorer.scorer import Scorer
+from pathgene.hdl.planner.walker.path_walker import PathWalker
+from pathgene.hdl.planner.walker.segment_source import SegmentSource, queued_layout
+from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.protocol.planner import MEMO_ROWS
 
 
 __all__ = ["PathEvaluator"]
@@ -41,8 +41,8 @@ class PathEvaluator(wiring.Component):
     later, or in the cycle after the key before it. If it is walked, its first segment is offered to
     the walker 3 cycles after the decision, and its key 3 cycles after the result of the walk, or in
     the cycle after the key before it is taken. All cycles equal those of
-    :func:`sim.model.planner.cycles.enter`, the keys those of
-    :meth:`sim.model.planner.definition.evaluation.Evaluator.evaluate`.
+    :func:`pathgene.sim.model.planner.cycles.enter`, the keys those of
+    :meth:`pathgene.sim.model.planner.definition.evaluation.Evaluator.evaluate`.
 
     3 cycles before the key of a path is offered, or earlier, the path is ``decided``, and its last
     ``margin`` is given if it is walked.
@@ -89,7 +89,7 @@ class PathEvaluator(wiring.Component):
     writes : In(stream.Signature(cell_layout))
     row : In(row_layout)
     corners : Out(config.altitude_bits).array(config.lanes)
-        See :class:`hdl.planner.walker.segment_walker.SegmentWalker`.
+        See :class:`pathgene.hdl.planner.walker.segment_walker.SegmentWalker`.
 
     Raises
     ------

@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.planner.evaluator.layouts import (
+from pathgene.hdl.planner.evaluator.layouts import (
     PLACE_BITS,
     PLACES,
     kept_layout,
@@ -12,10 +12,10 @@ from hdl.planner.evaluator.layouts import (
     stored_layout,
     taken_layout,
 )
-from hdl.planner.population_layouts import head_layout
-from hdl.planner.scorer.scorer import chord_record_layout
-from hdl.planner.walker.segment_source import read_layout
-from hdl.primitives.arguments import check_integer
+from pathgene.hdl.planner.population_layouts import head_layout
+from pathgene.hdl.planner.scorer.scorer import chord_record_layout
+from pathgene.hdl.planner.walker.segment_source import read_layout
+from pathgene.hdl.primitives.arguments import check_integer
 
 
 __all__ = ["PathStore"]

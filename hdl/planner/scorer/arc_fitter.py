@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.planner.scorer.widths import Widths
+from pathgene.hdl.planner.scorer.widths import Widths
 
 
 __all__ = ["ArcFitter", "fitted_layout", "turn_layout"]
@@ -82,7 +82,7 @@ class ArcFitter(wiring.Component):
         The tangent is that of the turn into the segment; 0 in the first two slots of a path.
     moves : Out(1)
         The window moves on at the end of this slot of the input: the points of
-        :class:`hdl.planner.scorer.arc_placer.ArcPlacer` move with it.
+        :class:`pathgene.hdl.planner.scorer.arc_placer.ArcPlacer` move with it.
     fitted_valid : Out(1)
     fitted : Out(fitted_layout)
     """

@@ -6,12 +6,18 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.planner.scorer.schedule import Kind, Schedule, Timed
-from hdl.planner.scorer.widths import TURN_BITS, Widths
-from hdl.primitives.divider import Divider
-from hdl.primitives.multiplexer import multiplex
-from hdl.primitives.wide_multiplier import WideMultiplier
-from hdl.protocol.planner import MAX_HALF_TURN, RADIUS_BITS, SHARE_BITS, TURN_FRACTION, turn_table
+from pathgene.hdl.planner.scorer.schedule import Kind, Schedule, Timed
+from pathgene.hdl.planner.scorer.widths import TURN_BITS, Widths
+from pathgene.hdl.primitives.divider import Divider
+from pathgene.hdl.primitives.multiplexer import multiplex
+from pathgene.hdl.primitives.wide_multiplier import WideMultiplier
+from pathgene.hdl.protocol.planner import (
+    MAX_HALF_TURN,
+    RADIUS_BITS,
+    SHARE_BITS,
+    TURN_FRACTION,
+    turn_table,
+)
 
 
 __all__ = ["ArcMeasurer"]

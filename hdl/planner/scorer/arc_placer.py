@@ -4,10 +4,10 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.planner.scorer.schedule import Schedule, Timed
-from hdl.planner.scorer.widths import Widths
-from hdl.primitives.wide_multiplier import WideMultiplier
-from hdl.protocol.planner import ALTITUDE_FRACTION, SHARE_BITS
+from pathgene.hdl.planner.scorer.schedule import Schedule, Timed
+from pathgene.hdl.planner.scorer.widths import Widths
+from pathgene.hdl.primitives.wide_multiplier import WideMultiplier
+from pathgene.hdl.protocol.planner import ALTITUDE_FRACTION, SHARE_BITS
 
 
 __all__ = ["ArcPlacer", "corner_layout"]
@@ -23,8 +23,9 @@ def corner_layout(widths: Widths) -> data.StructLayout:
 class ArcPlacer(wiring.Component):
     """Places an arc's ends on the two segments that meet at its waypoint.
 
-    The window of three points moves on where :class:`hdl.planner.scorer.arc_fitter.ArcFitter` says
-    so; the arc is that of the point in the middle.
+    The window of three points moves on where
+    :class:`pathgene.hdl.planner.scorer.arc_fitter.ArcFitter` says so; the arc is that of the point
+    in the middle.
 
     Source: steps 3 and, for chords, "The score" in ``docs/chip_planner.md``.
 

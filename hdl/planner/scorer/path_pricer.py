@@ -4,10 +4,10 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.planner.scorer.piece_pricer import PiecePricer
-from hdl.planner.scorer.schedule import Kind, Schedule, Timed
-from hdl.planner.scorer.widths import Widths
-from hdl.protocol.planner import BASE_BITS, DRAG_FRACTION, FUEL_BITS, RISE_BITS, VALUE_BITS
+from pathgene.hdl.planner.scorer.piece_pricer import PiecePricer
+from pathgene.hdl.planner.scorer.schedule import Kind, Schedule, Timed
+from pathgene.hdl.planner.scorer.widths import Widths
+from pathgene.hdl.protocol.planner import BASE_BITS, DRAG_FRACTION, FUEL_BITS, RISE_BITS, VALUE_BITS
 
 
 __all__ = ["PathPricer", "laid_layout"]

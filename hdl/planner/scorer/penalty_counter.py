@@ -4,10 +4,10 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.planner.scorer.schedule import Schedule, Timed
-from hdl.planner.scorer.widths import Widths
-from hdl.primitives.wide_multiplier import WideMultiplier
-from hdl.protocol.planner import POSITION_FRACTION, STEEP, VALUE_BITS
+from pathgene.hdl.planner.scorer.schedule import Schedule, Timed
+from pathgene.hdl.planner.scorer.widths import Widths
+from pathgene.hdl.primitives.wide_multiplier import WideMultiplier
+from pathgene.hdl.protocol.planner import POSITION_FRACTION, STEEP, VALUE_BITS
 
 
 __all__ = ["PenaltyCounter", "judged_layout"]

@@ -4,11 +4,17 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.planner.scorer.schedule import Kind, Schedule, Timed
-from hdl.planner.scorer.widths import Widths
-from hdl.primitives.square_root import SquareRoot
-from hdl.primitives.wide_multiplier import WideMultiplier
-from hdl.protocol.planner import BASE_BITS, DRAG_FRACTION, FUEL_BITS, RISE_BITS, RISE_FRACTION
+from pathgene.hdl.planner.scorer.schedule import Kind, Schedule, Timed
+from pathgene.hdl.planner.scorer.widths import Widths
+from pathgene.hdl.primitives.square_root import SquareRoot
+from pathgene.hdl.primitives.wide_multiplier import WideMultiplier
+from pathgene.hdl.protocol.planner import (
+    BASE_BITS,
+    DRAG_FRACTION,
+    FUEL_BITS,
+    RISE_BITS,
+    RISE_FRACTION,
+)
 
 
 __all__ = ["PiecePricer"]

@@ -4,10 +4,10 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.layouts import point_layout
-from hdl.planner.scorer.segment_measurer import place_layout
-from hdl.planner.scorer.widths import Widths
-from hdl.protocol.planner import ALTITUDE_FRACTION, POSITION_FRACTION
+from pathgene.hdl.layouts import point_layout
+from pathgene.hdl.planner.scorer.segment_measurer import place_layout
+from pathgene.hdl.planner.scorer.widths import Widths
+from pathgene.hdl.protocol.planner import ALTITUDE_FRACTION, POSITION_FRACTION
 
 
 __all__ = ["PointLauncher"]

@@ -4,23 +4,23 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from hdl.config import Config
-from hdl.layouts import point_layout
-from hdl.planner.layouts import problem_layout
-from hdl.planner.scorer.arc_fitter import ArcFitter
-from hdl.planner.scorer.arc_measurer import ArcMeasurer
-from hdl.planner.scorer.arc_placer import ArcPlacer
-from hdl.planner.scorer.path_pricer import PathPricer
-from hdl.planner.scorer.penalty_counter import PenaltyCounter
-from hdl.planner.scorer.point_launcher import PointLauncher
-from hdl.planner.scorer.schedule import Schedule, Timed
-from hdl.planner.scorer.segment_measurer import SegmentMeasurer
-from hdl.planner.scorer.slope_comparator import SlopeComparator
-from hdl.planner.scorer.turn_measurer import TurnMeasurer
-from hdl.planner.scorer.widths import Widths
-from hdl.planner.walker.layouts import corner_layout
-from hdl.primitives.fanout import fanout
-from hdl.protocol.planner import POSITION_FRACTION, SHARE_BITS, VALUE_BITS
+from pathgene.hdl.config import Config
+from pathgene.hdl.layouts import point_layout
+from pathgene.hdl.planner.layouts import problem_layout
+from pathgene.hdl.planner.scorer.arc_fitter import ArcFitter
+from pathgene.hdl.planner.scorer.arc_measurer import ArcMeasurer
+from pathgene.hdl.planner.scorer.arc_placer import ArcPlacer
+from pathgene.hdl.planner.scorer.path_pricer import PathPricer
+from pathgene.hdl.planner.scorer.penalty_counter import PenaltyCounter
+from pathgene.hdl.planner.scorer.point_launcher import PointLauncher
+from pathgene.hdl.planner.scorer.schedule import Schedule, Timed
+from pathgene.hdl.planner.scorer.segment_measurer import SegmentMeasurer
+from pathgene.hdl.planner.scorer.slope_comparator import SlopeComparator
+from pathgene.hdl.planner.scorer.turn_measurer import TurnMeasurer
+from pathgene.hdl.planner.scorer.widths import Widths
+from pathgene.hdl.planner.walker.layouts import corner_layout
+from pathgene.hdl.primitives.fanout import fanout
+from pathgene.hdl.protocol.planner import POSITION_FRACTION, SHARE_BITS, VALUE_BITS
 
 
 __all__ = ["Scorer", "chord_record_layout", "score_layout"]
@@ -84,8 +84,8 @@ class Scorer(wiring.Component):
     behind it by two cycles or a multiple. ``sim/model/planner/scorer_cycles.py`` has the same
     counts.
 
-    A score has what :meth:`sim.model.planner.definition.evaluation.Evaluator.evaluate` needs
-    besides the walk.
+    A score has what :meth:`pathgene.sim.model.planner.definition.evaluation.Evaluator.evaluate`
+    needs besides the walk.
 
     Source: ``docs/chip_planner.md``, "The score".
 

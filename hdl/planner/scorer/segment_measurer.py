@@ -4,11 +4,11 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.planner.scorer.schedule import Schedule, Timed
-from hdl.planner.scorer.widths import Widths
-from hdl.primitives.square_root import SquareRoot
-from hdl.primitives.wide_multiplier import WideMultiplier
-from hdl.protocol.planner import SCALE_FRACTION
+from pathgene.hdl.planner.scorer.schedule import Schedule, Timed
+from pathgene.hdl.planner.scorer.widths import Widths
+from pathgene.hdl.primitives.square_root import SquareRoot
+from pathgene.hdl.primitives.wide_multiplier import WideMultiplier
+from pathgene.hdl.protocol.planner import SCALE_FRACTION
 
 
 __all__ = ["SegmentMeasurer", "place_layout"]

@@ -4,9 +4,9 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.planner.scorer.schedule import Kind, Schedule, Timed
-from hdl.primitives.wide_multiplier import WideMultiplier
-from hdl.protocol.planner import EXCESS_BITS, SLOPE_BITS, SLOPE_FRACTION
+from pathgene.hdl.planner.scorer.schedule import Kind, Schedule, Timed
+from pathgene.hdl.primitives.wide_multiplier import WideMultiplier
+from pathgene.hdl.protocol.planner import EXCESS_BITS, SLOPE_BITS, SLOPE_FRACTION
 
 
 __all__ = ["SlopeComparator"]

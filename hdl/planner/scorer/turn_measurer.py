@@ -4,11 +4,11 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.planner.scorer.schedule import Kind, Schedule, Timed
-from hdl.planner.scorer.widths import Widths
-from hdl.primitives.divider import Divider
-from hdl.primitives.wide_multiplier import WideMultiplier
-from hdl.protocol.planner import RADIUS_BITS, SHARPEST_BITS, TURN_FRACTION
+from pathgene.hdl.planner.scorer.schedule import Kind, Schedule, Timed
+from pathgene.hdl.planner.scorer.widths import Widths
+from pathgene.hdl.primitives.divider import Divider
+from pathgene.hdl.primitives.wide_multiplier import WideMultiplier
+from pathgene.hdl.protocol.planner import RADIUS_BITS, SHARPEST_BITS, TURN_FRACTION
 
 
 __all__ = ["TurnMeasurer"]

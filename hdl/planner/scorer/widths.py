@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import isqrt
 
-from hdl.config import Config
-from hdl.protocol.planner import (
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol.planner import (
     ALTITUDE_FRACTION,
     BASE_BITS,
     DRAG_FRACTION,
@@ -30,7 +30,7 @@ from hdl.protocol.planner import (
 
 __all__ = ["TURN_BITS", "Widths"]
 
-#: Bits of a turn in radians, from :func:`hdl.protocol.planner.turn_table`.
+#: Bits of a turn in radians, from :func:`pathgene.hdl.protocol.planner.turn_table`.
 TURN_BITS = TURN_FRACTION + 2
 
 

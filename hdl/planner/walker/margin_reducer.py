@@ -5,10 +5,10 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
-from hdl.planner.walker.layouts import identity_layout, walked_layout
-from hdl.planner.walker.segment_launcher import launch_layout
-from hdl.primitives.arguments import check_integer, check_power_of_two
-from hdl.primitives.delay_line import delay_line
+from pathgene.hdl.planner.walker.layouts import identity_layout, walked_layout
+from pathgene.hdl.planner.walker.segment_launcher import launch_layout
+from pathgene.hdl.primitives.arguments import check_integer, check_power_of_two
+from pathgene.hdl.primitives.delay_line import delay_line
 
 
 __all__ = ["MarginReducer", "reduction_latency"]

@@ -18,16 +18,16 @@ from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
-from hdl.planner.walker.layouts import (
+from pathgene.hdl.planner.walker.layouts import (
     MARKS,
     corner_layout,
     identity_layout,
     segment_request_layout,
     walked_layout,
 )
-from hdl.primitives.arguments import check_integer, check_power_of_two
-from hdl.primitives.block_memory import BlockMemory
-from hdl.primitives.delay_line import delay_line
+from pathgene.hdl.primitives.arguments import check_integer, check_power_of_two
+from pathgene.hdl.primitives.block_memory import BlockMemory
+from pathgene.hdl.primitives.delay_line import delay_line
 
 
 __all__ = ["Memo", "row_bits_of"]

@@ -4,8 +4,8 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.planner.walker.layouts import MARKS, walked_layout
-from hdl.primitives.arguments import check_integer
+from pathgene.hdl.planner.walker.layouts import MARKS, walked_layout
+from pathgene.hdl.primitives.arguments import check_integer
 
 
 __all__ = ["PathReducer", "margin_layout", "result_layout"]

@@ -4,15 +4,15 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from hdl.config import Config
-from hdl.layouts import cell_layout
-from hdl.planner.layouts import row_layout
-from hdl.planner.walker.layouts import MARKS, segment_request_layout
-from hdl.planner.walker.memo import Memo
-from hdl.planner.walker.path_reducer import PathReducer, margin_layout, result_layout
-from hdl.planner.walker.segment_walker import SegmentWalker
-from hdl.primitives.arguments import check_power_of_two
-from hdl.protocol.planner import MEMO_ROWS
+from pathgene.hdl.config import Config
+from pathgene.hdl.layouts import cell_layout
+from pathgene.hdl.planner.layouts import row_layout
+from pathgene.hdl.planner.walker.layouts import MARKS, segment_request_layout
+from pathgene.hdl.planner.walker.memo import Memo
+from pathgene.hdl.planner.walker.path_reducer import PathReducer, margin_layout, result_layout
+from pathgene.hdl.planner.walker.segment_walker import SegmentWalker
+from pathgene.hdl.primitives.arguments import check_power_of_two
+from pathgene.hdl.protocol.planner import MEMO_ROWS
 
 
 __all__ = ["PathWalker"]
@@ -28,7 +28,7 @@ class PathWalker(wiring.Component):
 
     A segment is launched 5 cycles after it is offered, or later if segments before it are still
     launched. ``result`` follows the last group of a path by ``latency`` cycles. See
-    :mod:`sim.model.planner.walker_cycles`.
+    :mod:`pathgene.sim.model.planner.walker_cycles`.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ class PathWalker(wiring.Component):
     writes : In(stream.Signature(cell_layout))
     row : In(row_layout)
     corners : Out(config.altitude_bits).array(config.lanes)
-        See :class:`hdl.planner.walker.segment_walker.SegmentWalker`.
+        See :class:`pathgene.hdl.planner.walker.segment_walker.SegmentWalker`.
 
     Raises
     ------

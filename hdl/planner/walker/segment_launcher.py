@@ -5,11 +5,15 @@ from amaranth.lib import data, stream
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
-from hdl.feasibility.parallel.reciprocal import Precision, Reciprocals
-from hdl.feasibility.parallel.segment_setup import SegmentShaper, segment_layout
-from hdl.planner.walker.layouts import corner_layout, identity_layout, segment_request_layout
-from hdl.primitives.arguments import check_integer, check_power_of_two
-from hdl.primitives.fanout import fanout
+from pathgene.hdl.feasibility.parallel.reciprocal import Precision, Reciprocals
+from pathgene.hdl.feasibility.parallel.segment_setup import SegmentShaper, segment_layout
+from pathgene.hdl.planner.walker.layouts import (
+    corner_layout,
+    identity_layout,
+    segment_request_layout,
+)
+from pathgene.hdl.primitives.arguments import check_integer, check_power_of_two
+from pathgene.hdl.primitives.fanout import fanout
 
 
 __all__ = ["SegmentLauncher", "launch_layout"]
@@ -29,10 +33,10 @@ class SegmentLauncher(SegmentShaper):
     """Launches segments, one right after the other.
 
     A segment waits for its turn in two stages, those of
-    :class:`hdl.feasibility.parallel.segment_setup.SegmentSetup`. From the second it is launched: a
-    group of its corners a cycle, or a single empty one if the memo answers for it; then the next
-    segment. Nothing behind this unit waits. A segment is launched 2 cycles after it is taken, or
-    later if it is not yet its turn.
+    :class:`pathgene.hdl.feasibility.parallel.segment_setup.SegmentSetup`. From the second it is
+    launched: a group of its corners a cycle, or a single empty one if the memo answers for it; then
+    the next segment. Nothing behind this unit waits. A segment is launched 2 cycles after it is
+    taken, or later if it is not yet its turn.
 
     Parameters
     ----------

@@ -4,9 +4,14 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.layouts import point_layout
-from hdl.planner.walker.layouts import MARKS, chord_layout, corner_layout, segment_request_layout
-from hdl.primitives.arguments import check_integer
+from pathgene.hdl.layouts import point_layout
+from pathgene.hdl.planner.walker.layouts import (
+    MARKS,
+    chord_layout,
+    corner_layout,
+    segment_request_layout,
+)
+from pathgene.hdl.primitives.arguments import check_integer
 
 
 __all__ = ["SegmentSource", "queued_layout", "read_layout"]

@@ -4,20 +4,20 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from hdl.feasibility.parallel.lanes import Lanes
-from hdl.feasibility.parallel.slopes import Slopes
-from hdl.feasibility.parallel.terrain_memory import TerrainMemory
-from hdl.layouts import cell_layout
-from hdl.planner.layouts import row_layout
-from hdl.planner.walker.layouts import (
+from pathgene.hdl.feasibility.parallel.lanes import Lanes
+from pathgene.hdl.feasibility.parallel.slopes import Slopes
+from pathgene.hdl.feasibility.parallel.terrain_memory import TerrainMemory
+from pathgene.hdl.layouts import cell_layout
+from pathgene.hdl.planner.layouts import row_layout
+from pathgene.hdl.planner.walker.layouts import (
     identity_layout,
     segment_request_layout,
     walked_layout,
 )
-from hdl.planner.walker.margin_reducer import MarginReducer, reduction_latency
-from hdl.planner.walker.segment_launcher import SegmentLauncher
-from hdl.primitives.arguments import check_integer, check_power_of_two
-from hdl.primitives.delay_line import delay_line
+from pathgene.hdl.planner.walker.margin_reducer import MarginReducer, reduction_latency
+from pathgene.hdl.planner.walker.segment_launcher import SegmentLauncher
+from pathgene.hdl.primitives.arguments import check_integer, check_power_of_two
+from pathgene.hdl.primitives.delay_line import delay_line
 
 
 __all__ = ["SegmentWalker"]
@@ -27,12 +27,12 @@ class SegmentWalker(wiring.Component):
     """Walks segments over the lattice of corners, ``lanes`` corners a cycle.
 
     Corners, altitudes, hits and margin are those of
-    :func:`sim.model.planner.definition.walk.walk`. A segment of n corners takes n / ``lanes``
-    cycles, rounded up, and one that the memo has answered takes a cycle and reaches no corner; the
-    next one follows right behind. A segment is launched 2 cycles after it is taken, or later if
-    others are before it. ``walked`` follows the cycle of its last group by ``latency`` cycles: two
-    for slopes and lanes, ``memory_latency + 3`` for the ground, the others
-    (:func:`hdl.planner.walker.margin_reducer.reduction_latency`) to reduce it.
+    :func:`pathgene.sim.model.planner.definition.walk.walk`. A segment of n corners takes n /
+    ``lanes`` cycles, rounded up, and one that the memo has answered takes a cycle and reaches no
+    corner; the next one follows right behind. A segment is launched 2 cycles after it is taken, or
+    later if others are before it. ``walked`` follows the cycle of its last group by ``latency``
+    cycles: two for slopes and lanes, ``memory_latency + 3`` for the ground, the others
+    (:func:`pathgene.hdl.planner.walker.margin_reducer.reduction_latency`) to reduce it.
 
     The map is that of the parallel checker, :class:`TerrainMemory`. While nothing is walked, the
     lanes' ports give a row of neighbouring corners a cycle.

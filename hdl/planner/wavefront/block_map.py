@@ -5,14 +5,14 @@ from amaranth.lib import data, memory, wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
-from hdl.planner.layouts import row_layout
-from hdl.planner.population_layouts import corner_layout
-from hdl.planner.wavefront.layouts import block_layout, place_layout
-from hdl.planner.wavefront.lowest_corner import LowestCorner
-from hdl.planner.wavefront.widths import BLOCK_BITS, INDEX_BITS, shift_limit
-from hdl.primitives.arguments import check_integer, check_power_of_two
-from hdl.primitives.delay_line import delay_line
-from hdl.protocol.planner import BLOCKS
+from pathgene.hdl.planner.layouts import row_layout
+from pathgene.hdl.planner.population_layouts import corner_layout
+from pathgene.hdl.planner.wavefront.layouts import block_layout, place_layout
+from pathgene.hdl.planner.wavefront.lowest_corner import LowestCorner
+from pathgene.hdl.planner.wavefront.widths import BLOCK_BITS, INDEX_BITS, shift_limit
+from pathgene.hdl.primitives.arguments import check_integer, check_power_of_two
+from pathgene.hdl.primitives.delay_line import delay_line
+from pathgene.hdl.protocol.planner import BLOCKS
 
 
 __all__ = ["BlockMap"]
@@ -24,8 +24,9 @@ class BlockMap(wiring.Component):
     A write to the map marks its block. A scan reads the marked blocks, a row of ``lanes`` corners
     in a cycle, and skips the others, a block in a cycle. With another ``block_shift`` than at the
     scan before, all blocks count as marked. ``busy`` is high for as many cycles as
-    :func:`sim.model.planner.wavefront_cycles.scanning` says. Equals ``least`` and ``lowest`` of
-    :func:`sim.model.planner.definition.wavefront.blocks_of`; corners beyond the map are blocked.
+    :func:`pathgene.sim.model.planner.wavefront_cycles.scanning` says. Equals ``least`` and
+    ``lowest`` of :func:`pathgene.sim.model.planner.definition.wavefront.blocks_of`; corners beyond
+    the map are blocked.
 
     Parameters
     ----------

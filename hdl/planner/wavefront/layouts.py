@@ -3,7 +3,7 @@
 from amaranth import signed
 from amaranth.lib import data
 
-from hdl.planner.wavefront.widths import BLOCK_BITS, FACTOR_BITS, PART_BITS
+from pathgene.hdl.planner.wavefront.widths import BLOCK_BITS, FACTOR_BITS, PART_BITS
 
 
 __all__ = [
@@ -19,7 +19,7 @@ place_layout = data.StructLayout({"x": BLOCK_BITS, "y": BLOCK_BITS})
 
 #: Constants of a step that depend on its direction: ``factor``, of the sum of both altitudes;
 #: ``level``, cost of the base; ``pull``, cost of fuel in level flight. See
-#: :class:`sim.model.planner.definition.wavefront.Prices`.
+#: :class:`pathgene.sim.model.planner.definition.wavefront.Prices`.
 way_layout = data.StructLayout(
     {"factor": FACTOR_BITS, "level": signed(PART_BITS + 1), "pull": PART_BITS}
 )

@@ -5,8 +5,8 @@ from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
-from hdl.primitives.arguments import check_integer, check_power_of_two
-from hdl.primitives.delay_line import delay_line
+from pathgene.hdl.primitives.arguments import check_integer, check_power_of_two
+from pathgene.hdl.primitives.delay_line import delay_line
 
 
 __all__ = ["LowestCorner", "lowest_layout"]

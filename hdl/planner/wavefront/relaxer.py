@@ -9,12 +9,12 @@ from amaranth import *
 from amaranth.lib import data, memory, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.planner.wavefront.layouts import step_constants_layout
-from hdl.planner.wavefront.step_pricer import StepPricer
-from hdl.planner.wavefront.widths import BLOCK_BITS, COST_BITS, INDEX_BITS
-from hdl.primitives.arguments import check_integer
-from hdl.primitives.delay_line import delay_line
-from hdl.protocol.planner import BLOCKS
+from pathgene.hdl.planner.wavefront.layouts import step_constants_layout
+from pathgene.hdl.planner.wavefront.step_pricer import StepPricer
+from pathgene.hdl.planner.wavefront.widths import BLOCK_BITS, COST_BITS, INDEX_BITS
+from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.delay_line import delay_line
+from pathgene.hdl.protocol.planner import BLOCKS
 
 
 __all__ = ["Relaxer", "cost_write_layout", "surface_layout"]
@@ -42,8 +42,9 @@ class Relaxer(wiring.Component):
     forwards or backwards; the neighbours of a block are the four that the pass has come by. No
     cost of a block exceeds 2**30, that of one without a way.
 
-    Equals half a sweep of ``spread`` of :mod:`sim.model.planner.definition.wavefront`; and of
-    ``limit_slopes``, where costs are depths below the top altitude, and each step costs its fall.
+    Equals half a sweep of ``spread`` of :mod:`pathgene.sim.model.planner.definition.wavefront`; and
+    of ``limit_slopes``, where costs are depths below the top altitude, and each step costs its
+    fall.
 
     Parameters
     ----------

@@ -4,13 +4,13 @@ from amaranth import *
 from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.planner.wavefront.layouts import place_layout
-from hdl.planner.wavefront.relaxer import surface_layout
-from hdl.planner.wavefront.step_pricer import StepPricer
-from hdl.planner.wavefront.widths import BLOCK_BITS, COST_BITS, INDEX_BITS
-from hdl.primitives.arguments import check_integer
-from hdl.primitives.delay_line import delay_line
-from hdl.protocol.planner import BLOCKS, FAR
+from pathgene.hdl.planner.wavefront.layouts import place_layout
+from pathgene.hdl.planner.wavefront.relaxer import surface_layout
+from pathgene.hdl.planner.wavefront.step_pricer import StepPricer
+from pathgene.hdl.planner.wavefront.widths import BLOCK_BITS, COST_BITS, INDEX_BITS
+from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.delay_line import delay_line
+from pathgene.hdl.protocol.planner import BLOCKS, FAR
 
 
 __all__ = ["Route"]
@@ -35,8 +35,8 @@ class Route(wiring.Component):
 
     Of the eight neighbours by rows, the first with the least cost follows; one is read in a cycle.
     Where the start has no way, the route is a straight line of 64 blocks. ``busy`` is high for as
-    many cycles as :func:`sim.model.planner.wavefront_cycles.routing` says. Equals ``descend`` of
-    :mod:`sim.model.planner.definition.wavefront`.
+    many cycles as :func:`pathgene.sim.model.planner.wavefront_cycles.routing` says. Equals
+    ``descend`` of :mod:`pathgene.sim.model.planner.definition.wavefront`.
 
     Parameters
     ----------

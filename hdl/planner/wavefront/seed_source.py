@@ -4,14 +4,14 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.config import Config
-from hdl.planner.layouts import problem_layout
-from hdl.planner.population_layouts import corner_layout
-from hdl.planner.wavefront.block_map import BlockMap
-from hdl.planner.wavefront.route import Route
-from hdl.planner.wavefront.seeder import Seeder
-from hdl.planner.wavefront.step_constants import LIMIT_BITS
-from hdl.planner.wavefront.wavefront import Wavefront
+from pathgene.hdl.config import Config
+from pathgene.hdl.planner.layouts import problem_layout
+from pathgene.hdl.planner.population_layouts import corner_layout
+from pathgene.hdl.planner.wavefront.block_map import BlockMap
+from pathgene.hdl.planner.wavefront.route import Route
+from pathgene.hdl.planner.wavefront.seeder import Seeder
+from pathgene.hdl.planner.wavefront.step_constants import LIMIT_BITS
+from pathgene.hdl.planner.wavefront.wavefront import Wavefront
 
 
 __all__ = ["SeedSource"]
@@ -23,7 +23,7 @@ class SeedSource(wiring.Component):
     The blocks are scanned before the first ``launch`` of a run; every further launch takes another
     limit of slopes. A launch is a wavefront, then a route, then a path for each ``begin``. ``busy``
     is high for as many cycles as ``scanned``, ``launched`` and ``seeded`` of
-    :mod:`sim.model.planner.wavefront_cycles` say.
+    :mod:`pathgene.sim.model.planner.wavefront_cycles` say.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class SeedSource(wiring.Component):
     write : In({"valid", "x", "y"})
     row : Out({"x", "y"})
     corners : In(altitude_bits).array(lanes)
-        See :class:`hdl.planner.wavefront.block_map.BlockMap`.
+        See :class:`pathgene.hdl.planner.wavefront.block_map.BlockMap`.
     scan : In(1)
         Pulse: scan the blocks. Not while ``busy``.
     launch : In(1)
@@ -57,7 +57,7 @@ class SeedSource(wiring.Component):
     word_ready : In(1)
     step : Out(1)
     found : Out(found_layout)
-        See :class:`hdl.planner.wavefront.seeder.Seeder`.
+        See :class:`pathgene.hdl.planner.wavefront.seeder.Seeder`.
     """
 
     def __init__(self, config: Config, read_latency):

@@ -4,15 +4,15 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.config import Config
-from hdl.planner.population_layouts import corner_layout
-from hdl.planner.wavefront.layouts import block_layout, found_layout, place_layout
-from hdl.planner.wavefront.relaxer import surface_layout
-from hdl.planner.wavefront.widths import INDEX_BITS
-from hdl.primitives.delay_line import delay_line
-from hdl.primitives.divider import Divider
-from hdl.primitives.multiplier import Multiplier
-from hdl.protocol.planner import seed_waypoints
+from pathgene.hdl.config import Config
+from pathgene.hdl.planner.population_layouts import corner_layout
+from pathgene.hdl.planner.wavefront.layouts import block_layout, found_layout, place_layout
+from pathgene.hdl.planner.wavefront.relaxer import surface_layout
+from pathgene.hdl.planner.wavefront.widths import INDEX_BITS
+from pathgene.hdl.primitives.delay_line import delay_line
+from pathgene.hdl.primitives.divider import Divider
+from pathgene.hdl.primitives.multiplier import Multiplier
+from pathgene.hdl.protocol.planner import seed_waypoints
 
 
 __all__ = ["Seeder"]
@@ -28,7 +28,8 @@ class Seeder(wiring.Component):
 
     Takes a word of the random source in every cycle from the one after ``launch`` on: one for the
     path, then one for each waypoint of the longest seed. A waypoint follows its word by
-    :attr:`latency` cycles. Equals ``seed_path`` of :mod:`sim.model.planner.definition.seeds`.
+    :attr:`latency` cycles. Equals ``seed_path`` of
+    :mod:`pathgene.sim.model.planner.definition.seeds`.
 
     Parameters
     ----------

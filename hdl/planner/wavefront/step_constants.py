@@ -6,8 +6,8 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.planner.wavefront.layouts import step_constants_layout
-from hdl.planner.wavefront.widths import (
+from pathgene.hdl.planner.wavefront.layouts import step_constants_layout
+from pathgene.hdl.planner.wavefront.widths import (
     CLIMB_SHIFT,
     FACTOR_BITS,
     PART_BITS,
@@ -15,9 +15,9 @@ from hdl.planner.wavefront.widths import (
     factor_fraction,
     least_unit,
 )
-from hdl.primitives.arguments import check_integer
-from hdl.primitives.delay_line import delay_line
-from hdl.protocol.planner import (
+from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.delay_line import delay_line
+from pathgene.hdl.protocol.planner import (
     ALTITUDE_FRACTION,
     POSITION_FRACTION,
     SCALE_FRACTION,
@@ -71,13 +71,13 @@ class StepConstants(wiring.Component):
     One adder makes all products, a bit of a factor in a cycle, from the lowest on; so each cycle
     more shifts a product right. Another adder makes the root meanwhile. ``done`` follows
     :meth:`cycles` cycles after ``launch``. Equals ``prices_of`` of
-    :mod:`sim.model.planner.definition.wavefront`; with ``falls``, levels are the falls of
+    :mod:`pathgene.sim.model.planner.definition.wavefront`; with ``falls``, levels are the falls of
     ``limit_slopes``, except that a fall may be 0, and all other constants are 0.
 
     Parameters
     ----------
     problem_layout : StructLayout
-        Layout of the problem: see :func:`hdl.planner.layouts.problem_layout`.
+        Layout of the problem: see :func:`pathgene.hdl.planner.layouts.problem_layout`.
     coordinate_bits, altitude_bits : int
         Widths of a coordinate of the map and of an altitude, 1 or more.
 

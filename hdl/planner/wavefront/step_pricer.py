@@ -4,16 +4,16 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.planner.wavefront.layouts import way_layout
-from hdl.planner.wavefront.widths import (
+from pathgene.hdl.planner.wavefront.layouts import way_layout
+from pathgene.hdl.planner.wavefront.widths import (
     CLIMB_SHIFT,
     COST_BITS,
     FACTOR_BITS,
     factor_fraction,
 )
-from hdl.primitives.arguments import check_integer
-from hdl.primitives.delay_line import delay_line
-from hdl.primitives.multiplier import Multiplier
+from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.delay_line import delay_line
+from pathgene.hdl.primitives.multiplier import Multiplier
 
 
 __all__ = ["StepPricer"]
@@ -23,7 +23,8 @@ class StepPricer(wiring.Component):
     """Cost of a step between two blocks in every cycle.
 
     ``cost`` follows :attr:`latency` cycles after the altitudes. Equals ``cost`` of
-    :class:`sim.model.planner.definition.wavefront.Prices`, or is 2**30 where no step leads.
+    :class:`pathgene.sim.model.planner.definition.wavefront.Prices`, or is 2**30 where no step
+    leads.
 
     Altitude and fuel each take one product of 18 bits and one sum. No sum wraps: altitudes add less
     than 2**23, and the base, a climb and level flight less than 2**28 each.

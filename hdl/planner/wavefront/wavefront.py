@@ -4,14 +4,14 @@ from amaranth import *
 from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.config import Config
-from hdl.planner.layouts import problem_layout
-from hdl.planner.wavefront.layouts import block_layout
-from hdl.planner.wavefront.relaxer import Relaxer, surface_layout
-from hdl.planner.wavefront.step_constants import LIMIT_BITS, StepConstants
-from hdl.planner.wavefront.widths import COST_BITS, INDEX_BITS
-from hdl.primitives.delay_line import delay_line
-from hdl.protocol.planner import BLOCKS, FAR, SWEEPS
+from pathgene.hdl.config import Config
+from pathgene.hdl.planner.layouts import problem_layout
+from pathgene.hdl.planner.wavefront.layouts import block_layout
+from pathgene.hdl.planner.wavefront.relaxer import Relaxer, surface_layout
+from pathgene.hdl.planner.wavefront.step_constants import LIMIT_BITS, StepConstants
+from pathgene.hdl.planner.wavefront.widths import COST_BITS, INDEX_BITS
+from pathgene.hdl.primitives.delay_line import delay_line
+from pathgene.hdl.protocol.planner import BLOCKS, FAR, SWEEPS
 
 
 __all__ = ["Wavefront"]
@@ -30,10 +30,10 @@ class Wavefront(wiring.Component):
     4. The costs spread.
 
     2 and 4 end with the first two passes that change nothing, forwards and backwards, or with 128.
-    ``busy`` is high for as many cycles as :func:`sim.model.planner.wavefront_cycles.spreading`
-    says. Equals
-    ``limit_slopes`` and ``spread`` of :mod:`sim.model.planner.definition.wavefront`; costs beyond
-    2**30 are none.
+    ``busy`` is high for as many cycles as
+    :func:`pathgene.sim.model.planner.wavefront_cycles.spreading` says. Equals
+    ``limit_slopes`` and ``spread`` of :mod:`pathgene.sim.model.planner.definition.wavefront`; costs
+    beyond 2**30 are none.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class Wavefront(wiring.Component):
         way: 2 cycles later.
     before, after : In(altitude_bits)
     prices : Out(31).array(3)
-        See :class:`hdl.planner.wavefront.relaxer.Relaxer`.
+        See :class:`pathgene.hdl.planner.wavefront.relaxer.Relaxer`.
     """
 
     #: Cycles that one filling of the memories takes.

@@ -1,6 +1,12 @@
 """Widths of the numbers of the wavefront."""
 
-from hdl.protocol.planner import ALTITUDE_FRACTION, BLOCKS, FAR, POSITION_FRACTION, VALUE_BITS
+from pathgene.hdl.protocol.planner import (
+    ALTITUDE_FRACTION,
+    BLOCKS,
+    FAR,
+    POSITION_FRACTION,
+    VALUE_BITS,
+)
 
 
 __all__ = [

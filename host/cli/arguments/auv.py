@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from host.auv import PLANNERS
-from host.cli.arguments.base import Commands, add_command
-from host.planners import OPTIONS
+from pathgene.host.auv import PLANNERS
+from pathgene.host.cli.arguments.base import Commands, add_command
+from pathgene.host.planners import OPTIONS
 
 
 __all__ = ["add_auv"]

@@ -6,8 +6,8 @@ import argparse
 from collections.abc import Callable, Collection
 from typing import NoReturn, TypeAlias
 
-from host.errors import InputError
-from host.numeric import parse
+from pathgene.host.errors import InputError
+from pathgene.host.numeric import parse
 
 
 __all__ = [
@@ -53,7 +53,7 @@ def add_command(
     name : str
         Name of the command.
     target : str
-        ``module:function`` in :mod:`host.cli` that runs the command.
+        ``module:function`` in :mod:`pathgene.host.cli` that runs the command.
     summary : str
         One line of help, without a full stop.
     example : str
@@ -115,7 +115,7 @@ def leave_unset(parser: Parser, *, besides: Collection[str] = ()) -> None:
 def complete_by_file(parser: Parser, *, besides: Collection[str] = ()) -> None:
     """Add the argument PROBLEM.toml, a file that supplies the options that are not given.
 
-    :func:`host.cli.problem.complete_options` reads it; the parameters are those of
+    :func:`pathgene.host.cli.problem.complete_options` reads it; the parameters are those of
     :func:`leave_unset`.
     """
     leave_unset(parser, besides=besides)

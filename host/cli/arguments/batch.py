@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import argparse
 
-from host.cli.arguments.base import Commands, add_command, leave_unset
-from host.cli.arguments.rules import add_as_paper
-from host.cli.arguments.search import DEFAULT_PLANNER, add_fallback, add_own_options, add_search
-from host.planners import PLANNERS
-from host.workers import LOCAL
+from pathgene.host.cli.arguments.base import Commands, add_command, leave_unset
+from pathgene.host.cli.arguments.rules import add_as_paper
+from pathgene.host.cli.arguments.search import (
+    DEFAULT_PLANNER,
+    add_fallback,
+    add_own_options,
+    add_search,
+)
+from pathgene.host.planners import PLANNERS
+from pathgene.host.workers import LOCAL
 
 
 __all__ = ["add_batch"]

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from host.cli.arguments.base import Commands, add_command, complete_by_file
-from host.cli.arguments.problem import add_problem
+from pathgene.host.cli.arguments.base import Commands, add_command, complete_by_file
+from pathgene.host.cli.arguments.problem import add_problem
 
 
 __all__ = ["add_check"]

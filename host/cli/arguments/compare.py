@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from host.cli.arguments.base import Commands, add_command, complete_by_file
-from host.cli.arguments.problem import add_problem
-from host.cli.arguments.search import add_own_options, add_search
-from host.planners import PLANNERS
-from host.workers import LOCAL
+from pathgene.host.cli.arguments.base import Commands, add_command, complete_by_file
+from pathgene.host.cli.arguments.problem import add_problem
+from pathgene.host.cli.arguments.search import add_own_options, add_search
+from pathgene.host.planners import PLANNERS
+from pathgene.host.workers import LOCAL
 
 
 __all__ = ["add_compare"]

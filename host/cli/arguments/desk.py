@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from host.cli.arguments.base import Commands, add_command
+from pathgene.host.cli.arguments.base import Commands, add_command
 
 
 __all__ = ["add_desk"]

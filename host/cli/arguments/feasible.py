@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from host.cli.arguments.base import Commands, add_command
-from host.device.checker_modes import MODES
+from pathgene.host.cli.arguments.base import Commands, add_command
+from pathgene.host.device.checker_modes import MODES
 
 
 __all__ = ["add_feasible"]

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from host.cli.arguments.base import Commands, add_command, numbers
-from host.planners.options import DEFAULT_BOARD
+from pathgene.host.cli.arguments.base import Commands, add_command, numbers
+from pathgene.host.planners.options import DEFAULT_BOARD
 
 
 __all__ = ["add_fly"]

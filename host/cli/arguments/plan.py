@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import argparse
 
-from host.cli.arguments.base import Commands, add_command, complete_by_file
-from host.cli.arguments.problem import add_problem
-from host.cli.arguments.search import DEFAULT_PLANNER, add_fallback, add_own_options, add_search
-from host.planners import PLANNERS
+from pathgene.host.cli.arguments.base import Commands, add_command, complete_by_file
+from pathgene.host.cli.arguments.problem import add_problem
+from pathgene.host.cli.arguments.search import (
+    DEFAULT_PLANNER,
+    add_fallback,
+    add_own_options,
+    add_search,
+)
+from pathgene.host.planners import PLANNERS
 
 
 __all__ = ["add_plan"]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from host.cli.arguments.base import Parser, cell_sides, numbers
-from host.cli.arguments.rules import add_rules
+from pathgene.host.cli.arguments.base import Parser, cell_sides, numbers
+from pathgene.host.cli.arguments.rules import add_rules
 
 
 __all__ = ["add_problem"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from host.cli.arguments.base import Commands, add_command, add_command_group
+from pathgene.host.cli.arguments.base import Commands, add_command, add_command_group
 
 
 __all__ = ["add_problem_files"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from host.cli.arguments.base import Parser
+from pathgene.host.cli.arguments.base import Parser
 
 
 __all__ = ["add_as_paper", "add_rules"]

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import argparse
 
-from host.cli.arguments.base import Parser
-from host.planners import DEFAULT, OPTIONS, PLANNERS
+from pathgene.host.cli.arguments.base import Parser
+from pathgene.host.planners import DEFAULT, OPTIONS, PLANNERS
 
 
 __all__ = ["DEFAULT_PLANNER", "add_fallback", "add_own_options", "add_search"]
 
-#: The rule of :func:`host.planners.default.default_planner` for users.
+#: The rule of :func:`pathgene.host.planners.default.default_planner` for users.
 DEFAULT_PLANNER = f"default {DEFAULT}, on a board with the paper's core ga-fpga"
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from host.cli.arguments.base import Commands, add_command, add_command_group, cell_sides
+from pathgene.host.cli.arguments.base import Commands, add_command, add_command_group, cell_sides
 
 
 __all__ = ["add_terrain"]

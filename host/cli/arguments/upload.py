@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from host.cli.arguments.base import Commands, add_command, numbers
+from pathgene.host.cli.arguments.base import Commands, add_command, numbers
 
 
 __all__ = ["add_upload"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from host.cli.arguments.base import Commands, add_command
+from pathgene.host.cli.arguments.base import Commands, add_command
 
 
 __all__ = ["add_verilog"]

@@ -8,17 +8,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from host.errors import InputError
-from host.evaluation import Evaluator
-from host.files.output import json_bytes, writing_into
-from host.files.replacement import replace_files
-from host.mission.files.flight_plan import check_place, flight_plan
-from host.problem.problem import Problem
-from host.report.geojson import path_document
-from host.report.read import Run
-from host.report.run_files import digests
-from host.report.summary import finite
-from host.terrain import Terrain
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.files.output import json_bytes, writing_into
+from pathgene.host.files.replacement import replace_files
+from pathgene.host.mission.files.flight_plan import check_place, flight_plan
+from pathgene.host.problem.problem import Problem
+from pathgene.host.report.geojson import path_document
+from pathgene.host.report.read import Run
+from pathgene.host.report.run_files import digests
+from pathgene.host.report.summary import finite
+from pathgene.host.terrain import Terrain
 
 
 __all__ = ["FORMATS", "check_formats", "export", "exported", "parse_formats"]
@@ -96,9 +96,9 @@ def exported(
     InputError
         If the terrain has no place on Earth and a format needs one.
     """
-    from host.mission.files.kml_file import kml_text
-    from host.mission.files.plan_file import plan_document
-    from host.mission.files.waypoints_file import waypoints_text
+    from pathgene.host.mission.files.kml_file import kml_text
+    from pathgene.host.mission.files.plan_file import plan_document
+    from pathgene.host.mission.files.waypoints_file import waypoints_text
 
     check_formats(formats, problem.terrain)
     is_flown = not {"plan", "waypoints"}.isdisjoint(formats)

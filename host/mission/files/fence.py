@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from host.evaluation.track import SmoothedTrack
-from host.problem.rings import Ring, wound
-from host.problem.zones import Circle, Polygon, Zone
-from host.terrain import Terrain
+from pathgene.host.evaluation.track import SmoothedTrack
+from pathgene.host.problem.rings import Ring, wound
+from pathgene.host.problem.zones import Circle, Polygon, Zone
+from pathgene.host.terrain import Terrain
 
 
 __all__ = [

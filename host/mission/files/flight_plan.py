@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from host.errors import InputError
-from host.evaluation import Evaluator
-from host.evaluation.track import SmoothedTrack
-from host.mission.files.fence import Fence, degrees, fences
-from host.mission.files.route import leg_tolerance_m, route
-from host.problem.problem import Problem
-from host.terrain import Terrain
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.evaluation.track import SmoothedTrack
+from pathgene.host.mission.files.fence import Fence, degrees, fences
+from pathgene.host.mission.files.route import leg_tolerance_m, route
+from pathgene.host.problem.problem import Problem
+from pathgene.host.terrain import Terrain
 
 
 __all__ = ["LOITER", "WAYPOINT", "FlightPlan", "Item", "check_place", "flight_plan"]

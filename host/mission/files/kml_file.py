@@ -10,14 +10,14 @@ from xml.etree import ElementTree as ET
 import numpy as np
 from numpy.typing import NDArray
 
-from host.evaluation import Evaluator
-from host.mission.files.fence import degrees
-from host.mission.files.flight_plan import check_place
-from host.problem.problem import Problem
-from host.problem.rings import Ring
-from host.problem.zones import Circle, Polygon, Zone
-from host.report.marks import marked_waypoints
-from host.terrain import Terrain
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.mission.files.fence import degrees
+from pathgene.host.mission.files.flight_plan import check_place
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.rings import Ring
+from pathgene.host.problem.zones import Circle, Polygon, Zone
+from pathgene.host.report.marks import marked_waypoints
+from pathgene.host.terrain import Terrain
 
 
 __all__ = ["kml_text"]
@@ -42,7 +42,7 @@ def kml_text(problem: Problem, path: NDArray[np.float64], name: str) -> str:
     The waypoints at start, via points, goal and return have their names.
 
     Each zone states name, limits of height and times as extended data, a circle its centre and
-    radius as well, so that :mod:`host.problem.kml` reads the same zones back.
+    radius as well, so that :mod:`pathgene.host.problem.kml` reads the same zones back.
 
     Parameters
     ----------

@@ -13,8 +13,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from host.errors import InputError, JobError
-from host.numeric import whole
+from pathgene.host.errors import InputError, JobError
+from pathgene.host.numeric import whole
 
 
 __all__ = ["Link", "NoReplyError", "open_link"]

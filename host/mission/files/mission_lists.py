@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from host.mission.files.mavlink_link import Link, NoReplyError
+from pathgene.host.mission.files.mavlink_link import Link, NoReplyError
 
 
 __all__ = [

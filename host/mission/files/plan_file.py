@@ -6,13 +6,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from host.errors import InputError
-from host.files.output import reading
-from host.inputs import parse_json, read_text
-from host.mission.files.fence import Fence, FenceCircle, FencePolygon
-from host.mission.files.flight_plan import FlightPlan, Item
-from host.numeric import as_number, integer, numbers
-from host.report.summary import version
+from pathgene.host.errors import InputError
+from pathgene.host.files.output import reading
+from pathgene.host.inputs import parse_json, read_text
+from pathgene.host.mission.files.fence import Fence, FenceCircle, FencePolygon
+from pathgene.host.mission.files.flight_plan import FlightPlan, Item
+from pathgene.host.numeric import as_number, integer, numbers
+from pathgene.host.report.summary import version
 
 
 __all__ = ["plan_document", "read_plan"]

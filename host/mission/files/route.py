@@ -9,8 +9,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from host.evaluation.geometry import Arc
-from host.evaluation.track import SmoothedTrack
+from pathgene.host.evaluation.geometry import Arc
+from pathgene.host.evaluation.track import SmoothedTrack
 
 
 __all__ = ["MOST_ACCEPTANCE_M", "RoutePoint", "leg_tolerance_m", "route"]

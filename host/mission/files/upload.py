@@ -13,11 +13,11 @@ from enum import Enum, auto
 
 import numpy as np
 
-from host.errors import JobError
-from host.mission.files.fence import FenceCircle
-from host.mission.files.flight_plan import WAYPOINT, FlightPlan, Item
-from host.mission.files.mavlink_link import Link
-from host.mission.files.mission_lists import (
+from pathgene.host.errors import JobError
+from pathgene.host.mission.files.fence import FenceCircle
+from pathgene.host.mission.files.flight_plan import WAYPOINT, FlightPlan, Item
+from pathgene.host.mission.files.mavlink_link import Link
+from pathgene.host.mission.files.mission_lists import (
     ARDUPILOT,
     DEGREES,
     FENCE,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from host.mission.files.flight_plan import WAYPOINT, FlightPlan, Item
+from pathgene.host.mission.files.flight_plan import WAYPOINT, FlightPlan, Item
 
 
 __all__ = ["waypoints_text"]

@@ -21,9 +21,9 @@ from numba import config, cuda
 from numba.cuda.cudadrv.driver import CudaAPIError
 from numpy.typing import NDArray
 
-from host.errors import JobError
-from host.planners.fpa.engines import Leader, Setup, never
-from host.planners.fpa.gpu_kernel import (
+from pathgene.host.errors import JobError
+from pathgene.host.planners.fpa.engines import Leader, Setup, never
+from pathgene.host.planners.fpa.gpu_kernel import (
     BEST_FITNESS,
     CUT_SHORT_SO_FAR,
     EVALUATED_SO_FAR,
@@ -32,7 +32,7 @@ from host.planners.fpa.gpu_kernel import (
     pollination_kernel,
     widest,
 )
-from host.planners.fpa.gpu_tables import joined, table
+from pathgene.host.planners.fpa.gpu_tables import joined, table
 
 
 __all__ = ["GpuEngine", "is_available", "reported"]
@@ -71,7 +71,7 @@ def reported() -> Iterator[None]:
 
 
 class GpuEngine:
-    """Runs on one NVIDIA GPU; see :class:`host.planners.fpa.engines.Engine`.
+    """Runs on one NVIDIA GPU; see :class:`pathgene.host.planners.fpa.engines.Engine`.
 
     Parameters
     ----------
@@ -160,7 +160,7 @@ class GpuEngine:
         count: int,
         should_stop: Callable[[], bool] = never,
     ) -> Sequence[Sequence[Leader]]:
-        """See :class:`host.planners.fpa.engines.Engine`; ``count`` is at most the stride.
+        """See :class:`pathgene.host.planners.fpa.engines.Engine`; ``count`` is at most the stride.
 
         Launched iterations run to their end, whatever ``should_stop`` returns.
         """
@@ -187,8 +187,8 @@ class GpuEngine:
 
     @reported()
     def populations(self) -> tuple[Paths, NDArray[np.float64]]:
-        """See :class:`host.planners.fpa.engines.Engine`."""
+        """See :class:`pathgene.host.planners.fpa.engines.Engine`."""
         return self._paths[self._side].copy_to_host(), self._fitness[self._side].copy_to_host()
 
     def close(self) -> None:
-        """See :class:`host.planners.fpa.engines.Engine`."""
+        """See :class:`pathgene.host.planners.fpa.engines.Engine`."""

@@ -9,9 +9,9 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from host.evaluation import Evaluator
-from host.evaluation.kernels import scratch
-from host.planners.fpa.kernels import (
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.evaluation.kernels import scratch
+from pathgene.host.planners.fpa.kernels import (
     HISTORY_FIELDS,
     LINE,
     Populations,
@@ -21,8 +21,8 @@ from host.planners.fpa.kernels import (
     pollinate_share,
     shared_state,
 )
-from host.planners.fpa.steps import Pollination
-from host.planners.fpa.two_opt import Counts
+from pathgene.host.planners.fpa.steps import Pollination
+from pathgene.host.planners.fpa.two_opt import Counts
 
 
 __all__ = ["CpuEngine", "Engine", "Leader", "Setup", "never"]

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from host.planners.airspace import Airspace
+from pathgene.host.planners.airspace import Airspace
 
 
 __all__ = ["first_population", "with_more_waypoints"]
@@ -25,9 +25,9 @@ def first_population(
     """Return ``count`` paths, (count, n, 3) float64 metres, start and goal included.
 
     The first are those of ``given``, in its order; the others have waypoints that
-    :meth:`~host.planners.airspace.Airspace.draw` draws. All get the same n - 2 waypoints: the
-    greater of ``waypoints`` and the most of a given path. A given path with fewer gets more on its
-    track.
+    :meth:`~pathgene.host.planners.airspace.Airspace.draw` draws. All get the same n - 2 waypoints:
+    the greater of ``waypoints`` and the most of a given path. A given path with fewer gets more on
+    its track.
 
     Parameters
     ----------

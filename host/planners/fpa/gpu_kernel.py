@@ -18,10 +18,17 @@ from typing import Any
 
 from numba import cuda, float64, int32, int64
 
-from host.evaluation.constants import Course
-from host.evaluation.kernels import corners_m, cost_of, fitness_of
-from host.evaluation.laying import LENGTH, PIECE_FIELDS, STEEP, TURN_FIELDS, lay_segment, lay_turn
-from host.evaluation.pieces import (
+from pathgene.host.evaluation.constants import Course
+from pathgene.host.evaluation.kernels import corners_m, cost_of, fitness_of
+from pathgene.host.evaluation.laying import (
+    LENGTH,
+    PIECE_FIELDS,
+    STEEP,
+    TURN_FIELDS,
+    lay_segment,
+    lay_turn,
+)
+from pathgene.host.evaluation.pieces import (
     area_and_fuel,
     judge_slope,
     parts_of,
@@ -29,8 +36,8 @@ from host.evaluation.pieces import (
     prepare_burn,
     total_of,
 )
-from host.planners.fpa.steps import choose_step, move, to_beat
-from host.planners.fpa.two_opt import CUT_SHORT, EVALUATED, is_two_opt, reversed_row
+from pathgene.host.planners.fpa.steps import choose_step, move, to_beat
+from pathgene.host.planners.fpa.two_opt import CUT_SHORT, EVALUATED, is_two_opt, reversed_row
 
 
 __all__ = [
@@ -91,8 +98,8 @@ def pollination_kernel(points: int, width: int, threads: int) -> Callable[..., N
     share : int
         Solutions that a block takes at a time, 1 to ``width``.
     parameters, constants : (r,) records
-        Fields of :class:`~host.planners.fpa.steps.Pollination` and of
-        :class:`~host.evaluation.constants.Constants`.
+        Fields of :class:`~pathgene.host.planners.fpa.steps.Pollination` and of
+        :class:`~pathgene.host.evaluation.constants.Constants`.
     boxes : (r, 2, 3) float64, metres
         The airspaces.
     ground, ground_at, zoned, zoned_at : (cells,) float64, (r,) int64
@@ -137,8 +144,8 @@ def pollination_kernel(points: int, width: int, threads: int) -> Callable[..., N
     ) -> None:
         """Write the fitness of each candidate or, not above its incumbent, a bound of it.
 
-        As in :func:`host.evaluation.kernels.fitness_above`, a candidate is not sampled if it cannot
-        be better, and no further once the samples hit so far rule it out.
+        As in :func:`pathgene.host.evaluation.kernels.fitness_above`, a candidate is not sampled if
+        it cannot be better, and no further once the samples hit so far rule it out.
         """
         thread = cuda.threadIdx.x
         for item in range(thread, count * points, threads):

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from host.evaluation.constants import Floats
+from pathgene.host.evaluation.constants import Floats
 
 
 __all__ = ["joined", "table"]

@@ -4,19 +4,20 @@ A thread runs whole solutions. An iteration reads only the population before it,
 is a function of seed, iteration, solution and draw, so the result does not depend on the number of
 threads. A candidate replaces its solution if it is strictly better.
 
-Source: *roberge*, sections 3.3 and 3.4. :mod:`host.planners.fpa.gpu_kernel` is the same for a GPU.
+Source: *roberge*, sections 3.3 and 3.4. :mod:`pathgene.host.planners.fpa.gpu_kernel` is the same
+for a GPU.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from host.evaluation.constants import Course, Flags, Floats, Scratch
-from host.evaluation.jit import compiled
-from host.evaluation.kernels import fitness_above
-from host.planners.fpa.atomic import fetch_add, read, sleep, yield_core
-from host.planners.fpa.steps import Pollination, choose_step, move, to_beat
-from host.planners.fpa.two_opt import (
+from pathgene.host.evaluation.constants import Course, Flags, Floats, Scratch
+from pathgene.host.evaluation.jit import compiled
+from pathgene.host.evaluation.kernels import fitness_above
+from pathgene.host.planners.fpa.atomic import fetch_add, read, sleep, yield_core
+from pathgene.host.planners.fpa.steps import Pollination, choose_step, move, to_beat
+from pathgene.host.planners.fpa.two_opt import (
     CUT_SHORT,
     EVALUATED,
     Counts,

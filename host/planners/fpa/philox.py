@@ -8,7 +8,7 @@ Source: Salmon, Moraes, Dror and Shaw 2011, "Parallel random numbers: as easy as
 
 import numpy as np
 
-from host.evaluation.jit import inlined
+from pathgene.host.evaluation.jit import inlined
 
 
 __all__ = ["philox", "uniform", "words"]

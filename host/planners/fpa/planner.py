@@ -9,16 +9,16 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from host.errors import InputError, JobError
-from host.evaluation import Evaluator
-from host.planners.airspace import Airspace
-from host.planners.astar import DEFAULT_MAX_WAYPOINTS
-from host.planners.base import Options, Progress, Result, Run, Stop
-from host.planners.fpa.engines import CpuEngine, Engine, Setup
-from host.planners.fpa.first import first_population
-from host.planners.fpa.steps import Pollination
-from host.planners.initial import astar_paths, check_init
-from host.planners.options import ENGINES
+from pathgene.host.errors import InputError, JobError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners.airspace import Airspace
+from pathgene.host.planners.astar import DEFAULT_MAX_WAYPOINTS
+from pathgene.host.planners.base import Options, Progress, Result, Run, Stop
+from pathgene.host.planners.fpa.engines import CpuEngine, Engine, Setup
+from pathgene.host.planners.fpa.first import first_population
+from pathgene.host.planners.fpa.steps import Pollination
+from pathgene.host.planners.initial import astar_paths, check_init
+from pathgene.host.planners.options import ENGINES
 
 
 __all__ = ["FlowerPollinationPlanner"]
@@ -48,10 +48,11 @@ class FlowerPollinationPlanner:
     replaces the solution. At regular intervals the 2-opt operator reverses parts of all solutions
     as long as that improves them.
 
-    Source: *roberge*, sections 3.3 and 3.4, table 3; :mod:`host.planners.fpa.steps` settles what
-    the paper leaves open. The first waypoints are drawn uniformly over free ground and the height
-    above it; candidates are clipped to the box of :class:`~host.planners.airspace.Airspace`. The
-    2-opt operator follows iterations 20, 40 and so on.
+    Source: *roberge*, sections 3.3 and 3.4, table 3; :mod:`pathgene.host.planners.fpa.steps`
+    settles what the paper leaves open. The first waypoints are drawn uniformly over free ground and
+    the height above it; candidates are clipped to the box of
+    :class:`~pathgene.host.planners.airspace.Airspace`. The 2-opt operator follows iterations 20, 40
+    and so on.
 
     Parameters
     ----------
@@ -65,7 +66,7 @@ class FlowerPollinationPlanner:
         the same result to the last bit, the third rounds differently.
     init : str
         ``random``, or ``astar``: the first population is of
-        :func:`host.planners.initial.astar_paths`.
+        :func:`pathgene.host.planners.initial.astar_paths`.
     give_up : bool
         Give up a candidate once it cannot be better; the paths found do not depend on this.
 
@@ -109,7 +110,7 @@ class FlowerPollinationPlanner:
         progress: Progress | None = None,
         stop: Stop | None = None,
     ) -> Result:
-        """Search; see :class:`host.planners.base.Planner`.
+        """Search; see :class:`pathgene.host.planners.base.Planner`.
 
         Candidates that are given up because they cannot replace their solution are not counted as
         evaluations. A time limit or an interrupt ends the search within an iteration, which is
@@ -222,7 +223,7 @@ class FlowerPollinationPlanner:
 
     def _engine(self, setups: Sequence[Setup]) -> Engine:
         if self.engine == "gpu":
-            from host.planners.fpa.cuda import GpuEngine
+            from pathgene.host.planners.fpa.cuda import GpuEngine
 
             return GpuEngine(setups, self.two_opt_every, stride=self._look_every)
         (setup,) = setups
@@ -273,7 +274,7 @@ def _pollinate(runs: Sequence[Run], engine: Engine, look_every: int) -> None:
 def _check_gpu() -> None:
     """Raise InputError unless there is a GPU that numba can use."""
     try:
-        from host.planners.fpa import cuda
+        from pathgene.host.planners.fpa import cuda
 
         there = cuda.is_available()
     except ImportError:

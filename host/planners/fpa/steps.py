@@ -14,9 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from host.evaluation.constants import Floats
-from host.evaluation.jit import inlined
-from host.planners.fpa.philox import uniform, words
+from pathgene.host.evaluation.constants import Floats
+from pathgene.host.evaluation.jit import inlined
+from pathgene.host.planners.fpa.philox import uniform, words
 
 
 __all__ = [

@@ -6,10 +6,10 @@ Source: *roberge*, section 3.4.
 import numpy as np
 from numpy.typing import NDArray
 
-from host.evaluation.constants import Course, Floats, Scratch
-from host.evaluation.jit import compiled, inlined
-from host.evaluation.kernels import fitness_above
-from host.planners.fpa.steps import Pollination, to_beat
+from pathgene.host.evaluation.constants import Course, Floats, Scratch
+from pathgene.host.evaluation.jit import compiled, inlined
+from pathgene.host.evaluation.kernels import fitness_above
+from pathgene.host.planners.fpa.steps import Pollination, to_beat
 
 
 __all__ = [

@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from host.errors import InputError
+from pathgene.host.errors import InputError
 
 
 __all__ = [

@@ -10,8 +10,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from host.evaluation.jit import compiled
-from host.planners.routes.spline import ORDER, last_two, point_at
+from pathgene.host.evaluation.jit import compiled
+from pathgene.host.planners.routes.spline import ORDER, last_two, point_at
 
 
 __all__ = ["fine_steps"]

@@ -7,8 +7,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from host.errors import InputError
-from host.planners.routes.field import (
+from pathgene.host.errors import InputError
+from pathgene.host.planners.routes.field import (
     FEWEST_CONTROL_POINTS,
     MOST_CONTROL_POINTS,
     Floats,
@@ -16,7 +16,7 @@ from host.planners.routes.field import (
     Route,
     Segments,
 )
-from host.planners.routes.spline import sample
+from pathgene.host.planners.routes.spline import sample
 
 
 __all__ = ["KINDS", "PointSampler", "Space"]

@@ -2,7 +2,7 @@
 
 Source: *cheng*, section IV with equations (7) to (9). Stage i holds the best ways from the start
 to every point over i segments; a route that has reached the goal waits there, so routes may be
-short. The stages are those of :data:`host.planners.routes.field.MOST_POINTS`.
+short. The stages are those of :data:`pathgene.host.planners.routes.field.MOST_POINTS`.
 
 No route passes a point twice, although labels do not record their points: terms are not negative,
 so a route without its loop has fewer segments and is no worse, and of equal routes the one with
@@ -13,8 +13,8 @@ already passed are excluded one by one.
 import numpy as np
 from numpy.typing import NDArray
 
-from host.evaluation.jit import allocating, compiled
-from host.planners.routes.field import GOAL, MOST_POINTS, START
+from pathgene.host.evaluation.jit import allocating, compiled
+from pathgene.host.planners.routes.field import GOAL, MOST_POINTS, START
 
 
 __all__ = ["best_by_sum", "best_by_whole", "segments_of"]

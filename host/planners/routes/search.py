@@ -9,9 +9,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from host.errors import InputError
-from host.planners.ga_pc import roulette
-from host.planners.routes.field import (
+from pathgene.host.errors import InputError
+from pathgene.host.planners.ga_pc import roulette
+from pathgene.host.planners.routes.field import (
     GOAL,
     MOST_POINTS,
     START,
@@ -22,7 +22,7 @@ from host.planners.routes.field import (
     Route,
     Segments,
 )
-from host.planners.routes.point_sampler import PointSampler
+from pathgene.host.planners.routes.point_sampler import PointSampler
 
 
 __all__ = [

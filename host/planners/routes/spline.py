@@ -8,7 +8,7 @@ lower the order: two give a straight line.
 import numpy as np
 from numpy.typing import NDArray
 
-from host.evaluation.jit import allocating, compiled
+from pathgene.host.evaluation.jit import allocating, compiled
 
 
 __all__ = ["ORDER", "equal_steps", "last_two", "point_at", "sample"]

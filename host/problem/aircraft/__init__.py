@@ -6,9 +6,9 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from host.errors import InputError
-from host.inputs import exists, parse_toml, read_text
-from host.numeric import is_number
+from pathgene.host.errors import InputError
+from pathgene.host.inputs import exists, parse_toml, read_text
+from pathgene.host.numeric import is_number
 
 
 __all__ = ["DEFAULT", "Aircraft", "load", "names", "parse"]

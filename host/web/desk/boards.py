@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from urllib.parse import parse_qsl
 
-from host.device.boards import known_config
-from host.device.schemes import CONFIG_FIELDS
-from host.errors import InputError
+from pathgene.host.device.boards import known_config
+from pathgene.host.device.schemes import CONFIG_FIELDS
+from pathgene.host.errors import InputError
 
 
 __all__ = ["require_board"]

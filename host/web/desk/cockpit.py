@@ -8,10 +8,10 @@ from typing import Any
 
 from nicegui import ui
 
-from host.web.desk.flight import AHEAD, CLEAR, FASTEST, USUAL, Flown, Goal, Speed
-from host.web.desk.job import NEWS, FlightJob
-from host.web.desk.jobs import Jobs
-from host.web.desk.stage import Stage
+from pathgene.host.web.desk.flight import AHEAD, CLEAR, FASTEST, USUAL, Flown, Goal, Speed
+from pathgene.host.web.desk.job import NEWS, FlightJob
+from pathgene.host.web.desk.jobs import Jobs
+from pathgene.host.web.desk.stage import Stage
 
 
 __all__ = ["Cockpit"]
@@ -134,7 +134,7 @@ class Cockpit:
         self._job = None
 
     def order(self, order: object) -> None:
-        """Let something happen in the flight: see :mod:`host.web.desk.flight`."""
+        """Let something happen in the flight: see :mod:`pathgene.host.web.desk.flight`."""
         if self._job is None:
             return
         if isinstance(order, Speed):

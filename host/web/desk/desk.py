@@ -8,16 +8,16 @@ import re
 from collections import OrderedDict
 from pathlib import Path
 
-from host.device.boards import known_config
-from host.errors import InputError
-from host.planners.options import DEFAULT_BOARD
-from host.terrain import Terrain
-from host.web.desk.job import FlightJob, PlanJob
-from host.web.desk.jobs import Jobs
-from host.web.desk.saving import files_of, saved_plans
-from host.web.desk.sheet import Sheet
-from host.web.desk.terrains import Terrains
-from host.web.scene import terrain_scene, zones_scene
+from pathgene.host.device.boards import known_config
+from pathgene.host.errors import InputError
+from pathgene.host.planners.options import DEFAULT_BOARD
+from pathgene.host.terrain import Terrain
+from pathgene.host.web.desk.job import FlightJob, PlanJob
+from pathgene.host.web.desk.jobs import Jobs
+from pathgene.host.web.desk.saving import files_of, saved_plans
+from pathgene.host.web.desk.sheet import Sheet
+from pathgene.host.web.desk.terrains import Terrains
+from pathgene.host.web.scene import terrain_scene, zones_scene
 
 
 __all__ = ["Desk"]

@@ -6,12 +6,12 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from host.errors import InputError
-from host.mission.build import zones_of
-from host.problem.zones import Zone
-from host.terrain import Terrain
-from host.web.desk.sheet import Sheet
-from host.web.scene import zones_scene
+from pathgene.host.errors import InputError
+from pathgene.host.mission.build import zones_of
+from pathgene.host.problem.zones import Zone
+from pathgene.host.terrain import Terrain
+from pathgene.host.web.desk.sheet import Sheet
+from pathgene.host.web.scene import zones_scene
 
 
 __all__ = ["drawn_problem"]

@@ -7,9 +7,9 @@ from typing import Any
 
 from nicegui import ui
 
-from host.errors import InputError
-from host.numeric import parse
-from host.web.desk.form import Field
+from pathgene.host.errors import InputError
+from pathgene.host.numeric import parse
+from pathgene.host.web.desk.form import Field
 
 
 __all__ = ["Input", "add_field", "add_numbers"]

@@ -5,14 +5,14 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
-from host.errors import InputError
-from host.files.output import output_file
-from host.inputs import parse_toml
-from host.mission.keys import TABLES
-from host.problem import aircraft
-from host.problem.zones import read_zones
-from host.web.desk.sheet import MOST_BYTES, Sheet, zone_table
-from host.web.desk.terrains import Terrains
+from pathgene.host.errors import InputError
+from pathgene.host.files.output import output_file
+from pathgene.host.inputs import parse_toml
+from pathgene.host.mission.keys import TABLES
+from pathgene.host.problem import aircraft
+from pathgene.host.problem.zones import read_zones
+from pathgene.host.web.desk.sheet import MOST_BYTES, Sheet, zone_table
+from pathgene.host.web.desk.terrains import Terrains
 
 
 __all__ = ["open_upload"]

@@ -1,7 +1,8 @@
 """A flight of a saved plan, as a process of the desk flies it: at a speed to look at, or faster.
 
-What a page sends: a zone of :mod:`host.problem.zones` that appears, a :class:`Goal`, :data:`AHEAD`,
-:data:`CLEAR`, a :class:`Speed`, or :data:`host.web.desk.messages.STOP`, which leaves no files.
+What a page sends: a zone of :mod:`pathgene.host.problem.zones` that appears, a :class:`Goal`,
+:data:`AHEAD`, :data:`CLEAR`, a :class:`Speed`, or :data:`pathgene.host.web.desk.messages.STOP`,
+which leaves no files.
 """
 
 from __future__ import annotations
@@ -19,15 +20,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from host.errors import InputError
-from host.web.desk.messages import STOP, Failed, Saved, Sender
+from pathgene.host.errors import InputError
+from pathgene.host.web.desk.messages import STOP, Failed, Saved, Sender
 
 
 if TYPE_CHECKING:
-    from host.problem.ends import Point
-    from host.replanning.records import Leg
-    from host.replanning.scenario import Event
-    from host.replanning.session import Session
+    from pathgene.host.problem.ends import Point
+    from pathgene.host.replanning.records import Leg
+    from pathgene.host.replanning.scenario import Event
+    from pathgene.host.replanning.session import Session
 
 __all__ = [
     "AHEAD",
@@ -149,11 +150,11 @@ class Landed:
 
 def fly(task: FlyTask, connection: Connection, sender: Sender) -> None:
     """Fly a plan, send what is seen of it, and save ``flight.json`` with its pictures beside it."""
-    from host.flight.flight import PERIOD_S
-    from host.replanning.fly import save, underway
-    from host.replanning.scenario import Scenario
-    from host.report.read import read_run
-    from host.report.run_files import SUMMARY
+    from pathgene.host.flight.flight import PERIOD_S
+    from pathgene.host.replanning.fly import save, underway
+    from pathgene.host.replanning.scenario import Scenario
+    from pathgene.host.report.read import read_run
+    from pathgene.host.report.run_files import SUMMARY
 
     orders: queue.SimpleQueue[Any] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(connection, orders), daemon=True).start()
@@ -218,7 +219,7 @@ def _listen(connection: Connection, orders: queue.SimpleQueue[Any]) -> None:
 
 def _heeded(session: Session, order: Any) -> list[str]:
     """Let something happen; return why it cannot."""
-    from host.replanning.scenario import Scenario, check_mission
+    from pathgene.host.replanning.scenario import Scenario, check_mission
 
     event = _event(session, order)
     if event is None:
@@ -233,7 +234,7 @@ def _heeded(session: Session, order: Any) -> list[str]:
 
 def _event(session: Session, order: Any) -> Event | None:
     """Return what an order lets happen; None for nothing."""
-    from host.replanning.scenario import Event, NewZone, Placed
+    from pathgene.host.replanning.scenario import Event, NewZone, Placed
 
     if order == AHEAD:
         turn_m, terrain = session.mission.limits.turn_radius_m, session.mission.terrain
@@ -264,8 +265,8 @@ class _Watch:
 
     def look(self) -> Flown:
         """Return what is new since the last look."""
-        from host.flight.judge import surface_below
-        from host.web.scene import zones_scene
+        from pathgene.host.flight.judge import surface_below
+        from pathgene.host.web.scene import zones_scene
 
         session = self._session
         pilot, air = session.pilot, session.airspace
@@ -305,7 +306,7 @@ class _Watch:
 
     def _new(self) -> tuple[dict[str, Any] | None, list[dict[str, Any]] | None]:
         """Return the path that has become active since the last look, and the changes."""
-        from host.web.scene import path_scene
+        from pathgene.host.web.scene import path_scene
 
         changes = self._session.changes
         done = [change for change in changes if change.active_s is not None]
@@ -322,7 +323,7 @@ class _Watch:
 
     def _ends(self) -> list[dict[str, Any]] | None:
         """Return the ends where the goal is another; so it is in the beginning."""
-        from host.web.scene import points_scene
+        from pathgene.host.web.scene import points_scene
 
         goal = self._session.airspace.goal
         if goal == self._goal:
@@ -332,8 +333,8 @@ class _Watch:
         return points_scene(dataclasses.replace(mission, goal=goal, zones=()))
 
     def _points(self, leg: Leg) -> list[list[float]]:
-        from host.evaluation.track import SmoothedTrack
-        from host.replanning.tracks import part
+        from pathgene.host.evaluation.track import SmoothedTrack
+        from pathgene.host.replanning.tracks import part
 
         # A circle has many rounds.
         track = leg.track if leg.kind == "path" else part(leg.track, 0.0, _SHOWN_M)

@@ -8,10 +8,10 @@ from collections.abc import Callable
 
 from nicegui import ui
 
-from host.web.desk.job import PlanJob
-from host.web.desk.jobs import Jobs
-from host.web.desk.results import PlanView, Results
-from host.web.desk.stage import Stage
+from pathgene.host.web.desk.job import PlanJob
+from pathgene.host.web.desk.jobs import Jobs
+from pathgene.host.web.desk.results import PlanView, Results
+from pathgene.host.web.desk.stage import Stage
 
 
 __all__ = ["Following"]

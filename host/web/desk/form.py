@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from host.errors import InputError
-from host.mission.keys import KEYS, TABLES, Key
-from host.mission.values import BOOLEAN, CELL, INTEGER, NUMBER
-from host.numeric import parse
-from host.planners import OPTIONS, PLANNERS
-from host.problem import aircraft
+from pathgene.host.errors import InputError
+from pathgene.host.mission.keys import KEYS, TABLES, Key
+from pathgene.host.mission.values import BOOLEAN, CELL, INTEGER, NUMBER
+from pathgene.host.numeric import parse
+from pathgene.host.planners import OPTIONS, PLANNERS
+from pathgene.host.problem import aircraft
 
 
 __all__ = ["GROUPS", "ZONE_FIELDS", "Field", "fields_of", "planner_fields"]

@@ -8,7 +8,7 @@ from http.cookies import CookieError, SimpleCookie
 from typing import Any
 from urllib.parse import parse_qs
 
-from host.numeric import whole
+from pathgene.host.numeric import whole
 
 
 __all__ = ["Guard"]

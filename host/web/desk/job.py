@@ -10,9 +10,9 @@ from typing import Any, ClassVar, Literal
 
 from numpy.typing import NDArray
 
-from host.web.desk.flight import USUAL, Flown, FlyTask, Landed
-from host.web.desk.messages import Ending, Failed, Saved
-from host.web.desk.worker import Found, PlanTask, Progressed
+from pathgene.host.web.desk.flight import USUAL, Flown, FlyTask, Landed
+from pathgene.host.web.desk.messages import Ending, Failed, Saved
+from pathgene.host.web.desk.worker import Found, PlanTask, Progressed
 
 
 __all__ = ["NEWS", "FlightJob", "Job", "PlanJob", "State"]
@@ -139,7 +139,7 @@ class FlightJob(Job):
     latest : Flown or None
         The latest that was seen of it.
     trail, versions, said : list
-        All of :class:`host.web.desk.flight.Flown` so far; only ever appended to.
+        All of :class:`pathgene.host.web.desk.flight.Flown` so far; only ever appended to.
     news : dict of str to (int, object)
         Zones, points, path and changes as they are now, each with a number that grows.
     speed : float

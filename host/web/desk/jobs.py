@@ -15,12 +15,12 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
-from host import interrupts
-from host.errors import InputError
-from host.web.desk.flight import ENDED
-from host.web.desk.job import FlightJob, Job, PlanJob
-from host.web.desk.messages import STOP, Failed
-from host.web.desk.worker import work
+from pathgene.host import interrupts
+from pathgene.host.errors import InputError
+from pathgene.host.web.desk.flight import ENDED
+from pathgene.host.web.desk.job import FlightJob, Job, PlanJob
+from pathgene.host.web.desk.messages import STOP, Failed
+from pathgene.host.web.desk.worker import work
 
 
 __all__ = ["Jobs"]
@@ -125,7 +125,7 @@ class Jobs:
         Parameters
         ----------
         values : mapping
-            Values of the problem by the names in :data:`host.mission.keys.KEYS`.
+            Values of the problem by the names in :data:`pathgene.host.mission.keys.KEYS`.
         name : str
             What the folder of the plan is called besides the time.
 

@@ -8,26 +8,26 @@ from typing import Any
 
 from nicegui import events, ui
 
-from host.errors import InputError, PathgeneError
-from host.evaluation import Evaluator
-from host.inputs import read_text
-from host.mission.build import zones_of
-from host.numeric import numbers
-from host.planners import PLANNERS
-from host.report.read import read_run
-from host.report.run_files import SUMMARY
-from host.web.desk.cockpit import Cockpit
-from host.web.desk.desk import Desk
-from host.web.desk.drawn import drawn_problem
-from host.web.desk.files import open_upload
-from host.web.desk.flight import Goal
-from host.web.desk.following import Following
-from host.web.desk.job import FlightJob, Job, PlanJob
-from host.web.desk.panels import Panels, panel
-from host.web.desk.results import PlanView, Results, SavedPlans
-from host.web.desk.saving import PROBLEM
-from host.web.desk.stage import Stage
-from host.web.scene import path_scene
+from pathgene.host.errors import InputError, PathgeneError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.inputs import read_text
+from pathgene.host.mission.build import zones_of
+from pathgene.host.numeric import numbers
+from pathgene.host.planners import PLANNERS
+from pathgene.host.report.read import read_run
+from pathgene.host.report.run_files import SUMMARY
+from pathgene.host.web.desk.cockpit import Cockpit
+from pathgene.host.web.desk.desk import Desk
+from pathgene.host.web.desk.drawn import drawn_problem
+from pathgene.host.web.desk.files import open_upload
+from pathgene.host.web.desk.flight import Goal
+from pathgene.host.web.desk.following import Following
+from pathgene.host.web.desk.job import FlightJob, Job, PlanJob
+from pathgene.host.web.desk.panels import Panels, panel
+from pathgene.host.web.desk.results import PlanView, Results, SavedPlans
+from pathgene.host.web.desk.saving import PROBLEM
+from pathgene.host.web.desk.stage import Stage
+from pathgene.host.web.scene import path_scene
 
 
 __all__ = ["Page"]

@@ -9,11 +9,11 @@ from typing import Any
 
 from nicegui import ui
 
-from host.errors import InputError
-from host.numeric import parse
-from host.web.desk.fields import Input, add_field, add_numbers
-from host.web.desk.form import GROUPS, ZONE_FIELDS, Field, fields_of, planner_fields
-from host.web.desk.sheet import Sheet
+from pathgene.host.errors import InputError
+from pathgene.host.numeric import parse
+from pathgene.host.web.desk.fields import Input, add_field, add_numbers
+from pathgene.host.web.desk.form import GROUPS, ZONE_FIELDS, Field, fields_of, planner_fields
+from pathgene.host.web.desk.sheet import Sheet
 
 
 __all__ = ["Panels", "panel"]

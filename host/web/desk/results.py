@@ -10,9 +10,9 @@ from urllib.parse import quote
 
 from nicegui import ui
 
-from host.mission.legs import shortcoming
-from host.web.desk.job import FlightJob, Job, State
-from host.web.figures import figures
+from pathgene.host.mission.legs import shortcoming
+from pathgene.host.web.desk.job import FlightJob, Job, State
+from pathgene.host.web.figures import figures
 
 
 __all__ = ["PlanView", "Results", "rows_of"]

@@ -7,15 +7,15 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from host.errors import InputError
-from host.files.output import prepare_directory, reading
-from host.inputs import parse_json, read_text
-from host.mission.files.export import FORMATS, check_formats, exported
-from host.mission.problem_file import problem_text
-from host.planning import Plan
-from host.report.run_files import FLIGHT, PICTURE, SUMMARY
-from host.report.write import scene, write_picture, write_report
-from host.web.page import page_of
+from pathgene.host.errors import InputError
+from pathgene.host.files.output import prepare_directory, reading
+from pathgene.host.inputs import parse_json, read_text
+from pathgene.host.mission.files.export import FORMATS, check_formats, exported
+from pathgene.host.mission.problem_file import problem_text
+from pathgene.host.planning import Plan
+from pathgene.host.report.run_files import FLIGHT, PICTURE, SUMMARY
+from pathgene.host.report.write import scene, write_picture, write_report
+from pathgene.host.web.page import page_of
 
 
 __all__ = ["PROBLEM", "draw_picture", "files_of", "read_summary", "save", "saved_plans"]

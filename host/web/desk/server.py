@@ -16,13 +16,13 @@ from fastapi import FastAPI, Request, Response
 from fastapi.responses import FileResponse, PlainTextResponse
 from nicegui import Client, ui
 
-from host import interrupts
-from host.errors import InputError
-from host.terrain.untrusted import MAX_CELLS
-from host.web.desk.connections import LimitedProtocol
-from host.web.desk.desk import Desk
-from host.web.desk.guard import Guard
-from host.web.desk.page import Page
+from pathgene.host import interrupts
+from pathgene.host.errors import InputError
+from pathgene.host.terrain.untrusted import MAX_CELLS
+from pathgene.host.web.desk.connections import LimitedProtocol
+from pathgene.host.web.desk.desk import Desk
+from pathgene.host.web.desk.guard import Guard
+from pathgene.host.web.desk.page import Page
 
 
 __all__ = ["serve"]

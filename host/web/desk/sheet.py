@@ -10,19 +10,26 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from host.device.boards import known_config
-from host.errors import InputError
-from host.mission.build import aircraft_of, end_of, mission_of, planner_of, search_of, zones_of
-from host.mission.keys import RULES
-from host.mission.mission import Mission
-from host.mission.problem_file import parse_problem, problem_text, read_problem
-from host.planners import DEFAULT, OPTIONS, PLANNERS
-from host.problem import aircraft
-from host.problem.ends import place
-from host.problem.zones import Zone
-from host.terrain import Terrain, embedded
-from host.web.desk.boards import require_board
-from host.web.desk.terrains import Terrains
+from pathgene.host.device.boards import known_config
+from pathgene.host.errors import InputError
+from pathgene.host.mission.build import (
+    aircraft_of,
+    end_of,
+    mission_of,
+    planner_of,
+    search_of,
+    zones_of,
+)
+from pathgene.host.mission.keys import RULES
+from pathgene.host.mission.mission import Mission
+from pathgene.host.mission.problem_file import parse_problem, problem_text, read_problem
+from pathgene.host.planners import DEFAULT, OPTIONS, PLANNERS
+from pathgene.host.problem import aircraft
+from pathgene.host.problem.ends import place
+from pathgene.host.problem.zones import Zone
+from pathgene.host.terrain import Terrain, embedded
+from pathgene.host.web.desk.boards import require_board
+from pathgene.host.web.desk.terrains import Terrains
 
 
 __all__ = ["Sheet", "zone_table"]
@@ -41,9 +48,10 @@ _OUTPUT = ("out", "write", "picture", "grid")
 class Sheet:
     """The problem of a page.
 
-    Its values stand by the names in :data:`host.mission.keys.KEYS`, in one form: the terrain by its
-    name on the desk, points in metres of the terrain's frame, zones as tables of a circle or a
-    polygon. Only what differs from the defaults has a value. A method that raises changes nothing.
+    Its values stand by the names in :data:`pathgene.host.mission.keys.KEYS`, in one form: the
+    terrain by its name on the desk, points in metres of the terrain's frame, zones as tables of a
+    circle or a polygon. Only what differs from the defaults has a value. A method that raises
+    changes nothing.
 
     Parameters
     ----------
@@ -51,7 +59,7 @@ class Sheet:
         The terrains of the desk.
     board : str, optional
         The board of the problem file that the user named when the desk was started, which no page
-        may name otherwise: see :func:`host.web.desk.boards.require_board`.
+        may name otherwise: see :func:`pathgene.host.web.desk.boards.require_board`.
 
     Attributes
     ----------
@@ -157,7 +165,7 @@ class Sheet:
         return {**self._effective(), **self._terrains.task(str(self.values.get("terrain")))}
 
     def require_board(self, board: str | None) -> None:
-        """Check a board that the page names; see :func:`host.web.desk.boards.require_board`."""
+        """Check a board that the page names; see ``require_board``."""
         require_board(board, self.board)
 
     def text(self) -> str:

@@ -11,11 +11,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from host.errors import InputError
-from host.files.output import output_file, prepare_directory
-from host.files.replacement import replace_files
-from host.mission.build import terrain_of
-from host.terrain import Terrain, embedded
+from pathgene.host.errors import InputError
+from pathgene.host.files.output import output_file, prepare_directory
+from pathgene.host.files.replacement import replace_files
+from pathgene.host.mission.build import terrain_of
+from pathgene.host.terrain import Terrain, embedded
 
 
 __all__ = ["Terrains"]
@@ -39,7 +39,7 @@ class Terrains:
     directory : Path
         Folder of the files that are given to the desk; it need not exist.
     max_cells : int, optional
-        Most cells of a terrain; see :func:`host.terrain.load`.
+        Most cells of a terrain; see :func:`pathgene.host.terrain.load`.
     """
 
     def __init__(self, directory: Path, max_cells: int | None = None) -> None:

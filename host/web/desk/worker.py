@@ -15,10 +15,10 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from host.errors import PathgeneError
-from host.planners.base import Stop
-from host.web.desk.flight import FlyTask, fly
-from host.web.desk.messages import STOP, Ending, Failed, Saved, Sender
+from pathgene.host.errors import PathgeneError
+from pathgene.host.planners.base import Stop
+from pathgene.host.web.desk.flight import FlyTask, fly
+from pathgene.host.web.desk.messages import STOP, Ending, Failed, Saved, Sender
 
 
 __all__ = ["Found", "PlanTask", "Progressed", "work"]
@@ -37,7 +37,7 @@ class PlanTask:
     Parameters
     ----------
     values : mapping
-        Its values by the names in :data:`host.mission.keys.KEYS`.
+        Its values by the names in :data:`pathgene.host.mission.keys.KEYS`.
     folder : Path
         The folder of the plan.
     """
@@ -71,7 +71,7 @@ class Found:
     summary : dict
         The summary of the plan.
     path : dict
-        Its path as in a scene: see :func:`host.web.scene.path_scene`.
+        Its path as in a scene: see :func:`pathgene.host.web.scene.path_scene`.
     """
 
     summary: dict[str, Any]
@@ -81,8 +81,8 @@ class Found:
 def work(connection: Connection) -> None:
     """Wait for a task on ``connection``, do it, and send what comes of it.
 
-    When the other end is closed, a search ends as after :data:`host.web.desk.messages.STOP`, and
-    its plan is saved.
+    When the other end is closed, a search ends as after
+    :data:`pathgene.host.web.desk.messages.STOP`, and its plan is saved.
     """
     os.nice(_NICENESS)
     # Loaded while the task is still to come.
@@ -107,10 +107,10 @@ def work(connection: Connection) -> None:
 
 
 def _plan(task: PlanTask, connection: Connection, sender: Sender) -> None:
-    from host.mission.build import mission_of, search_of
-    from host.mission.planning import plan_mission
-    from host.web.desk.saving import draw_picture, save
-    from host.web.scene import path_scene
+    from pathgene.host.mission.build import mission_of, search_of
+    from pathgene.host.mission.planning import plan_mission
+    from pathgene.host.web.desk.saving import draw_picture, save
+    from pathgene.host.web.scene import path_scene
 
     stop, observer = Stop(), _Observer(sender)
     threading.Thread(target=_listen, args=(connection, stop, sender), daemon=True).start()

@@ -1,12 +1,12 @@
-"""Breeding, compiled: :func:`sim.model.planner.definition.breeder.breed`.
+"""Breeding, compiled: :func:`pathgene.sim.model.planner.definition.breeder.breed`.
 
 A path is an array of rows x, y, step, margin, start and goal included.
 """
 
 from __future__ import annotations
 
-from hdl.config import Config
-from hdl.protocol.planner_breeding import (
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol.planner_breeding import (
     CUT,
     DELETE,
     INSERT,
@@ -19,9 +19,9 @@ from hdl.protocol.planner_breeding import (
     SIZE,
     SURVIVOR_BITS,
 )
-from sim.model.planner.compiled import compiled, inlined
-from sim.model.planner.problem import ALTITUDE_LIMIT as TOP
-from sim.model.planner.problem import (
+from pathgene.sim.model.planner.compiled import compiled, inlined
+from pathgene.sim.model.planner.problem import ALTITUDE_LIMIT as TOP
+from pathgene.sim.model.planner.problem import (
     BOX_X,
     CHILDREN,
     ELITES,
@@ -31,8 +31,8 @@ from sim.model.planner.problem import (
     SURVIVORS,
     X_LIMIT,
 )
-from sim.model.planner.random_words import Words, draw, field, step
-from sim.model.planner.walk import Integers
+from pathgene.sim.model.planner.random_words import Words, draw, field, step
+from pathgene.sim.model.planner.walk import Integers
 
 
 __all__ = ["breed", "clamp"]

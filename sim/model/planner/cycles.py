@@ -16,12 +16,12 @@ from typing import Any
 
 import numpy as np
 
-from hdl.config import Config
-from hdl.protocol.codes import UNITS
-from sim.model.planner.compiled import compiled, inlined
-from sim.model.planner.evaluator_cycles import DECISION, KEY, PLACES, QUEUE
-from sim.model.planner.evolver_cycles import begun as child_begun
-from sim.model.planner.evolver_cycles import (
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol.codes import UNITS
+from pathgene.sim.model.planner.compiled import compiled, inlined
+from pathgene.sim.model.planner.evaluator_cycles import DECISION, KEY, PLACES, QUEUE
+from pathgene.sim.model.planner.evolver_cycles import begun as child_begun
+from pathgene.sim.model.planner.evolver_cycles import (
     inserted,
     inserting,
     merging,
@@ -32,9 +32,9 @@ from sim.model.planner.evolver_cycles import (
     ready,
     settled,
 )
-from sim.model.planner.evolver_cycles import offered as point_offered
-from sim.model.planner.first_paths_cycles import member_offered, seed_offered
-from sim.model.planner.run_control_cycles import (
+from pathgene.sim.model.planner.evolver_cycles import offered as point_offered
+from pathgene.sim.model.planner.first_paths_cycles import member_offered, seed_offered
+from pathgene.sim.model.planner.run_control_cycles import (
     AIMED,
     BEGIN,
     END,
@@ -44,9 +44,9 @@ from sim.model.planner.run_control_cycles import (
     POPULATION,
     SPLIT_TO_AIM,
 )
-from sim.model.planner.scorer_cycles import ScorerCycles, freed, launched
-from sim.model.planner.walk import Integers
-from sim.model.planner.walker_cycles import FRONT, back
+from pathgene.sim.model.planner.scorer_cycles import ScorerCycles, freed, launched
+from pathgene.sim.model.planner.walk import Integers
+from pathgene.sim.model.planner.walker_cycles import FRONT, back
 
 
 __all__ = [

@@ -1,12 +1,12 @@
-"""Evaluation of a path, compiled: :class:`sim.model.planner.definition.evaluation.Evaluator`."""
+"""Evaluation of a path, compiled: ``Evaluator``."""
 
 from __future__ import annotations
 
-from hdl.protocol.planner import HIT_BITS, VALUE_BITS, PathClass
-from sim.model.planner.compiled import compiled
-from sim.model.planner.cycles import WALK
-from sim.model.planner.memo import HITS, MARGIN, START, STOP, packed, row_of
-from sim.model.planner.problem import (
+from pathgene.hdl.protocol.planner import HIT_BITS, VALUE_BITS, PathClass
+from pathgene.sim.model.planner.compiled import compiled
+from pathgene.sim.model.planner.cycles import WALK
+from pathgene.sim.model.planner.memo import HITS, MARGIN, START, STOP, packed, row_of
+from pathgene.sim.model.planner.problem import (
     BLOCKED,
     COORDINATE_BITS,
     HAS_ENTRY,
@@ -15,7 +15,7 @@ from sim.model.planner.problem import (
     LANES,
     MEMO_BITS,
 )
-from sim.model.planner.score import (
+from pathgene.sim.model.planner.score import (
     FROM_STEP,
     FROM_X,
     FROM_Y,
@@ -25,8 +25,8 @@ from sim.model.planner.score import (
     TO_Y,
     score,
 )
-from sim.model.planner.walk import Ground, Integers, walk
-from sim.model.planner.walker_cycles import MEMO_HIT, walking
+from pathgene.sim.model.planner.walk import Ground, Integers, walk
+from pathgene.sim.model.planner.walker_cycles import MEMO_HIT, walking
 
 
 __all__ = ["GIVEN_UP", "NO_LIMIT", "evaluate"]

@@ -3,7 +3,7 @@
 The scorer takes a point in every slot of two cycles, entry and exit included. It takes no path
 while sixteen are inside. From then on all takes fixed numbers of cycles, but for two queues: that
 of the walker, and that of the keys, which leave in the order of the paths.
-:func:`sim.model.planner.cycles.enter` has the maxima that follow.
+:func:`pathgene.sim.model.planner.cycles.enter` has the maxima that follow.
 """
 
 from __future__ import annotations

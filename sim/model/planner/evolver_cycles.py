@@ -36,7 +36,7 @@ that follows from T. It must have room for five children that it has no points o
 
 from __future__ import annotations
 
-from sim.model.planner.compiled import inlined
+from pathgene.sim.model.planner.compiled import inlined
 
 
 __all__ = [

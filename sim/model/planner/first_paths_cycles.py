@@ -7,8 +7,8 @@ offered before.
 
 from __future__ import annotations
 
-from sim.model.planner.compiled import inlined
-from sim.model.planner.wavefront_cycles import WAYPOINT
+from pathgene.sim.model.planner.compiled import inlined
+from pathgene.sim.model.planner.wavefront_cycles import WAYPOINT
 
 
 __all__ = ["MEMBER", "SEED", "member_offered", "seed_offered"]

@@ -1,11 +1,11 @@
-"""Memo of segments, compiled: :class:`sim.model.planner.definition.memo.Memo`."""
+"""Memo of segments, compiled: :class:`pathgene.sim.model.planner.definition.memo.Memo`."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from sim.model.planner.compiled import inlined
-from sim.model.planner.walk import Integers
+from pathgene.sim.model.planner.compiled import inlined
+from pathgene.sim.model.planner.walk import Integers
 
 
 __all__ = ["HITS", "MARGIN", "NO_ROW", "START", "STOP", "empty_memo", "packed", "row_of"]

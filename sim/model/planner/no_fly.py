@@ -1,11 +1,11 @@
-"""BLOCK, in arrays: :func:`sim.model.planner.definition.no_fly.block`."""
+"""BLOCK, in arrays: :func:`pathgene.sim.model.planner.definition.no_fly.block`."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from hdl.protocol.planner import NoFlyShape
-from sim.model.planner.walk import Ground
+from pathgene.hdl.protocol.planner import NoFlyShape
+from pathgene.sim.model.planner.walk import Ground
 
 
 __all__ = ["block"]

@@ -6,14 +6,14 @@ import dataclasses
 
 import numpy as np
 
-from hdl.config import Config
-from hdl.protocol.planner import ProblemRecord
-from sim.model.planner.walk import Integers
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol.planner import ProblemRecord
+from pathgene.sim.model.planner.walk import Integers
 
 
 __all__ = ["problem_vector", "sizes_vector"]
 
-#: Places of the fields of :class:`hdl.protocol.planner.ProblemRecord`, in their order.
+#: Places of the fields of :class:`pathgene.hdl.protocol.planner.ProblemRecord`, in their order.
 (
     START_X,
     START_Y,

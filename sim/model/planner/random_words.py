@@ -1,13 +1,13 @@
-"""Random words of the chip, compiled: :class:`sim.model.random_source.RandomSource`."""
+"""Random words of the chip, compiled: :class:`pathgene.sim.model.random_source.RandomSource`."""
 
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
 
-from hdl.protocol.random_words import LANES, WARM_UP_STEPS
-from sim.model.planner.compiled import compiled, inlined
-from sim.model.random_source import check_seed
+from pathgene.hdl.protocol.random_words import LANES, WARM_UP_STEPS
+from pathgene.sim.model.planner.compiled import compiled, inlined
+from pathgene.sim.model.random_source import check_seed
 
 
 __all__ = ["Words", "draw", "field", "source", "step"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from sim.model.planner.compiled import inlined
+from pathgene.sim.model.planner.compiled import inlined
 
 
 __all__ = ["root"]

@@ -1,22 +1,22 @@
-"""A run, compiled: :func:`sim.model.planner.definition.run.plan`, bit for bit."""
+"""A run, compiled: :func:`pathgene.sim.model.planner.definition.run.plan`, bit for bit."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from hdl.config import Config
-from hdl.protocol.planner import BLOCKS, FAR, ProblemRecord
-from hdl.protocol.runs import ISLANDS, Outcome, Population, RunOptions
-from sim.model.planner import cycles
-from sim.model.planner.breeder import breed
-from sim.model.planner.compiled import allocating, compiled
-from sim.model.planner.cycles import CYCLES, GENERATIONS, WALK
-from sim.model.planner.definition.run import NEVER, check_population
-from sim.model.planner.definition.score import corner_of
-from sim.model.planner.definition.warm import ahead
-from sim.model.planner.evaluation import GIVEN_UP, NO_LIMIT, evaluate
-from sim.model.planner.memo import empty_memo
-from sim.model.planner.problem import (
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol.planner import BLOCKS, FAR, ProblemRecord
+from pathgene.hdl.protocol.runs import ISLANDS, Outcome, Population, RunOptions
+from pathgene.sim.model.planner import cycles
+from pathgene.sim.model.planner.breeder import breed
+from pathgene.sim.model.planner.compiled import allocating, compiled
+from pathgene.sim.model.planner.cycles import CYCLES, GENERATIONS, WALK
+from pathgene.sim.model.planner.definition.run import NEVER, check_population
+from pathgene.sim.model.planner.definition.score import corner_of
+from pathgene.sim.model.planner.definition.warm import ahead
+from pathgene.sim.model.planner.evaluation import GIVEN_UP, NO_LIMIT, evaluate
+from pathgene.sim.model.planner.memo import empty_memo
+from pathgene.sim.model.planner.problem import (
     BLOCK_SHIFT,
     BLOCKED,
     CHILDREN,
@@ -28,12 +28,12 @@ from sim.model.planner.problem import (
     problem_vector,
     sizes_vector,
 )
-from sim.model.planner.random_words import Words, source
-from sim.model.planner.run_control_cycles import ROUTED, SCANNED
-from sim.model.planner.score import WORK_ROWS
-from sim.model.planner.seeds import lift, seed_path
-from sim.model.planner.walk import Ground, Integers
-from sim.model.planner.wavefront import (
+from pathgene.sim.model.planner.random_words import Words, source
+from pathgene.sim.model.planner.run_control_cycles import ROUTED, SCANNED
+from pathgene.sim.model.planner.score import WORK_ROWS
+from pathgene.sim.model.planner.seeds import lift, seed_path
+from pathgene.sim.model.planner.walk import Ground, Integers
+from pathgene.sim.model.planner.wavefront import (
     LEAST,
     PRICES,
     descend,
@@ -43,7 +43,7 @@ from sim.model.planner.wavefront import (
     measure_prices,
     spread,
 )
-from sim.model.planner.wavefront_cycles import launched, scanned
+from pathgene.sim.model.planner.wavefront_cycles import launched, scanned
 
 
 __all__ = ["WATCHED", "WATCHED_CYCLES", "WATCHED_GENERATIONS", "WATCHED_STOP", "plan"]
@@ -71,7 +71,7 @@ def plan(
     stop: int = NEVER,
     watched: Integers | None = None,
 ) -> Outcome:
-    """Plan a path: see :func:`sim.model.planner.definition.run.plan`.
+    """Plan a path: see :func:`pathgene.sim.model.planner.definition.run.plan`.
 
     ``watched``, (WATCHED,) int64 zeros, lets another thread see generations and cycles, and end
     each island with its present generation.

@@ -1,4 +1,4 @@
-"""Score of a path, compiled: :func:`sim.model.planner.definition.score.score`.
+"""Score of a path, compiled: :func:`pathgene.sim.model.planner.definition.score.score`.
 
 Every number fits 64 bits with its sign. For the largest configuration (map of 4096 cells, 16 bits
 of altitude, 64 waypoints) and the greatest value in every field: a segment is shorter than 2**21
@@ -15,7 +15,7 @@ import math
 
 import numpy as np
 
-from hdl.protocol.planner import (
+from pathgene.hdl.protocol.planner import (
     ALTITUDE_FRACTION,
     EXCESS_BITS,
     MAX_HALF_TURN,
@@ -29,8 +29,8 @@ from hdl.protocol.planner import (
     TURN_FRACTION,
     turn_table,
 )
-from sim.model.planner.compiled import compiled, inlined
-from sim.model.planner.problem import (
+from pathgene.sim.model.planner.compiled import compiled, inlined
+from pathgene.sim.model.planner.problem import (
     BASE,
     CLIMB,
     DESCENT,
@@ -49,8 +49,8 @@ from sim.model.planner.problem import (
     Y_LIMIT,
     Y_SCALE,
 )
-from sim.model.planner.problem import RISE as RISE_FIELD
-from sim.model.planner.walk import Integers
+from pathgene.sim.model.planner.problem import RISE as RISE_FIELD
+from pathgene.sim.model.planner.walk import Integers
 
 
 __all__ = [
@@ -99,7 +99,7 @@ def scaled(difference: int, scale: int) -> int:
 def _root(square: int) -> int:
     """Return the square root of ``square``, 0..2**52 - 1, rounded down.
 
-    See :func:`sim.model.planner.root.root`.
+    See :func:`pathgene.sim.model.planner.root.root`.
     """
     return int(math.sqrt(square))
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 
-from hdl.config import Config
-from hdl.planner.scorer.widths import TURN_BITS, Widths
-from hdl.protocol.planner import (
+from pathgene.hdl.config import Config
+from pathgene.hdl.planner.scorer.widths import TURN_BITS, Widths
+from pathgene.hdl.protocol.planner import (
     DRAG_FRACTION,
     FUEL_BITS,
     RADIUS_BITS,
@@ -21,7 +21,7 @@ from hdl.protocol.planner import (
     SHARPEST_BITS,
     TURN_FRACTION,
 )
-from sim.model.planner.compiled import inlined
+from pathgene.sim.model.planner.compiled import inlined
 
 
 __all__ = ["ScorerCycles", "freed", "launched"]

@@ -1,20 +1,20 @@
-"""First paths of an island, compiled: :mod:`sim.model.planner.definition.seeds`."""
+"""First paths of an island, compiled: :mod:`pathgene.sim.model.planner.definition.seeds`."""
 
 from __future__ import annotations
 
-from hdl.protocol.planner import SEED_WAYPOINTS
-from sim.model.planner.breeder import clamp
-from sim.model.planner.compiled import compiled
-from sim.model.planner.problem import (
+from pathgene.hdl.protocol.planner import SEED_WAYPOINTS
+from pathgene.sim.model.planner.breeder import clamp
+from pathgene.sim.model.planner.compiled import compiled
+from pathgene.sim.model.planner.problem import (
     ALTITUDE_LIMIT,
     BOX_STEPS,
     MAX_WAYPOINTS,
     X_LIMIT,
     Y_LIMIT,
 )
-from sim.model.planner.random_words import Words, draw, field, step
-from sim.model.planner.walk import Integers
-from sim.model.planner.wavefront import LOWEST_X, LOWEST_Y
+from pathgene.sim.model.planner.random_words import Words, draw, field, step
+from pathgene.sim.model.planner.walk import Integers
+from pathgene.sim.model.planner.wavefront import LOWEST_X, LOWEST_Y
 
 
 __all__ = ["lift", "seed_path"]

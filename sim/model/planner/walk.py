@@ -1,9 +1,10 @@
 """Walk of a segment over the lattice of corners, compiled.
 
-:func:`sim.model.planner.definition.walk.walk` without a division per corner: x, y and the altitude
-advance by steps with 32 more bits. Each step is a little too large, by at most 2**-32. After at
-most 4095 steps x, y and the altitude are too large by less than 2**-20. The definition rounds
-multiples of 1 / (2 n) down, where n is at most 4095: these are rounded down to the same numbers.
+:func:`pathgene.sim.model.planner.definition.walk.walk` without a division per corner: x, y and the
+altitude advance by steps with 32 more bits. Each step is a little too large, by at most 2**-32.
+After at most 4095 steps x, y and the altitude are too large by less than 2**-20. The definition
+rounds multiples of 1 / (2 n) down, where n is at most 4095: these are rounded down to the same
+numbers.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from sim.model.planner.compiled import compiled
+from pathgene.sim.model.planner.compiled import compiled
 
 
 __all__ = ["Ground", "Integers", "walk"]

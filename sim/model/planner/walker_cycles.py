@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from sim.model.planner.compiled import inlined
+from pathgene.sim.model.planner.compiled import inlined
 
 
 __all__ = ["FRONT", "MEMO_HIT", "back", "cost", "walked", "walking"]

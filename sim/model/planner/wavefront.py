@@ -1,10 +1,10 @@
-"""Wavefront over blocks of the map, compiled: :mod:`sim.model.planner.definition.wavefront`."""
+"""Wavefront over blocks of the map, compiled: ``wavefront``."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from hdl.protocol.planner import (
+from pathgene.hdl.protocol.planner import (
     ALTITUDE_FRACTION,
     BLOCKS,
     FAR,
@@ -13,8 +13,8 @@ from hdl.protocol.planner import (
     SWEEPS,
     VALUE_BITS,
 )
-from sim.model.planner.compiled import compiled, inlined
-from sim.model.planner.problem import (
+from pathgene.sim.model.planner.compiled import compiled, inlined
+from pathgene.sim.model.planner.problem import (
     ALTITUDE_BITS,
     BASE,
     BLOCK_SHIFT,
@@ -28,9 +28,9 @@ from sim.model.planner.problem import (
     X_SCALE,
     Y_SCALE,
 )
-from sim.model.planner.root import root
-from sim.model.planner.score import scaled
-from sim.model.planner.walk import Ground, Integers
+from pathgene.sim.model.planner.root import root
+from pathgene.sim.model.planner.score import scaled
+from pathgene.sim.model.planner.walk import Ground, Integers
 
 
 __all__ = [
@@ -71,7 +71,7 @@ def measure_prices(
 ) -> None:
     """Write the constants of the costs of steps, (11,) int64.
 
-    See :class:`sim.model.planner.definition.wavefront.Prices`.
+    See :class:`pathgene.sim.model.planner.definition.wavefront.Prices`.
     """
     fraction = sizes[ALTITUDE_BITS] - 4
     distance_bits = max(sizes[COORDINATE_BITS] - 5, 0) + POSITION_FRACTION + 1

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from hdl.protocol.planner import BLOCKS
-from sim.model.planner.compiled import inlined
+from pathgene.hdl.protocol.planner import BLOCKS
+from pathgene.sim.model.planner.compiled import inlined
 
 
 __all__ = [

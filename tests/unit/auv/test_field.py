@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
-from host.auv.field import AuvField, Base, delta, route_terms, whole_angle
-from host.auv.landscape import height
-from host.auv.measures import least_angle, seabed, slope
-from host.auv.plan import evolve
-from host.errors import InputError
-from host.planners.routes.field import Graph, Route, Segments
+from pathgene.host.auv.field import AuvField, Base, delta, route_terms, whole_angle
+from pathgene.host.auv.landscape import height
+from pathgene.host.auv.measures import least_angle, seabed, slope
+from pathgene.host.auv.plan import evolve
+from pathgene.host.errors import InputError
+from pathgene.host.planners.routes.field import Graph, Route, Segments
 
 
 def drawn(seed, segments=30):

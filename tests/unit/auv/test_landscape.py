@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from host.auv.landscape import height, raw_height, scale
-from host.auv.measures import height as compiled_height
-from host.auv.measures import seabed
-from host.errors import InputError
+from pathgene.host.auv.landscape import height, raw_height, scale
+from pathgene.host.auv.measures import height as compiled_height
+from pathgene.host.auv.measures import seabed
+from pathgene.host.errors import InputError
 
 
 def test_equations_one_and_two():

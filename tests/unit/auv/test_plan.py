@@ -4,8 +4,8 @@ import itertools
 
 import pytest
 
-from host.auv.field import AuvField
-from host.auv.plan import REPORT_SAMPLES, describe, evolve, terms
+from pathgene.host.auv.field import AuvField
+from pathgene.host.auv.plan import REPORT_SAMPLES, describe, evolve, terms
 
 
 def best(landscape, planner, seed, generations):

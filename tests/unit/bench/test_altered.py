@@ -7,30 +7,32 @@ from pathlib import Path
 
 import pytest
 
-import hdl.protocol.planner
+import pathgene.hdl.protocol.planner
 from bench.altered import Alteration
 from bench.chip_ablation import CHANGES
 
 
-ALTERATION = Alteration("hdl.protocol.planner", "SEED_WAYPOINTS = 4, 16", "SEED_WAYPOINTS = 4, 8")
+ALTERATION = Alteration(
+    "pathgene.hdl.protocol.planner", "SEED_WAYPOINTS = 4, 16", "SEED_WAYPOINTS = 4, 8"
+)
 
 
 def seed_waypoints():
     # Imported where it is altered.
-    from hdl.protocol import planner
+    from pathgene.hdl.protocol import planner
 
-    return planner.SEED_WAYPOINTS, hdl.protocol.planner.SEED_WAYPOINTS
+    return planner.SEED_WAYPOINTS, pathgene.hdl.protocol.planner.SEED_WAYPOINTS
 
 
 def test_a_process_has_the_altered_module(tmp_path):
     spawn = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(1, spawn, initializer=ALTERATION.apply, initargs=(tmp_path,)) as pool:
         assert pool.submit(seed_waypoints).result() == ((4, 8), (4, 8))
-    assert hdl.protocol.planner.SEED_WAYPOINTS == (4, 16)
+    assert pathgene.hdl.protocol.planner.SEED_WAYPOINTS == (4, 16)
 
 
 def test_an_imported_module_cannot_be_altered(tmp_path):
-    with pytest.raises(ValueError, match=r"^hdl.protocol.planner cannot be altered$"):
+    with pytest.raises(ValueError, match=r"^pathgene.hdl.protocol.planner cannot be altered$"):
         ALTERATION.apply(tmp_path)
 
 

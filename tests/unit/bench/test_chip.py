@@ -7,8 +7,8 @@ import pytest
 from bench import chip, chip_ablation, chip_replans, chip_runs
 from bench.chip_runs import Outcome, share, through_terrains
 from bench.report import Options
-from hdl.protocol.runs import RunOptions
-from host.errors import InputError
+from pathgene.hdl.protocol.runs import RunOptions
+from pathgene.host.errors import InputError
 from tests.pool import Pool
 
 

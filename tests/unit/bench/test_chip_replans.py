@@ -10,7 +10,7 @@ from bench import chip_replans
 from bench.chip_replans import ROWS, scenario
 from bench.report import Options
 from bench.scenarios import problem
-from host.errors import InputError
+from pathgene.host.errors import InputError
 from tests.pool import Pool
 
 

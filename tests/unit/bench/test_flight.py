@@ -9,8 +9,8 @@ from bench.flight import PLANNED, Row, rows, run
 from bench.kept import Kept
 from bench.report import Options
 from bench.scenarios import names
-from host.errors import InputError
-from host.planners import make
+from pathgene.host.errors import InputError
+from pathgene.host.planners import make
 
 
 def test_rows_are_all_maps_aircraft_weathers_and_modes():

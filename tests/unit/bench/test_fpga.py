@@ -12,9 +12,9 @@ from bench.fpga.boards import board_jobs, device_of, lanes_jobs
 from bench.fpga.job import Job, Measured, digest_of, without_names
 from bench.fpga.store import Store, Table
 from bench.fpga.units import paper_jobs, unit_jobs
-from hdl.boards import find_board
-from hdl.boards.tools import BuildError
-from host.errors import PathgeneError
+from pathgene.hdl.boards import find_board
+from pathgene.hdl.boards.tools import BuildError
+from pathgene.host.errors import PathgeneError
 from tools.netlist import Netlist
 
 

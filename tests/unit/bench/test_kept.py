@@ -6,7 +6,7 @@ import pytest
 
 from bench import kept
 from bench.kept import Kept, paste
-from host.errors import InputError
+from pathgene.host.errors import InputError
 
 
 def test_results_outlive_the_run_until_their_sources_change(tmp_path, monkeypatch):

@@ -4,8 +4,8 @@ import pytest
 
 from bench import onboard
 from bench.report import Options
-from host.evaluation import Evaluator
-from host.planners.counting import CAUSES
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners.counting import CAUSES
 
 
 pytestmark = pytest.mark.ci  # Smoke test of a benchmark.

@@ -11,7 +11,7 @@ from bench.peers.optimizers import OPTIMIZERS, POPULATION
 from bench.peers.rrt import PLANNERS, solve
 from bench.report import Options
 from bench.scenarios import problem_at_one_cell
-from host.evaluation import Evaluator
+from pathgene.host.evaluation import Evaluator
 
 
 pytestmark = pytest.mark.ci  # Smoke test of a benchmark.

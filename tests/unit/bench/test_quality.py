@@ -7,8 +7,8 @@ import pytest
 from bench.__main__ import main
 from bench.quality import VARIANTS, _compile, _plan, _row, run
 from bench.report import Options
-from host.errors import InputError
-from host.planners import PLANNERS, make
+from pathgene.host.errors import InputError
+from pathgene.host.planners import PLANNERS, make
 
 
 def test_every_planner_takes_part_from_every_start():

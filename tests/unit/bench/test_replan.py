@@ -10,10 +10,10 @@ from bench import replan, replan_scenarios
 from bench.replan import ROWS, YARDSTICK, _first_plan, fly_row, run
 from bench.replan_scenarios import KINDS, draw_mission, draw_scenario, terrain_of
 from bench.report import Options
-from host.errors import InputError
-from host.evaluation import Evaluator
-from host.planning import Search
-from host.replanning.planner import InFlightPlanner
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planning import Search
+from pathgene.host.replanning.planner import InFlightPlanner
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ import pytest
 
 from bench import roberge_speed, roberge_table4
 from bench.report import Options
-from host.cores import available_cores
+from pathgene.host.cores import available_cores
 
 
 pytestmark = pytest.mark.ci  # Smoke test of a benchmark.

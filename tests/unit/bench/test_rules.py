@@ -7,8 +7,8 @@ import pytest
 from bench import rules
 from bench.quality import VARIANTS
 from bench.rules import ENTRANTS, Timed, _ratios, clearance_table, long_problem, strict_table
-from host.problem.rules import Rules
-from host.problem.zones import Circle, Polygon
+from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.zones import Circle, Polygon
 
 
 def mean_of(values):

@@ -14,8 +14,8 @@ from bench.kept import paste
 from bench.report import Options
 from bench.safety import CLEARANCES, PAGE, Row, _report, rows, run
 from bench.scenarios import names
-from host.errors import InputError
-from host.planners import PLANNERS
+from pathgene.host.errors import InputError
+from pathgene.host.planners import PLANNERS
 
 
 ROOT = Path(__file__).resolve().parents[3]

@@ -8,12 +8,12 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.boards import BOARDS, chip, chips_of, find_board
-from hdl.boards.board import Board, ChipKind
-from hdl.boards.build import prepare
-from hdl.boards.chip import Chip
-from hdl.boards.pll import Ecp5Pll, Ice40Pll, Series7Pll
-from hdl.config import CheckerBuild, GeneticCore
+from pathgene.hdl.boards import BOARDS, chip, chips_of, find_board
+from pathgene.hdl.boards.board import Board, ChipKind
+from pathgene.hdl.boards.build import prepare
+from pathgene.hdl.boards.chip import Chip
+from pathgene.hdl.boards.pll import Ecp5Pll, Ice40Pll, Series7Pll
+from pathgene.hdl.config import CheckerBuild, GeneticCore
 
 
 #: Every board with each of its chips.

@@ -11,12 +11,12 @@ from types import SimpleNamespace
 
 import pytest
 
-from hdl.boards import build as flow
-from hdl.boards import find_board
-from hdl.boards import route as routing
-from hdl.boards.build import build, main
-from hdl.boards.route import Routed, route
-from hdl.boards.tools import BuildError, tool_path
+from pathgene.hdl.boards import build as flow
+from pathgene.hdl.boards import find_board
+from pathgene.hdl.boards import route as routing
+from pathgene.hdl.boards.build import build, main
+from pathgene.hdl.boards.route import Routed, route
+from pathgene.hdl.boards.tools import BuildError, tool_path
 
 
 # Whatever seed its file names.

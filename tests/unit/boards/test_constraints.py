@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from hdl.boards import BOARDS, chips_of, find_board
-from hdl.config import Config
+from pathgene.hdl.boards import BOARDS, chips_of, find_board
+from pathgene.hdl.config import Config
 
 
 ROOT = Path(__file__).parents[3] / "constraints"

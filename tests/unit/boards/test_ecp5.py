@@ -8,11 +8,11 @@ from amaranth.back import verilog
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.boards import BOARDS, find_board
-from hdl.boards.board import ChipKind
-from hdl.boards.ecp5 import KEEP_FANOUT, OVERRIDES, PLANNER_OVERRIDES, SYNTHESIS
-from hdl.boards.tools import run_tool
-from hdl.primitives.fanout import fanout
+from pathgene.hdl.boards import BOARDS, find_board
+from pathgene.hdl.boards.board import ChipKind
+from pathgene.hdl.boards.ecp5 import KEEP_FANOUT, OVERRIDES, PLANNER_OVERRIDES, SYNTHESIS
+from pathgene.hdl.boards.tools import run_tool
+from pathgene.hdl.primitives.fanout import fanout
 
 
 class Copied(wiring.Component):

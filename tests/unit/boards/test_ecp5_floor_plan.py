@@ -4,17 +4,17 @@ import re
 
 import pytest
 
-from hdl.boards import BOARDS, chips_of, find_board
-from hdl.boards.board import ChipKind
-from hdl.boards.build import prepare
-from hdl.boards.ecp5_floor_plan import (
+from pathgene.hdl.boards import BOARDS, chips_of, find_board
+from pathgene.hdl.boards.board import ChipKind
+from pathgene.hdl.boards.build import prepare
+from pathgene.hdl.boards.ecp5_floor_plan import (
     MAP_SITES,
     OTHER_SITES,
     PLANNER_FLOOR_PLAN,
     PLANNER_MAP_SITES,
     floor_plan,
 )
-from hdl.config import CheckerBuild, Config
+from pathgene.hdl.config import CheckerBuild, Config
 
 
 def test_sites_are_different():

@@ -8,13 +8,13 @@ from types import SimpleNamespace
 import pytest
 from amaranth.back import verilog
 
-from hdl.boards.ecp5_cells import Ecp5Cells
-from hdl.boards.ecp5_floor_plan import MAP_SITES
-from hdl.boards.ecp5_memory import Ecp5Memory
-from hdl.config import Config
-from hdl.feasibility.map_memory import MapMemory
-from hdl.feasibility.parallel.terrain_memory import TerrainMemory
-from hdl.primitives.block_memory import BlockMemory
+from pathgene.hdl.boards.ecp5_cells import Ecp5Cells
+from pathgene.hdl.boards.ecp5_floor_plan import MAP_SITES
+from pathgene.hdl.boards.ecp5_memory import Ecp5Memory
+from pathgene.hdl.config import Config
+from pathgene.hdl.feasibility.map_memory import MapMemory
+from pathgene.hdl.feasibility.parallel.terrain_memory import TerrainMemory
+from pathgene.hdl.primitives.block_memory import BlockMemory
 from tests.ecp5_twins import ECP5, twins_of
 
 

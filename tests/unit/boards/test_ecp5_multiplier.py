@@ -4,7 +4,7 @@
 import pytest
 from amaranth.back import verilog
 
-from hdl.primitives.multiplier import Multiplier
+from pathgene.hdl.primitives.multiplier import Multiplier
 from tests.ecp5_twins import ECP5, twins_of
 
 

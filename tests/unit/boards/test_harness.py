@@ -7,7 +7,7 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.boards.harness import Harness
+from pathgene.hdl.boards.harness import Harness
 from tests.streams import simulate
 
 

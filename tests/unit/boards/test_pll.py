@@ -2,7 +2,7 @@
 
 import pytest
 
-from hdl.boards.pll import Ecp5Pll, Ice40Pll, Series7Pll
+from pathgene.hdl.boards.pll import Ecp5Pll, Ice40Pll, Series7Pll
 
 
 @pytest.mark.parametrize(

@@ -1,9 +1,9 @@
 # amaranth: UnusedElaboratable=no
 """Bench of the command receiver, which drives it as the control unit does."""
 
-from hdl.command.receiver import CommandReceiver
-from hdl.config import CheckerBuild
-from hdl.protocol import (
+from pathgene.hdl.command.receiver import CommandReceiver
+from pathgene.hdl.config import CheckerBuild
+from pathgene.hdl.protocol import (
     Command,
     Status,
     StickyError,

@@ -5,10 +5,10 @@ import random
 
 import pytest
 
-from hdl.command.cell_parser import CellParser
-from hdl.config import Config
-from hdl.layouts import struct
-from hdl.protocol import Status, map_request, pack_cells
+from pathgene.hdl.command.cell_parser import CellParser
+from pathgene.hdl.config import Config
+from pathgene.hdl.layouts import struct
+from pathgene.hdl.protocol import Status, map_request, pack_cells
 from tests.payloads import hand_over
 from tests.streams import collect
 from tests.wrong_sizes import check_sizes

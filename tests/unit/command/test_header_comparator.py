@@ -2,7 +2,7 @@
 
 from amaranth.sim import Simulator
 
-from hdl.command.header_comparator import HeaderComparator
+from pathgene.hdl.command.header_comparator import HeaderComparator
 
 
 def compare(cases):

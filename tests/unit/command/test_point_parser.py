@@ -5,9 +5,9 @@ import random
 
 import pytest
 
-from hdl.command.point_parser import PointParser
-from hdl.config import Config
-from hdl.protocol import Status, pack_paths
+from pathgene.hdl.command.point_parser import PointParser
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol import Status, pack_paths
 from tests.payloads import hand_over
 from tests.streams import collect
 from tests.wrong_sizes import check_sizes

@@ -5,8 +5,8 @@ import random
 
 import pytest
 
-from hdl.command.ranking_parser import RankingParser
-from hdl.protocol import Status
+from pathgene.hdl.command.ranking_parser import RankingParser
+from pathgene.hdl.protocol import Status
 from tests.payloads import hand_over
 from tests.streams import collect
 

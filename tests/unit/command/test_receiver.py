@@ -3,9 +3,9 @@
 
 import pytest
 
-from hdl.command.layouts import AnswerKind
-from hdl.command.receiver import CommandReceiver
-from hdl.protocol import (
+from pathgene.hdl.command.layouts import AnswerKind
+from pathgene.hdl.command.receiver import CommandReceiver
+from pathgene.hdl.protocol import (
     Command,
     LinkMode,
     Status,

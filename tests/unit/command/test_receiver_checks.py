@@ -3,8 +3,8 @@
 
 import pytest
 
-from hdl.command.layouts import AnswerKind
-from hdl.protocol import (
+from pathgene.hdl.command.layouts import AnswerKind
+from pathgene.hdl.protocol import (
     CheckFlag,
     Command,
     Status,

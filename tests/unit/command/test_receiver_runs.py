@@ -7,13 +7,13 @@ from functools import partial
 import numpy as np
 import pytest
 
-from hdl.command.layouts import AnswerKind
-from hdl.protocol import Command, Status, StickyError, map_request, pack_cells
-from hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
-from hdl.protocol.planner import EDGES, NoFlyShape, no_fly_request, problem_request
-from hdl.protocol.runs import RunOptions, run_request
-from sim.model.chip import ChipModel
-from sim.model.frames import FrameReceiverModel
+from pathgene.hdl.command.layouts import AnswerKind
+from pathgene.hdl.protocol import Command, Status, StickyError, map_request, pack_cells
+from pathgene.hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
+from pathgene.hdl.protocol.planner import EDGES, NoFlyShape, no_fly_request, problem_request
+from pathgene.hdl.protocol.runs import RunOptions, run_request
+from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.frames import FrameReceiverModel
 from tests.fuzz import Fuzz
 from tests.planner_cases import LARGE, SMALL, USUAL, any_record, headed, record, shape
 from tests.refusals import run_refusals

@@ -3,12 +3,12 @@
 
 import pytest
 
-from hdl.command.field_decoder import FieldDecoder, request_fields
-from hdl.command.path_parser import PathParser
-from hdl.command.payload_dispatcher import PayloadDispatcher
-from hdl.command.ranking_parser import RankingParser
-from hdl.command.waypoint_assembler import WaypointAssembler
-from hdl.config import Config
+from pathgene.hdl.command.field_decoder import FieldDecoder, request_fields
+from pathgene.hdl.command.path_parser import PathParser
+from pathgene.hdl.command.payload_dispatcher import PayloadDispatcher
+from pathgene.hdl.command.ranking_parser import RankingParser
+from pathgene.hdl.command.waypoint_assembler import WaypointAssembler
+from pathgene.hdl.config import Config
 from tests.wrong_sizes import check_sizes
 
 

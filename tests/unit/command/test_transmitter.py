@@ -6,10 +6,10 @@ import zlib
 
 import pytest
 
-from hdl.command.layouts import AnswerKind
-from hdl.command.transmitter import ReplyTransmitter
-from hdl.config import CheckerBuild, Config
-from hdl.protocol import (
+from pathgene.hdl.command.layouts import AnswerKind
+from pathgene.hdl.command.transmitter import ReplyTransmitter
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.protocol import (
     Status,
     check_reply,
     counters_reply,

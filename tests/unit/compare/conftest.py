@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from host.compare.entrants import parse_entrants
-from host.compare.statistics import compare_two, describe
-from host.problem.problem import Problem
-from host.problem.zones import Circle
-from host.terrain import Terrain
+from pathgene.host.compare.entrants import parse_entrants
+from pathgene.host.compare.statistics import compare_two, describe
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Circle
+from pathgene.host.terrain import Terrain
 
 
 @pytest.fixture(scope="session")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from host.compare.convergence import band, same_generations, work_of
+from pathgene.host.compare.convergence import band, same_generations, work_of
 
 from .conftest import made_up_runs
 

@@ -2,9 +2,9 @@
 
 import pytest
 
-from host.compare.entrants import parse_entrants, planner_names, split_label
-from host.errors import InputError
-from host.planners import PLANNERS
+from pathgene.host.compare.entrants import parse_entrants, planner_names, split_label
+from pathgene.host.errors import InputError
+from pathgene.host.planners import PLANNERS
 
 
 def test_defaults_are_the_planners(entrants):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from host.compare.picture import draw, write
+from pathgene.host.compare.picture import draw, write
 from tests.pictures import assert_texts_apart, texts_of
 
 from .conftest import made_up_runs

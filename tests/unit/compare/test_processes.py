@@ -7,8 +7,8 @@ import sys
 
 import pytest
 
-from host.compare.runs import Task, run_in_processes, run_on_cluster
-from host.errors import InputError, JobError
+from pathgene.host.compare.runs import Task, run_in_processes, run_on_cluster
+from pathgene.host.errors import InputError, JobError
 
 
 def tasks_of(entrants, seeds):
@@ -93,7 +93,7 @@ def test_reports_the_loss_of_the_scheduler(problem, entrants, distributed):
 
 
 def test_reports_a_missing_scheduler(problem, entrants, distributed, monkeypatch):
-    monkeypatch.setattr("host.workers.cluster._CONNECT_TIMEOUT_S", 0.5)
+    monkeypatch.setattr("pathgene.host.workers.cluster._CONNECT_TIMEOUT_S", 0.5)
     with pytest.raises(InputError) as caught:
         next(run_on_cluster(problem, tasks_of(entrants, range(1)), "tcp://127.0.0.1:9", 1))
     assert str(caught.value).startswith("No Dask scheduler answers at 'tcp://127.0.0.1:9' (")

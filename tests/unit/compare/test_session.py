@@ -6,15 +6,15 @@ import json
 
 import pytest
 
-from host.compare.entrants import parse_entrants
-from host.compare.report import document
-from host.compare.runs import Outcome, Task, execute, run_in_processes
-from host.compare.session import RunProgress, complete, kept
-from host.compare.store import RunStore
-from host.compare.write import write_report
-from host.errors import InputError, JobError
-from host.evaluation import Evaluator
-from host.planners import PLANNERS, Entry, make
+from pathgene.host.compare.entrants import parse_entrants
+from pathgene.host.compare.report import document
+from pathgene.host.compare.runs import Outcome, Task, execute, run_in_processes
+from pathgene.host.compare.session import RunProgress, complete, kept
+from pathgene.host.compare.store import RunStore
+from pathgene.host.compare.write import write_report
+from pathgene.host.errors import InputError, JobError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners import PLANNERS, Entry, make
 
 
 class Unlucky:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from host.compare.statistics import compare_two, describe
+from pathgene.host.compare.statistics import compare_two, describe
 
 from .conftest import made_up_runs
 

@@ -6,12 +6,12 @@ import json
 
 import pytest
 
-from host.compare.digest import problem_digest
-from host.compare.entrants import parse_entrants
-from host.compare.store import RunStore
-from host.errors import InputError
-from host.files.disk import using
-from host.problem.zones import Circle
+from pathgene.host.compare.digest import problem_digest
+from pathgene.host.compare.entrants import parse_entrants
+from pathgene.host.compare.store import RunStore
+from pathgene.host.errors import InputError
+from pathgene.host.files.disk import using
+from pathgene.host.problem.zones import Circle
 from tools.faults.disk import FaultyDisk, Killed
 
 

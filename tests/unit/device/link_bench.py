@@ -1,10 +1,10 @@
 """A link, a correct chip, and faulty lines between them."""
 
-from hdl.config import Config
-from hdl.protocol import Command, Status
-from hdl.protocol.codec import encode_frame
-from host.device.link import Link
-from sim.model.frames import FrameReceiverModel
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol import Command, Status
+from pathgene.hdl.protocol.codec import encode_frame
+from pathgene.host.device.link import Link
+from pathgene.sim.model.frames import FrameReceiverModel
 from tests.faults import FaultyTransport, VirtualClock
 
 
@@ -14,7 +14,7 @@ CONFIG = Config(receive_buffer=256)
 
 
 class Recorder:
-    """A chip that follows :mod:`hdl.protocol` and records every command it executes.
+    """A chip that follows :mod:`pathgene.hdl.protocol` and records every command it executes.
 
     It replies with the payload of the command, to the payload ``!`` with ``BAD_VALUE``, and to READ
     with as many bytes as its payload requests.

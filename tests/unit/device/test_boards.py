@@ -11,15 +11,15 @@ import tty
 
 import pytest
 
-from hdl.config import Config, GeneticCore, SurvivorSelection
-from host.device import boards
-from host.device.boards import entered, known_config, open_board, url_of
-from host.device.link import LinkError, LinkTimeoutError
-from host.device.schemes import split_config
-from host.device.serial_scheme import SerialScheme
-from host.errors import InputError
-from sim.board.scheme import start_simulated
-from sim.model.chip import ChipModel
+from pathgene.hdl.config import Config, GeneticCore, SurvivorSelection
+from pathgene.host.device import boards
+from pathgene.host.device.boards import entered, known_config, open_board, url_of
+from pathgene.host.device.link import LinkError, LinkTimeoutError
+from pathgene.host.device.schemes import split_config
+from pathgene.host.device.serial_scheme import SerialScheme
+from pathgene.host.errors import InputError
+from pathgene.sim.board.scheme import start_simulated
+from pathgene.sim.model.chip import ChipModel
 from tests.chips import SMALL, board_url
 
 

@@ -5,15 +5,15 @@ import random
 
 import pytest
 
-from hdl.command.layouts import AnswerKind
-from hdl.command.receiver import CommandReceiver
-from hdl.config import CheckerBuild, Config, GeneticCore
-from hdl.protocol import Command, Status, StickyError, config_from_info, info_values
-from host.device.chip import Chip
-from host.device.link import Link, RefusedError
-from host.errors import InputError
-from sim.model.chip import ChipModel
-from sim.model.port import ModelPort
+from pathgene.hdl.command.layouts import AnswerKind
+from pathgene.hdl.command.receiver import CommandReceiver
+from pathgene.hdl.config import CheckerBuild, Config, GeneticCore
+from pathgene.hdl.protocol import Command, Status, StickyError, config_from_info, info_values
+from pathgene.host.device.chip import Chip
+from pathgene.host.device.link import Link, RefusedError
+from pathgene.host.errors import InputError
+from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.port import ModelPort
 from tests.chips import CHECKING, random_path
 from tests.unit.command.receiver_bench import CHECKING as BENCH
 from tests.unit.command.receiver_bench import Chip as Bench

@@ -4,12 +4,12 @@ import re
 
 import pytest
 
-from hdl.config import CheckerBuild, Config
-from host.device import checker_boards
-from host.device.checker_boards import order_board, require_checker
-from host.device.checker_modes import MODES
-from host.device.schemes import BoardScheme
-from host.errors import InputError
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.host.device import checker_boards
+from pathgene.host.device.checker_boards import order_board, require_checker
+from pathgene.host.device.checker_modes import MODES
+from pathgene.host.device.schemes import BoardScheme
+from pathgene.host.errors import InputError
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hdl.config import Config
-from hdl.protocol import (
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol import (
     BODY_HEADER_BYTES,
     VERSION,
     Command,
@@ -18,15 +18,15 @@ from hdl.protocol import (
     pack_paths,
     write_request,
 )
-from hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
-from host.device.chip import Chip, Step
-from host.device.link import Link, RefusedError
-from host.device.waypoints import pack_waypoints, unpack_waypoints
-from host.errors import InputError
-from sim.model.chip import ChipModel
-from sim.model.core import Core
-from sim.model.mutation import Limits
-from sim.model.port import ModelPort
+from pathgene.hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
+from pathgene.host.device.chip import Chip, Step
+from pathgene.host.device.link import Link, RefusedError
+from pathgene.host.device.waypoints import pack_waypoints, unpack_waypoints
+from pathgene.host.errors import InputError
+from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.core import Core
+from pathgene.sim.model.mutation import Limits
+from pathgene.sim.model.port import ModelPort
 from tests.chips import SMALL, random_paths
 
 

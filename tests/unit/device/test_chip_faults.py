@@ -4,12 +4,12 @@ import random
 
 import pytest
 
-from hdl.config import Config
-from hdl.protocol import LinkMode
-from host.device.chip import Chip
-from host.device.link import Link
-from sim.model.chip import ChipModel
-from sim.model.port import ModelPort
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol import LinkMode
+from pathgene.host.device.chip import Chip
+from pathgene.host.device.link import Link
+from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.port import ModelPort
 from tests.faults import ByteFaults, FaultyTransport, VirtualClock
 
 

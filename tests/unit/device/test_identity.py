@@ -4,12 +4,12 @@ import re
 
 import pytest
 
-from hdl.config import Config
-from hdl.protocol import info_reply, info_values
-from host.device.identity import built_config, request_info
-from host.device.link import Link
-from host.errors import InputError
-from sim.model.chip import ChipModel
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol import info_reply, info_values
+from pathgene.host.device.identity import built_config, request_info
+from pathgene.host.device.link import Link
+from pathgene.host.errors import InputError
+from pathgene.sim.model.chip import ChipModel
 from tests.chips import SMALL
 from tests.faults import FaultyTransport, VirtualClock
 

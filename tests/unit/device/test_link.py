@@ -4,9 +4,9 @@ import re
 
 import pytest
 
-from hdl.protocol import CRC_BYTES, Command, Status
-from host.device.link import Link, LinkError, LinkTimeoutError, RefusedError
-from sim.model.frames import FrameReceiverModel
+from pathgene.hdl.protocol import CRC_BYTES, Command, Status
+from pathgene.host.device.link import Link, LinkError, LinkTimeoutError, RefusedError
+from pathgene.sim.model.frames import FrameReceiverModel
 from tests.faults import FaultyTransport, VirtualClock
 from tests.unit.device.link_bench import (
     CONFIG,

@@ -5,13 +5,13 @@ import re
 
 import pytest
 
-from hdl.config import Config
-from hdl.protocol import Command, LinkMode, info_reply
-from hdl.protocol.codec import encode_frame
-from host.device.link import Link, LinkError, LinkTimeoutError
-from host.errors import JobError
-from sim.model.chip import ChipModel
-from sim.model.core import Limits
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol import Command, LinkMode, info_reply
+from pathgene.hdl.protocol.codec import encode_frame
+from pathgene.host.device.link import Link, LinkError, LinkTimeoutError
+from pathgene.host.errors import JobError
+from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.core import Limits
 from tests.faults import ByteFaults, FaultyTransport, FrameFaults, VirtualClock
 from tests.unit.device.link_bench import (
     CONFIG,

@@ -4,9 +4,9 @@ import re
 
 import pytest
 
-from hdl.protocol import Command, Status
-from hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
-from host.device.link import Link, LinkTimeoutError, RefusedError
+from pathgene.hdl.protocol import Command, Status
+from pathgene.hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
+from pathgene.host.device.link import Link, LinkTimeoutError, RefusedError
 from tests.faults import FaultyTransport, VirtualClock
 from tests.unit.device.link_bench import FIRST, Recorder, Script, connect
 

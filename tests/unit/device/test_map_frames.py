@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from hdl.config import Config
-from hdl.protocol import map_request, unpack_cells
-from host.device.map_frames import changed_parts, map_frames, padded_map
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol import map_request, unpack_cells
+from pathgene.host.device.map_frames import changed_parts, map_frames, padded_map
 from tests.chips import CHECKERS
 
 

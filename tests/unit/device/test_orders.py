@@ -5,14 +5,14 @@ import itertools
 import numpy as np
 import pytest
 
-from hdl.protocol import Command, Status
-from hdl.protocol.runs import RunOptions
-from host.device.chip import Chip
-from host.device.link import Link, LinkError, LinkTimeoutError, RefusedError
-from host.device.orders import Orders
-from host.device.runs import Runs
-from sim.model.chip import ChipModel
-from sim.model.port import ModelPort
+from pathgene.hdl.protocol import Command, Status
+from pathgene.hdl.protocol.runs import RunOptions
+from pathgene.host.device.chip import Chip
+from pathgene.host.device.link import Link, LinkError, LinkTimeoutError, RefusedError
+from pathgene.host.device.orders import Orders
+from pathgene.host.device.runs import Runs
+from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.port import ModelPort
 from tests.planner_cases import SMALL, ground, record, shape
 from tests.unit.device.link_bench import FIRST, Script, connect, lose
 

@@ -5,8 +5,8 @@ import random
 import numpy as np
 import pytest
 
-from hdl.config import Config
-from hdl.protocol import (
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol import (
     BODY_HEADER_BYTES,
     CRC_BYTES,
     Command,
@@ -15,13 +15,13 @@ from hdl.protocol import (
     pack_results,
     unpack_cells,
 )
-from host.device.chip import Chip
-from host.device.link import Link, LinkTimeoutError, RefusedError
-from host.device.map_frames import map_frames
-from host.errors import InputError
-from sim.model.checker import check_path
-from sim.model.chip import ChipModel
-from sim.model.port import ModelPort
+from pathgene.host.device.chip import Chip
+from pathgene.host.device.link import Link, LinkTimeoutError, RefusedError
+from pathgene.host.device.map_frames import map_frames
+from pathgene.host.errors import InputError
+from pathgene.sim.model.checker import check_path
+from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.port import ModelPort
 from tests.chips import CHECKING, SMALL, random_path, random_paths
 from tests.faults import ByteFaults
 from tests.unit.device.test_chip import SpyPort

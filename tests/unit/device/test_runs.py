@@ -5,20 +5,20 @@ import dataclasses
 import numpy as np
 import pytest
 
-from hdl.config import Config
-from hdl.protocol import Command, Status, StickyError
-from hdl.protocol.planner import VALUE_BITS, NoFlyShape, PathClass
-from hdl.protocol.runs import RunOptions
-from host.device.chip import Chip
-from host.device.link import Link, LinkError, LinkTimeoutError, RefusedError
-from host.device.runs import Runs, RunStatus
-from host.device.waypoints import unpack_waypoints
-from host.errors import InputError
-from sim.model import refusal
-from sim.model.chip import ChipModel
-from sim.model.planner.definition.no_fly import block
-from sim.model.planner.run import plan
-from sim.model.port import ModelPort
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol import Command, Status, StickyError
+from pathgene.hdl.protocol.planner import VALUE_BITS, NoFlyShape, PathClass
+from pathgene.hdl.protocol.runs import RunOptions
+from pathgene.host.device.chip import Chip
+from pathgene.host.device.link import Link, LinkError, LinkTimeoutError, RefusedError
+from pathgene.host.device.runs import Runs, RunStatus
+from pathgene.host.device.waypoints import unpack_waypoints
+from pathgene.host.errors import InputError
+from pathgene.sim.model import refusal
+from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.planner.definition.no_fly import block
+from pathgene.sim.model.planner.run import plan
+from pathgene.sim.model.port import ModelPort
 from tests.planner_cases import SMALL, ground, record, shape
 from tests.refusals import run_refusals
 

@@ -5,22 +5,22 @@ from importlib import metadata
 
 import pytest
 
-from hdl.config import Config
-from host.device import schemes
-from host.device.boards import board_scheme, known_config, open_board
-from host.device.schemes import GROUP, registered_scheme, scheme_names
-from host.device.serial_scheme import SerialScheme
-from host.errors import InputError, JobError
-from sim.board.scheme import SimulatedScheme
-from sim.model_scheme import ModelScheme
+from pathgene.hdl.config import Config
+from pathgene.host.device import schemes
+from pathgene.host.device.boards import board_scheme, known_config, open_board
+from pathgene.host.device.schemes import GROUP, registered_scheme, scheme_names
+from pathgene.host.device.serial_scheme import SerialScheme
+from pathgene.host.errors import InputError, JobError
+from pathgene.sim.board.scheme import SimulatedScheme
+from pathgene.sim.model_scheme import ModelScheme
 from tests.chips import SMALL, board_url
 
 
 PROBE = """
-from host.device.schemes import BoardScheme, OpenPort, split_config
-from hdl.config import Config
-from sim.model.chip import ChipModel
-from sim.model.port import ModelPort
+from pathgene.host.device.schemes import BoardScheme, OpenPort, split_config
+from pathgene.hdl.config import Config
+from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.port import ModelPort
 
 
 class ProbeScheme(BoardScheme):

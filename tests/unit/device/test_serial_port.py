@@ -11,10 +11,10 @@ import tty
 
 import pytest
 
-from host.device.boards import open_board
-from host.device.link import Link, LinkTimeoutError
-from host.device.serial_port import SerialPort
-from sim.model.chip import ChipModel
+from pathgene.host.device.boards import open_board
+from pathgene.host.device.link import Link, LinkTimeoutError
+from pathgene.host.device.serial_port import SerialPort
+from pathgene.sim.model.chip import ChipModel
 from tests.chips import CHECKING
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from host.device.link import LinkError
-from host.device.socket_port import BUSY, SocketPort
+from pathgene.host.device.link import LinkError
+from pathgene.host.device.socket_port import BUSY, SocketPort
 
 
 @pytest.fixture

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from host.diagnosis import diagnose
-from host.diagnosis.reason import broken_limit, rounded_down, rounded_up
-from host.problem.aircraft import load
-from host.problem.problem import Problem
-from host.problem.rules import Rules
-from host.problem.zones import Circle, Polygon
-from host.terrain import Terrain
+from pathgene.host.diagnosis import diagnose
+from pathgene.host.diagnosis.reason import broken_limit, rounded_down, rounded_up
+from pathgene.host.problem.aircraft import load
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.zones import Circle, Polygon
+from pathgene.host.terrain import Terrain
 from tests.closed_problems import KINDS
 
 

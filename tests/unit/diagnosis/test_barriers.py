@@ -6,9 +6,9 @@ from shapely.geometry import LineString, Point, box
 from shapely.geometry import Polygon as Shape
 from shapely.ops import unary_union
 
-from host.diagnosis.barriers import Barrier, nearest_points, zone_pieces
-from host.problem.zones import Circle, Polygon
-from host.terrain import Terrain
+from pathgene.host.diagnosis.barriers import Barrier, nearest_points, zone_pieces
+from pathgene.host.problem.zones import Circle, Polygon
+from pathgene.host.terrain import Terrain
 
 
 SIDE_M = 1000.0

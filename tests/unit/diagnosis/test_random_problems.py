@@ -5,14 +5,14 @@ import dataclasses
 import numpy as np
 import pytest
 
-from host.diagnosis import diagnose
-from host.errors import InputError
-from host.evaluation import Evaluator
-from host.planners.astar import MOST_SEARCHES, AstarPlanner
-from host.planners.base import Options
-from host.problem.problem import Problem
-from host.problem.rules import Rules
-from host.problem.zones import Circle, Polygon
+from pathgene.host.diagnosis import diagnose
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners.astar import MOST_SEARCHES, AstarPlanner
+from pathgene.host.planners.base import Options
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.zones import Circle, Polygon
 from tests.closed_problems import KINDS, WIDTH_M, ends, hills, star, terrain
 
 

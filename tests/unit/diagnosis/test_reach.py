@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from host.diagnosis.reach import Reach, has_room
+from pathgene.host.diagnosis.reach import Reach, has_room
 
 
 SIDES = (50.0, 100.0)

@@ -5,9 +5,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from host.problem import aircraft
-from host.problem.problem import Problem
-from host.terrain import Terrain
+from pathgene.host.problem import aircraft
+from pathgene.host.problem.problem import Problem
+from pathgene.host.terrain import Terrain
 
 
 MakeProblem = Callable[..., Problem]

@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from host.evaluation import Evaluator
-from host.problem import Circle, Polygon, Rules, aircraft
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.problem import Circle, Polygon, Rules, aircraft
 
 
 START, GOAL = (500.0, 2500.0, 300.0), (4500.0, 2500.0, 300.0)

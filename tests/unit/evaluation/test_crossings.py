@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from host.evaluation.crossings import (
+from pathgene.host.evaluation.crossings import (
     box_of,
     cross_circle,
     cross_line,
@@ -13,8 +13,8 @@ from host.evaluation.crossings import (
     mark_towards,
     place,
 )
-from host.evaluation.kernels import scratch
-from host.evaluation.laying import lay_piece
+from pathgene.host.evaluation.kernels import scratch
+from pathgene.host.evaluation.laying import lay_piece
 
 
 def straight(ax, ay, bx, by):

@@ -6,11 +6,11 @@ import math
 import numpy as np
 import pytest
 
-from host.errors import InputError
-from host.evaluation import Evaluator
-from host.evaluation.kernels import WORST_FITNESS
-from host.problem.rules import Rules
-from host.problem.zones import Circle
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.evaluation.kernels import WORST_FITNESS
+from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.zones import Circle
 
 
 @pytest.fixture

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from host.evaluation.fuel import air_density, air_distance, fuel_burned
-from host.problem.aircraft import load
+from pathgene.host.evaluation.fuel import air_density, air_distance, fuel_burned
+from pathgene.host.problem.aircraft import load
 
 
 FOX = load("silver-fox")

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from host.evaluation.geometry import Arc, Straight, smooth
+from pathgene.host.evaluation.geometry import Arc, Straight, smooth
 
 
 R = 150.0

@@ -11,11 +11,11 @@ from typing import NamedTuple
 import pytest
 from numba.core.caching import IndexDataCacheFile
 
-from host.evaluation.jit import source_stamp
+from pathgene.host.evaluation.jit import source_stamp
 
 
 INNER = """
-from host.evaluation.jit import inlined
+from pathgene.host.evaluation.jit import inlined
 
 @inlined
 def inner(x):
@@ -23,7 +23,7 @@ def inner(x):
 """
 OUTER = """
 from kernel_inner import inner
-from host.evaluation.jit import compiled
+from pathgene.host.evaluation.jit import compiled
 
 @compiled
 def outer(x):

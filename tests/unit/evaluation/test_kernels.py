@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from host.evaluation import Evaluator, reference
-from host.evaluation.geometry import Arc, smooth
-from host.evaluation.kernels import BELOW_TWO, WORST_FITNESS, fitness_of
-from host.evaluation.laying import turn
-from host.evaluation.pieces import ARC_PARTS_IN_WIND
-from host.problem.zones import Circle, Polygon
+from pathgene.host.evaluation import Evaluator, reference
+from pathgene.host.evaluation.geometry import Arc, smooth
+from pathgene.host.evaluation.kernels import BELOW_TWO, WORST_FITNESS, fitness_of
+from pathgene.host.evaluation.laying import turn
+from pathgene.host.evaluation.pieces import ARC_PARTS_IN_WIND
+from pathgene.host.problem.zones import Circle, Polygon
 
 
 ZONES = (Circle(2000, 2500, 700), Polygon(((3000, 500), (4500, 800), (3500, 2500))))

@@ -6,10 +6,10 @@ import math
 import numpy as np
 import pytest
 
-from host.errors import InputError
-from host.evaluation import Evaluator, reference
-from host.problem.aircraft import load
-from host.problem.zones import Circle
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluator, reference
+from pathgene.host.problem.aircraft import load
+from pathgene.host.problem.zones import Circle
 
 
 FOX = load("silver-fox")

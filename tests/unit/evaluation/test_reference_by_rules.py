@@ -6,8 +6,8 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from host.errors import InputError
-from host.evaluation import Evaluator, reference
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluator, reference
 from tests.flight_cases import random_case
 
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from host.evaluation import Arc, Evaluator, Straight
-from host.evaluation.geometry import smooth
-from host.problem import Circle, Rules
+from pathgene.host.evaluation import Arc, Evaluator, Straight
+from pathgene.host.evaluation.geometry import smooth
+from pathgene.host.problem import Circle, Rules
 
 
 START, GOAL = (500.0, 2500.0, 300.0), (4500.0, 2500.0, 300.0)

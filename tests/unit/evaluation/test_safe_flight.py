@@ -6,11 +6,11 @@ import math
 import numpy as np
 import pytest
 
-from host.evaluation import Evaluator
-from host.planners import make
-from host.planners.base import Options
-from host.problem import aircraft
-from host.problem.zones import Circle, Polygon
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners import make
+from pathgene.host.planners.base import Options
+from pathgene.host.problem import aircraft
+from pathgene.host.problem.zones import Circle, Polygon
 
 
 START, GOAL = (500.0, 2500.0, 200.0), (4500.0, 2500.0, 200.0)

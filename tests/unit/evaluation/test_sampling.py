@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from host.evaluation import Evaluator
-from host.evaluation.sampling import (
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.evaluation.sampling import (
     Bend,
     arc_general,
     arc_point,
@@ -17,7 +17,7 @@ from host.evaluation.sampling import (
     some_straight_hits,
     straight_general,
 )
-from host.problem.zones import Circle
+from pathgene.host.problem.zones import Circle
 
 
 @pytest.fixture(params=[(), (Circle(2600, 2000, 700),)], ids=["no zone", "zone"])

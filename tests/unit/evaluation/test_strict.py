@@ -7,12 +7,12 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from host.errors import InputError
-from host.evaluation import Evaluator
-from host.evaluation.pieces import fastest_over_ground
-from host.problem.problem import Problem
-from host.problem.rules import Rules
-from host.terrain import Terrain
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.evaluation.pieces import fastest_over_ground
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.rules import Rules
+from pathgene.host.terrain import Terrain
 from tests.flight_cases import random_case
 from tests.flight_oracle import examine
 

@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from host.evaluation import Evaluator
-from host.evaluation.track import ground_below
-from host.problem import aircraft
-from host.problem.problem import Problem
-from host.terrain import Terrain
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.evaluation.track import ground_below
+from pathgene.host.problem import aircraft
+from pathgene.host.problem.problem import Problem
+from pathgene.host.terrain import Terrain
 
 
 ROUGH = Terrain(

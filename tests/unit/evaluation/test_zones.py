@@ -8,10 +8,10 @@ from functools import partial
 import numpy as np
 import pytest
 
-from host.evaluation.zones import pack_zones, zone_intrusions, zone_metres
-from host.problem.zone_raster import blocked_cells
-from host.problem.zones import Circle, Polygon
-from host.terrain import Terrain
+from pathgene.host.evaluation.zones import pack_zones, zone_intrusions, zone_metres
+from pathgene.host.problem.zone_raster import blocked_cells
+from pathgene.host.problem.zones import Circle, Polygon
+from pathgene.host.terrain import Terrain
 from tests.random_flights import (
     CRUISE_M_S,
     near_a_limit,

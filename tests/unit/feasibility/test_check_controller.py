@@ -9,16 +9,16 @@ from amaranth.hdl import Module
 from amaranth.lib import wiring
 from amaranth.lib.wiring import connect
 
-from hdl.config import CheckerBuild
-from hdl.feasibility.check_controller import CheckController
-from hdl.feasibility.checker import Checker
-from hdl.protocol import (
+from pathgene.hdl.config import CheckerBuild
+from pathgene.hdl.feasibility.check_controller import CheckController
+from pathgene.hdl.feasibility.checker import Checker
+from pathgene.hdl.protocol import (
     CheckFlag,
     check_paths_request,
     check_reply,
     pack_paths,
 )
-from sim.model.check_commands import CheckingModel
+from pathgene.sim.model.check_commands import CheckingModel
 from tests.chips import SMALL, random_path, random_paths
 from tests.streams import collect, put, simulate
 

@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from hdl.config import Config
-from hdl.feasibility.checker import Checker
+from pathgene.hdl.config import Config
+from pathgene.hdl.feasibility.checker import Checker
 from tests.streams import put, simulate
 from tests.unit.feasibility.checker_driver import upload
 

@@ -6,10 +6,10 @@ import itertools
 import numpy as np
 import pytest
 
-from hdl.config import CheckerBuild, Config
-from hdl.feasibility.feasibility import Feasibility
-from sim.model.checker import check_path
-from sim.model.checker_cycles import batch_cycles
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.feasibility.feasibility import Feasibility
+from pathgene.sim.model.checker import check_path
+from pathgene.sim.model.checker_cycles import batch_cycles
 from tests.checker_cases import ground, paths_of, random_batch
 from tests.streams import simulate
 from tests.unit.feasibility.checker_driver import upload

@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from hdl.feasibility.map_memory import MapMemory
+from pathgene.hdl.feasibility.map_memory import MapMemory
 from tests.streams import simulate
 
 

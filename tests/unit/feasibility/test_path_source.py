@@ -8,9 +8,9 @@ from amaranth.hdl import Module
 from amaranth.lib import wiring
 from amaranth.lib.wiring import connect
 
-from hdl.config import Config
-from hdl.feasibility.path_source import PathSource
-from hdl.ga_core.core import Core
+from pathgene.hdl.config import Config
+from pathgene.hdl.feasibility.path_source import PathSource
+from pathgene.hdl.ga_core.core import Core
 from tests.chips import random_path
 from tests.streams import put, simulate
 from tests.wrong_sizes import check_sizes

@@ -2,8 +2,8 @@
 
 import pytest
 
-from hdl.config import Config
-from hdl.feasibility.queue_depths import count_depth
+from pathgene.hdl.config import Config
+from pathgene.hdl.feasibility.queue_depths import count_depth
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,7 @@
 # amaranth: UnusedElaboratable=no
 """Sizes of the unit that sums up steps; what it sums up is tested with the walkers."""
 
-from hdl.feasibility.result_collector import ResultCollector
+from pathgene.hdl.feasibility.result_collector import ResultCollector
 from tests.wrong_sizes import check_sizes
 
 

@@ -6,7 +6,7 @@ from collections import deque
 
 import pytest
 
-from hdl.feasibility.result_queue import ResultQueue
+from pathgene.hdl.feasibility.result_queue import ResultQueue
 from tests.streams import simulate
 
 

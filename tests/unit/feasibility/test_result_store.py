@@ -5,10 +5,10 @@ import random
 
 import pytest
 
-from hdl.config import CheckerBuild, Config
-from hdl.feasibility.layouts import count_layout, verdict_layout
-from hdl.feasibility.result_store import RecordLayouts, ResultStore
-from hdl.protocol import PathResult, pack_results
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.feasibility.layouts import count_layout, verdict_layout
+from pathgene.hdl.feasibility.result_store import RecordLayouts, ResultStore
+from pathgene.hdl.protocol import PathResult, pack_results
 from tests.streams import collect, put, simulate
 from tests.wrong_sizes import check_sizes
 

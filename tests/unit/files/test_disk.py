@@ -2,7 +2,7 @@
 
 import pytest
 
-from host.files.disk import Disk, current, using
+from pathgene.host.files.disk import Disk, current, using
 
 
 def test_another_disk_is_used_in_a_block_alone():

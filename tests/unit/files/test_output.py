@@ -11,15 +11,15 @@ from pathlib import Path
 
 import pytest
 
-from host.errors import InputError
-from host.files.output import (
+from pathgene.host.errors import InputError
+from pathgene.host.files.output import (
     output_file,
     prepare_directory,
     prepare_file,
     replacing,
     write_json,
 )
-from host.files.special import is_special
+from pathgene.host.files.special import is_special
 
 
 def names(directory):
@@ -176,7 +176,7 @@ def test_a_fifo_that_nobody_reads_is_refused_at_once(tmp_path):
 
 @pytest.mark.parametrize("kind", ["pipe", "terminal"])
 def test_a_reader_that_takes_nothing_more_is_given_up(tmp_path, monkeypatch, kind):
-    monkeypatch.setattr("host.files.special._PATIENCE_S", 0.2)
+    monkeypatch.setattr("pathgene.host.files.special._PATIENCE_S", 0.2)
     file = tmp_path / "file"
     if kind == "pipe":
         os.mkfifo(file)

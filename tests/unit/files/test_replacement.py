@@ -9,9 +9,9 @@ import threading
 
 import pytest
 
-from host.files import replacement
-from host.files.disk import Disk, using
-from host.files.replacement import replace_files
+from pathgene.host.files import replacement
+from pathgene.host.files.disk import Disk, using
+from pathgene.host.files.replacement import replace_files
 from tools.faults.disk import FaultyDisk, Killed
 
 

@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from host.evaluation.geometry import Arc, Straight
-from host.flight.flight import Flight, fly_track
-from host.flight.models import MODELS
-from host.problem import aircraft
-from host.terrain import Terrain
+from pathgene.host.evaluation.geometry import Arc, Straight
+from pathgene.host.flight.flight import Flight, fly_track
+from pathgene.host.flight.models import MODELS
+from pathgene.host.problem import aircraft
+from pathgene.host.terrain import Terrain
 
 
 @pytest.fixture(scope="session")

@@ -4,11 +4,11 @@ import dataclasses
 
 import pytest
 
-from host.flight.autopilot import Autopilot
-from host.flight.guidance import Commands
-from host.flight.models import MODELS
-from host.flight.route import Place
-from host.problem import aircraft
+from pathgene.host.flight.autopilot import Autopilot
+from pathgene.host.flight.guidance import Commands
+from pathgene.host.flight.models import MODELS
+from pathgene.host.flight.route import Place
+from pathgene.host.problem import aircraft
 from tests.unit.flight.test_guidance import state
 
 

@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from host.errors import JobError
-from host.evaluation.geometry import smooth
-from host.flight.flight import Flight, fly_track, limits_of
-from host.flight.models import MODELS
-from host.problem import aircraft
+from pathgene.host.errors import JobError
+from pathgene.host.evaluation.geometry import smooth
+from pathgene.host.flight.flight import Flight, fly_track, limits_of
+from pathgene.host.flight.models import MODELS
+from pathgene.host.problem import aircraft
 from tests.unit.flight.conftest import flown, straight
 
 

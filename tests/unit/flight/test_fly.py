@@ -5,10 +5,10 @@ import json
 import numpy as np
 import pytest
 
-from host.errors import InputError
-from host.flight.fly import fly, save
-from host.problem import Circle, Problem
-from host.terrain import Terrain
+from pathgene.host.errors import InputError
+from pathgene.host.flight.fly import fly, save
+from pathgene.host.problem import Circle, Problem
+from pathgene.host.terrain import Terrain
 
 
 Y, X = np.mgrid[:61, :81]

@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from host.evaluation.geometry import Arc
-from host.flight.guidance import GRAVITY_M_S2, MEAN_S, PEAK, Guidance, Limits, State
-from host.flight.route import Route
+from pathgene.host.evaluation.geometry import Arc
+from pathgene.host.flight.guidance import GRAVITY_M_S2, MEAN_S, PEAK, Guidance, Limits, State
+from pathgene.host.flight.route import Route
 from tests.unit.flight.conftest import arc, straight
 
 

@@ -7,12 +7,12 @@ import re
 import numpy as np
 import pytest
 
-from host.evaluation import Evaluator
-from host.flight.flight import Flown, limits_of
-from host.flight.judge import demanded_m, entered, judge, surface_below
-from host.problem import Circle, Polygon, Problem, aircraft
-from host.problem.rules import Rules
-from host.terrain import Terrain
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.flight.flight import Flown, limits_of
+from pathgene.host.flight.judge import demanded_m, entered, judge, surface_below
+from pathgene.host.problem import Circle, Polygon, Problem, aircraft
+from pathgene.host.problem.rules import Rules
+from pathgene.host.terrain import Terrain
 
 
 FOX = aircraft.load("silver-fox")

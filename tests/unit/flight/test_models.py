@@ -5,9 +5,9 @@ from xml.etree import ElementTree
 
 import pytest
 
-from host.errors import InputError
-from host.flight.models import MODELS, model_for, model_named
-from host.problem import aircraft
+from pathgene.host.errors import InputError
+from pathgene.host.flight.models import MODELS, model_for, model_named
+from pathgene.host.problem import aircraft
 
 
 def test_every_model_has_planning_figures():

@@ -6,10 +6,10 @@ from matplotlib.offsetbox import AnchoredOffsetbox
 from matplotlib.patches import FancyArrow
 from matplotlib.text import Text
 
-from host.flight.fly import fly
-from host.flight.picture import draw
-from host.problem import Problem
-from host.terrain import Terrain
+from pathgene.host.flight.fly import fly
+from pathgene.host.flight.picture import draw
+from pathgene.host.problem import Problem
+from pathgene.host.terrain import Terrain
 from tests.pictures import assert_texts_apart
 
 

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from host.evaluation.geometry import smooth
-from host.flight.route import Route
+from pathgene.host.evaluation.geometry import smooth
+from pathgene.host.flight.route import Route
 from tests.unit.flight.conftest import arc, straight
 
 

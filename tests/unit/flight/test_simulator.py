@@ -5,9 +5,9 @@ import sys
 
 import pytest
 
-from host.errors import InputError
-from host.flight.models import MODELS
-from host.flight.simulator import STEP_S, Simulator
+from pathgene.host.errors import InputError
+from pathgene.host.flight.models import MODELS
+from pathgene.host.flight.simulator import STEP_S, Simulator
 
 
 def simulator(name="silver-fox", heading_deg=90.0, **options):

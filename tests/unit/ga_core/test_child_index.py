@@ -5,8 +5,8 @@ import random
 
 import pytest
 
-from hdl.config import MutationKind
-from hdl.ga_core.child_index import ChildIndex
+from pathgene.hdl.config import MutationKind
+from pathgene.hdl.ga_core.child_index import ChildIndex
 from tests.streams import simulate
 from tests.wrong_sizes import check_sizes
 

@@ -6,8 +6,8 @@ import random
 import pytest
 from amaranth.sim import Simulator
 
-from hdl.config import Config
-from hdl.ga_core.chromosome import Chromosome, ReadIndex
+from pathgene.hdl.config import Config
+from pathgene.hdl.ga_core.chromosome import Chromosome, ReadIndex
 from tests.wrong_sizes import check_sizes
 
 

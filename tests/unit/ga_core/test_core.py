@@ -9,9 +9,9 @@ import random
 import pytest
 from amaranth.hdl import Value
 
-from hdl.config import SurvivorSelection
-from hdl.ga_core.core import Core
-from hdl.protocol import ChipState, Counter
+from pathgene.hdl.config import SurvivorSelection
+from pathgene.hdl.ga_core.core import Core
+from pathgene.hdl.protocol import ChipState, Counter
 from tests.chips import TINY
 from tests.core_driver import Driver, fill, ranked_after, shuffled, simulate
 

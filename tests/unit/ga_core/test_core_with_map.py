@@ -5,9 +5,9 @@ import random
 
 import pytest
 
-from hdl.config import CheckerBuild, Config, MutationKind
-from hdl.protocol import Counter
-from sim.model.mutation import Limits
+from pathgene.hdl.config import CheckerBuild, Config, MutationKind
+from pathgene.hdl.protocol import Counter
+from pathgene.sim.model.mutation import Limits
 from tests.chips import TINY
 from tests.core_driver import Driver, fill, ranked_after, shuffled, simulate
 

@@ -6,9 +6,9 @@ import itertools
 import pytest
 from amaranth.sim import Simulator
 
-from hdl.config import Config
-from hdl.ga_core.crossover import Crossover, parents_of
-from hdl.protocol.breeding import crossover
+from pathgene.hdl.config import Config
+from pathgene.hdl.ga_core.crossover import Crossover, parents_of
+from pathgene.hdl.protocol.breeding import crossover
 from tests.wrong_sizes import check_sizes
 
 

@@ -8,8 +8,8 @@ import random
 import pytest
 from amaranth.sim import Simulator
 
-from hdl.ga_core.distinct_draw import DistinctDraw
-from sim.model import selection as model
+from pathgene.hdl.ga_core.distinct_draw import DistinctDraw
+from pathgene.sim.model import selection as model
 
 
 CLEAR = "clear"

@@ -6,12 +6,12 @@ import random
 import pytest
 from amaranth.sim import Simulator
 
-from hdl.config import CheckerBuild, Config, MutationKind
-from hdl.ga_core.mutation import Mutation
-from hdl.protocol.breeding import crossover
-from sim.model.mutation import Limits
-from sim.model.mutation import Mutation as Model
-from sim.model.selection import Draws
+from pathgene.hdl.config import CheckerBuild, Config, MutationKind
+from pathgene.hdl.ga_core.mutation import Mutation
+from pathgene.hdl.protocol.breeding import crossover
+from pathgene.sim.model.mutation import Limits
+from pathgene.sim.model.mutation import Mutation as Model
+from pathgene.sim.model.selection import Draws
 
 
 SMALL = Config(

@@ -2,8 +2,8 @@
 
 import random
 
-from hdl.ga_core.crossover import parents_of
-from hdl.ga_core.mutation_plan import MutationPlan
+from pathgene.hdl.ga_core.crossover import parents_of
+from pathgene.hdl.ga_core.mutation_plan import MutationPlan
 from tests.streams import simulate
 from tests.wrong_sizes import check_sizes
 

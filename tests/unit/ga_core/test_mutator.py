@@ -5,8 +5,8 @@ import itertools
 
 import pytest
 
-from hdl.config import MutationKind
-from hdl.ga_core.mutator import Mutator
+from pathgene.hdl.config import MutationKind
+from pathgene.hdl.ga_core.mutator import Mutator
 from tests.streams import simulate
 from tests.wrong_sizes import check_sizes
 

@@ -3,7 +3,7 @@
 import pytest
 from amaranth.sim import Simulator
 
-from hdl.ga_core.path_copier import PathCopier
+from pathgene.hdl.ga_core.path_copier import PathCopier
 from tests.wrong_sizes import check_sizes
 
 

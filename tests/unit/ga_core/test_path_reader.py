@@ -5,8 +5,8 @@ import random
 
 import pytest
 
-from hdl.config import CheckerBuild, Config
-from hdl.ga_core.path_reader import PathReader
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.ga_core.path_reader import PathReader
 from tests.streams import simulate
 from tests.wrong_sizes import check_sizes
 

@@ -7,10 +7,10 @@ import random
 import pytest
 from amaranth.hdl import ResetInserter, Signal
 
-from hdl.config import CheckerBuild, Config, MutationKind
-from hdl.ga_core.crossover import parents_of
-from hdl.ga_core.population import Population
-from hdl.ga_core.read_pointer import PEEK_LATENCY
+from pathgene.hdl.config import CheckerBuild, Config, MutationKind
+from pathgene.hdl.ga_core.crossover import parents_of
+from pathgene.hdl.ga_core.population import Population
+from pathgene.hdl.ga_core.read_pointer import PEEK_LATENCY
 from tests.streams import put, simulate
 
 

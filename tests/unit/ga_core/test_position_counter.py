@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from hdl.ga_core.position_counter import PositionCounter
+from pathgene.hdl.ga_core.position_counter import PositionCounter
 from tests.streams import simulate
 from tests.wrong_sizes import check_sizes
 

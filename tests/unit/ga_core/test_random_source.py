@@ -6,9 +6,9 @@ import random
 import pytest
 from amaranth.sim import Simulator
 
-from hdl.ga_core.random_source import RandomSource, Trivium
-from hdl.protocol.random_words import LANES, WARM_UP_STEPS
-from sim.model import random_source as model
+from pathgene.hdl.ga_core.random_source import RandomSource, Trivium
+from pathgene.hdl.protocol.random_words import LANES, WARM_UP_STEPS
+from pathgene.sim.model import random_source as model
 
 
 def simulate(dut, testbench):

@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from hdl.ga_core.read_pointer import PEEK_LATENCY, ReadPointer
+from pathgene.hdl.ga_core.read_pointer import PEEK_LATENCY, ReadPointer
 from tests.streams import simulate
 from tests.wrong_sizes import check_sizes
 

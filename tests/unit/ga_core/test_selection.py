@@ -7,11 +7,11 @@ import pytest
 from amaranth.hdl import Fragment, ResetInserter, Signal
 from amaranth.sim import Simulator
 
-from hdl.config import CheckerBuild, Config, SurvivorSelection
-from hdl.ga_core.selection import Selection
-from hdl.protocol.random_words import WARM_UP_STEPS
-from sim.model import selection as model
-from sim.model.random_source import RandomSource
+from pathgene.hdl.config import CheckerBuild, Config, SurvivorSelection
+from pathgene.hdl.ga_core.selection import Selection
+from pathgene.hdl.protocol.random_words import WARM_UP_STEPS
+from pathgene.sim.model import selection as model
+from pathgene.sim.model.random_source import RandomSource
 from tests.chips import TINY
 
 

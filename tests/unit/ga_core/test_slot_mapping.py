@@ -5,8 +5,8 @@ import random
 import pytest
 from amaranth.sim import Simulator
 
-from hdl.config import Config
-from hdl.ga_core.slot_mapping import SlotMapping
+from pathgene.hdl.config import Config
+from pathgene.hdl.ga_core.slot_mapping import SlotMapping
 from tests.wrong_sizes import check_sizes
 
 

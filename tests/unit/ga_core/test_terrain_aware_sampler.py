@@ -6,10 +6,10 @@ import random
 
 import pytest
 
-from hdl.config import CheckerBuild, Config
-from hdl.ga_core.layouts import limits_layout, offset_layout
-from hdl.ga_core.read_pointer import PEEK_LATENCY
-from hdl.ga_core.terrain_aware_sampler import TerrainAwareSampler
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.ga_core.layouts import limits_layout, offset_layout
+from pathgene.hdl.ga_core.read_pointer import PEEK_LATENCY
+from pathgene.hdl.ga_core.terrain_aware_sampler import TerrainAwareSampler
 from tests.streams import simulate
 from tests.wrong_sizes import check_sizes
 

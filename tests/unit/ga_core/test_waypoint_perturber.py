@@ -3,9 +3,9 @@
 import itertools
 import random
 
-from hdl.ga_core.layouts import limits_layout, offset_layout
-from hdl.ga_core.waypoint_perturber import WaypointPerturber
-from sim.model.mutation import clamp
+from pathgene.hdl.ga_core.layouts import limits_layout, offset_layout
+from pathgene.hdl.ga_core.waypoint_perturber import WaypointPerturber
+from pathgene.sim.model.mutation import clamp
 from tests.streams import simulate
 from tests.wrong_sizes import check_sizes
 

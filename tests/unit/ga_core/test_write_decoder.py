@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from hdl.ga_core.write_decoder import WriteDecoder
+from pathgene.hdl.ga_core.write_decoder import WriteDecoder
 from tests.streams import simulate
 from tests.wrong_sizes import check_sizes
 

@@ -6,7 +6,7 @@ import random
 import pytest
 from cobs import cobs
 
-from hdl.link.cobs import CobsDecoder, CobsEncoder
+from pathgene.hdl.link.cobs import CobsDecoder, CobsEncoder
 from tests.streams import simulate
 from tests.unit.link.drive import drive, watch
 

@@ -6,11 +6,11 @@ import random
 import pytest
 from cobs import cobs
 
-from hdl.config import Config
-from hdl.link.frame import FrameReceiver, FrameTransmitter
-from hdl.protocol import StickyError, frame_crc
-from hdl.protocol.codec import encode_frame
-from sim.model.frames import FrameReceiverModel
+from pathgene.hdl.config import Config
+from pathgene.hdl.link.frame import FrameReceiver, FrameTransmitter
+from pathgene.hdl.protocol import StickyError, frame_crc
+from pathgene.hdl.protocol.codec import encode_frame
+from pathgene.sim.model.frames import FrameReceiverModel
 from tests.streams import simulate
 from tests.unit.link.drive import drive, watch
 

@@ -3,8 +3,8 @@
 
 import pytest
 
-from hdl.link.line import Line
-from hdl.protocol import StickyError
+from pathgene.hdl.link.line import Line
+from pathgene.hdl.protocol import StickyError
 from tests.chips import SMALL
 from tests.streams import put, simulate
 

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from hdl.link.uart import Uart, UartReceiver, UartTransmitter
+from pathgene.hdl.link.uart import Uart, UartReceiver, UartTransmitter
 from tests.streams import simulate
 from tests.unit.link.drive import drive, watch
 

@@ -5,9 +5,9 @@ import multiprocessing
 import numpy as np
 import pytest
 
-from host.errors import InputError
-from host.mission.batch import Job, execute, kept_summary, names_of, save
-from host.mission.problem_file import read_problem
+from pathgene.host.errors import InputError
+from pathgene.host.mission.batch import Job, execute, kept_summary, names_of, save
+from pathgene.host.mission.problem_file import read_problem
 
 
 @pytest.fixture(scope="module")

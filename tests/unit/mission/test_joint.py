@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from host.evaluation import Evaluator
-from host.mission.joint import JoinedEvaluator
-from host.mission.mission import Mission
-from host.problem import Problem
-from host.report.via import visits
-from host.terrain import Terrain
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.mission.joint import JoinedEvaluator
+from pathgene.host.mission.mission import Mission
+from pathgene.host.problem import Problem
+from pathgene.host.report.via import visits
+from pathgene.host.terrain import Terrain
 
 
 START, VIA, GOAL = (500.0, 500.0, 300.0), (2000.0, 500.0, 300.0), (500.0, 2500.0, 300.0)

@@ -6,11 +6,11 @@ import pickle
 import numpy as np
 import pytest
 
-from host.errors import InputError, NoPathError
-from host.evaluation import Evaluator, problem_utopia, utopia
-from host.mission.mission import Mission
-from host.problem import Circle, Problem, Rules
-from host.terrain import Terrain
+from pathgene.host.errors import InputError, NoPathError
+from pathgene.host.evaluation import Evaluator, problem_utopia, utopia
+from pathgene.host.mission.mission import Mission
+from pathgene.host.problem import Circle, Problem, Rules
+from pathgene.host.terrain import Terrain
 
 
 START, GOAL, VIA = (500.0, 500.0, 200.0), (3500.0, 1000.0, 220.0), (2000.0, 2500.0, 240.0)

@@ -5,17 +5,17 @@ import json
 import numpy as np
 import pytest
 
-from host.errors import JobError
-from host.evaluation import Evaluator
-from host.mission.legs import MissionPlan, shortcoming
-from host.mission.mission import Mission
-from host.mission.planning import plan_mission
-from host.planners.base import Stop
-from host.planning import Plan, Search
-from host.problem import Circle, Problem
-from host.report.read import read_run
-from host.report.write import scene
-from host.terrain import Terrain, load
+from pathgene.host.errors import JobError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.mission.legs import MissionPlan, shortcoming
+from pathgene.host.mission.mission import Mission
+from pathgene.host.mission.planning import plan_mission
+from pathgene.host.planners.base import Stop
+from pathgene.host.planning import Plan, Search
+from pathgene.host.problem import Circle, Problem
+from pathgene.host.report.read import read_run
+from pathgene.host.report.write import scene
+from pathgene.host.terrain import Terrain, load
 
 
 START, GOAL, VIA = (500.0, 500.0, 480.0), (5500.0, 3500.0, 480.0), (3000.0, 3300.0, 620.0)

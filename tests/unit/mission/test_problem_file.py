@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from host.cli.parser import build_parser
-from host.errors import InputError
-from host.mission.build import mission_of, search_of
-from host.mission.keys import KEYS, TABLES, keys_of
-from host.mission.problem_file import markdown, read_problem, save_problem, template
-from host.problem import Circle, Polygon
+from pathgene.host.cli.parser import build_parser
+from pathgene.host.errors import InputError
+from pathgene.host.mission.build import mission_of, search_of
+from pathgene.host.mission.keys import KEYS, TABLES, keys_of
+from pathgene.host.mission.problem_file import markdown, read_problem, save_problem, template
+from pathgene.host.problem import Circle, Polygon
 
 
 ROOT = Path(__file__).resolve().parents[3]

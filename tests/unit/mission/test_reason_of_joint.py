@@ -5,13 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from host.mission.joint import reason_of_joint
-from host.mission.mission import Mission
-from host.mission.planning import plan_mission
-from host.planning import Search
-from host.problem import Problem
-from host.problem.aircraft import load
-from host.terrain import Terrain
+from pathgene.host.mission.joint import reason_of_joint
+from pathgene.host.mission.mission import Mission
+from pathgene.host.mission.planning import plan_mission
+from pathgene.host.planning import Search
+from pathgene.host.problem import Problem
+from pathgene.host.problem.aircraft import load
+from pathgene.host.terrain import Terrain
 from tests.closed_problems import lane
 
 

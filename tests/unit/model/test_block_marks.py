@@ -4,10 +4,10 @@
 import numpy as np
 import pytest
 
-from hdl.planner.wavefront.block_map import BlockMap
-from hdl.protocol.planner import BLOCKS
-from sim.model.block_marks import BlockMarks
-from sim.model.planner.wavefront_cycles import scanning
+from pathgene.hdl.planner.wavefront.block_map import BlockMap
+from pathgene.hdl.protocol.planner import BLOCKS
+from pathgene.sim.model.block_marks import BlockMarks
+from pathgene.sim.model.planner.wavefront_cycles import scanning
 from tests.streams import simulate
 
 

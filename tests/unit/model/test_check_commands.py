@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from hdl.protocol import (
+from pathgene.hdl.protocol import (
     CheckFlag,
     Command,
     Counter,
@@ -22,9 +22,9 @@ from hdl.protocol import (
     status_reply,
     unpack_results,
 )
-from sim.model.checker import check_path
-from sim.model.checker_cycles import batch_cycles
-from sim.model.chip import ChipModel
+from pathgene.sim.model.checker import check_path
+from pathgene.sim.model.checker_cycles import batch_cycles
+from pathgene.sim.model.chip import ChipModel
 from tests.chips import CHECKING, random_path, random_paths
 from tests.unit.model.test_chip import Session, ask
 

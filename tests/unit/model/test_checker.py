@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hdl.config import CheckerBuild, Config
-from sim.model.checker import (
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.sim.model.checker import (
     TerrainModel,
     Verdict,
     check_path,

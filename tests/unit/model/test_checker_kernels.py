@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hdl.config import CheckerBuild, Config
-from sim.model.checker import TerrainModel, check_path
-from sim.model.checker_kernels import Batch, check_batch, check_paths
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.sim.model.checker import TerrainModel, check_path
+from pathgene.sim.model.checker_kernels import Batch, check_batch, check_paths
 from tests.checker_cases import BUILDS, FULL, TINY, assert_same, closed_form, ground, paths_of
 from tests.checker_cases import random_batch as drawn
 

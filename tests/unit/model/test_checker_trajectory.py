@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from bench.testing_trajectory import TESTING_TRAJECTORY, canyon_map
-from hdl.config import CheckerBuild, Config
-from host.device.map_frames import padded_map
-from sim.model.checker import (
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.host.device.map_frames import padded_map
+from pathgene.sim.model.checker import (
     TerrainModel,
     Verdict,
     check_path,
@@ -17,7 +17,7 @@ from sim.model.checker import (
     to_coarse,
     walk,
 )
-from sim.model.checker_cycles import batch_cycles
+from pathgene.sim.model.checker_cycles import batch_cycles
 from tests.checker_cases import FULL
 
 

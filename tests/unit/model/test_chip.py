@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hdl.config import Config
-from hdl.protocol import (
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol import (
     ChipState,
     Command,
     Counter,
@@ -26,10 +26,10 @@ from hdl.protocol import (
     survivors_reply,
     unpack_paths,
 )
-from hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
-from sim.model.chip import ChipModel
-from sim.model.core import Core
-from sim.model.mutation import Limits
+from pathgene.hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
+from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.core import Core
+from pathgene.sim.model.mutation import Limits
 from tests.chips import SMALL, random_paths
 from tests.protocol_rules import ProtocolRules
 from tests.refusals import refusals

@@ -4,8 +4,8 @@ import collections
 
 import pytest
 
-from hdl.protocol import Status
-from sim.model.chip import ChipModel
+from pathgene.hdl.protocol import Status
+from pathgene.sim.model.chip import ChipModel
 from tests.command_fuzz import CHIPS, fault_free, fuzz, table
 from tests.frame_mix import KINDS
 

@@ -8,12 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hdl.config import CheckerBuild, Config, MutationKind
-from hdl.protocol.breeding import crossover
-from sim.model.checker import TerrainModel
-from sim.model.core import Core
-from sim.model.mutation import Limits, Mutation, clamp
-from sim.model.selection import Draws
+from pathgene.hdl.config import CheckerBuild, Config, MutationKind
+from pathgene.hdl.protocol.breeding import crossover
+from pathgene.sim.model.checker import TerrainModel
+from pathgene.sim.model.core import Core
+from pathgene.sim.model.mutation import Limits, Mutation, clamp
+from pathgene.sim.model.selection import Draws
 
 
 WITH_MAP = Config()

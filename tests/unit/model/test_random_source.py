@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hdl.protocol.random_words import LANES, WARM_UP_STEPS, WORD_BITS
-from sim.model.random_source import RandomSource, Trivium
-from sim.model.random_stream import RandomStream, main
+from pathgene.hdl.protocol.random_words import LANES, WARM_UP_STEPS, WORD_BITS
+from pathgene.sim.model.random_source import RandomSource, Trivium
+from pathgene.sim.model.random_stream import RandomStream, main
 
 
 ROOT = Path(__file__).parents[3]
@@ -136,7 +136,7 @@ def test_stream_matches_source(seed, blocks):
 def test_stream_writes_the_words_in_port_order():
     size = 3 << 18
     with subprocess.Popen(
-        [sys.executable, "-m", "sim.model.random_stream", "--seed", "123"],
+        [sys.executable, "-m", "pathgene.sim.model.random_stream", "--seed", "123"],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         cwd=ROOT,

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from hdl.config import CheckerBuild, Config, SurvivorSelection
-from hdl.protocol.random_words import RandomWordLayout
-from sim.model.random_source import RandomSource
-from sim.model.random_stream import RandomStream
-from sim.model.selection import DistinctDraw, Selection
+from pathgene.hdl.config import CheckerBuild, Config, SurvivorSelection
+from pathgene.hdl.protocol.random_words import RandomWordLayout
+from pathgene.sim.model.random_source import RandomSource
+from pathgene.sim.model.random_stream import RandomStream
+from pathgene.sim.model.selection import DistinctDraw, Selection
 from tests.chips import TINY
 
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import pathgene
-from host.cli import main
 from pathgene import InputError, JobError, PathgeneError, Problem, Terrain, Zone, check, plan
+from pathgene.host.cli import main
 
 
 #: Libraries that are slow to import or not always needed.
@@ -71,7 +71,7 @@ def test_every_name_exists_and_is_documented():
 
 
 def test_the_package_defines_nothing():
-    homes = {getattr(pathgene, name).__module__.split(".")[0] for name in pathgene.__all__}
+    homes = {getattr(pathgene, name).__module__.split(".")[1] for name in pathgene.__all__}
     assert homes == {"host", "hdl"}
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-import host.terrain
+import pathgene.host.terrain
 from pathgene import InputError, Problem, Terrain
 
 
@@ -16,7 +16,7 @@ def test_from_array():
     assert made.ground(0, 0) == 10
     assert made.ground(20, 30) == 50
     assert made.voids.sum() == 1
-    assert isinstance(made, host.terrain.Terrain)
+    assert isinstance(made, pathgene.host.terrain.Terrain)
     filled = Terrain.from_array(HEIGHTS, 25, fill_voids=True)
     assert (filled.dx_m, filled.dy_m, filled.voids.sum()) == (25.0, 25.0, 0)
 

@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from hdl.planner.best_reader import BestReader
-from hdl.protocol.runs import RETURNED, pack_best
+from pathgene.hdl.planner.best_reader import BestReader
+from pathgene.hdl.protocol.runs import RETURNED, pack_best
 from tests.planner_cases import LARGE, SMALL, USUAL
 from tests.planner_population import corner, population
 from tests.streams import collect, simulate

@@ -4,9 +4,9 @@
 import numpy as np
 import pytest
 
-from hdl.planner.breeder import Breeder
-from sim.model.planner import evolver_cycles
-from sim.model.planner.definition.breeder import breed
+from pathgene.hdl.planner.breeder import Breeder
+from pathgene.sim.model.planner import evolver_cycles
+from pathgene.sim.model.planner.definition.breeder import breed
 from tests.planner_cases import LARGE, SMALL, USUAL
 from tests.planner_population import TINY, Words, corner, population, problem
 from tests.streams import collect, simulate

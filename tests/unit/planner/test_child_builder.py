@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from hdl.planner.child_builder import ChildBuilder
-from sim.model.planner.definition.breeder import cross, mutate
+from pathgene.hdl.planner.child_builder import ChildBuilder
+from pathgene.sim.model.planner.definition.breeder import cross, mutate
 from tests.planner_cases import SMALL
 from tests.planner_population import Words, corner, plan_of, population, problem
 from tests.streams import simulate

@@ -6,7 +6,7 @@ import itertools
 import numpy as np
 import pytest
 
-from hdl.planner.child_planner import ChildPlanner
+from pathgene.hdl.planner.child_planner import ChildPlanner
 from tests.planner_population import Words, plan_of
 from tests.streams import simulate
 from tests.wrong_sizes import check_sizes

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import pytest
 
-from hdl.planner.collector import Collector
-from sim.model.planner.definition.sorting import Sorting
+from pathgene.hdl.planner.collector import Collector
+from pathgene.sim.model.planner.definition.sorting import Sorting
 from tests.streams import put, simulate
 from tests.wrong_sizes import check_sizes
 

@@ -5,11 +5,11 @@ import itertools
 
 import pytest
 
-from hdl.planner.evolver import Evolver
-from hdl.planner.population_layouts import slot_count
-from hdl.protocol.planner import VALUE_BITS, PathClass
-from sim.model.planner import evolver_cycles
-from sim.model.planner.definition.sorting import Sorting
+from pathgene.hdl.planner.evolver import Evolver
+from pathgene.hdl.planner.population_layouts import slot_count
+from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
+from pathgene.sim.model.planner import evolver_cycles
+from pathgene.sim.model.planner.definition.sorting import Sorting
 from tests.evolver_bench import Bench
 from tests.planner_cases import SMALL, USUAL
 from tests.planner_population import TINY

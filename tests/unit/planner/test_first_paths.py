@@ -7,18 +7,18 @@ import random
 import numpy as np
 import pytest
 
-from hdl.planner.first_paths import FirstPathKind, FirstPaths
-from hdl.planner.member_reader import MemberReader
-from hdl.protocol.planner import seed_waypoints
-from sim.model.planner.definition.score import corner_of
-from sim.model.planner.definition.warm import ahead
-from sim.model.planner.first_paths_cycles import (
+from pathgene.hdl.planner.first_paths import FirstPathKind, FirstPaths
+from pathgene.hdl.planner.member_reader import MemberReader
+from pathgene.hdl.protocol.planner import seed_waypoints
+from pathgene.sim.model.planner.definition.score import corner_of
+from pathgene.sim.model.planner.definition.warm import ahead
+from pathgene.sim.model.planner.first_paths_cycles import (
     MEMBER,
     SEED,
     member_offered,
     seed_offered,
 )
-from sim.model.planner.wavefront_cycles import WAYPOINT, seeded
+from pathgene.sim.model.planner.wavefront_cycles import WAYPOINT, seeded
 from tests import planner_cases
 from tests.planner_cases import LARGE, SMALL, USUAL
 from tests.planner_population import corner, population

@@ -6,8 +6,8 @@ import random
 import pytest
 from amaranth import Elaboratable
 
-from hdl.boards.ecp5_cells import Ecp5Cells
-from hdl.planner.memory_queue import MemoryQueue
+from pathgene.hdl.boards.ecp5_cells import Ecp5Cells
+from pathgene.hdl.planner.memory_queue import MemoryQueue
 from tests.streams import simulate
 from tests.wrong_sizes import check_sizes
 

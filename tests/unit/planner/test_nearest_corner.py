@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from hdl.planner.nearest_corner import NearestCorner
-from sim.model.planner.definition.score import corner_of
+from pathgene.hdl.planner.nearest_corner import NearestCorner
+from pathgene.sim.model.planner.definition.score import corner_of
 from tests.planner_cases import LARGE, SMALL, any_record
 from tests.planner_population import corner
 from tests.streams import simulate

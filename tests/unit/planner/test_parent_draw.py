@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from hdl.planner.parent_draw import ParentDraw
-from sim.model.planner.definition.breeder import bits
+from pathgene.hdl.planner.parent_draw import ParentDraw
+from pathgene.sim.model.planner.definition.breeder import bits
 from tests.planner_population import Words
 from tests.streams import simulate
 from tests.wrong_sizes import check_sizes

@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from hdl.planner.population_memory import PopulationMemory
+from pathgene.hdl.planner.population_memory import PopulationMemory
 from tests.streams import simulate
 from tests.wrong_sizes import check_sizes
 

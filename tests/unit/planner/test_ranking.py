@@ -6,8 +6,8 @@ import random
 
 import pytest
 
-from hdl.planner.ranking import Ranking
-from hdl.protocol.planner import VALUE_BITS, PathClass
+from pathgene.hdl.planner.ranking import Ranking
+from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
 from tests.streams import put, simulate
 from tests.wrong_sizes import check_sizes
 

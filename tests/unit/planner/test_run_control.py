@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import pytest
 
-from hdl.planner.first_paths import FirstPathKind
-from hdl.planner.run_control import RunControl
-from sim.model.planner import run_control_cycles as steps
+from pathgene.hdl.planner.first_paths import FirstPathKind
+from pathgene.hdl.planner.run_control import RunControl
+from pathgene.sim.model.planner import run_control_cycles as steps
 from tests.planner_cases import SMALL
 from tests.streams import simulate
 

@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from hdl.planner.run_limits import RunLimits
+from pathgene.hdl.planner.run_limits import RunLimits
 from tests.streams import simulate
 from tests.wrong_sizes import check_sizes
 

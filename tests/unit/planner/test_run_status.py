@@ -3,8 +3,8 @@
 
 import random
 
-from hdl.planner.run_status import RunStatus
-from hdl.protocol.planner import VALUE_BITS, PathClass
+from pathgene.hdl.planner.run_status import RunStatus
+from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
 from tests.streams import simulate
 
 

@@ -6,10 +6,10 @@ import itertools
 import numpy as np
 import pytest
 
-from hdl.planner.layouts import shape_layout
-from hdl.planner.shape_drawer import ShapeDrawer
-from hdl.protocol.planner import BEND_BITS, EDGE_BITS, EDGES, NoFlyShape, no_fly_request
-from sim.model.planner.definition.no_fly import drawn
+from pathgene.hdl.planner.layouts import shape_layout
+from pathgene.hdl.planner.shape_drawer import ShapeDrawer
+from pathgene.hdl.protocol.planner import BEND_BITS, EDGE_BITS, EDGES, NoFlyShape, no_fly_request
+from pathgene.sim.model.planner.definition.no_fly import drawn
 from tests.planner_cases import LARGE, SMALL, USUAL
 from tests.planner_cases import shape as any_shape
 from tests.streams import put, simulate

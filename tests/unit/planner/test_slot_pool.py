@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from hdl.planner.slot_pool import SlotPool
+from pathgene.hdl.planner.slot_pool import SlotPool
 from tests.streams import simulate
 from tests.wrong_sizes import check_sizes
 

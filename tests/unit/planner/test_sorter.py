@@ -7,7 +7,7 @@ import random
 
 import pytest
 
-from hdl.planner.sorter import Sorter
+from pathgene.hdl.planner.sorter import Sorter
 from tests.streams import simulate
 from tests.wrong_sizes import check_sizes
 

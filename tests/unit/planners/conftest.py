@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from host.device.boards import open_board
-from host.evaluation import Evaluator
-from host.planning import Search
-from host.problem import aircraft
-from host.problem.problem import Problem
-from host.problem.zones import Circle
-from host.terrain import Terrain
+from pathgene.host.device.boards import open_board
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planning import Search
+from pathgene.host.problem import aircraft
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Circle
+from pathgene.host.terrain import Terrain
 
 
 ZONES = (Circle(4500, 1800, 300),)

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from host.errors import InputError
-from host.planners.airspace import Airspace
+from pathgene.host.errors import InputError
+from pathgene.host.planners.airspace import Airspace
 
 
 def test_box_reaches_over_ground_start_and_goal(make_evaluator):

@@ -8,12 +8,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from host.evaluation import Evaluator
-from host.planners.altitudes import lowest_altitudes
-from host.planners.grid_search import Prices
-from host.problem import aircraft
-from host.problem.problem import Problem
-from host.terrain import Terrain
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners.altitudes import lowest_altitudes
+from pathgene.host.planners.grid_search import Prices
+from pathgene.host.problem import aircraft
+from pathgene.host.problem.problem import Problem
+from pathgene.host.terrain import Terrain
 
 
 def rough(seed, relief_m=120.0, height_m=150.0):

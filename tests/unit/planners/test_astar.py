@@ -5,16 +5,16 @@ import pytest
 from scipy.ndimage import gaussian_filter
 
 from bench.scenarios import EMBEDDED, problem
-from host.errors import InputError
-from host.evaluation import Evaluator
-from host.planners import PLANNERS
-from host.planners.astar import MOST_SEARCHES, AstarPlanner
-from host.planners.base import Options, Stop
-from host.problem import aircraft
-from host.problem.problem import Problem
-from host.problem.surface import surface_below
-from host.problem.zones import Circle, Polygon
-from host.terrain import Terrain
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners import PLANNERS
+from pathgene.host.planners.astar import MOST_SEARCHES, AstarPlanner
+from pathgene.host.planners.base import Options, Stop
+from pathgene.host.problem import aircraft
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.surface import surface_below
+from pathgene.host.problem.zones import Circle, Polygon
+from pathgene.host.terrain import Terrain
 
 
 ALL = Options(generations=MOST_SEARCHES)

@@ -7,9 +7,9 @@ import time
 import numpy as np
 import pytest
 
-from host.errors import InputError
-from host.planners import base
-from host.planners.base import Options, Run, Stop, choose
+from pathgene.host.errors import InputError
+from pathgene.host.planners import base
+from pathgene.host.planners.base import Options, Run, Stop, choose
 
 
 def paths_of(evaluator, *inner):

@@ -7,22 +7,22 @@ import re
 import numpy as np
 import pytest
 
-from hdl.config import Config
-from hdl.protocol.planner import PathClass, problem_request
-from hdl.protocol.runs import RunOptions
-from host.errors import InputError
-from host.evaluation import Evaluator
-from host.evaluation.geometry import smooth
-from host.evaluation.reference import problem_utopia
-from host.planners.chip_problem import committed_points, problem_record, whole_path
-from host.problem import Problem
-from host.problem.aircraft import load
-from host.problem.corner_map import CornerMap
-from host.problem.rules import Rules
-from host.problem.surface import surface_below
-from host.terrain import Terrain
-from sim.model.planner.definition.score import corner_of, score
-from sim.model.planner.run import plan
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol.planner import PathClass, problem_request
+from pathgene.hdl.protocol.runs import RunOptions
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.evaluation.geometry import smooth
+from pathgene.host.evaluation.reference import problem_utopia
+from pathgene.host.planners.chip_problem import committed_points, problem_record, whole_path
+from pathgene.host.problem import Problem
+from pathgene.host.problem.aircraft import load
+from pathgene.host.problem.corner_map import CornerMap
+from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.surface import surface_below
+from pathgene.host.terrain import Terrain
+from pathgene.sim.model.planner.definition.score import corner_of, score
+from pathgene.sim.model.planner.run import plan
 
 
 CONFIG = Config()

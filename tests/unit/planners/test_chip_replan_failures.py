@@ -6,14 +6,14 @@ import itertools
 import numpy as np
 import pytest
 
-from host.device.boards import open_board
-from host.device.link import LinkError
-from host.device.runs import Runs
-from host.planners.problem_on_chip import ProblemOnChip
-from host.planning import Search
-from host.problem.corner_map import CornerMap
-from host.problem.rules import Rules
-from host.problem.zones import Zone
+from pathgene.host.device.boards import open_board
+from pathgene.host.device.link import LinkError
+from pathgene.host.device.runs import Runs
+from pathgene.host.planners.problem_on_chip import ProblemOnChip
+from pathgene.host.planning import Search
+from pathgene.host.problem.corner_map import CornerMap
+from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.zones import Zone
 
 
 #: In the gap of the ridge, and behind it.
@@ -121,7 +121,7 @@ def two_gates():
 
 def test_after_a_failed_search_a_zone_that_has_moved_is_free(make_evaluator, board, monkeypatch):
     # The host knows that the other gate is open.
-    monkeypatch.setattr("host.planners.chip_runs.repair", lambda evaluator, path: None)
+    monkeypatch.setattr("pathgene.host.planners.chip_runs.repair", lambda evaluator, path: None)
     elevation, south, north = two_gates()
     search = Search("ga-chip", board=board, chip_ms=4, polish="off", seed=3)
     plan = search.run(make_evaluator(elevation, zones=(north,), rules=NO_MARGINS))

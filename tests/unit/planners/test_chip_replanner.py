@@ -5,20 +5,20 @@ import re
 import numpy as np
 import pytest
 
-from host.device.boards import open_board
-from host.device.map_copy import drawn_corners
-from host.errors import InputError
-from host.planners.base import Options
-from host.planners.chip_problem import problem_record
-from host.planners.chip_replanner import replan_options
-from host.planners.ga_chip import ChipGeneticPlanner
-from host.planning import Plan, Search
-from host.problem.changes import changed_problem
-from host.problem.corner_map import CornerMap
-from host.problem.no_fly_shape import no_fly_shape
-from host.problem.rules import Rules
-from host.problem.zones import Zone
-from sim.model.planner.run import plan as model_plan
+from pathgene.host.device.boards import open_board
+from pathgene.host.device.map_copy import drawn_corners
+from pathgene.host.errors import InputError
+from pathgene.host.planners.base import Options
+from pathgene.host.planners.chip_problem import problem_record
+from pathgene.host.planners.chip_replanner import replan_options
+from pathgene.host.planners.ga_chip import ChipGeneticPlanner
+from pathgene.host.planning import Plan, Search
+from pathgene.host.problem.changes import changed_problem
+from pathgene.host.problem.corner_map import CornerMap
+from pathgene.host.problem.no_fly_shape import no_fly_shape
+from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.zones import Zone
+from pathgene.sim.model.planner.run import plan as model_plan
 
 
 #: In the gap of the ridge, and behind it.

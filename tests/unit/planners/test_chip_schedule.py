@@ -2,9 +2,9 @@
 
 import pytest
 
-from hdl.config import Config
-from hdl.protocol.runs import RunOptions
-from host.planners.chip_schedule import MOST_RUNS, ChipSchedule
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol.runs import RunOptions
+from pathgene.host.planners.chip_schedule import MOST_RUNS, ChipSchedule
 
 
 CHIP = Config(genetic="streaming")

@@ -2,7 +2,7 @@
 
 import pytest
 
-from host.planners.chip_time import BAUD, Look, chip_time
+from pathgene.host.planners.chip_time import BAUD, Look, chip_time
 
 
 def test_the_host_looks_at_a_run_until_it_is_over():

@@ -5,17 +5,17 @@ from contextlib import nullcontext
 import numpy as np
 import pytest
 
-from hdl.config import CheckerBuild, Config
-from host.device.boards import open_board
-from host.device.waypoints import pack_waypoints
-from host.errors import InputError
-from host.evaluation import Evaluator
-from host.planners.base import Options, Run
-from host.planners.counting import CAUSES, BoardCollisionCounter, refutation
-from host.planners.ga_fpga import FpgaGeneticPlanner
-from host.problem import ChipMap
-from host.problem.zones import Circle
-from sim.model.checker import TerrainModel, check_path
+from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.host.device.boards import open_board
+from pathgene.host.device.waypoints import pack_waypoints
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners.base import Options, Run
+from pathgene.host.planners.counting import CAUSES, BoardCollisionCounter, refutation
+from pathgene.host.planners.ga_fpga import FpgaGeneticPlanner
+from pathgene.host.problem import ChipMap
+from pathgene.host.problem.zones import Circle
+from pathgene.sim.model.checker import TerrainModel, check_path
 from tests.chips import board_url
 
 

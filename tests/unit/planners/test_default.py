@@ -6,14 +6,14 @@ import threading
 
 import pytest
 
-from hdl.config import Config
-from host.device.boards import open_board
-from host.errors import InputError
-from host.mission.build import planner_of
-from host.planners import DEFAULT, OPTIONS, PLANNERS
-from host.planners.default import default_planner, named_or_default
-from host.planning import Search
-from sim.model.chip import ChipModel
+from pathgene.hdl.config import Config
+from pathgene.host.device.boards import open_board
+from pathgene.host.errors import InputError
+from pathgene.host.mission.build import planner_of
+from pathgene.host.planners import DEFAULT, OPTIONS, PLANNERS
+from pathgene.host.planners.default import default_planner, named_or_default
+from pathgene.host.planning import Search
+from pathgene.sim.model.chip import ChipModel
 
 
 CORES = {"streaming": "ga-chip", "parallel": "ga-fpga", "none": "ga-chip"}

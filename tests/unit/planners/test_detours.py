@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from host.evaluation.geometry import smooth
-from host.planners import detours as module
-from host.planners.detours import detours
-from host.problem import Problem, Rules, aircraft
-from host.terrain import Terrain
+from pathgene.host.evaluation.geometry import smooth
+from pathgene.host.planners import detours as module
+from pathgene.host.planners.detours import detours
+from pathgene.host.problem import Problem, Rules, aircraft
+from pathgene.host.terrain import Terrain
 
 
 FLAT = Terrain("flat", np.full((61, 61), 100.0), 100.0, 100.0)

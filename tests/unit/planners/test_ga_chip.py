@@ -5,21 +5,21 @@ import re
 import numpy as np
 import pytest
 
-from hdl.config import Config
-from host.device.boards import open_board, with_core
-from host.device.chip import Chip
-from host.device.link import Link, LinkError
-from host.device.runs import BestPaths, Runs, RunStatus
-from host.errors import InputError
-from host.planners.base import Options, Stop
-from host.planners.chip_problem import problem_record
-from host.planners.chip_schedule import ChipSchedule
-from host.planners.ga_chip import ChipGeneticPlanner
-from host.problem.corner_map import CornerMap
-from host.problem.rules import Rules
-from sim.model.chip import ChipModel
-from sim.model.planner.run import plan
-from sim.model.port import ModelPort
+from pathgene.hdl.config import Config
+from pathgene.host.device.boards import open_board, with_core
+from pathgene.host.device.chip import Chip
+from pathgene.host.device.link import Link, LinkError
+from pathgene.host.device.runs import BestPaths, Runs, RunStatus
+from pathgene.host.errors import InputError
+from pathgene.host.planners.base import Options, Stop
+from pathgene.host.planners.chip_problem import problem_record
+from pathgene.host.planners.chip_schedule import ChipSchedule
+from pathgene.host.planners.ga_chip import ChipGeneticPlanner
+from pathgene.host.problem.corner_map import CornerMap
+from pathgene.host.problem.rules import Rules
+from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.planner.run import plan
+from pathgene.sim.model.port import ModelPort
 
 
 GENERATIONS = Options(generations=1_000_000, seed=3)

@@ -5,18 +5,18 @@ import re
 import numpy as np
 import pytest
 
-from hdl.config import Config
-from hdl.protocol import LinkMode
-from host.device import boards
-from host.device.boards import open_board
-from host.device.waypoints import unpack_waypoints
-from host.errors import InputError, JobError
-from host.planners import ga_fpga
-from host.planners.base import Options, Stop
-from host.planners.ga_fpga import FpgaGeneticPlanner, draw_paths, ranking
-from host.problem import ChipMap
-from sim.model.core import Core
-from sim.model.mutation import Limits
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol import LinkMode
+from pathgene.host.device import boards
+from pathgene.host.device.boards import open_board
+from pathgene.host.device.waypoints import unpack_waypoints
+from pathgene.host.errors import InputError, JobError
+from pathgene.host.planners import ga_fpga
+from pathgene.host.planners.base import Options, Stop
+from pathgene.host.planners.ga_fpga import FpgaGeneticPlanner, draw_paths, ranking
+from pathgene.host.problem import ChipMap
+from pathgene.sim.model.core import Core
+from pathgene.sim.model.mutation import Limits
 
 
 OPTIONS = Options(generations=40, seed=5)

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from host.errors import InputError
-from host.planners.base import Options, Stop
-from host.planners.ga_pc import PcGeneticPlanner, _kept, crossover, roulette, smooth_turn
+from pathgene.host.errors import InputError
+from pathgene.host.planners.base import Options, Stop
+from pathgene.host.planners.ga_pc import PcGeneticPlanner, _kept, crossover, roulette, smooth_turn
 
 
 def numbered(count, first):

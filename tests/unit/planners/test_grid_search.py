@@ -6,12 +6,12 @@ import math
 import numpy as np
 import pytest
 
-from host.evaluation import Evaluator
-from host.planners.grid_search import Prices, SearchGrid
-from host.problem import aircraft
-from host.problem.problem import Problem
-from host.problem.zones import Circle
-from host.terrain import Terrain
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners.grid_search import Prices, SearchGrid
+from pathgene.host.problem import aircraft
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Circle
+from pathgene.host.terrain import Terrain
 
 
 REACHED = {(0, 1), (1, 0), (1, 1), (1, 2), (2, 1)}

@@ -6,19 +6,19 @@ from functools import partial
 import numpy as np
 import pytest
 
-from hdl.config import Config
-from host.errors import InputError
-from host.planners.airspace import Airspace
-from host.planners.astar import AstarPlanner
-from host.planners.base import Options, Run
-from host.planners.fpa.planner import FlowerPollinationPlanner
-from host.planners.ga_fpga import FpgaGeneticPlanner
-from host.planners.ga_pc import PcGeneticPlanner
-from host.planners.initial import Variation, astar_paths, check_init, on_lattice
-from host.planners.polylines import lengthened
-from host.planners.spline_routes import ConventionalRoutePlanner, DeterministicRoutePlanner
-from host.problem import ChipMap
-from host.problem.zones import Circle
+from pathgene.hdl.config import Config
+from pathgene.host.errors import InputError
+from pathgene.host.planners.airspace import Airspace
+from pathgene.host.planners.astar import AstarPlanner
+from pathgene.host.planners.base import Options, Run
+from pathgene.host.planners.fpa.planner import FlowerPollinationPlanner
+from pathgene.host.planners.ga_fpga import FpgaGeneticPlanner
+from pathgene.host.planners.ga_pc import PcGeneticPlanner
+from pathgene.host.planners.initial import Variation, astar_paths, check_init, on_lattice
+from pathgene.host.planners.polylines import lengthened
+from pathgene.host.planners.spline_routes import ConventionalRoutePlanner, DeterministicRoutePlanner
+from pathgene.host.problem import ChipMap
+from pathgene.host.problem.zones import Circle
 
 
 WALLS = tuple(Circle(3000, y, 300) for y in range(0, 4001, 400))

@@ -6,12 +6,12 @@ import math
 import numpy as np
 import pytest
 
-from host.planners.grid_search import SearchGrid
-from host.planners.polylines import _chord_costs, polylines, thinned
-from host.problem import aircraft
-from host.problem.problem import Problem
-from host.problem.zones import Circle
-from host.terrain import Terrain
+from pathgene.host.planners.grid_search import SearchGrid
+from pathgene.host.planners.polylines import _chord_costs, polylines, thinned
+from pathgene.host.problem import aircraft
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Circle
+from pathgene.host.terrain import Terrain
 
 
 @pytest.fixture

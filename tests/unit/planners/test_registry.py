@@ -5,8 +5,8 @@ import sys
 
 import pytest
 
-from host.errors import InputError
-from host.planners import DEFAULT, PLANNERS, make
+from pathgene.host.errors import InputError
+from pathgene.host.planners import DEFAULT, PLANNERS, make
 
 
 def test_every_planner_is_made_and_described():
@@ -32,7 +32,7 @@ def test_unknown_planner():
 
 def test_importing_the_list_loads_nothing_heavy():
     heavy = """
-import sys, host.planners, host.cli
+import sys, pathgene.host.planners, pathgene.host.cli
 print([m for m in ("numpy", "scipy", "numba", "matplotlib", "rasterio", "amaranth", "serial")
        if m in sys.modules])
 """

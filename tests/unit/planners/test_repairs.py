@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from host.evaluation import Evaluator
-from host.planners.repairs import load_repairs, repair
-from host.problem import Problem, Rules
-from host.problem.zones import Zone
-from host.terrain import Terrain
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners.repairs import load_repairs, repair
+from pathgene.host.problem import Problem, Rules
+from pathgene.host.problem.zones import Zone
+from pathgene.host.terrain import Terrain
 
 
 HEIGHTS = np.full((61, 61), 100.0)

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from host.errors import InputError
-from host.planners import make
-from host.planners.airspace import Airspace
-from host.planners.base import Options, Run, Stop
-from host.planners.routes.field import Graph, Route, Segments
-from host.planners.routes.point_sampler import PointSampler
-from host.planners.routes.search import DeterministicSearch
-from host.planners.spline_routes import WAYPOINTS, TerrainField
+from pathgene.host.errors import InputError
+from pathgene.host.planners import make
+from pathgene.host.planners.airspace import Airspace
+from pathgene.host.planners.base import Options, Run, Stop
+from pathgene.host.planners.routes.field import Graph, Route, Segments
+from pathgene.host.planners.routes.point_sampler import PointSampler
+from pathgene.host.planners.routes.search import DeterministicSearch
+from pathgene.host.planners.spline_routes import WAYPOINTS, TerrainField
 
 
 OPTIONS = Options(generations=25, seed=2)

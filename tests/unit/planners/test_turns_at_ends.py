@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from host.evaluation import Evaluator
-from host.planners import make
-from host.planners.base import Options
-from host.planners.turns_at_ends import leads
-from host.problem import Problem, Rules
-from host.terrain import Terrain
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners import make
+from pathgene.host.planners.base import Options
+from pathgene.host.planners.turns_at_ends import leads
+from pathgene.host.problem import Problem, Rules
+from pathgene.host.terrain import Terrain
 
 
 FLAT = Terrain("flat", np.full((61, 61), 100.0), 100.0, 100.0)

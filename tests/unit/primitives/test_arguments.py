@@ -2,7 +2,7 @@
 
 import pytest
 
-from hdl.primitives.arguments import check_integer, check_power_of_two
+from pathgene.hdl.primitives.arguments import check_integer, check_power_of_two
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 import random
 
-from hdl.primitives.commit_ring import CommitRing
+from pathgene.hdl.primitives.commit_ring import CommitRing
 from tests.streams import simulate
 from tests.unit.link.drive import watch
 

@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from hdl.primitives.divider import Divider
+from pathgene.hdl.primitives.divider import Divider
 from tests.pipelines import outputs
 
 

@@ -5,7 +5,7 @@ import itertools
 
 import pytest
 
-from hdl.primitives.memory_delay import MemoryDelay
+from pathgene.hdl.primitives.memory_delay import MemoryDelay
 from tests.streams import simulate
 
 

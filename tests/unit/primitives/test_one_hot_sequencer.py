@@ -6,8 +6,8 @@ import random
 import pytest
 from amaranth.sim import Simulator
 
-from hdl.primitives.one_hot_sequencer import OneHotSequencer
-from hdl.protocol import ChipState
+from pathgene.hdl.primitives.one_hot_sequencer import OneHotSequencer
+from pathgene.hdl.protocol import ChipState
 
 
 STEPS = [

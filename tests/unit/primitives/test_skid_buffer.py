@@ -3,7 +3,7 @@
 
 import pytest
 
-from hdl.primitives.skid_buffer import SkidBuffer
+from pathgene.hdl.primitives.skid_buffer import SkidBuffer
 from tests.streams import simulate
 from tests.unit.link.drive import pass_through
 

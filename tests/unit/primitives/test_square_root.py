@@ -6,7 +6,7 @@ from math import isqrt
 
 import pytest
 
-from hdl.primitives.square_root import SquareRoot
+from pathgene.hdl.primitives.square_root import SquareRoot
 from tests.pipelines import outputs
 
 

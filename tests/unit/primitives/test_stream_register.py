@@ -3,7 +3,7 @@
 
 import pytest
 
-from hdl.primitives.stream_register import StreamRegister
+from pathgene.hdl.primitives.stream_register import StreamRegister
 from tests.streams import simulate
 from tests.unit.link.drive import pass_through
 

@@ -7,7 +7,7 @@ import random
 import pytest
 from amaranth.hdl import signed, unsigned
 
-from hdl.primitives.wide_multiplier import WideMultiplier
+from pathgene.hdl.primitives.wide_multiplier import WideMultiplier
 from tests.pipelines import outputs
 
 

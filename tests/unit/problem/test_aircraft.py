@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from host.errors import InputError
-from host.problem.aircraft import PARAMETERS, Aircraft, load, names, parse
+from pathgene.host.errors import InputError
+from pathgene.host.problem.aircraft import PARAMETERS, Aircraft, load, names, parse
 
 
 FOX = load("silver-fox")

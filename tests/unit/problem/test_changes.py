@@ -6,12 +6,12 @@ import re
 import numpy as np
 import pytest
 
-from host.errors import InputError
-from host.problem import aircraft
-from host.problem.changes import changed_problem
-from host.problem.problem import Problem
-from host.problem.zones import Zone
-from host.terrain import Terrain
+from pathgene.host.errors import InputError
+from pathgene.host.problem import aircraft
+from pathgene.host.problem.changes import changed_problem
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Zone
+from pathgene.host.terrain import Terrain
 
 
 OLD, NEW = Zone.circle(2000, 2000, 100), Zone.circle(3000, 1000, 200)

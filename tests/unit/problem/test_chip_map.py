@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from host.errors import InputError
-from host.problem import ChipMap
-from host.terrain import Terrain
+from pathgene.host.errors import InputError
+from pathgene.host.problem import ChipMap
+from pathgene.host.terrain import Terrain
 
 
 @dataclass

@@ -4,12 +4,12 @@ import math
 import numpy as np
 import pytest
 
-from hdl.config import Config
-from host.problem import Problem
-from host.problem.corner_map import EASES, CornerMap
-from host.problem.rules import Rules
-from host.problem.zones import Circle
-from host.terrain import Terrain
+from pathgene.hdl.config import Config
+from pathgene.host.problem import Problem
+from pathgene.host.problem.corner_map import EASES, CornerMap
+from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.zones import Circle
+from pathgene.host.terrain import Terrain
 
 
 CONFIG = Config(map_size=16, coarse_factor=4)

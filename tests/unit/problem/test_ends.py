@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from host.errors import InputError
-from host.problem.ends import check_above_ground, end_point, place
-from host.terrain import Terrain
+from pathgene.host.errors import InputError
+from pathgene.host.problem.ends import check_above_ground, end_point, place
+from pathgene.host.terrain import Terrain
 
 
 #: 3 x 2 km in the hills of the UTM zone 16, at 300 m.

@@ -6,9 +6,9 @@ import math
 import numpy as np
 import pytest
 
-from host.problem import aircraft
-from host.problem.limits import Limits, slope_limits
-from host.problem.rules import Rules
+from pathgene.host.problem import aircraft
+from pathgene.host.problem.limits import Limits, slope_limits
+from pathgene.host.problem.rules import Rules
 
 
 FOX = aircraft.load("silver-fox")

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from hdl.config import Config
-from host.problem import Problem
-from host.problem.corner_map import CornerMap
-from host.problem.no_fly_shape import no_fly_shape
-from host.problem.rules import Rules
-from host.problem.zones import Zone
-from host.terrain import Terrain
-from sim.model.planner.no_fly import block
+from pathgene.hdl.config import Config
+from pathgene.host.problem import Problem
+from pathgene.host.problem.corner_map import CornerMap
+from pathgene.host.problem.no_fly_shape import no_fly_shape
+from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.zones import Zone
+from pathgene.host.terrain import Terrain
+from pathgene.sim.model.planner.no_fly import block
 
 
 CONFIG = Config()

@@ -6,11 +6,11 @@ import math
 import numpy as np
 import pytest
 
-from host.errors import InputError
-from host.problem import aircraft
-from host.problem.problem import Problem
-from host.problem.zones import Circle
-from host.terrain import Terrain
+from pathgene.host.errors import InputError
+from pathgene.host.problem import aircraft
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Circle
+from pathgene.host.terrain import Terrain
 
 
 FOX = aircraft.load("silver-fox")

@@ -2,8 +2,8 @@
 
 import pytest
 
-from host.errors import InputError
-from host.problem import Rules
+from pathgene.host.errors import InputError
+from pathgene.host.problem import Rules
 
 
 def test_defaults():

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from host.problem import aircraft
-from host.problem.problem import Problem
-from host.problem.rules import Rules
-from host.problem.surface import surface_below
-from host.problem.zones import Circle
-from host.terrain import Terrain
+from pathgene.host.problem import aircraft
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.surface import surface_below
+from pathgene.host.problem.zones import Circle
+from pathgene.host.terrain import Terrain
 from tests.flight_oracle import surface
 
 

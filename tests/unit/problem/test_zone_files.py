@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from shapely.geometry import Polygon as Shape
 
-from host.errors import InputError
-from host.mission.files.flight_plan import flight_plan
-from host.mission.files.kml_file import kml_text
-from host.mission.files.plan_file import plan_document
-from host.problem.zones import Circle, Polygon, read_zones
-from host.terrain import Terrain
+from pathgene.host.errors import InputError
+from pathgene.host.mission.files.flight_plan import flight_plan
+from pathgene.host.mission.files.kml_file import kml_text
+from pathgene.host.mission.files.plan_file import plan_document
+from pathgene.host.problem.zones import Circle, Polygon, read_zones
+from pathgene.host.terrain import Terrain
 from tests.unit.mission.files.conftest import make_mission
 
 

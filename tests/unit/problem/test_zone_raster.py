@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import shapely
 
-from host.problem.zone_raster import blocked_cells
-from host.problem.zones import Circle, Polygon, raster
-from host.terrain import Terrain
+from pathgene.host.problem.zone_raster import blocked_cells
+from pathgene.host.problem.zones import Circle, Polygon, raster
+from pathgene.host.terrain import Terrain
 from tests.random_flights import random_zones
 from tests.zone_oracle import distances, outline
 

@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rasterio.warp import transform
 
-from host.errors import InputError
-from host.problem.zones import Circle, Polygon, Zone, raster, read_zones, zone_from_dict
-from host.terrain import Terrain
+from pathgene.host.errors import InputError
+from pathgene.host.problem.zones import Circle, Polygon, Zone, raster, read_zones, zone_from_dict
+from pathgene.host.terrain import Terrain
 
 
 SQUARE = ((100.0, 100.0), (300.0, 100.0), (300.0, 300.0), (100.0, 300.0))

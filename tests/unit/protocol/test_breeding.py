@@ -4,9 +4,9 @@ import random
 
 import pytest
 
-from hdl.config import CheckerBuild, Config, MutationKind
-from hdl.protocol import recipe_reply
-from hdl.protocol.breeding import (
+from pathgene.hdl.config import CheckerBuild, Config, MutationKind
+from pathgene.hdl.protocol import recipe_reply
+from pathgene.hdl.protocol.breeding import (
     MutationRecord,
     Recipe,
     breed,

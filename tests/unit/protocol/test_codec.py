@@ -8,10 +8,10 @@ from cobs import cobs
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hdl.config import Config
-from hdl.protocol import StickyError
-from hdl.protocol.codec import FrameError, FrameSplitter, decode_frame, encode_frame
-from sim.model.frames import FrameReceiverModel
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol import StickyError
+from pathgene.hdl.protocol.codec import FrameError, FrameSplitter, decode_frame, encode_frame
+from pathgene.sim.model.frames import FrameReceiverModel
 
 
 BODIES = st.binary(min_size=3, max_size=600)

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hdl import protocol
-from hdl.config import CheckerBuild, Config, SurvivorSelection
-from hdl.protocol import Layout, LinkMode, PathResult
+from pathgene.hdl import protocol
+from pathgene.hdl.config import CheckerBuild, Config, SurvivorSelection
+from pathgene.hdl.protocol import Layout, LinkMode, PathResult
 
 
 CONFIG = Config()

@@ -5,8 +5,8 @@ import re
 import numpy as np
 import pytest
 
-from hdl.protocol import planner, planner_breeding
-from hdl.protocol.planner import (
+from pathgene.hdl.protocol import planner, planner_breeding
+from pathgene.hdl.protocol.planner import (
     BASE_BITS,
     EDGES,
     NoFlyShape,

@@ -2,8 +2,8 @@
 
 import pytest
 
-from hdl.config import Config
-from hdl.protocol.random_words import WORD_BITS, RandomWordLayout
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol.random_words import WORD_BITS, RandomWordLayout
 
 
 LARGEST = Config(population=256, children=128, survivors=126)

@@ -3,7 +3,7 @@ import re
 
 import pytest
 
-from hdl.protocol.runs import RunOptions, pack_best, run_request, unpack_best
+from pathgene.hdl.protocol.runs import RunOptions, pack_best, run_request, unpack_best
 from tests.chips import random_path
 from tests.planner_cases import LARGE, SMALL, USUAL
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from host.device.boards import open_board
-from host.evaluation import Evaluator
-from host.problem import aircraft
-from host.problem.problem import Problem
-from host.problem.rules import Rules
-from host.replanning.planner import InFlightPlanner
-from host.terrain import Terrain
+from pathgene.host.device.boards import open_board
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.problem import aircraft
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.rules import Rules
+from pathgene.host.replanning.planner import InFlightPlanner
+from pathgene.host.terrain import Terrain
 
 
 FOX = aircraft.load("silver-fox")

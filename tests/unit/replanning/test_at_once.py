@@ -4,10 +4,10 @@ import pytest
 
 from bench import replan_at_once
 from bench.replan_at_once import Question, is_there_a_path
-from host.evaluation import Evaluator
-from host.problem.zones import Circle
-from host.replanning.departure import Departure
-from host.replanning.present import Present
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.problem.zones import Circle
+from pathgene.host.replanning.departure import Departure
+from pathgene.host.replanning.present import Present
 
 
 LEAVES_M = 1000.0

@@ -5,15 +5,15 @@ import math
 import numpy as np
 import pytest
 
-from host.errors import InputError
-from host.evaluation import Evaluator, problem_utopia, utopia
-from host.planners import make
-from host.planners.base import Options
-from host.problem.problem import Problem
-from host.problem.rules import Rules
-from host.replanning.departure import RestOfFlight
-from host.replanning.tracks import end_of, is_smooth
-from host.terrain import Terrain
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluator, problem_utopia, utopia
+from pathgene.host.planners import make
+from pathgene.host.planners.base import Options
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.rules import Rules
+from pathgene.host.replanning.departure import RestOfFlight
+from pathgene.host.replanning.tracks import end_of, is_smooth
+from pathgene.host.terrain import Terrain
 
 
 def rest(mission, z, *, away_m=5000.0, goal_z=250.0):

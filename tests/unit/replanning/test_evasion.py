@@ -6,14 +6,14 @@ import math
 import numpy as np
 import pytest
 
-from host.evaluation import Evaluator
-from host.problem.problem import Problem
-from host.problem.rules import Rules
-from host.problem.zones import Circle, Polygon
-from host.replanning.evasion import holding_on, shortest_way_out_m, way_on, way_out
-from host.replanning.present import Present
-from host.replanning.tracks import Pose, end_of, part, pose_at, run_of
-from host.terrain import Terrain
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.zones import Circle, Polygon
+from pathgene.host.replanning.evasion import holding_on, shortest_way_out_m, way_on, way_out
+from pathgene.host.replanning.present import Present
+from pathgene.host.replanning.tracks import Pose, end_of, part, pose_at, run_of
+from pathgene.host.terrain import Terrain
 
 
 def present(mission, *zones):

@@ -5,10 +5,10 @@ import signal
 
 import pytest
 
-from host.problem.zones import Circle
-from host.replanning.fly import underway
-from host.replanning.scenario import Event, NewZone, Scenario
-from sim.board.scheme import start_simulated
+from pathgene.host.problem.zones import Circle
+from pathgene.host.replanning.fly import underway
+from pathgene.host.replanning.scenario import Event, NewZone, Scenario
+from pathgene.sim.board.scheme import start_simulated
 
 
 def check_that_astar_takes_over(mission, path, planner, board, kill):

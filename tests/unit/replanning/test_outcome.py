@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import shapely
 
-from host.problem.zones import Circle, Polygon
-from host.replanning.outcome import judge, zone_distance_m
-from host.replanning.scenario import Event, NewZone, Placed, Scenario
-from host.replanning.session import Session
+from pathgene.host.problem.zones import Circle, Polygon
+from pathgene.host.replanning.outcome import judge, zone_distance_m
+from pathgene.host.replanning.scenario import Event, NewZone, Placed, Scenario
+from pathgene.host.replanning.session import Session
 
 
 def signed(shape, x, y):

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from host.replanning import animation, picture
-from host.replanning.fly import fly_scenario, save
-from host.replanning.scenario import Event, NewZone, Placed, Scenario
-from host.report.palette import FLOWN, NOFLY
+from pathgene.host.replanning import animation, picture
+from pathgene.host.replanning.fly import fly_scenario, save
+from pathgene.host.replanning.scenario import Event, NewZone, Placed, Scenario
+from pathgene.host.report.palette import FLOWN, NOFLY
 
 
 @pytest.fixture(scope="module")

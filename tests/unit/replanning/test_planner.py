@@ -5,14 +5,14 @@ import dataclasses
 import numpy as np
 import pytest
 
-from host.device.boards import open_board
-from host.evaluation import Evaluator
-from host.planners.chip_time import chip_time
-from host.planners.problem_on_chip import ProblemOnChip
-from host.planning import Plan
-from host.problem.changes import changed_problem
-from host.problem.zones import Circle, Zone
-from host.replanning.planner import (
+from pathgene.host.device.boards import open_board
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners.chip_time import chip_time
+from pathgene.host.planners.problem_on_chip import ProblemOnChip
+from pathgene.host.planning import Plan
+from pathgene.host.problem.changes import changed_problem
+from pathgene.host.problem.zones import Circle, Zone
+from pathgene.host.replanning.planner import (
     HOST_S,
     PATIENCE_S,
     REPAIR_S,

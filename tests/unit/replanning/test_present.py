@@ -6,10 +6,10 @@ import math
 import numpy as np
 import pytest
 
-from host.evaluation import Evaluator
-from host.problem.zones import Circle, Polygon
-from host.replanning.present import Present
-from host.replanning.tracks import Pose, part, run_of
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.problem.zones import Circle, Polygon
+from pathgene.host.replanning.present import Present
+from pathgene.host.replanning.tracks import Pose, part, run_of
 
 
 def present(mission, *zones, wind=(0.0, 0.0), goal=None):

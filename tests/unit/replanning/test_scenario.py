@@ -4,10 +4,17 @@ import re
 
 import pytest
 
-from host.errors import InputError
-from host.problem.zones import Circle, Polygon
-from host.replanning.airspace import Airspace, moved
-from host.replanning.scenario import Event, NewZone, Placed, Scenario, parse_popup, read_scenario
+from pathgene.host.errors import InputError
+from pathgene.host.problem.zones import Circle, Polygon
+from pathgene.host.replanning.airspace import Airspace, moved
+from pathgene.host.replanning.scenario import (
+    Event,
+    NewZone,
+    Placed,
+    Scenario,
+    parse_popup,
+    read_scenario,
+)
 
 
 FILE = """

@@ -6,19 +6,19 @@ import math
 import numpy as np
 import pytest
 
-from host.device.boards import open_board
-from host.errors import InputError
-from host.evaluation import Evaluator
-from host.flight.flight import PERIOD_S
-from host.problem.rules import Rules
-from host.problem.way import WayProblem
-from host.problem.zones import Circle
-from host.replanning import session as replanning_session
-from host.replanning.outcome import judge
-from host.replanning.planner import Attempt, InFlightPlanner, PlanningTime
-from host.replanning.scenario import Event, NewZone, Placed, Scenario
-from host.replanning.session import Session
-from host.replanning.tracks import is_smooth, pose_at, run_of
+from pathgene.host.device.boards import open_board
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.flight.flight import PERIOD_S
+from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.way import WayProblem
+from pathgene.host.problem.zones import Circle
+from pathgene.host.replanning import session as replanning_session
+from pathgene.host.replanning.outcome import judge
+from pathgene.host.replanning.planner import Attempt, InFlightPlanner, PlanningTime
+from pathgene.host.replanning.scenario import Event, NewZone, Placed, Scenario
+from pathgene.host.replanning.session import Session
+from pathgene.host.replanning.tracks import is_smooth, pose_at, run_of
 
 
 def fly(mission, path, planner, *events, **options):

@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 
-from host.evaluation.geometry import smooth
-from host.replanning.tracks import Pose, end_of, is_smooth, part, pose_at, run_of
+from pathgene.host.evaluation.geometry import smooth
+from pathgene.host.replanning.tracks import Pose, end_of, is_smooth, part, pose_at, run_of
 
 
 PATH = np.array([(0, 0, 100), (900, 100, 160), (1500, 900, 120), (1500, 2200, 200)], dtype=float)

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from host.evaluation import Evaluator
-from host.planners.base import Options, Run
-from host.problem.problem import Problem
-from host.problem.zones import Circle, Polygon
-from host.terrain import Terrain
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners.base import Options, Run
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Circle, Polygon
+from pathgene.host.terrain import Terrain
 
 
 @pytest.fixture(scope="session")

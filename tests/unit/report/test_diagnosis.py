@@ -7,15 +7,15 @@ import pytest
 from matplotlib.colors import to_rgb
 from PIL import Image
 
-from host.diagnosis import diagnose
-from host.diagnosis.reason import CODES
-from host.evaluation import Evaluator
-from host.planners.astar import AstarPlanner
-from host.planners.base import Options
-from host.problem import Polygon, Problem
-from host.report.diagnosis import _MEANINGS, _scene, write_diagnosis
-from host.report.palette import TROUBLE
-from host.terrain import Terrain
+from pathgene.host.diagnosis import diagnose
+from pathgene.host.diagnosis.reason import CODES
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners.astar import AstarPlanner
+from pathgene.host.planners.base import Options
+from pathgene.host.problem import Polygon, Problem
+from pathgene.host.report.diagnosis import _MEANINGS, _scene, write_diagnosis
+from pathgene.host.report.palette import TROUBLE
+from pathgene.host.terrain import Terrain
 
 
 WALL = Polygon(((1900, -50), (2100, -50), (2100, 5000), (1900, 5000)), name="border")

@@ -6,10 +6,10 @@ import re
 import numpy as np
 import pytest
 
-from host.errors import InputError
-from host.problem.zones import Circle, Polygon, read_zones
-from host.report.geojson import heights_datum, path_document, read_path
-from host.terrain import Terrain
+from pathgene.host.errors import InputError
+from pathgene.host.problem.zones import Circle, Polygon, read_zones
+from pathgene.host.report.geojson import heights_datum, path_document, read_path
+from pathgene.host.terrain import Terrain
 
 
 UTM = {"crs": "EPSG:32632", "origin": (400_000.0, 5_130_000.0)}

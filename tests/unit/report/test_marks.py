@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from host.report.marks import mark_names, marked_waypoints
+from pathgene.host.report.marks import mark_names, marked_waypoints
 
 
 A, B, C, D = (0.0, 0.0, 1.0), (9.0, 0.0, 2.0), (9.0, 9.0, 3.0), (5.0, 5.0, 4.0)

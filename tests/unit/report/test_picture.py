@@ -15,16 +15,16 @@ from matplotlib.offsetbox import AnchoredOffsetbox
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
-from host.diagnosis import diagnose
-from host.evaluation import Evaluator
-from host.mission.mission import Mission
-from host.problem.problem import Problem
-from host.problem.zones import Circle, Polygon
-from host.report import palette, plan_view
-from host.report.picture import Scene, draw, write
-from host.report.placing import label
-from host.report.plan_view import axis_unit, nice_length
-from host.terrain import Terrain
+from pathgene.host.diagnosis import diagnose
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.mission.mission import Mission
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Circle, Polygon
+from pathgene.host.report import palette, plan_view
+from pathgene.host.report.picture import Scene, draw, write
+from pathgene.host.report.placing import label
+from pathgene.host.report.plan_view import axis_unit, nice_length
+from pathgene.host.terrain import Terrain
 from tests.pictures import assert_texts_apart, texts_of
 
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from matplotlib.text import Text
 
-from host.evaluation import Evaluator
-from host.problem.problem import Problem
-from host.problem.rules import Rules
-from host.problem.zones import Circle, Polygon
-from host.report.picture import Scene, draw
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.zones import Circle, Polygon
+from pathgene.host.report.picture import Scene, draw
 from tests.pictures import assert_texts_apart
 
 

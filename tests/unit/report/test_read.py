@@ -5,12 +5,12 @@ import json
 import numpy as np
 import pytest
 
-from host.errors import InputError
-from host.evaluation import Evaluator
-from host.problem.rules import Rules
-from host.report.read import find_summary, read_run
-from host.report.summary import summarise
-from host.report.write import write_report
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.problem.rules import Rules
+from pathgene.host.report.read import find_summary, read_run
+from pathgene.host.report.summary import summarise
+from pathgene.host.report.write import write_report
 
 
 PLACE = {"crs": "EPSG:32617", "origin": (500000.0, 4100000.0)}

@@ -5,8 +5,8 @@ import os
 
 import pytest
 
-from host.errors import InputError
-from host.report.run_files import digests, verify
+from pathgene.host.errors import InputError
+from pathgene.host.report.run_files import digests, verify
 
 
 @pytest.fixture

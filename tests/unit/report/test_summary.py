@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from host.report.summary import finite, summarise
+from pathgene.host.report.summary import finite, summarise
 
 
 # Scripts rely on these keys.

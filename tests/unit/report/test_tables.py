@@ -5,8 +5,8 @@ import re
 import numpy as np
 import pytest
 
-from host.errors import InputError
-from host.report.tables import read_csv
+from pathgene.host.errors import InputError
+from pathgene.host.report.tables import read_csv
 
 
 def written(tmp_path, text, encoding="utf-8"):

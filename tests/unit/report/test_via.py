@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from host.evaluation import Evaluator
-from host.problem.way import WayProblem
-from host.report.via import visits
-from host.terrain import Terrain
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.problem.way import WayProblem
+from pathgene.host.report.via import visits
+from pathgene.host.terrain import Terrain
 
 
 START, CORNER, GOAL = (500.0, 500.0, 200.0), (3000.0, 500.0, 200.0), (3000.0, 3000.0, 200.0)

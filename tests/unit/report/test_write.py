@@ -6,12 +6,12 @@ import json
 import numpy as np
 import pytest
 
-from host.errors import InputError
-from host.report import picture
-from host.report.run_files import DATA, FLIGHT, verify
-from host.report.summary import summarise
-from host.report.write import scene, write_report
-from host.terrain import load
+from pathgene.host.errors import InputError
+from pathgene.host.report import picture
+from pathgene.host.report.run_files import DATA, FLIGHT, verify
+from pathgene.host.report.summary import summarise
+from pathgene.host.report.write import scene, write_report
+from pathgene.host.terrain import load
 
 
 FILES = ["path.geojson", "path.png", "summary.json", "terrain.npz"]

@@ -5,8 +5,8 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from host.problem.zones import Circle, Polygon
-from host.report import zone_shapes
+from pathgene.host.problem.zones import Circle, Polygon
+from pathgene.host.report import zone_shapes
 
 
 SQUARE = ((0.0, 0.0), (9.0, 0.0), (9.0, 9.0), (0.0, 9.0))

@@ -3,8 +3,8 @@ from unittest.mock import Mock
 
 import pytest
 
-from host.errors import InputError
-from sim.board import BoardOptions, Program, parse_board_url, scheme
+from pathgene.host.errors import InputError
+from pathgene.sim.board import BoardOptions, Program, parse_board_url, scheme
 
 
 @pytest.mark.parametrize(

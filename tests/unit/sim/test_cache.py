@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from host.errors import JobError
-from host.files.disk import using
-from sim.cache import BuildCache, build_root, digest
-from sim.exported import cached_verilog
+from pathgene.host.errors import JobError
+from pathgene.host.files.disk import using
+from pathgene.sim.cache import BuildCache, build_root, digest
+from pathgene.sim.exported import cached_verilog
 from tools.faults.disk import FaultyDisk, Killed
 
 
@@ -64,7 +64,7 @@ def test_key_is_a_plain_name(tmp_path):
 BUILDER = """
 import sys, time
 from pathlib import Path
-from sim.cache import BuildCache
+from pathgene.sim.cache import BuildCache
 def build(directory):
     with open(sys.argv[2], "a") as file:
         file.write("built\\n")
@@ -231,8 +231,8 @@ def test_what_is_no_directory_stays(tmp_path):
 COMPILING = """
 import sys
 from pathlib import Path
-from sim.cache import BuildCache
-from sim.compiler import run_tool
+from pathgene.sim.cache import BuildCache
+from pathgene.sim.compiler import run_tool
 def build(directory):
     script = "sleep 600 & echo $! > child; echo $$ >> child; mv child pids; wait"
     run_tool(["sh", "-c", script], cwd=directory, what="It")

@@ -8,8 +8,8 @@ import time
 
 import pytest
 
-from host.errors import JobError
-from sim.compiler import end_tools, run_tool
+from pathgene.host.errors import JobError
+from pathgene.sim.compiler import end_tools, run_tool
 
 
 def test_returns_the_output(tmp_path):

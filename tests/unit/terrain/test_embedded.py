@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from host.errors import InputError
-from host.terrain import embedded, load, names
+from pathgene.host.errors import InputError
+from pathgene.host.terrain import embedded, load, names
 
 
 def test_every_name_is_described_and_loads():

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from host.errors import InputError
-from host.terrain import Terrain, geodesy, info, load
+from pathgene.host.errors import InputError
+from pathgene.host.terrain import Terrain, geodesy, info, load
 
 
 HEIGHTS = np.array([[1.0, 2.0, 3.0], [4.0, np.nan, 6.0]])

@@ -6,8 +6,8 @@ import rasterio
 import rasterio.shutil
 from affine import Affine
 
-from host.errors import InputError
-from host.terrain import load
+from pathgene.host.errors import InputError
+from pathgene.host.terrain import load
 
 
 TILES = Path(__file__).parents[4] / "shared" / "terrain"

@@ -4,9 +4,9 @@ import numpy as np
 import pyproj
 import pytest
 
-from host.errors import InputError
-from host.terrain import Terrain
-from host.terrain.origin import at_origin
+from pathgene.host.errors import InputError
+from pathgene.host.terrain import Terrain
+from pathgene.host.terrain.origin import at_origin
 
 
 PLAIN = Terrain("plain", np.zeros((101, 101)), 200.0, 200.0)

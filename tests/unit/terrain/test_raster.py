@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import rasterio
 
-from host.terrain import raster
+from pathgene.host.terrain import raster
 
 
 @pytest.mark.parametrize("declared", [-32767, -9999, None])

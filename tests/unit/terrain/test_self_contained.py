@@ -8,8 +8,8 @@ import rasterio
 from affine import Affine
 from rasterio.errors import NotGeoreferencedWarning
 
-from host.errors import InputError
-from host.terrain import load
+from pathgene.host.errors import InputError
+from pathgene.host.terrain import load
 
 
 PLACE = Affine(10, 0, 500_000, 0, -10, 4_000_000)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import rasterio
 
-from host.terrain import info, load
+from pathgene.host.terrain import info, load
 
 
 TILES = Path(__file__).parents[4] / "shared" / "terrain"

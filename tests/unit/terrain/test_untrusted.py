@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 import rasterio
 
-from host.errors import InputError
-from host.terrain import load
+from pathgene.host.errors import InputError
+from pathgene.host.terrain import load
 
 
 def header(shape, kind="<f8"):

@@ -7,10 +7,10 @@ import rasterio.shutil
 from affine import Affine
 
 import pathgene
-from host.errors import InputError
-from host.problem.problem import Problem
-from host.problem.zones import Circle
-from host.terrain import Terrain, load
+from pathgene.host.errors import InputError
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Circle
+from pathgene.host.terrain import Terrain, load
 
 
 MARKS = (-9999.0, -32767.0, -99999.0, -float(np.finfo(np.float32).max), 9999.0, 1e20, -500.5)

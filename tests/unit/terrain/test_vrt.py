@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import rasterio
 
-from host.errors import InputError
-from host.terrain import load
+from pathgene.host.errors import InputError
+from pathgene.host.terrain import load
 
 
 RASTER = (

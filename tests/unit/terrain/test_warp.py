@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from host.errors import InputError
-from host.terrain import load, warp
+from pathgene.host.errors import InputError
+from pathgene.host.terrain import load, warp
 
 
 HEIGHTS = np.array([[10, 20, 30], [40, 50, 60]], dtype=np.float32)

@@ -143,7 +143,7 @@ def unseen(a):
     return a * 2
 """
 TEST = """
-from hdl.unit import seen, unseen
+from pathgene.hdl.unit import seen, unseen
 
 def test_seen():
     assert seen(3) == 4
@@ -157,6 +157,9 @@ def test_nothing():
 def project(tmp_path):
     root = tmp_path / "project"
     (root / "hdl").mkdir(parents=True)
+    (root / "pathgene").mkdir()
+    (root / "pathgene" / "__init__.py").touch()
+    (root / "pathgene" / "hdl").symlink_to("../hdl")
     (root / "tests" / "unit").mkdir(parents=True)
     (root / "pyproject.toml").write_text(
         '[tool.pytest.ini_options]\naddopts = ["--import-mode=importlib"]\npythonpath = ["."]\n'

@@ -4,11 +4,11 @@ import json
 
 import pytest
 
-from hdl.config import Config
-from hdl.protocol import Command, Status, StickyError
-from hdl.protocol.codec import FrameError, decode_frame, encode_frame
-from hdl.protocol.planner import VALUE_BITS
-from sim.model.chip import ChipModel
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol import Command, Status, StickyError
+from pathgene.hdl.protocol.codec import FrameError, decode_frame, encode_frame
+from pathgene.hdl.protocol.planner import VALUE_BITS
+from pathgene.sim.model.chip import ChipModel
 from tools.protocol_page.files import FRAMES, contents
 from tools.protocol_page.segments import split_reply, split_request
 

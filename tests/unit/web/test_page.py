@@ -9,14 +9,14 @@ from importlib import metadata
 import numpy as np
 import pytest
 
-from host.cli import main
-from host.errors import InputError
-from host.problem.zones import Zone
-from host.report.read import read_run
-from host.terrain import Terrain
-from host.web import page as pages
-from host.web.page import MODULES, page_of, three_js
-from host.web.scene import zones_scene
+from pathgene.host.cli import main
+from pathgene.host.errors import InputError
+from pathgene.host.problem.zones import Zone
+from pathgene.host.report.read import read_run
+from pathgene.host.terrain import Terrain
+from pathgene.host.web import page as pages
+from pathgene.host.web.page import MODULES, page_of, three_js
+from pathgene.host.web.scene import zones_scene
 from tests.web_plans import KINDS, evaluated, page_text, planned
 
 

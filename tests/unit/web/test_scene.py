@@ -6,11 +6,11 @@ import json
 import numpy as np
 import pytest
 
-from host.problem.surface import surface_below
-from host.problem.zones import Circle, Zone
-from host.terrain import Terrain
-from host.web import scene as scenes
-from host.web.scene import plan_scene, problem_scene, terrain_scene, zones_scene
+from pathgene.host.problem.surface import surface_below
+from pathgene.host.problem.zones import Circle, Zone
+from pathgene.host.terrain import Terrain
+from pathgene.host.web import scene as scenes
+from pathgene.host.web.scene import plan_scene, problem_scene, terrain_scene, zones_scene
 from tests.web_plans import KINDS, evaluated, hills, planned
 
 

@@ -11,9 +11,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from hdl.config import Config
-from hdl.protocol.planner import ProblemRecord
-from hdl.protocol.planner_breeding import (
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol.planner import ProblemRecord
+from pathgene.hdl.protocol.planner_breeding import (
     CUT,
     DELETE,
     INSERT,
@@ -26,9 +26,9 @@ from hdl.protocol.planner_breeding import (
     SIZE,
     SURVIVOR_BITS,
 )
-from sim.model.planner.definition.walk import Point
-from sim.model.random_source import RandomSource
-from sim.model.selection import DistinctDraw
+from pathgene.sim.model.planner.definition.walk import Point
+from pathgene.sim.model.random_source import RandomSource
+from pathgene.sim.model.selection import DistinctDraw
 
 
 __all__ = ["Waypoint", "bits", "breed", "cross", "draw", "mutate"]
@@ -96,8 +96,8 @@ def mutate(
     """Return ``path`` after the mutation of ``word``.
 
     It chooses the operator, the place, the size, and three offsets in the box of *allaire-2008*, at
-    the places of :mod:`hdl.protocol.planner_breeding`. What a limit of the length forbids becomes a
-    perturbation.
+    the places of :mod:`pathgene.hdl.protocol.planner_breeding`. What a limit of the length forbids
+    becomes a perturbation.
     """
     path = list(path)
     operator, size = draw(word, *OPERATOR, MUTATIONS), bits(word, *SIZE)

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from hdl.config import Config
-from hdl.protocol.planner import HIT_BITS, VALUE_BITS, PathClass, ProblemRecord
-from sim.model.planner.definition.memo import Memo
-from sim.model.planner.definition.score import corner_of, score
-from sim.model.planner.definition.walk import Ground, Point, walk
-from sim.model.planner.walker_cycles import cost
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol.planner import HIT_BITS, VALUE_BITS, PathClass, ProblemRecord
+from pathgene.sim.model.planner.definition.memo import Memo
+from pathgene.sim.model.planner.definition.score import corner_of, score
+from pathgene.sim.model.planner.definition.walk import Ground, Point, walk
+from pathgene.sim.model.planner.walker_cycles import cost
 
 
 __all__ = ["NO_LIMIT", "Evaluator", "key_of"]

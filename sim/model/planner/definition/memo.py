@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from hdl.config import Config
-from sim.model.planner.definition.walk import Point
+from pathgene.hdl.config import Config
+from pathgene.sim.model.planner.definition.walk import Point
 
 
 __all__ = ["Memo"]

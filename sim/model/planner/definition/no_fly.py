@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from hdl.protocol.planner import NoFlyShape
-from sim.model.planner.definition.walk import Ground
+from pathgene.hdl.protocol.planner import NoFlyShape
+from pathgene.sim.model.planner.definition.walk import Ground
 
 
 __all__ = ["block", "drawn"]

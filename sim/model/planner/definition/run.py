@@ -10,27 +10,27 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from hdl.config import Config
-from hdl.protocol.planner import BLOCKS, VALUE_BITS, PathClass, ProblemRecord
-from hdl.protocol.runs import ISLANDS, Outcome, Population, RunOptions
-from sim.model.planner import cycles
-from sim.model.planner.definition.breeder import Waypoint, breed
-from sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator
-from sim.model.planner.definition.memo import Memo
-from sim.model.planner.definition.seeds import lifted, seed_path
-from sim.model.planner.definition.sorting import Sorting
-from sim.model.planner.definition.walk import Ground
-from sim.model.planner.definition.warm import ahead
-from sim.model.planner.definition.wavefront import (
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol.planner import BLOCKS, VALUE_BITS, PathClass, ProblemRecord
+from pathgene.hdl.protocol.runs import ISLANDS, Outcome, Population, RunOptions
+from pathgene.sim.model.planner import cycles
+from pathgene.sim.model.planner.definition.breeder import Waypoint, breed
+from pathgene.sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator
+from pathgene.sim.model.planner.definition.memo import Memo
+from pathgene.sim.model.planner.definition.seeds import lifted, seed_path
+from pathgene.sim.model.planner.definition.sorting import Sorting
+from pathgene.sim.model.planner.definition.walk import Ground
+from pathgene.sim.model.planner.definition.warm import ahead
+from pathgene.sim.model.planner.definition.wavefront import (
     blocks_of,
     descend,
     limit_slopes,
     prices_of,
     spread,
 )
-from sim.model.planner.run_control_cycles import ROUTED, SCANNED
-from sim.model.planner.wavefront_cycles import launched, scanned
-from sim.model.random_source import RandomSource
+from pathgene.sim.model.planner.run_control_cycles import ROUTED, SCANNED
+from pathgene.sim.model.planner.wavefront_cycles import launched, scanned
+from pathgene.sim.model.random_source import RandomSource
 
 
 __all__ = ["NEVER", "Generation", "Member", "Run", "check_population", "plan"]

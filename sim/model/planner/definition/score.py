@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isqrt
 
-from hdl.protocol.planner import (
+from pathgene.hdl.protocol.planner import (
     ALTITUDE_FRACTION,
     EXCESS_BITS,
     MAX_HALF_TURN,
@@ -27,7 +27,7 @@ from hdl.protocol.planner import (
     ProblemRecord,
     turn_table,
 )
-from sim.model.planner.definition.walk import Point
+from pathgene.sim.model.planner.definition.walk import Point
 
 
 __all__ = ["Arc", "Score", "corner_of", "piece_cost", "scaled", "score"]

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hdl.config import Config
-from hdl.protocol.planner import ProblemRecord, seed_waypoints
-from sim.model.planner.definition.breeder import Waypoint, bits, draw
-from sim.model.planner.definition.walk import Corner
-from sim.model.planner.definition.wavefront import Block, Blocks, Surface
-from sim.model.random_source import RandomSource
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol.planner import ProblemRecord, seed_waypoints
+from pathgene.sim.model.planner.definition.breeder import Waypoint, bits, draw
+from pathgene.sim.model.planner.definition.walk import Corner
+from pathgene.sim.model.planner.definition.wavefront import Block, Blocks, Surface
+from pathgene.sim.model.random_source import RandomSource
 
 
 __all__ = ["lifted", "seed_path"]

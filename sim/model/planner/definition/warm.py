@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hdl.config import Config
-from hdl.protocol.planner import ProblemRecord
-from sim.model.planner.definition.score import corner_of
-from sim.model.planner.definition.walk import Point
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol.planner import ProblemRecord
+from pathgene.sim.model.planner.definition.score import corner_of
+from pathgene.sim.model.planner.definition.walk import Point
 
 
 __all__ = ["ahead"]

@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from math import isqrt
 
-from hdl.config import Config
-from hdl.protocol.planner import (
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol.planner import (
     ALTITUDE_FRACTION,
     BLOCKS,
     FAR,
@@ -22,8 +22,8 @@ from hdl.protocol.planner import (
     VALUE_BITS,
     ProblemRecord,
 )
-from sim.model.planner.definition.score import corner_of, scaled
-from sim.model.planner.definition.walk import Corner, Ground
+from pathgene.sim.model.planner.definition.score import corner_of, scaled
+from pathgene.sim.model.planner.definition.walk import Corner, Ground
 
 
 __all__ = [
@@ -111,8 +111,8 @@ class Prices:
 def prices_of(config: Config, record: ProblemRecord, distances: tuple[int, int, int]) -> Prices:
     """Return the constants of the costs of steps over so many units of length.
 
-    Their costs are those of :func:`sim.model.planner.definition.score.piece_cost` except for
-    rounding, as long as nothing ends at its greatest value.
+    Their costs are those of :func:`pathgene.sim.model.planner.definition.score.piece_cost` except
+    for rounding, as long as nothing ends at its greatest value.
     """
     fraction = config.altitude_bits - 4
     # Width of the greatest distance: across the largest blocks that the map needs.

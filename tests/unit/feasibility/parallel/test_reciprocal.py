@@ -6,8 +6,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from hdl.config import Config
-from hdl.feasibility.parallel.reciprocal import Precision, Reciprocals
+from pathgene.hdl.config import Config
+from pathgene.hdl.feasibility.parallel.reciprocal import Precision, Reciprocals
 from tests.streams import simulate
 
 

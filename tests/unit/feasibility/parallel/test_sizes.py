@@ -3,12 +3,12 @@
 
 import pytest
 
-from hdl.feasibility.parallel.hit_locator import HitLocator
-from hdl.feasibility.parallel.lanes import Lanes
-from hdl.feasibility.parallel.reciprocal import Precision, Reciprocals
-from hdl.feasibility.parallel.segment_setup import SegmentSetup
-from hdl.feasibility.parallel.slopes import Slopes
-from hdl.feasibility.parallel.terrain_memory import TerrainMemory
+from pathgene.hdl.feasibility.parallel.hit_locator import HitLocator
+from pathgene.hdl.feasibility.parallel.lanes import Lanes
+from pathgene.hdl.feasibility.parallel.reciprocal import Precision, Reciprocals
+from pathgene.hdl.feasibility.parallel.segment_setup import SegmentSetup
+from pathgene.hdl.feasibility.parallel.slopes import Slopes
+from pathgene.hdl.feasibility.parallel.terrain_memory import TerrainMemory
 from tests.wrong_sizes import check_sizes
 
 

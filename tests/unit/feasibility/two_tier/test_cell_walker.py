@@ -10,11 +10,11 @@ from amaranth import Module
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from hdl.config import Config
-from hdl.feasibility.two_tier.cell_walker import CellWalker
-from hdl.feasibility.two_tier.segment_setup import TwoTierSegmentSetup
-from hdl.layouts import point_layout
-from sim.model.checker import to_coarse, walk
+from pathgene.hdl.config import Config
+from pathgene.hdl.feasibility.two_tier.cell_walker import CellWalker
+from pathgene.hdl.feasibility.two_tier.segment_setup import TwoTierSegmentSetup
+from pathgene.hdl.layouts import point_layout
+from pathgene.sim.model.checker import to_coarse, walk
 from tests.streams import put, simulate
 
 

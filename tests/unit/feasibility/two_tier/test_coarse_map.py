@@ -8,9 +8,9 @@ from collections import deque
 import numpy as np
 import pytest
 
-from hdl.config import Config
-from hdl.feasibility.two_tier.coarse_map import CoarseMap
-from sim.model.checker import TerrainModel
+from pathgene.hdl.config import Config
+from pathgene.hdl.feasibility.two_tier.coarse_map import CoarseMap
+from pathgene.sim.model.checker import TerrainModel
 from tests.streams import simulate
 
 

@@ -5,10 +5,10 @@ import itertools
 import numpy as np
 import pytest
 
-from hdl.config import Config
-from sim.harness import VerilatedChecker
-from sim.model.checker import TerrainModel, check_path
-from sim.model.checker_cycles import batch_cycles
+from pathgene.hdl.config import Config
+from pathgene.sim.harness import VerilatedChecker
+from pathgene.sim.model.checker import TerrainModel, check_path
+from pathgene.sim.model.checker_cycles import batch_cycles
 from tests.checker_cases import TINY, ground, paths_of, random_batch
 from tests.unit.feasibility.checker_driver import summary
 

@@ -3,10 +3,10 @@
 
 import pytest
 
-from hdl.feasibility.two_tier.altitude_comparator import AltitudeComparator
-from hdl.feasibility.two_tier.cell_walker import CellWalker
-from hdl.feasibility.two_tier.coarse_map import CoarseMap
-from hdl.feasibility.two_tier.segment_setup import TwoTierSegmentSetup
+from pathgene.hdl.feasibility.two_tier.altitude_comparator import AltitudeComparator
+from pathgene.hdl.feasibility.two_tier.cell_walker import CellWalker
+from pathgene.hdl.feasibility.two_tier.coarse_map import CoarseMap
+from pathgene.hdl.feasibility.two_tier.segment_setup import TwoTierSegmentSetup
 from tests.wrong_sizes import check_sizes
 
 

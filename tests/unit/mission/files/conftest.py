@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from host.evaluation import Evaluator
-from host.mission.files.flight_plan import flight_plan
-from host.problem.problem import Problem
-from host.problem.rules import Rules
-from host.problem.zones import Circle, Polygon
-from host.terrain import Terrain
-from host.terrain.origin import at_origin
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.mission.files.flight_plan import flight_plan
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.zones import Circle, Polygon
+from pathgene.host.terrain import Terrain
+from pathgene.host.terrain.origin import at_origin
 from tests.unit.mission.files.own_autopilot import OwnAutopilot
 
 

@@ -10,8 +10,8 @@ os.environ["MAVLINK20"] = "1"
 
 from pymavlink import mavutil
 
-from host.mission.files.mavlink_link import open_link
-from host.mission.files.upload import upload
+from pathgene.host.mission.files.mavlink_link import open_link
+from pathgene.host.mission.files.upload import upload
 
 
 ARDUPILOT = 3

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from fastkml import KML
 
-from host.errors import InputError
-from host.mission.files.export import FORMATS, exported, parse_formats
-from host.problem.problem import Problem
-from host.problem.way import WayProblem
-from host.problem.zones import Circle, read_zones
-from host.terrain import Terrain
+from pathgene.host.errors import InputError
+from pathgene.host.mission.files.export import FORMATS, exported, parse_formats
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.way import WayProblem
+from pathgene.host.problem.zones import Circle, read_zones
+from pathgene.host.terrain import Terrain
 from tests.unit.mission.files.judge import agree
 
 

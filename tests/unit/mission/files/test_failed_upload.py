@@ -7,10 +7,10 @@ import threading
 
 import pytest
 
-from host import interrupts
-from host.errors import JobError
-from host.mission.files.mavlink_link import Link
-from host.mission.files.upload import upload
+from pathgene.host import interrupts
+from pathgene.host.errors import JobError
+from pathgene.host.mission.files.mavlink_link import Link
+from pathgene.host.mission.files.upload import upload
 from tests.unit.mission.files.own_autopilot import DENIED, ERROR, connect, uploaded
 
 

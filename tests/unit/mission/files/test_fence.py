@@ -9,11 +9,11 @@ from pyproj import Geod
 from shapely.geometry import Polygon as Shape
 from shapely.ops import unary_union
 
-from host.evaluation import Evaluator
-from host.mission.files.fence import FenceCircle, FencePolygon, fences, without_holes
-from host.problem.problem import Problem
-from host.problem.zones import Circle, Polygon
-from host.terrain import Terrain
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.mission.files.fence import FenceCircle, FencePolygon, fences, without_holes
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Circle, Polygon
+from pathgene.host.terrain import Terrain
 
 
 GROUND = Terrain("plain", np.zeros((41, 41)), 100.0, 100.0, "EPSG:32632", (500_000.0, 5_000_000.0))

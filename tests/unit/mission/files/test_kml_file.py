@@ -7,8 +7,8 @@ from fastkml.enums import AltitudeMode
 from shapely.geometry import Point
 from shapely.geometry import Polygon as Shape
 
-from host.mission.files.kml_file import kml_text
-from host.problem.zones import Circle
+from pathgene.host.mission.files.kml_file import kml_text
+from pathgene.host.problem.zones import Circle
 from tests.unit.mission.files.judge import AGREE_M, agree, apart_m, places
 
 

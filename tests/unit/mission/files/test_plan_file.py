@@ -9,11 +9,11 @@ from importlib import metadata
 import numpy as np
 import pytest
 
-from host.errors import InputError
-from host.mission.files.flight_plan import LOITER, WAYPOINT, flight_plan
-from host.mission.files.plan_file import plan_document, read_plan
-from host.mission.files.route import leg_tolerance_m, route
-from host.problem.zones import Circle
+from pathgene.host.errors import InputError
+from pathgene.host.mission.files.flight_plan import LOITER, WAYPOINT, flight_plan
+from pathgene.host.mission.files.plan_file import plan_document, read_plan
+from pathgene.host.mission.files.route import leg_tolerance_m, route
+from pathgene.host.problem.zones import Circle
 from tests.unit.mission.files.judge import agree, single
 from tests.unit.mission.files.mavsdk_autopilot import importer
 

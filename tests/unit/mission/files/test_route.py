@@ -6,10 +6,10 @@ import math
 import numpy as np
 import pytest
 
-from host.evaluation.geometry import smooth
-from host.evaluation.track import SmoothedTrack
-from host.mission.files.route import MOST_ACCEPTANCE_M, leg_tolerance_m, route
-from host.terrain import Terrain
+from pathgene.host.evaluation.geometry import smooth
+from pathgene.host.evaluation.track import SmoothedTrack
+from pathgene.host.mission.files.route import MOST_ACCEPTANCE_M, leg_tolerance_m, route
+from pathgene.host.terrain import Terrain
 
 
 GROUND = Terrain("plain", np.zeros((101, 101)), 50.0, 50.0)

@@ -10,9 +10,9 @@ from dataclasses import replace
 
 import pytest
 
-from host.errors import InputError, JobError
-from host.mission.files.mavlink_link import Link, NoReplyError, open_link
-from host.mission.files.upload import upload
+from pathgene.host.errors import InputError, JobError
+from pathgene.host.mission.files.mavlink_link import Link, NoReplyError, open_link
+from pathgene.host.mission.files.upload import upload
 from tests.unit.mission.files.judge import single
 from tests.unit.mission.files.mavsdk_autopilot import Autopilot, Proxy
 from tests.unit.mission.files.own_autopilot import connect, uploaded

@@ -3,8 +3,8 @@
 import numpy as np
 from pymavlink import mavwp
 
-from host.mission.files.flight_plan import flight_plan
-from host.mission.files.waypoints_file import waypoints_text
+from pathgene.host.mission.files.flight_plan import flight_plan
+from pathgene.host.mission.files.waypoints_file import waypoints_text
 from tests.unit.mission.files.judge import agree
 
 

@@ -6,13 +6,13 @@ import itertools
 import numpy as np
 import pytest
 
-from sim.model.planner.breeder import breed
-from sim.model.planner.definition.breeder import Waypoint, cross, mutate
-from sim.model.planner.definition.breeder import breed as defined
-from sim.model.planner.definition.score import corner_of
-from sim.model.planner.problem import problem_vector, sizes_vector
-from sim.model.planner.random_words import source
-from sim.model.random_source import RandomSource
+from pathgene.sim.model.planner.breeder import breed
+from pathgene.sim.model.planner.definition.breeder import Waypoint, cross, mutate
+from pathgene.sim.model.planner.definition.breeder import breed as defined
+from pathgene.sim.model.planner.definition.score import corner_of
+from pathgene.sim.model.planner.problem import problem_vector, sizes_vector
+from pathgene.sim.model.planner.random_words import source
+from pathgene.sim.model.random_source import RandomSource
 from tests.planner_cases import SMALL, USUAL, path, record
 
 

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from hdl.protocol.planner import VALUE_BITS, PathClass
-from sim.model.planner.cycles import WALK, counters_vector
-from sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator, key_of
-from sim.model.planner.definition.memo import Memo
-from sim.model.planner.evaluation import evaluate
-from sim.model.planner.memo import empty_memo
-from sim.model.planner.problem import problem_vector, sizes_vector
-from sim.model.planner.score import WORK_ROWS
+from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
+from pathgene.sim.model.planner.cycles import WALK, counters_vector
+from pathgene.sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator, key_of
+from pathgene.sim.model.planner.definition.memo import Memo
+from pathgene.sim.model.planner.evaluation import evaluate
+from pathgene.sim.model.planner.memo import empty_memo
+from pathgene.sim.model.planner.problem import problem_vector, sizes_vector
+from pathgene.sim.model.planner.score import WORK_ROWS
 from tests.planner_cases import SMALL, USUAL, ground, headed, path, record, rows
 
 

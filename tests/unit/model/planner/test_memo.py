@@ -1,9 +1,18 @@
 import numpy as np
 import pytest
 
-from hdl.config import Config
-from sim.model.planner.definition.memo import Memo
-from sim.model.planner.memo import HITS, MARGIN, NO_ROW, START, STOP, empty_memo, packed, row_of
+from pathgene.hdl.config import Config
+from pathgene.sim.model.planner.definition.memo import Memo
+from pathgene.sim.model.planner.memo import (
+    HITS,
+    MARGIN,
+    NO_ROW,
+    START,
+    STOP,
+    empty_memo,
+    packed,
+    row_of,
+)
 from tests.planner_cases import SMALL, USUAL, path
 
 

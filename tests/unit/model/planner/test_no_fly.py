@@ -5,10 +5,10 @@ import itertools
 import numpy as np
 import pytest
 
-from hdl.protocol.planner import NoFlyShape
-from sim.model.planner.definition.no_fly import block as defined
-from sim.model.planner.definition.no_fly import drawn
-from sim.model.planner.no_fly import block
+from pathgene.hdl.protocol.planner import NoFlyShape
+from pathgene.sim.model.planner.definition.no_fly import block as defined
+from pathgene.sim.model.planner.definition.no_fly import drawn
+from pathgene.sim.model.planner.no_fly import block
 from tests.planner_cases import SMALL, USUAL, shape
 
 

@@ -3,8 +3,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from hdl.protocol.planner import ProblemRecord
-from sim.model.planner import problem
+from pathgene.hdl.protocol.planner import ProblemRecord
+from pathgene.sim.model.planner import problem
 from tests.planner_cases import SMALL, USUAL, any_record
 
 

@@ -1,7 +1,7 @@
 import pytest
 
-from sim.model.planner.random_words import draw, field, source, step
-from sim.model.random_source import RandomSource
+from pathgene.sim.model.planner.random_words import draw, field, source, step
+from pathgene.sim.model.random_source import RandomSource
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2**64 - 1])

@@ -6,10 +6,10 @@ import itertools
 import numpy as np
 import pytest
 
-from hdl.protocol.planner import PathClass
-from hdl.protocol.runs import RunOptions
-from sim.model.planner.definition.run import plan as defined
-from sim.model.planner.run import plan
+from pathgene.hdl.protocol.planner import PathClass
+from pathgene.hdl.protocol.runs import RunOptions
+from pathgene.sim.model.planner.definition.run import plan as defined
+from pathgene.sim.model.planner.run import plan
 from tests.planner_cases import SMALL, USUAL, ground, record
 
 

@@ -6,12 +6,12 @@ import math
 import numpy as np
 import pytest
 
-from hdl.protocol.planner import ALTITUDE_FRACTION, POSITION_FRACTION
-from sim.model.planner.definition.score import corner_of
-from sim.model.planner.definition.score import score as defined
-from sim.model.planner.problem import problem_vector
-from sim.model.planner.root import root
-from sim.model.planner.score import WORK_ROWS, score
+from pathgene.hdl.protocol.planner import ALTITUDE_FRACTION, POSITION_FRACTION
+from pathgene.sim.model.planner.definition.score import corner_of
+from pathgene.sim.model.planner.definition.score import score as defined
+from pathgene.sim.model.planner.problem import problem_vector
+from pathgene.sim.model.planner.root import root
+from pathgene.sim.model.planner.score import WORK_ROWS, score
 from tests.planner_cases import LARGE, SMALL, USUAL, any_record, headed, path, record, rows
 from tests.scorer_cases import compiled_chords
 

@@ -6,9 +6,9 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from sim.model.planner.definition.walk import passed
-from sim.model.planner.definition.walk import walk as defined
-from sim.model.planner.walk import walk
+from pathgene.sim.model.planner.definition.walk import passed
+from pathgene.sim.model.planner.definition.walk import walk as defined
+from pathgene.sim.model.planner.walk import walk
 from tests.planner_cases import LARGE, SMALL, USUAL, ground, path
 
 

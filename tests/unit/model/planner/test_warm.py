@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from hdl.protocol.planner import POSITION_FRACTION, PathClass
-from hdl.protocol.runs import WARM_SLOPES, RunOptions
-from sim.model.planner.definition.run import plan as defined
-from sim.model.planner.definition.warm import ahead
-from sim.model.planner.run import plan
+from pathgene.hdl.protocol.planner import POSITION_FRACTION, PathClass
+from pathgene.hdl.protocol.runs import WARM_SLOPES, RunOptions
+from pathgene.sim.model.planner.definition.run import plan as defined
+from pathgene.sim.model.planner.definition.warm import ahead
+from pathgene.sim.model.planner.run import plan
 from tests.planner_cases import SMALL, USUAL, ground, headed, record
 
 

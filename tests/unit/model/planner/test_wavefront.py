@@ -5,11 +5,11 @@ import heapq
 import numpy as np
 import pytest
 
-from hdl.protocol.planner import ALTITUDE_FRACTION, BLOCKS, FAR
-from sim.model.planner.definition import wavefront as plain
-from sim.model.planner.definition.score import corner_of, piece_cost
-from sim.model.planner.problem import problem_vector, sizes_vector
-from sim.model.planner.wavefront import (
+from pathgene.hdl.protocol.planner import ALTITUDE_FRACTION, BLOCKS, FAR
+from pathgene.sim.model.planner.definition import wavefront as plain
+from pathgene.sim.model.planner.definition.score import corner_of, piece_cost
+from pathgene.sim.model.planner.problem import problem_vector, sizes_vector
+from pathgene.sim.model.planner.wavefront import (
     LEAST,
     LOWEST_X,
     LOWEST_Y,

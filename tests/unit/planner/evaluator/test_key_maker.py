@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from hdl.planner.evaluator.key_maker import KeyMaker
-from hdl.protocol.planner import VALUE_BITS, PathClass
+from pathgene.hdl.planner.evaluator.key_maker import KeyMaker
+from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
 from tests.streams import simulate
 
 

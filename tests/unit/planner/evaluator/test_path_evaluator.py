@@ -4,12 +4,12 @@
 import numpy as np
 import pytest
 
-from hdl.planner.evaluator.key_maker import KeyMaker
-from hdl.planner.evaluator.path_decider import PathDecider
-from hdl.planner.evaluator.path_evaluator import PathEvaluator
-from hdl.planner.evaluator.path_store import PathStore
-from hdl.protocol.planner import VALUE_BITS, PathClass
-from sim.model.planner.evaluator_cycles import PLACES
+from pathgene.hdl.planner.evaluator.key_maker import KeyMaker
+from pathgene.hdl.planner.evaluator.path_decider import PathDecider
+from pathgene.hdl.planner.evaluator.path_evaluator import PathEvaluator
+from pathgene.hdl.planner.evaluator.path_store import PathStore
+from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
+from pathgene.sim.model.planner.evaluator_cycles import PLACES
 from tests.evaluator_bench import run
 from tests.evaluator_cases import (
     check_cycles,

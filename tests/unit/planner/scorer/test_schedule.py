@@ -6,8 +6,8 @@ from amaranth.hdl import Module, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.planner.scorer.schedule import Kind, Schedule, Timed
-from hdl.primitives.wide_multiplier import WideMultiplier
+from pathgene.hdl.planner.scorer.schedule import Kind, Schedule, Timed
+from pathgene.hdl.primitives.wide_multiplier import WideMultiplier
 from tests.streams import simulate
 
 

@@ -10,10 +10,10 @@ import pytest
 from amaranth.hdl import Fragment, ResetInserter, Signal
 from amaranth.sim import Simulator
 
-from hdl.planner.scorer.scorer import Scorer
-from hdl.protocol.planner import POSITION_FRACTION, SCALE_FRACTION, VALUE_BITS
-from sim.model.planner.definition.score import score
-from sim.model.planner.scorer_cycles import ScorerCycles, freed, launched
+from pathgene.hdl.planner.scorer.scorer import Scorer
+from pathgene.hdl.protocol.planner import POSITION_FRACTION, SCALE_FRACTION, VALUE_BITS
+from pathgene.sim.model.planner.definition.score import score
+from pathgene.sim.model.planner.scorer_cycles import ScorerCycles, freed, launched
 from tests.planner_cases import SMALL, USUAL, headed, path, record
 from tests.scorer_cases import (
     defined_score,

@@ -4,8 +4,8 @@ from math import isqrt
 
 import pytest
 
-from hdl.planner.scorer.widths import Widths
-from hdl.protocol.planner import MAX_HALF_TURN, STEEP, turn_table
+from pathgene.hdl.planner.scorer.widths import Widths
+from pathgene.hdl.protocol.planner import MAX_HALF_TURN, STEEP, turn_table
 from tests.planner_cases import LARGE, SMALL, USUAL
 
 

@@ -6,9 +6,9 @@ import itertools
 import numpy as np
 import pytest
 
-from hdl.config import Config
-from hdl.planner.walker.memo import Memo
-from sim.model.planner.definition.memo import Memo as DefinedMemo
+from pathgene.hdl.config import Config
+from pathgene.hdl.planner.walker.memo import Memo
+from pathgene.sim.model.planner.definition.memo import Memo as DefinedMemo
 from tests.streams import put, simulate
 from tests.walker_cases import any_point, corner
 from tests.wrong_sizes import check_sizes

@@ -10,14 +10,14 @@ import itertools
 import numpy as np
 import pytest
 
-from hdl.config import Config
-from hdl.planner.walker.path_reducer import PathReducer
-from hdl.planner.walker.path_walker import PathWalker
-from hdl.protocol.planner import POSITION_FRACTION, SLOPE_BITS, PathClass
-from sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator, key_of
-from sim.model.planner.definition.memo import Memo
-from sim.model.planner.definition.score import score
-from sim.model.planner.walker_cycles import back, cost, walked
+from pathgene.hdl.config import Config
+from pathgene.hdl.planner.walker.path_reducer import PathReducer
+from pathgene.hdl.planner.walker.path_walker import PathWalker
+from pathgene.hdl.protocol.planner import POSITION_FRACTION, SLOPE_BITS, PathClass
+from pathgene.sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator, key_of
+from pathgene.sim.model.planner.definition.memo import Memo
+from pathgene.sim.model.planner.definition.score import score
+from pathgene.sim.model.planner.walker_cycles import back, cost, walked
 from tests.planner_cases import ground, path, record
 from tests.streams import put, simulate
 from tests.walker_cases import corner, segments_of, upload

@@ -8,7 +8,7 @@ import pytest
 from amaranth.hdl import Module
 from amaranth.lib import memory
 
-from hdl.planner.walker.segment_source import SegmentSource
+from pathgene.hdl.planner.walker.segment_source import SegmentSource
 from tests.streams import collect, put, simulate
 from tests.walker_cases import corner, segments_of
 from tests.wrong_sizes import check_sizes

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from amaranth.hdl import Cat
 
-from hdl.config import Config
-from hdl.planner.walker.segment_walker import SegmentWalker
-from sim.model.planner.definition.walk import walk
-from sim.model.planner.walker_cycles import walking
+from pathgene.hdl.config import Config
+from pathgene.hdl.planner.walker.segment_walker import SegmentWalker
+from pathgene.sim.model.planner.definition.walk import walk
+from pathgene.sim.model.planner.walker_cycles import walking
 from tests.streams import put, simulate
 from tests.walker_cases import any_point, corner, heights_of, upload
 from tests.wrong_sizes import check_sizes

@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 from amaranth.hdl import Elaboratable, Module
 
-from hdl.planner.walker.segment_walker import SegmentWalker
-from hdl.planner.wavefront.block_map import BlockMap
-from hdl.protocol.planner import BLOCKS
-from sim.model.planner.definition import wavefront
-from sim.model.planner.definition.score import corner_of
-from sim.model.planner.wavefront_cycles import scanning
+from pathgene.hdl.planner.walker.segment_walker import SegmentWalker
+from pathgene.hdl.planner.wavefront.block_map import BlockMap
+from pathgene.hdl.protocol.planner import BLOCKS
+from pathgene.sim.model.planner.definition import wavefront
+from pathgene.sim.model.planner.definition.score import corner_of
+from pathgene.sim.model.planner.wavefront_cycles import scanning
 from tests.planner_cases import SMALL
 from tests.planner_wavefront import blocks_of, corner, problem, terrain
 from tests.streams import put, simulate

@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from hdl.planner.wavefront.lowest_corner import LowestCorner
+from pathgene.hdl.planner.wavefront.lowest_corner import LowestCorner
 from tests.streams import simulate
 
 

@@ -4,12 +4,12 @@
 import numpy as np
 import pytest
 
-from hdl.planner.wavefront.relaxer import Relaxer
-from hdl.planner.wavefront.step_pricer import StepPricer
-from hdl.planner.wavefront.wavefront import Wavefront
-from hdl.protocol.planner import BLOCKS, FAR, VALUE_BITS
-from sim.model.planner import wavefront_cycles
-from sim.model.planner.definition.wavefront import prices_of
+from pathgene.hdl.planner.wavefront.relaxer import Relaxer
+from pathgene.hdl.planner.wavefront.step_pricer import StepPricer
+from pathgene.hdl.planner.wavefront.wavefront import Wavefront
+from pathgene.hdl.protocol.planner import BLOCKS, FAR, VALUE_BITS
+from pathgene.sim.model.planner import wavefront_cycles
+from pathgene.sim.model.planner.definition.wavefront import prices_of
 from tests.planner_cases import USUAL
 from tests.planner_wavefront import distances_of, problem
 from tests.streams import simulate

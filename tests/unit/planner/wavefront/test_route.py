@@ -4,10 +4,10 @@
 import numpy as np
 import pytest
 
-from hdl.planner.wavefront.route import Route
-from hdl.planner.wavefront.step_pricer import StepPricer
-from hdl.protocol.planner import BLOCKS, FAR
-from sim.model.planner.wavefront_cycles import routing
+from pathgene.hdl.planner.wavefront.route import Route
+from pathgene.hdl.planner.wavefront.step_pricer import StepPricer
+from pathgene.hdl.protocol.planner import BLOCKS, FAR
+from pathgene.sim.model.planner.wavefront_cycles import routing
 from tests.streams import simulate
 from tests.wrong_sizes import check_sizes
 

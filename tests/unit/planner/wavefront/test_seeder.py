@@ -6,10 +6,10 @@ import random
 import numpy as np
 import pytest
 
-from hdl.planner.wavefront.seeder import Seeder
-from hdl.protocol.planner import seed_waypoints
-from sim.model.planner.definition.seeds import seed_path
-from sim.model.planner.wavefront_cycles import WAYPOINT, seeding
+from pathgene.hdl.planner.wavefront.seeder import Seeder
+from pathgene.hdl.protocol.planner import seed_waypoints
+from pathgene.sim.model.planner.definition.seeds import seed_path
+from pathgene.sim.model.planner.wavefront_cycles import WAYPOINT, seeding
 from tests.planner_cases import LARGE, SMALL, USUAL
 from tests.planner_wavefront import Words, corner, problem
 from tests.streams import simulate

@@ -9,11 +9,11 @@ from amaranth.hdl import Module
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.planner.layouts import problem_layout
-from hdl.planner.wavefront.step_constants import StepConstants
-from hdl.planner.wavefront.step_pricer import StepPricer
-from hdl.planner.wavefront.widths import COST_BITS
-from hdl.protocol.planner import (
+from pathgene.hdl.planner.layouts import problem_layout
+from pathgene.hdl.planner.wavefront.step_constants import StepConstants
+from pathgene.hdl.planner.wavefront.step_pricer import StepPricer
+from pathgene.hdl.planner.wavefront.widths import COST_BITS
+from pathgene.hdl.protocol.planner import (
     ALTITUDE_FRACTION,
     BASE_BITS,
     DRAG_FRACTION,
@@ -24,7 +24,7 @@ from hdl.protocol.planner import (
     SLOPE_FRACTION,
     VALUE_BITS,
 )
-from sim.model.planner.definition.wavefront import prices_of
+from pathgene.sim.model.planner.definition.wavefront import prices_of
 from tests.planner_cases import LARGE, SMALL, USUAL
 from tests.planner_wavefront import distances_of, problem
 from tests.streams import simulate

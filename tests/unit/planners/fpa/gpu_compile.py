@@ -10,10 +10,10 @@ import numba.cuda.dispatcher
 import numpy as np
 from numba import cuda, typeof, types
 
-from host.evaluation.constants import Constants
-from host.planners.fpa.gpu_kernel import pollination_kernel, widest
-from host.planners.fpa.gpu_tables import table
-from host.planners.fpa.steps import Pollination
+from pathgene.host.evaluation.constants import Constants
+from pathgene.host.planners.fpa.gpu_kernel import pollination_kernel, widest
+from pathgene.host.planners.fpa.gpu_tables import table
+from pathgene.host.planners.fpa.steps import Pollination
 
 
 CAPABILITY = 9, 0

@@ -11,11 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
-from host.evaluation import Evaluator
-from host.planners.airspace import Airspace
-from host.planners.fpa.cuda import GpuEngine
-from host.planners.fpa.engines import Setup
-from host.planners.fpa.steps import Pollination
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners.airspace import Airspace
+from pathgene.host.planners.fpa.cuda import GpuEngine
+from pathgene.host.planners.fpa.engines import Setup
+from pathgene.host.planners.fpa.steps import Pollination
 
 
 def main():

@@ -10,18 +10,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from host.errors import InputError
-from host.planners import make
-from host.planners.airspace import Airspace
-from host.planners.base import Options
-from host.planners.fpa.engines import CpuEngine, Setup
-from host.planners.fpa.first import first_population
-from host.planners.fpa.steps import Pollination
+from pathgene.host.errors import InputError
+from pathgene.host.planners import make
+from pathgene.host.planners.airspace import Airspace
+from pathgene.host.planners.base import Options
+from pathgene.host.planners.fpa.engines import CpuEngine, Setup
+from pathgene.host.planners.fpa.first import first_population
+from pathgene.host.planners.fpa.steps import Pollination
 
 
 ROOT = Path(__file__).resolve().parents[4]
 HERE = Path(__file__).resolve().parent
-#: Relative difference of GPU and CPU after a few iterations; see host.planners.fpa.cuda.
+#: Relative difference of GPU and CPU after a few iterations; see pathgene.host.planners.fpa.cuda.
 TOLERANCE = 1e-9
 
 

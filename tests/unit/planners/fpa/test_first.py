@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from host.planners.airspace import Airspace
-from host.planners.fpa.first import first_population, with_more_waypoints
+from pathgene.host.planners.airspace import Airspace
+from pathgene.host.planners.fpa.first import first_population, with_more_waypoints
 
 
 def test_draws_free_paths_with_the_given_ends(evaluator):

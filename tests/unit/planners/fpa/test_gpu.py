@@ -7,18 +7,18 @@ import pytest
 from scipy.stats import ttest_ind
 
 from bench.scenarios import TABLE_4, TILES, names_of, problem_at_one_cell
-from host.cli import main
-from host.errors import InputError, JobError
-from host.evaluation import Evaluator
-from host.planners import make
-from host.planners.airspace import Airspace
-from host.planners.base import Options, Stop
-from host.planners.fpa.engines import CpuEngine, Setup
-from host.planners.fpa.first import first_population
-from host.planners.fpa.steps import Pollination
-from host.problem.rules import Rules
-from host.problem.zones import Circle
 from pathgene import plan, plan_together
+from pathgene.host.cli import main
+from pathgene.host.errors import InputError, JobError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners import make
+from pathgene.host.planners.airspace import Airspace
+from pathgene.host.planners.base import Options, Stop
+from pathgene.host.planners.fpa.engines import CpuEngine, Setup
+from pathgene.host.planners.fpa.first import first_population
+from pathgene.host.planners.fpa.steps import Pollination
+from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.zones import Circle
 
 
 def has_gpu():
@@ -48,7 +48,7 @@ def setup_of(evaluator, seed, *, count=64, waypoints=6, iterations=60):
 
 
 def run_engine(setups, iterations=60, every=20, **options):
-    from host.planners.fpa.cuda import GpuEngine
+    from pathgene.host.planners.fpa.cuda import GpuEngine
 
     engine = GpuEngine(setups, every, stride=iterations, **options)
     leaders = engine.advance(1, iterations)
@@ -157,7 +157,7 @@ def test_a_search_ends_when_asked(evaluator):
 def test_too_little_memory_is_said():
     from numba import cuda
 
-    from host.planners.fpa.cuda import reported
+    from pathgene.host.planners.fpa.cuda import reported
 
     with (
         pytest.raises(JobError, match=r"The GPU failed .* plan fewer problems at once"),

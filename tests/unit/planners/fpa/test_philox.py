@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from host.planners.fpa.philox import philox, uniform, words
+from pathgene.host.planners.fpa.philox import philox, uniform, words
 
 from . import reference
 

@@ -6,16 +6,16 @@ import time
 import numpy as np
 import pytest
 
-from host.errors import InputError, JobError
-from host.evaluation import Evaluator
-from host.planners import ENGINES, make
-from host.planners.airspace import Airspace
-from host.planners.base import Options, Stop
-from host.planners.fpa import engines
-from host.planners.fpa.engines import CpuEngine, Setup
-from host.planners.fpa.first import first_population
-from host.planners.fpa.steps import Pollination
-from host.planners.fpa.two_opt import is_two_opt
+from pathgene.host.errors import InputError, JobError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners import ENGINES, make
+from pathgene.host.planners.airspace import Airspace
+from pathgene.host.planners.base import Options, Stop
+from pathgene.host.planners.fpa import engines
+from pathgene.host.planners.fpa.engines import CpuEngine, Setup
+from pathgene.host.planners.fpa.first import first_population
+from pathgene.host.planners.fpa.steps import Pollination
+from pathgene.host.planners.fpa.two_opt import is_two_opt
 
 from . import reference
 
@@ -304,7 +304,7 @@ class Several:
 @pytest.fixture
 def several(monkeypatch):
     """Function that makes a planner whose GPU is :class:`Several`."""
-    monkeypatch.setattr("host.planners.fpa.planner._check_gpu", lambda: None)
+    monkeypatch.setattr("pathgene.host.planners.fpa.planner._check_gpu", lambda: None)
 
     def make_planner(fails_at=None):
         planner = make("fpa-2opt", engine="gpu", two_opt_every=7)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import integrate, stats
 
-from host.planners.fpa.steps import (
+from pathgene.host.planners.fpa.steps import (
     Pollination,
     choose_step,
     epsilon_bound,

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from host.evaluation.kernels import fitness_above, scratch
-from host.planners.fpa.steps import Pollination
-from host.planners.fpa.two_opt import CUT_SHORT, EVALUATED, reversed_row, untangle
+from pathgene.host.evaluation.kernels import fitness_above, scratch
+from pathgene.host.planners.fpa.steps import Pollination
+from pathgene.host.planners.fpa.two_opt import CUT_SHORT, EVALUATED, reversed_row, untangle
 
 from . import reference
 

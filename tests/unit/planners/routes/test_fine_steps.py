@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from host.planners.routes import fine_steps as module
-from host.planners.routes.fine_steps import fine_steps
+from pathgene.host.planners.routes import fine_steps as module
+from pathgene.host.planners.routes.fine_steps import fine_steps
 
 from .test_spline import COUNTS, curves, scipy_curve
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from host.auv.field import Base
-from host.errors import InputError
-from host.planners.routes.field import Route, Segments
-from host.planners.routes.point_sampler import PointSampler, _resized
-from host.planners.routes.spline import sample
+from pathgene.host.auv.field import Base
+from pathgene.host.errors import InputError
+from pathgene.host.planners.routes.field import Route, Segments
+from pathgene.host.planners.routes.point_sampler import PointSampler, _resized
+from pathgene.host.planners.routes.spline import sample
 
 
 def kept_route(rng, counts=(4, 7, 10)):

@@ -5,8 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
-from host.planners.routes.field import GOAL, MOST_POINTS, START
-from host.planners.routes.programming import best_by_sum, best_by_whole, segments_of
+from pathgene.host.planners.routes.field import GOAL, MOST_POINTS, START
+from pathgene.host.planners.routes.programming import best_by_sum, best_by_whole, segments_of
 
 
 WEIGHTS = np.array([1.0, 2.0, 4.0])

@@ -5,11 +5,11 @@ import itertools
 import numpy as np
 import pytest
 
-from host.auv.field import AuvField, Base, delta
-from host.errors import InputError
-from host.planners.routes.field import GOAL, MOST_POINTS, START, Graph, Route, Segments
-from host.planners.routes.point_sampler import PointSampler
-from host.planners.routes.search import (
+from pathgene.host.auv.field import AuvField, Base, delta
+from pathgene.host.errors import InputError
+from pathgene.host.planners.routes.field import GOAL, MOST_POINTS, START, Graph, Route, Segments
+from pathgene.host.planners.routes.point_sampler import PointSampler
+from pathgene.host.planners.routes.search import (
     ConventionalSearch,
     DeterministicSearch,
     _Chromosome,

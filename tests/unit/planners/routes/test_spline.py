@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
-from host.planners.routes.spline import ORDER, equal_steps, sample
+from pathgene.host.planners.routes.spline import ORDER, equal_steps, sample
 
 
 COUNTS = np.arange(2, 11)

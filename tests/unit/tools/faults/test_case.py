@@ -6,7 +6,7 @@ from collections import Counter
 
 import pytest
 
-from host.interrupts import SIGNALS
+from pathgene.host.interrupts import SIGNALS
 from tools.faults.case import Case, DiskExtent, Extent, draw
 from tools.faults.disk import SLOW, FaultyDisk
 from tools.faults.line import LineFault, Way

@@ -5,11 +5,11 @@ import zlib
 
 import pytest
 
-from host.errors import InputError
-from host.web.desk.boards import require_board
-from host.web.desk.desk import Desk
-from host.web.desk.sheet import Sheet
-from host.web.desk.terrains import Terrains
+from pathgene.host.errors import InputError
+from pathgene.host.web.desk.boards import require_board
+from pathgene.host.web.desk.desk import Desk
+from pathgene.host.web.desk.sheet import Sheet
+from pathgene.host.web.desk.terrains import Terrains
 
 
 OWN = "sim:?trace=wave.vcd"

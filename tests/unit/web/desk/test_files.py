@@ -5,12 +5,12 @@ import io
 import numpy as np
 import pytest
 
-from host.errors import InputError
-from host.problem.aircraft import load
-from host.web.desk.drawn import drawn_problem
-from host.web.desk.files import open_upload
-from host.web.desk.sheet import Sheet
-from host.web.desk.terrains import Terrains
+from pathgene.host.errors import InputError
+from pathgene.host.problem.aircraft import load
+from pathgene.host.web.desk.drawn import drawn_problem
+from pathgene.host.web.desk.files import open_upload
+from pathgene.host.web.desk.sheet import Sheet
+from pathgene.host.web.desk.terrains import Terrains
 
 
 ZONES = b"""{"type": "FeatureCollection", "crs_local": true, "features": [{"type": "Feature",

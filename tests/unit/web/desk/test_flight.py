@@ -7,13 +7,13 @@ import time
 
 import pytest
 
-from host.errors import InputError
-from host.inputs import parse_json
-from host.problem.zones import Zone
-from host.web.desk.flight import AHEAD, CLEAR, FASTEST, Goal, Speed
-from host.web.desk.job import FlightJob
-from host.web.desk.jobs import Jobs
-from host.web.desk.saving import files_of
+from pathgene.host.errors import InputError
+from pathgene.host.inputs import parse_json
+from pathgene.host.problem.zones import Zone
+from pathgene.host.web.desk.flight import AHEAD, CLEAR, FASTEST, Goal, Speed
+from pathgene.host.web.desk.job import FlightJob
+from pathgene.host.web.desk.jobs import Jobs
+from pathgene.host.web.desk.saving import files_of
 
 
 pytestmark = pytest.mark.ci  # Flies.

@@ -2,11 +2,11 @@
 
 import pytest
 
-from host.errors import InputError
-from host.mission.keys import KEYS
-from host.planners import OPTIONS, PLANNERS
-from host.problem import aircraft
-from host.web.desk.form import GROUPS, ZONE_FIELDS, fields_of, planner_fields
+from pathgene.host.errors import InputError
+from pathgene.host.mission.keys import KEYS
+from pathgene.host.planners import OPTIONS, PLANNERS
+from pathgene.host.problem import aircraft
+from pathgene.host.web.desk.form import GROUPS, ZONE_FIELDS, fields_of, planner_fields
 
 
 def every_field():

@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from host.web.desk.guard import Guard
+from pathgene.host.web.desk.guard import Guard
 
 
 TOKEN = "secret"

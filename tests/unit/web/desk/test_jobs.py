@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from host.errors import InputError
-from host.inputs import parse_json
-from host.mission.problem_file import read_problem
-from host.report.read import read_run
-from host.report.run_files import PICTURE, SUMMARY, verify
-from host.web.desk.jobs import Jobs
-from host.web.desk.saving import PROBLEM, files_of, read_summary, saved_plans
+from pathgene.host.errors import InputError
+from pathgene.host.inputs import parse_json
+from pathgene.host.mission.problem_file import read_problem
+from pathgene.host.report.read import read_run
+from pathgene.host.report.run_files import PICTURE, SUMMARY, verify
+from pathgene.host.web.desk.jobs import Jobs
+from pathgene.host.web.desk.saving import PROBLEM, files_of, read_summary, saved_plans
 
 
 CANYON = {
@@ -32,7 +32,7 @@ CANYON = {
 KILLED = f"""
 import sys, time
 from pathlib import Path
-from host.web.desk.jobs import Jobs
+from pathgene.host.web.desk.jobs import Jobs
 
 if __name__ == "__main__":
     jobs = Jobs(Path(sys.argv[1]))

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from host.web.desk.results import PlanView, rows_of
+from pathgene.host.web.desk.results import PlanView, rows_of
 from tests.web_plans import planned
 
 

@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from host.errors import InputError
-from host.mission.keys import KEYS
-from host.mission.mission import Mission
-from host.mission.problem_file import read_problem, save_problem
-from host.problem.aircraft import load as load_aircraft
-from host.terrain import load
-from host.web.desk.desk import Desk
-from host.web.desk.sheet import MOST_BYTES, Sheet
-from host.web.desk.terrains import Terrains
+from pathgene.host.errors import InputError
+from pathgene.host.mission.keys import KEYS
+from pathgene.host.mission.mission import Mission
+from pathgene.host.mission.problem_file import read_problem, save_problem
+from pathgene.host.problem.aircraft import load as load_aircraft
+from pathgene.host.terrain import load
+from pathgene.host.web.desk.desk import Desk
+from pathgene.host.web.desk.sheet import MOST_BYTES, Sheet
+from pathgene.host.web.desk.terrains import Terrains
 
 
 @pytest.fixture

@@ -7,10 +7,10 @@ import pytest
 import rasterio
 from affine import Affine
 
-from host.errors import InputError
-from host.mission.build import terrain_of
-from host.terrain import embedded
-from host.web.desk.terrains import Terrains
+from pathgene.host.errors import InputError
+from pathgene.host.mission.build import terrain_of
+from pathgene.host.terrain import embedded
+from pathgene.host.web.desk.terrains import Terrains
 
 
 def npz(rows=20, columns=30):

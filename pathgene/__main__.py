@@ -1,4 +1,4 @@
-"""``python -m host`` is ``pathgene``."""
+"""The command ``pathgene``, also as ``python -m pathgene``."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def main() -> int:
     """Run the command line; Ctrl-C while the program is imported ends it without a traceback."""
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
-    from host.cli import main as run
+    from pathgene.host.cli import main as run
 
     return run()
 

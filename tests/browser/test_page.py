@@ -8,7 +8,7 @@ import pytest
 
 from pathgene.host.web.page import page_of
 from tests.browser.seen import colours, is_local, pixels, settle
-from tests.web_plans import KINDS, evaluated, hills, page_text, planned
+from tests.support.host.web_plans import KINDS, evaluated, hills, page_text, planned
 
 
 VIEWS = ("#relief", "#plan", "#altitude")

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from tests.bad_inputs import cases
+from tests.support.bad_input.inputs import cases
 
 from .conftest import ROOT
 
@@ -18,7 +18,14 @@ CASES, REFUSED = 1200, 0.84
 
 def assert_refused(first, last):
     """Run cases in a process of their own; none breaks the rule, and few were no bad input."""
-    command = [sys.executable, "-m", "tests.bad_input_runs", str(SEED), str(first), str(last)]
+    command = [
+        sys.executable,
+        "-m",
+        "tests.support.bad_input.runs",
+        str(SEED),
+        str(first),
+        str(last),
+    ]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     *found, (surely_bad, refused, accepted) = map(json.loads, done.stdout.splitlines())

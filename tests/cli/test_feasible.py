@@ -15,7 +15,7 @@ from pathgene.host.device.checker_modes import MODES
 from pathgene.host.device.map_frames import padded_map
 from pathgene.sim.model.checker import TerrainModel, check_path
 from pathgene.sim.model.checker_cycles import batch_cycles
-from tests.chips import CHECKERS, board_url
+from tests.support.gateware.chips import CHECKERS, board_url
 
 
 # --- Files ---------------------------------------------------------------------------------------

@@ -13,7 +13,7 @@ import sys
 import numpy as np
 import pytest
 
-from tests.chips import SMALL, board_url
+from tests.support.gateware.chips import SMALL, board_url
 from tests.unit.mission.files.mavsdk_autopilot import Autopilot
 
 from .conftest import ENDS, ROOT

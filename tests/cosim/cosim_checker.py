@@ -16,7 +16,7 @@ from pathgene.hdl.feasibility.layouts import count_layout, verdict_layout
 from pathgene.hdl.layouts import cell_layout, point_layout
 from pathgene.sim.model.checker import TerrainModel, check_path
 from pathgene.sim.model.checker_cycles import batch_cycles
-from tests.chips import CHECKER_BENCH
+from tests.support.gateware.chips import CHECKER_BENCH
 
 
 TOP = "path_checker"

@@ -11,7 +11,7 @@ from pathgene.hdl.link.frame import body_layout
 from pathgene.hdl.protocol import StickyError
 from pathgene.hdl.protocol.codec import encode_frame
 from pathgene.sim.model.frames import FrameReceiverModel
-from tests.faults import ByteFaults
+from tests.support.gateware.faults import ByteFaults
 
 
 TOP = "frame_receiver"

@@ -23,7 +23,7 @@ from pathgene.host.device.chip import Chip
 from pathgene.host.device.link import Link, LinkError
 from pathgene.sim.model.chip import ChipModel
 from pathgene.sim.model.port import ModelPort
-from tests.chips import CHECKING, Pair, random_path, without_line_cycles
+from tests.support.gateware.chips import CHECKING, Pair, random_path, without_line_cycles
 
 
 TOP = "planner"

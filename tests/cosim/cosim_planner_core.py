@@ -10,8 +10,14 @@ from cocotb.triggers import ClockCycles, FallingEdge, RisingEdge
 
 from pathgene.hdl.protocol.planner import MEMO_ROWS
 from pathgene.hdl.protocol.runs import RunOptions
-from tests.planner_cases import SMALL
-from tests.planner_flight import Flight, problem_payload, run_payload, shape_payload, status_fields
+from tests.support.planner.cases import SMALL
+from tests.support.planner.flight import (
+    Flight,
+    problem_payload,
+    run_payload,
+    shape_payload,
+    status_fields,
+)
 
 
 TOP = "planner_core"

@@ -25,7 +25,7 @@ from pathgene.hdl.protocol import (
 from pathgene.hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
 from pathgene.sim.model.chip import ChipModel
 from pathgene.sim.model.frames import FrameReceiverModel
-from tests.fuzz import Fuzz
+from tests.support.gateware.fuzz import Fuzz
 
 
 TOP = "receiving"

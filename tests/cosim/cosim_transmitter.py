@@ -27,7 +27,7 @@ from pathgene.hdl.protocol import (
     status_reply,
     survivors_reply,
 )
-from tests.chips import random_paths
+from tests.support.gateware.chips import random_paths
 
 
 TOP = "transmitting"

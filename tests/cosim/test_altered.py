@@ -23,9 +23,9 @@ from pathgene.host.planners.ga_fpga import FpgaGeneticPlanner
 from pathgene.sim.board import SimulatedBoard, build_program
 from pathgene.sim.cache import BuildCache
 from pathgene.sim.exported import cached_verilog, exported_verilog
-from tests.chips import SMALL, Pair, board_url
 from tests.cosim.test_planner_core import fly, planner_verilog
-from tests.planner_cases import SMALL as PLANNER
+from tests.support.gateware.chips import SMALL, Pair, board_url
+from tests.support.planner.cases import SMALL as PLANNER
 
 
 pytestmark = pytest.mark.cosim
@@ -89,7 +89,7 @@ EXPORT_OF_THE_PLANNER = """
 import json, pathlib, sys
 import pathgene.hdl.planner.core
 from tests.cosim.test_planner_core import planner_verilog
-from tests.planner_cases import SMALL
+from tests.support.planner.cases import SMALL
 assert pathlib.Path(pathgene.hdl.planner.core.__file__).parents[3] == pathlib.Path.cwd()
 sys.stdout.write(planner_verilog(SMALL, 64))
 """

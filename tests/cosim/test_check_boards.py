@@ -9,8 +9,8 @@ from pathgene.hdl.protocol import Command, LinkMode, Status, StickyError
 from pathgene.host.device.link import RefusedError
 from pathgene.host.planners.base import Options
 from pathgene.host.planners.ga_fpga import FpgaGeneticPlanner
-from tests.chips import CHECKERS, board_url, random_path, without_line_cycles
-from tests.fuzz import fuzz_simulated_board
+from tests.support.gateware.chips import CHECKERS, board_url, random_path, without_line_cycles
+from tests.support.gateware.fuzz import fuzz_simulated_board
 
 
 pytestmark = pytest.mark.cosim

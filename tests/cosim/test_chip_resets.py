@@ -16,9 +16,9 @@ from pathgene.host.cli import main
 from pathgene.host.device.chip import Chip
 from pathgene.host.device.link import Link, LinkError
 from pathgene.sim.board.scheme import start_simulated
-from tests.chips import CHECKING, SMALL, board_url, random_paths
-from tests.planner_cases import SMALL as SMALL_PLANNER
-from tests.planner_cases import ground, record, shape
+from tests.support.gateware.chips import CHECKING, SMALL, board_url, random_paths
+from tests.support.planner.cases import SMALL as SMALL_PLANNER
+from tests.support.planner.cases import ground, record, shape
 
 
 pytestmark = pytest.mark.cosim

@@ -5,9 +5,9 @@ import collections
 import pytest
 
 from pathgene.hdl.protocol import Status
-from tests.command_fuzz import CHIPS, fuzz, table
-from tests.frame_mix import KINDS
-from tests.run_fuzz import fuzz_during_runs
+from tests.support.gateware.command_fuzz import CHIPS, fuzz, table
+from tests.support.gateware.frame_mix import KINDS
+from tests.support.planner.run_fuzz import fuzz_during_runs
 
 
 pytestmark = pytest.mark.cosim

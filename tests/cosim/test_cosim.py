@@ -5,7 +5,7 @@ import re
 import pytest
 
 from pathgene.sim.exported import exported_verilog
-from tests.chips import CHECKER_BENCH
+from tests.support.gateware.chips import CHECKER_BENCH
 from tools.runner import BENCHES, SIMULATORS, benches, run, run_bench
 
 

@@ -21,7 +21,7 @@ from pathgene.hdl.protocol.runs import RunOptions, pack_best
 from pathgene.host.device.boards import open_board
 from pathgene.sim.default_config import DEFAULT_CONFIG
 from pathgene.sim.model.chip import ChipModel
-from tests.chips import SMALL, board_url
+from tests.support.gateware.chips import SMALL, board_url
 
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -15,7 +15,7 @@ from pathgene.sim.cache import BuildCache, build_root
 from pathgene.sim.exported import cached_verilog
 from pathgene.sim.model.frames import FrameReceiverModel
 from pathgene.sim.verilator import build_verilator
-from tests.faults import ByteFaults
+from tests.support.gateware.faults import ByteFaults
 
 
 pytestmark = pytest.mark.cosim

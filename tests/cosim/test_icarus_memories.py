@@ -14,8 +14,8 @@ from pathgene.sim.icarus import build_icarus, with_zeros
 from pathgene.sim.model.planner.problem import problem_vector, sizes_vector
 from pathgene.sim.model.planner.wavefront import PRICES, measure_distances, measure_prices, spread
 from pathgene.sim.model.planner.wavefront_cycles import spreading
-from tests.planner_cases import SMALL, record
-from tests.planner_flight import problem_payload
+from tests.support.planner.cases import SMALL, record
+from tests.support.planner.flight import problem_payload
 
 
 pytestmark = pytest.mark.cosim

@@ -12,7 +12,7 @@ from pathgene.sim.harness import VerilatedChecker
 from pathgene.sim.model.checker import TerrainModel, check_path
 from pathgene.sim.model.checker_cycles import batch_cycles
 from pathgene.sim.model.checker_kernels import check_paths
-from tests.checker_cases import ground, paths_of, random_batch
+from tests.support.gateware.checker_cases import ground, paths_of, random_batch
 
 
 pytestmark = pytest.mark.cosim

@@ -16,17 +16,17 @@ from pathgene.hdl.verilog import convert
 from pathgene.sim.cache import BuildCache, build_root
 from pathgene.sim.exported import cached_verilog
 from pathgene.sim.verilator import build_verilator
-from tests.evaluator_bench import Findings
-from tests.evaluator_cases import (
+from tests.support.planner.cases import SMALL, USUAL, ground
+from tests.support.planner.evaluator_bench import Findings
+from tests.support.planner.evaluator_cases import (
     check_cycles,
     check_findings,
     drawn_evaluator,
     drawn_paths,
     outcomes,
 )
-from tests.planner_cases import SMALL, USUAL, ground
-from tests.scorer_cases import problem_fields
-from tests.walker_cases import corner
+from tests.support.planner.scorer_cases import problem_fields
+from tests.support.planner.walker_cases import corner
 
 
 pytestmark = pytest.mark.cosim

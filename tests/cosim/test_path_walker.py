@@ -17,8 +17,8 @@ from pathgene.sim.model.planner.definition.memo import Memo
 from pathgene.sim.model.planner.walk import walk
 from pathgene.sim.model.planner.walker_cycles import back, cost, walked
 from pathgene.sim.verilator import build_verilator
-from tests.planner_cases import USUAL, ground
-from tests.walker_cases import any_point, heights_of, segments_of
+from tests.support.planner.cases import USUAL, ground
+from tests.support.planner.walker_cases import any_point, heights_of, segments_of
 
 
 pytestmark = pytest.mark.cosim

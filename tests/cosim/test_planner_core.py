@@ -19,8 +19,14 @@ from pathgene.sim.exported import cached_verilog
 from pathgene.sim.model.block_marks import BlockMarks
 from pathgene.sim.model.planner.run import plan
 from pathgene.sim.verilator import build_verilator
-from tests.planner_cases import SMALL, USUAL
-from tests.planner_flight import Flight, problem_payload, run_payload, shape_payload, status_fields
+from tests.support.planner.cases import SMALL, USUAL
+from tests.support.planner.flight import (
+    Flight,
+    problem_payload,
+    run_payload,
+    shape_payload,
+    status_fields,
+)
 
 
 pytestmark = [pytest.mark.cosim, pytest.mark.ci]

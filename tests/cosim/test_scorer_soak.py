@@ -13,8 +13,13 @@ from pathgene.sim.cache import BuildCache, build_root
 from pathgene.sim.exported import exported_verilog
 from pathgene.sim.model.planner.scorer_cycles import ScorerCycles, freed
 from pathgene.sim.verilator import build_verilator
-from tests.planner_cases import LARGE, SMALL, USUAL
-from tests.scorer_cases import compiled_score, drawn_paths, drawn_problem, problem_fields
+from tests.support.planner.cases import LARGE, SMALL, USUAL
+from tests.support.planner.scorer_cases import (
+    compiled_score,
+    drawn_paths,
+    drawn_problem,
+    problem_fields,
+)
 
 
 pytestmark = [pytest.mark.cosim, pytest.mark.ci]

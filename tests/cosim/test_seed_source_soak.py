@@ -19,8 +19,8 @@ from pathgene.sim.model.planner.definition import wavefront
 from pathgene.sim.model.planner.definition.score import corner_of
 from pathgene.sim.model.planner.definition.seeds import seed_path
 from pathgene.sim.verilator import build_verilator
-from tests.planner_cases import LARGE, SMALL, USUAL
-from tests.planner_wavefront import Words, blocks_of, corner, layer, problem, terrain
+from tests.support.planner.cases import LARGE, SMALL, USUAL
+from tests.support.planner.wavefront import Words, blocks_of, corner, layer, problem, terrain
 
 
 pytestmark = [pytest.mark.cosim, pytest.mark.ci]

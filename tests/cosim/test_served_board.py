@@ -25,8 +25,8 @@ from pathgene.host.device.link import LinkError
 from pathgene.host.device.socket_port import BUSY
 from pathgene.sim.board import SimulatedBoard, build_program
 from pathgene.sim.board.scheme import start_simulated
-from tests.chips import SMALL, board_url
 from tests.cosim.echo_design import echo_verilog
+from tests.support.gateware.chips import SMALL, board_url
 
 
 pytestmark = pytest.mark.cosim

@@ -6,7 +6,7 @@ from amaranth.hdl import Assert, Assume, Cover
 from pathgene.hdl.planner.run_control import RunControl
 from pathgene.hdl.planner.run_limits import RunLimits
 from tests.formal.parts import Opened, any_constant, free, made_of
-from tests.planner_cases import SMALL
+from tests.support.planner.cases import SMALL
 from tools.formal import Proof
 
 

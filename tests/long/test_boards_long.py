@@ -7,8 +7,8 @@ import pytest
 from pathgene.hdl.config import Config, SurvivorSelection
 from pathgene.hdl.protocol import LinkMode
 from pathgene.sim.exported import exported_verilog
-from tests.chips import SMALL
-from tests.fuzz import fuzz_simulated_board
+from tests.support.gateware.chips import SMALL
+from tests.support.gateware.fuzz import fuzz_simulated_board
 from tools.runner import BENCHES, run
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from pathgene.sim.model.checker import check_path
 from pathgene.sim.model.checker_kernels import check_batch, check_paths
-from tests.checker_cases import (
+from tests.support.gateware.checker_cases import (
     BUILDS,
     FULL,
     assert_same,

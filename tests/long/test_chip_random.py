@@ -16,7 +16,7 @@ from pathgene.host.planning import Search
 from pathgene.host.problem import Problem
 from pathgene.host.problem.rules import Rules
 from pathgene.host.problem.zones import Circle
-from tests.flight_oracle import examine
+from tests.support.host.flight_oracle import examine
 
 
 PROBLEMS = 1_000

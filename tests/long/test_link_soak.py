@@ -11,7 +11,7 @@ from pathgene.host.device.link import Link
 from pathgene.sim.model.chip import ChipModel
 from pathgene.sim.model.core import Limits
 from pathgene.sim.model.frames import FrameReceiverModel
-from tests.faults import ByteFaults, FaultyTransport, FrameFaults, VirtualClock
+from tests.support.gateware.faults import ByteFaults, FaultyTransport, FrameFaults, VirtualClock
 
 
 pytestmark = pytest.mark.long

@@ -10,7 +10,7 @@ from pathgene.host.planners.base import Options, Stop
 from pathgene.host.planning import Search
 from pathgene.host.problem import Circle, Polygon, Problem, Rules
 from pathgene.host.terrain import Terrain, load
-from tests.closed_problems import lane
+from tests.support.host.closed_problems import lane
 
 
 WALL = Polygon(((1900, -50), (2100, -50), (2100, 5000), (1900, 5000)), name="border")

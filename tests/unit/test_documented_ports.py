@@ -15,7 +15,7 @@ from pathgene.hdl.command.layouts import payload_members
 from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.hdl.layouts import generation_signature
 from pathgene.hdl.top import Planner
-from tests.chips import SMALL
+from tests.support.gateware.chips import SMALL
 
 
 CHIPS = (

@@ -14,7 +14,7 @@ import pytest
 from pathgene.hdl.config import Config
 from pathgene.hdl.verilog import SHIPPED, TOPS, export, main, write_shipped
 from pathgene.sim.exported import exported_verilog
-from tests.chips import CHECKERS, CHECKING, SMALL
+from tests.support.gateware.chips import CHECKERS, CHECKING, SMALL
 from tools.lint import lint
 
 

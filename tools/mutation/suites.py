@@ -30,7 +30,7 @@ def suites(root: Path, file: str) -> list[list[str]]:
     relative = Path(file).relative_to("hdl")
     unit = root / "tests" / "unit"
     mirrored = unit / relative.with_name(f"test_{relative.name}")
-    module = ".".join(Path(file).with_suffix("").parts)
+    module = ".".join(("pathgene", *Path(file).with_suffix("").parts))
     package = relative.parts[0] if len(relative.parts) > 1 else ""
     every = [
         path

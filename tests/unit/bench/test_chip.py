@@ -9,7 +9,7 @@ from bench.chip_runs import Outcome, share, through_terrains
 from bench.report import Options
 from pathgene.hdl.protocol.runs import RunOptions
 from pathgene.host.errors import InputError
-from tests.pool import Pool
+from tests.support.host.pool import Pool
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from bench.chip_replans import ROWS, scenario
 from bench.report import Options
 from bench.scenarios import problem
 from pathgene.host.errors import InputError
-from tests.pool import Pool
+from tests.support.host.pool import Pool
 
 
 def test_replans_are_beside_astar(monkeypatch):

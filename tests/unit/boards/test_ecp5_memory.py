@@ -15,7 +15,7 @@ from pathgene.hdl.config import Config
 from pathgene.hdl.feasibility.map_memory import MapMemory
 from pathgene.hdl.feasibility.parallel.terrain_memory import TerrainMemory
 from pathgene.hdl.primitives.block_memory import BlockMemory
-from tests.ecp5_twins import ECP5, twins_of
+from tests.support.gateware.ecp5_twins import ECP5, twins_of
 
 
 def primitive():

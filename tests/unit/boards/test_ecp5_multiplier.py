@@ -5,7 +5,7 @@ import pytest
 from amaranth.back import verilog
 
 from pathgene.hdl.primitives.multiplier import Multiplier
-from tests.ecp5_twins import ECP5, twins_of
+from tests.support.gateware.ecp5_twins import ECP5, twins_of
 
 
 def primitive():

@@ -8,7 +8,7 @@ from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.boards.harness import Harness
-from tests.streams import simulate
+from tests.support.gateware.streams import simulate
 
 
 class Unit(wiring.Component):

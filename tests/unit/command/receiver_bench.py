@@ -13,8 +13,8 @@ from pathgene.hdl.protocol import (
     pack_paths,
     start_request,
 )
-from tests.chips import TINY
-from tests.streams import collect, put, simulate
+from tests.support.gateware.chips import TINY
+from tests.support.gateware.streams import collect, put, simulate
 
 
 __all__ = [

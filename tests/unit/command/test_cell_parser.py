@@ -9,9 +9,9 @@ from pathgene.hdl.command.cell_parser import CellParser
 from pathgene.hdl.config import Config
 from pathgene.hdl.layouts import struct
 from pathgene.hdl.protocol import Status, map_request, pack_cells
-from tests.payloads import hand_over
-from tests.streams import collect
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.payloads import hand_over
+from tests.support.gateware.streams import collect
+from tests.support.gateware.wrong_sizes import check_sizes
 
 
 PAUSES = pytest.mark.parametrize("pauses", [(0,), (0, 3, 1, 0, 7)], ids=["steady", "stalled"])

@@ -8,9 +8,9 @@ import pytest
 from pathgene.hdl.command.point_parser import PointParser
 from pathgene.hdl.config import Config
 from pathgene.hdl.protocol import Status, pack_paths
-from tests.payloads import hand_over
-from tests.streams import collect
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.payloads import hand_over
+from tests.support.gateware.streams import collect
+from tests.support.gateware.wrong_sizes import check_sizes
 
 
 CONFIG = Config(max_waypoints=5)

@@ -7,8 +7,8 @@ import pytest
 
 from pathgene.hdl.command.ranking_parser import RankingParser
 from pathgene.hdl.protocol import Status
-from tests.payloads import hand_over
-from tests.streams import collect
+from tests.support.gateware.payloads import hand_over
+from tests.support.gateware.streams import collect
 
 
 SLOTS = 16

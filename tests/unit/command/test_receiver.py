@@ -14,7 +14,7 @@ from pathgene.hdl.protocol import (
     pack_paths,
     read_request,
 )
-from tests.refusals import refusals
+from tests.support.gateware.refusals import refusals
 from tests.unit.command.receiver_bench import (
     CHECKING,
     CONFIG,

@@ -14,9 +14,9 @@ from pathgene.hdl.protocol.planner import EDGES, NoFlyShape, no_fly_request, pro
 from pathgene.hdl.protocol.runs import RunOptions, run_request
 from pathgene.sim.model.chip import ChipModel
 from pathgene.sim.model.frames import FrameReceiverModel
-from tests.fuzz import Fuzz
-from tests.planner_cases import LARGE, SMALL, USUAL, any_record, headed, record, shape
-from tests.refusals import run_refusals
+from tests.support.gateware.fuzz import Fuzz
+from tests.support.gateware.refusals import run_refusals
+from tests.support.planner.cases import LARGE, SMALL, USUAL, any_record, headed, record, shape
 from tests.unit.command.receiver_bench import Chip, after_open
 
 

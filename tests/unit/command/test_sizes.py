@@ -9,7 +9,7 @@ from pathgene.hdl.command.payload_dispatcher import PayloadDispatcher
 from pathgene.hdl.command.ranking_parser import RankingParser
 from pathgene.hdl.command.waypoint_assembler import WaypointAssembler
 from pathgene.hdl.config import Config
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.wrong_sizes import check_sizes
 
 
 FIELDS = {

@@ -20,7 +20,7 @@ from pathgene.hdl.protocol import (
     status_reply,
     survivors_reply,
 )
-from tests.streams import collect, put, simulate
+from tests.support.gateware.streams import collect, put, simulate
 
 
 CONFIG = Config(

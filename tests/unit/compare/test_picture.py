@@ -5,7 +5,7 @@ import pytest
 from matplotlib.image import imread
 
 from pathgene.host.compare.picture import draw, write
-from tests.pictures import assert_texts_apart, texts_of
+from tests.support.host.pictures import assert_texts_apart, texts_of
 
 from .conftest import made_up_runs
 

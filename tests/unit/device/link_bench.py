@@ -5,7 +5,7 @@ from pathgene.hdl.protocol import Command, Status
 from pathgene.hdl.protocol.codec import encode_frame
 from pathgene.host.device.link import Link
 from pathgene.sim.model.frames import FrameReceiverModel
-from tests.faults import FaultyTransport, VirtualClock
+from tests.support.gateware.faults import FaultyTransport, VirtualClock
 
 
 __all__ = ["CONFIG", "FIRST", "Recorder", "Script", "connect", "lose", "twice", "without_delimiter"]

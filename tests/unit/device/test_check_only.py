@@ -14,7 +14,7 @@ from pathgene.host.device.link import Link, RefusedError
 from pathgene.host.errors import InputError
 from pathgene.sim.model.chip import ChipModel
 from pathgene.sim.model.port import ModelPort
-from tests.chips import CHECKING, random_path
+from tests.support.gateware.chips import CHECKING, random_path
 from tests.unit.command.receiver_bench import CHECKING as BENCH
 from tests.unit.command.receiver_bench import Chip as Bench
 from tests.unit.command.receiver_bench import after_open, check, rectangle

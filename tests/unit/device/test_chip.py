@@ -27,7 +27,7 @@ from pathgene.sim.model.chip import ChipModel
 from pathgene.sim.model.core import Core
 from pathgene.sim.model.mutation import Limits
 from pathgene.sim.model.port import ModelPort
-from tests.chips import SMALL, random_paths
+from tests.support.gateware.chips import SMALL, random_paths
 
 
 LIMITS = (13, 15, 14)

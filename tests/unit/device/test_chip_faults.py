@@ -10,7 +10,7 @@ from pathgene.host.device.chip import Chip
 from pathgene.host.device.link import Link
 from pathgene.sim.model.chip import ChipModel
 from pathgene.sim.model.port import ModelPort
-from tests.faults import ByteFaults, FaultyTransport, VirtualClock
+from tests.support.gateware.faults import ByteFaults, FaultyTransport, VirtualClock
 
 
 CONFIG = Config()

@@ -10,8 +10,8 @@ from pathgene.host.device.identity import built_config, request_info
 from pathgene.host.device.link import Link
 from pathgene.host.errors import InputError
 from pathgene.sim.model.chip import ChipModel
-from tests.chips import SMALL
-from tests.faults import FaultyTransport, VirtualClock
+from tests.support.gateware.chips import SMALL
+from tests.support.gateware.faults import FaultyTransport, VirtualClock
 
 
 INFO = info_values(SMALL) | {"session": 0}

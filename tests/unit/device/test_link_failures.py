@@ -12,7 +12,7 @@ from pathgene.host.device.link import Link, LinkError, LinkTimeoutError
 from pathgene.host.errors import JobError
 from pathgene.sim.model.chip import ChipModel
 from pathgene.sim.model.core import Limits
-from tests.faults import ByteFaults, FaultyTransport, FrameFaults, VirtualClock
+from tests.support.gateware.faults import ByteFaults, FaultyTransport, FrameFaults, VirtualClock
 from tests.unit.device.link_bench import (
     CONFIG,
     FIRST,

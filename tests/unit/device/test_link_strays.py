@@ -7,7 +7,7 @@ import pytest
 from pathgene.hdl.protocol import Command, Status
 from pathgene.hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
 from pathgene.host.device.link import Link, LinkTimeoutError, RefusedError
-from tests.faults import FaultyTransport, VirtualClock
+from tests.support.gateware.faults import FaultyTransport, VirtualClock
 from tests.unit.device.link_bench import FIRST, Recorder, Script, connect
 
 

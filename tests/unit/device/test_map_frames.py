@@ -6,7 +6,7 @@ import pytest
 from pathgene.hdl.config import Config
 from pathgene.hdl.protocol import map_request, unpack_cells
 from pathgene.host.device.map_frames import changed_parts, map_frames, padded_map
-from tests.chips import CHECKERS
+from tests.support.gateware.chips import CHECKERS
 
 
 CONFIG = CHECKERS["parallel"]

@@ -13,7 +13,7 @@ from pathgene.host.device.orders import Orders
 from pathgene.host.device.runs import Runs
 from pathgene.sim.model.chip import ChipModel
 from pathgene.sim.model.port import ModelPort
-from tests.planner_cases import SMALL, ground, record, shape
+from tests.support.planner.cases import SMALL, ground, record, shape
 from tests.unit.device.link_bench import FIRST, Script, connect, lose
 
 

@@ -22,8 +22,8 @@ from pathgene.host.errors import InputError
 from pathgene.sim.model.checker import check_path
 from pathgene.sim.model.chip import ChipModel
 from pathgene.sim.model.port import ModelPort
-from tests.chips import CHECKING, SMALL, random_path, random_paths
-from tests.faults import ByteFaults
+from tests.support.gateware.chips import CHECKING, SMALL, random_path, random_paths
+from tests.support.gateware.faults import ByteFaults
 from tests.unit.device.test_chip import SpyPort
 
 

@@ -19,8 +19,8 @@ from pathgene.sim.model.chip import ChipModel
 from pathgene.sim.model.planner.definition.no_fly import block
 from pathgene.sim.model.planner.run import plan
 from pathgene.sim.model.port import ModelPort
-from tests.planner_cases import SMALL, ground, record, shape
-from tests.refusals import run_refusals
+from tests.support.gateware.refusals import run_refusals
+from tests.support.planner.cases import SMALL, ground, record, shape
 
 
 OPTIONS = RunOptions(seed=7, generations=40, seeds=16, give_up_rank=3)

@@ -13,7 +13,7 @@ from pathgene.host.device.serial_scheme import SerialScheme
 from pathgene.host.errors import InputError, JobError
 from pathgene.sim.board.scheme import SimulatedScheme
 from pathgene.sim.model_scheme import ModelScheme
-from tests.chips import SMALL, board_url
+from tests.support.gateware.chips import SMALL, board_url
 
 
 PROBE = """

@@ -15,7 +15,7 @@ from pathgene.host.device.boards import open_board
 from pathgene.host.device.link import Link, LinkTimeoutError
 from pathgene.host.device.serial_port import SerialPort
 from pathgene.sim.model.chip import ChipModel
-from tests.chips import CHECKING
+from tests.support.gateware.chips import CHECKING
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
 from pathgene.host.problem.zones import Circle, Polygon
 from pathgene.host.terrain import Terrain
-from tests.closed_problems import KINDS
+from tests.support.host.closed_problems import KINDS
 
 
 FOX = load("silver-fox")

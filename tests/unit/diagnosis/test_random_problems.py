@@ -13,7 +13,7 @@ from pathgene.host.planners.base import Options
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
 from pathgene.host.problem.zones import Circle, Polygon
-from tests.closed_problems import KINDS, WIDTH_M, ends, hills, star, terrain
+from tests.support.host.closed_problems import KINDS, WIDTH_M, ends, hills, star, terrain
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)

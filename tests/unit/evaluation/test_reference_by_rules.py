@@ -8,7 +8,7 @@ import pytest
 
 from pathgene.host.errors import InputError
 from pathgene.host.evaluation import Evaluator, reference
-from tests.flight_cases import random_case
+from tests.support.host.flight_cases import random_case
 
 
 def random_problem(seed):

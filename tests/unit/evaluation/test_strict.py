@@ -13,8 +13,8 @@ from pathgene.host.evaluation.pieces import fastest_over_ground
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
 from pathgene.host.terrain import Terrain
-from tests.flight_cases import random_case
-from tests.flight_oracle import examine
+from tests.support.host.flight_cases import random_case
+from tests.support.host.flight_oracle import examine
 
 
 def strict_penalty(problem, path):

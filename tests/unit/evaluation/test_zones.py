@@ -12,7 +12,7 @@ from pathgene.host.evaluation.zones import pack_zones, zone_intrusions, zone_met
 from pathgene.host.problem.zone_raster import blocked_cells
 from pathgene.host.problem.zones import Circle, Polygon
 from pathgene.host.terrain import Terrain
-from tests.random_flights import (
+from tests.support.host.random_flights import (
     CRUISE_M_S,
     near_a_limit,
     piece_rows,
@@ -22,7 +22,7 @@ from tests.random_flights import (
     star,
     track_of,
 )
-from tests.zone_oracle import distances, enters
+from tests.support.host.zone_oracle import distances, enters
 
 
 UNLIMITED = dict.fromkeys(("lower_m", "upper_m", "t0_s", "t1_s"))

@@ -3,7 +3,7 @@
 import itertools
 from dataclasses import dataclass, field
 
-from tests.streams import collect, put, simulate
+from tests.support.gateware.streams import collect, put, simulate
 
 
 __all__ = ["Results", "feed", "look_up", "results_of", "summary", "upload"]

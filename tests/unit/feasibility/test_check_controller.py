@@ -19,8 +19,8 @@ from pathgene.hdl.protocol import (
     pack_paths,
 )
 from pathgene.sim.model.check_commands import CheckingModel
-from tests.chips import SMALL, random_path, random_paths
-from tests.streams import collect, put, simulate
+from tests.support.gateware.chips import SMALL, random_path, random_paths
+from tests.support.gateware.streams import collect, put, simulate
 
 
 CONFIGS = {

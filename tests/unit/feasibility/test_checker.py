@@ -6,7 +6,7 @@ import pytest
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.feasibility.checker import Checker
-from tests.streams import put, simulate
+from tests.support.gateware.streams import put, simulate
 from tests.unit.feasibility.checker_driver import upload
 
 

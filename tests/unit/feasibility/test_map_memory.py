@@ -6,7 +6,7 @@ import random
 import pytest
 
 from pathgene.hdl.feasibility.map_memory import MapMemory
-from tests.streams import simulate
+from tests.support.gateware.streams import simulate
 
 
 @pytest.mark.parametrize("block_rows", [4, 16], ids=["blocks", "one"])

@@ -11,9 +11,9 @@ from amaranth.lib.wiring import connect
 from pathgene.hdl.config import Config
 from pathgene.hdl.feasibility.path_source import PathSource
 from pathgene.hdl.ga_core.core import Core
-from tests.chips import random_path
-from tests.streams import put, simulate
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.chips import random_path
+from tests.support.gateware.streams import put, simulate
+from tests.support.gateware.wrong_sizes import check_sizes
 
 
 CONFIG = Config(

@@ -2,7 +2,7 @@
 """Sizes of the unit that sums up steps; what it sums up is tested with the walkers."""
 
 from pathgene.hdl.feasibility.result_collector import ResultCollector
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.wrong_sizes import check_sizes
 
 
 def test_sizes():

@@ -7,7 +7,7 @@ from collections import deque
 import pytest
 
 from pathgene.hdl.feasibility.result_queue import ResultQueue
-from tests.streams import simulate
+from tests.support.gateware.streams import simulate
 
 
 def run(depth, puts, readies):

@@ -9,8 +9,8 @@ from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.hdl.feasibility.layouts import count_layout, verdict_layout
 from pathgene.hdl.feasibility.result_store import RecordLayouts, ResultStore
 from pathgene.hdl.protocol import PathResult, pack_results
-from tests.streams import collect, put, simulate
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.streams import collect, put, simulate
+from tests.support.gateware.wrong_sizes import check_sizes
 
 
 CONFIG = Config(

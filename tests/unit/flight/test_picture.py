@@ -10,7 +10,7 @@ from pathgene.host.flight.fly import fly
 from pathgene.host.flight.picture import draw
 from pathgene.host.problem import Problem
 from pathgene.host.terrain import Terrain
-from tests.pictures import assert_texts_apart
+from tests.support.host.pictures import assert_texts_apart
 
 
 PATH = np.array([(1000, 1000, 150), (2500, 1600, 170), (3500, 1500, 150)], dtype=float)

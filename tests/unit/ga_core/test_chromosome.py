@@ -8,7 +8,7 @@ from amaranth.sim import Simulator
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.ga_core.chromosome import Chromosome, ReadIndex
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.wrong_sizes import check_sizes
 
 
 CONFIG = Config(max_waypoints=7)

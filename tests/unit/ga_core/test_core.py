@@ -12,8 +12,8 @@ from amaranth.hdl import Value
 from pathgene.hdl.config import SurvivorSelection
 from pathgene.hdl.ga_core.core import Core
 from pathgene.hdl.protocol import ChipState, Counter
-from tests.chips import TINY
-from tests.core_driver import Driver, fill, ranked_after, shuffled, simulate
+from tests.support.gateware.chips import TINY
+from tests.support.gateware.core_driver import Driver, fill, ranked_after, shuffled, simulate
 
 
 CONFIGS = {

@@ -8,8 +8,8 @@ import pytest
 from pathgene.hdl.config import CheckerBuild, Config, MutationKind
 from pathgene.hdl.protocol import Counter
 from pathgene.sim.model.mutation import Limits
-from tests.chips import TINY
-from tests.core_driver import Driver, fill, ranked_after, shuffled, simulate
+from tests.support.gateware.chips import TINY
+from tests.support.gateware.core_driver import Driver, fill, ranked_after, shuffled, simulate
 
 
 SMALL = TINY.replace(checker=CheckerBuild.PARALLEL, box_percent=60)

@@ -9,7 +9,7 @@ from amaranth.sim import Simulator
 from pathgene.hdl.config import Config
 from pathgene.hdl.ga_core.crossover import Crossover, parents_of
 from pathgene.hdl.protocol.breeding import crossover
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.wrong_sizes import check_sizes
 
 
 def breed(config, pairs):

@@ -4,8 +4,8 @@ import random
 
 from pathgene.hdl.ga_core.crossover import parents_of
 from pathgene.hdl.ga_core.mutation_plan import MutationPlan
-from tests.streams import simulate
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.streams import simulate
+from tests.support.gateware.wrong_sizes import check_sizes
 
 
 MUTATORS, CROSSOVERS, MAX_WAYPOINTS = 5, 3, 9

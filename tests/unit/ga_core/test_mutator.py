@@ -7,8 +7,8 @@ import pytest
 
 from pathgene.hdl.config import MutationKind
 from pathgene.hdl.ga_core.mutator import Mutator
-from tests.streams import simulate
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.streams import simulate
+from tests.support.gateware.wrong_sizes import check_sizes
 
 
 SIZES = {

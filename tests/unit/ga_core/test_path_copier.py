@@ -4,7 +4,7 @@ import pytest
 from amaranth.sim import Simulator
 
 from pathgene.hdl.ga_core.path_copier import PathCopier
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.wrong_sizes import check_sizes
 
 
 @pytest.mark.parametrize("most", [3, 5, 8])

@@ -11,7 +11,7 @@ from pathgene.hdl.config import CheckerBuild, Config, MutationKind
 from pathgene.hdl.ga_core.crossover import parents_of
 from pathgene.hdl.ga_core.population import Population
 from pathgene.hdl.ga_core.read_pointer import PEEK_LATENCY
-from tests.streams import put, simulate
+from tests.support.gateware.streams import put, simulate
 
 
 SMALL = Config(

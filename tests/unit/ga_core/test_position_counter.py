@@ -6,8 +6,8 @@ import random
 import pytest
 
 from pathgene.hdl.ga_core.position_counter import PositionCounter
-from tests.streams import simulate
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.streams import simulate
+from tests.support.gateware.wrong_sizes import check_sizes
 
 
 @pytest.mark.parametrize("most", [3, 6, 16, 20])

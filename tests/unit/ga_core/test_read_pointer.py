@@ -6,8 +6,8 @@ import random
 import pytest
 
 from pathgene.hdl.ga_core.read_pointer import PEEK_LATENCY, ReadPointer
-from tests.streams import simulate
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.streams import simulate
+from tests.support.gateware.wrong_sizes import check_sizes
 
 
 MAX_WAYPOINTS = 16

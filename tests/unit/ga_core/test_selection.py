@@ -12,7 +12,7 @@ from pathgene.hdl.ga_core.selection import Selection
 from pathgene.hdl.protocol.random_words import WARM_UP_STEPS
 from pathgene.sim.model import selection as model
 from pathgene.sim.model.random_source import RandomSource
-from tests.chips import TINY
+from tests.support.gateware.chips import TINY
 
 
 # Each with the latency of its unit.

@@ -10,8 +10,8 @@ from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.hdl.ga_core.layouts import limits_layout, offset_layout
 from pathgene.hdl.ga_core.read_pointer import PEEK_LATENCY
 from pathgene.hdl.ga_core.terrain_aware_sampler import TerrainAwareSampler
-from tests.streams import simulate
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.streams import simulate
+from tests.support.gateware.wrong_sizes import check_sizes
 
 
 SMALL = Config(

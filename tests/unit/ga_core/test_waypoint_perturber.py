@@ -6,8 +6,8 @@ import random
 from pathgene.hdl.ga_core.layouts import limits_layout, offset_layout
 from pathgene.hdl.ga_core.waypoint_perturber import WaypointPerturber
 from pathgene.sim.model.mutation import clamp
-from tests.streams import simulate
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.streams import simulate
+from tests.support.gateware.wrong_sizes import check_sizes
 
 
 AXES = ("x", "y", "altitude")

@@ -5,8 +5,8 @@ import random
 import pytest
 
 from pathgene.hdl.ga_core.write_decoder import WriteDecoder
-from tests.streams import simulate
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.streams import simulate
+from tests.support.gateware.wrong_sizes import check_sizes
 
 
 POPULATION = 8

@@ -2,7 +2,7 @@
 
 import itertools
 
-from tests.streams import put, simulate
+from tests.support.gateware.streams import put, simulate
 
 
 __all__ = ["drive", "pass_through", "watch"]

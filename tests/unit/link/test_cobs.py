@@ -7,7 +7,7 @@ import pytest
 from cobs import cobs
 
 from pathgene.hdl.link.cobs import CobsDecoder, CobsEncoder
-from tests.streams import simulate
+from tests.support.gateware.streams import simulate
 from tests.unit.link.drive import drive, watch
 
 

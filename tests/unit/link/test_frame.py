@@ -11,7 +11,7 @@ from pathgene.hdl.link.frame import FrameReceiver, FrameTransmitter
 from pathgene.hdl.protocol import StickyError, frame_crc
 from pathgene.hdl.protocol.codec import encode_frame
 from pathgene.sim.model.frames import FrameReceiverModel
-from tests.streams import simulate
+from tests.support.gateware.streams import simulate
 from tests.unit.link.drive import drive, watch
 
 

@@ -5,8 +5,8 @@ import pytest
 
 from pathgene.hdl.link.line import Line
 from pathgene.hdl.protocol import StickyError
-from tests.chips import SMALL
-from tests.streams import put, simulate
+from tests.support.gateware.chips import SMALL
+from tests.support.gateware.streams import put, simulate
 
 
 BIT = SMALL.clocks_per_bit

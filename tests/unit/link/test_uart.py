@@ -7,7 +7,7 @@ import math
 import pytest
 
 from pathgene.hdl.link.uart import Uart, UartReceiver, UartTransmitter
-from tests.streams import simulate
+from tests.support.gateware.streams import simulate
 from tests.unit.link.drive import drive, watch
 
 

@@ -12,7 +12,7 @@ from pathgene.host.planning import Search
 from pathgene.host.problem import Problem
 from pathgene.host.problem.aircraft import load
 from pathgene.host.terrain import Terrain
-from tests.closed_problems import lane
+from tests.support.host.closed_problems import lane
 
 
 #: A lane from the west edge of the map.

@@ -8,7 +8,7 @@ from pathgene.hdl.planner.wavefront.block_map import BlockMap
 from pathgene.hdl.protocol.planner import BLOCKS
 from pathgene.sim.model.block_marks import BlockMarks
 from pathgene.sim.model.planner.wavefront_cycles import scanning
-from tests.streams import simulate
+from tests.support.gateware.streams import simulate
 
 
 ALL = BLOCKS**2

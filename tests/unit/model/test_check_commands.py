@@ -25,7 +25,7 @@ from pathgene.hdl.protocol import (
 from pathgene.sim.model.checker import check_path
 from pathgene.sim.model.checker_cycles import batch_cycles
 from pathgene.sim.model.chip import ChipModel
-from tests.chips import CHECKING, random_path, random_paths
+from tests.support.gateware.chips import CHECKING, random_path, random_paths
 from tests.unit.model.test_chip import Session, ask
 
 

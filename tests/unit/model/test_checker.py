@@ -19,7 +19,7 @@ from pathgene.sim.model.checker import (
     to_coarse,
     walk,
 )
-from tests.checker_cases import BUILDS, FULL, TINY
+from tests.support.gateware.checker_cases import BUILDS, FULL, TINY
 
 
 TWO_TIER = Config(

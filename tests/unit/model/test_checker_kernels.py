@@ -10,8 +10,16 @@ from hypothesis import strategies as st
 from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.sim.model.checker import TerrainModel, check_path
 from pathgene.sim.model.checker_kernels import Batch, check_batch, check_paths
-from tests.checker_cases import BUILDS, FULL, TINY, assert_same, closed_form, ground, paths_of
-from tests.checker_cases import random_batch as drawn
+from tests.support.gateware.checker_cases import (
+    BUILDS,
+    FULL,
+    TINY,
+    assert_same,
+    closed_form,
+    ground,
+    paths_of,
+)
+from tests.support.gateware.checker_cases import random_batch as drawn
 
 
 #: Every pair of cells of the small map.

@@ -18,7 +18,7 @@ from pathgene.sim.model.checker import (
     walk,
 )
 from pathgene.sim.model.checker_cycles import batch_cycles
-from tests.checker_cases import FULL
+from tests.support.gateware.checker_cases import FULL
 
 
 FIRST, SECOND, THIRD = SEGMENTS = list(itertools.pairwise(TESTING_TRAJECTORY))

@@ -30,9 +30,9 @@ from pathgene.hdl.protocol.codec import FrameSplitter, decode_frame, encode_fram
 from pathgene.sim.model.chip import ChipModel
 from pathgene.sim.model.core import Core
 from pathgene.sim.model.mutation import Limits
-from tests.chips import SMALL, random_paths
-from tests.protocol_rules import ProtocolRules
-from tests.refusals import refusals
+from tests.support.gateware.chips import SMALL, random_paths
+from tests.support.gateware.protocol_rules import ProtocolRules
+from tests.support.gateware.refusals import refusals
 
 
 START = start_request(SMALL)

@@ -6,8 +6,8 @@ import pytest
 
 from pathgene.hdl.protocol import Status
 from pathgene.sim.model.chip import ChipModel
-from tests.command_fuzz import CHIPS, fault_free, fuzz, table
-from tests.frame_mix import KINDS
+from tests.support.gateware.command_fuzz import CHIPS, fault_free, fuzz, table
+from tests.support.gateware.frame_mix import KINDS
 
 
 #: Seeds, and frames of each after a reset.
@@ -23,7 +23,7 @@ SHORT, LONG = (1, 2000), (50, 10_000)
     ],
 )
 def test_answers_by_the_rules_and_works_as_before(chip, seeds, frames):
-    """Half a million frames of each kind of chip in the long run; :mod:`tests.command_fuzz`."""
+    """The long run sends half a million frames to each kind of chip; see ``command_fuzz``."""
     counts = collections.Counter()
     for seed in range(seeds):
         counts += fuzz(chip, seed, frames)

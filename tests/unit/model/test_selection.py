@@ -16,7 +16,7 @@ from pathgene.hdl.protocol.random_words import RandomWordLayout
 from pathgene.sim.model.random_source import RandomSource
 from pathgene.sim.model.random_stream import RandomStream
 from pathgene.sim.model.selection import DistinctDraw, Selection
-from tests.chips import TINY
+from tests.support.gateware.chips import TINY
 
 
 DEFAULT = Config(checker=CheckerBuild.NONE)

@@ -6,10 +6,10 @@ import pytest
 
 from pathgene.hdl.planner.best_reader import BestReader
 from pathgene.hdl.protocol.runs import RETURNED, pack_best
-from tests.planner_cases import LARGE, SMALL, USUAL
-from tests.planner_population import corner, population
-from tests.streams import collect, simulate
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.streams import collect, simulate
+from tests.support.gateware.wrong_sizes import check_sizes
+from tests.support.planner.cases import LARGE, SMALL, USUAL
+from tests.support.planner.population import corner, population
 
 
 def packed(config, waypoint):

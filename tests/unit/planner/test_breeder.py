@@ -7,9 +7,9 @@ import pytest
 from pathgene.hdl.planner.breeder import Breeder
 from pathgene.sim.model.planner import evolver_cycles
 from pathgene.sim.model.planner.definition.breeder import breed
-from tests.planner_cases import LARGE, SMALL, USUAL
-from tests.planner_population import TINY, Words, corner, population, problem
-from tests.streams import collect, simulate
+from tests.support.gateware.streams import collect, simulate
+from tests.support.planner.cases import LARGE, SMALL, USUAL
+from tests.support.planner.population import TINY, Words, corner, population, problem
 
 
 class Bench:

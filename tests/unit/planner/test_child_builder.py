@@ -6,10 +6,10 @@ import pytest
 
 from pathgene.hdl.planner.child_builder import ChildBuilder
 from pathgene.sim.model.planner.definition.breeder import cross, mutate
-from tests.planner_cases import SMALL
-from tests.planner_population import Words, corner, plan_of, population, problem
-from tests.streams import simulate
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.streams import simulate
+from tests.support.gateware.wrong_sizes import check_sizes
+from tests.support.planner.cases import SMALL
+from tests.support.planner.population import Words, corner, plan_of, population, problem
 
 
 SIZES = {

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from pathgene.hdl.planner.child_planner import ChildPlanner
-from tests.planner_population import Words, plan_of
-from tests.streams import simulate
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.streams import simulate
+from tests.support.gateware.wrong_sizes import check_sizes
+from tests.support.planner.population import Words, plan_of
 
 
 SIZES = {"rank_bits": 3, "slot_bits": 6, "max_waypoints": 5, "box_cells": 4, "box_steps": 30}

@@ -8,8 +8,8 @@ import pytest
 
 from pathgene.hdl.planner.collector import Collector
 from pathgene.sim.model.planner.definition.sorting import Sorting
-from tests.streams import put, simulate
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.streams import put, simulate
+from tests.support.gateware.wrong_sizes import check_sizes
 
 
 SIZES = {

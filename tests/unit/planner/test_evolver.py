@@ -10,9 +10,9 @@ from pathgene.hdl.planner.population_layouts import slot_count
 from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
 from pathgene.sim.model.planner import evolver_cycles
 from pathgene.sim.model.planner.definition.sorting import Sorting
-from tests.evolver_bench import Bench
-from tests.planner_cases import SMALL, USUAL
-from tests.planner_population import TINY
+from tests.support.planner.cases import SMALL, USUAL
+from tests.support.planner.evolver_bench import Bench
+from tests.support.planner.population import TINY
 
 
 #: A chip whose slots are just enough for the children of two generations.

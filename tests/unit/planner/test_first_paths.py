@@ -19,11 +19,11 @@ from pathgene.sim.model.planner.first_paths_cycles import (
     seed_offered,
 )
 from pathgene.sim.model.planner.wavefront_cycles import WAYPOINT, seeded
-from tests import planner_cases
-from tests.planner_cases import LARGE, SMALL, USUAL
-from tests.planner_population import corner, population
-from tests.streams import simulate
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.streams import simulate
+from tests.support.gateware.wrong_sizes import check_sizes
+from tests.support.planner import cases as planner_cases
+from tests.support.planner.cases import LARGE, SMALL, USUAL
+from tests.support.planner.population import corner, population
 
 
 class Bench:

@@ -8,8 +8,8 @@ from amaranth import Elaboratable
 
 from pathgene.hdl.boards.ecp5_cells import Ecp5Cells
 from pathgene.hdl.planner.memory_queue import MemoryQueue
-from tests.streams import simulate
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.streams import simulate
+from tests.support.gateware.wrong_sizes import check_sizes
 
 
 class SavesLogic:

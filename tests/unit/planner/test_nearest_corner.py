@@ -6,10 +6,10 @@ import pytest
 
 from pathgene.hdl.planner.nearest_corner import NearestCorner
 from pathgene.sim.model.planner.definition.score import corner_of
-from tests.planner_cases import LARGE, SMALL, any_record
-from tests.planner_population import corner
-from tests.streams import simulate
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.streams import simulate
+from tests.support.gateware.wrong_sizes import check_sizes
+from tests.support.planner.cases import LARGE, SMALL, any_record
+from tests.support.planner.population import corner
 
 
 @pytest.mark.parametrize("config", [SMALL, LARGE], ids=["small", "large"])

@@ -6,9 +6,9 @@ import pytest
 
 from pathgene.hdl.planner.parent_draw import ParentDraw
 from pathgene.sim.model.planner.definition.breeder import bits
-from tests.planner_population import Words
-from tests.streams import simulate
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.streams import simulate
+from tests.support.gateware.wrong_sizes import check_sizes
+from tests.support.planner.population import Words
 
 
 @pytest.mark.parametrize("rank_bits", [1, 3, 5])

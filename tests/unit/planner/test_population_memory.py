@@ -6,8 +6,8 @@ import random
 import pytest
 
 from pathgene.hdl.planner.population_memory import PopulationMemory
-from tests.streams import simulate
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.streams import simulate
+from tests.support.gateware.wrong_sizes import check_sizes
 
 
 SIZES = {"slots": 11, "max_waypoints": 5, "coordinate_bits": 5, "altitude_bits": 8}

@@ -8,8 +8,8 @@ import pytest
 
 from pathgene.hdl.planner.ranking import Ranking
 from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
-from tests.streams import put, simulate
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.streams import put, simulate
+from tests.support.gateware.wrong_sizes import check_sizes
 
 
 SIZES = {"population": 8, "islands": 4, "slot_bits": 6, "length_bits": 3}

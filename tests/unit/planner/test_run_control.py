@@ -9,8 +9,8 @@ import pytest
 from pathgene.hdl.planner.first_paths import FirstPathKind
 from pathgene.hdl.planner.run_control import RunControl
 from pathgene.sim.model.planner import run_control_cycles as steps
-from tests.planner_cases import SMALL
-from tests.streams import simulate
+from tests.support.gateware.streams import simulate
+from tests.support.planner.cases import SMALL
 
 
 PULSES = ("launch", "clear", "find_route", "make_paths", "store", "begin", "finish", "merge")

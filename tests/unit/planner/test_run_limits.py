@@ -6,8 +6,8 @@ import random
 import pytest
 
 from pathgene.hdl.planner.run_limits import RunLimits
-from tests.streams import simulate
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.streams import simulate
+from tests.support.gateware.wrong_sizes import check_sizes
 
 
 SHARE_BITS = 5

@@ -5,7 +5,7 @@ import random
 
 from pathgene.hdl.planner.run_status import RunStatus
 from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
-from tests.streams import simulate
+from tests.support.gateware.streams import simulate
 
 
 VOID = PathClass.VOID << VALUE_BITS

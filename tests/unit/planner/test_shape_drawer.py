@@ -10,10 +10,10 @@ from pathgene.hdl.planner.layouts import shape_layout
 from pathgene.hdl.planner.shape_drawer import ShapeDrawer
 from pathgene.hdl.protocol.planner import BEND_BITS, EDGE_BITS, EDGES, NoFlyShape, no_fly_request
 from pathgene.sim.model.planner.definition.no_fly import drawn
-from tests.planner_cases import LARGE, SMALL, USUAL
-from tests.planner_cases import shape as any_shape
-from tests.streams import put, simulate
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.streams import put, simulate
+from tests.support.gateware.wrong_sizes import check_sizes
+from tests.support.planner.cases import LARGE, SMALL, USUAL
+from tests.support.planner.cases import shape as any_shape
 
 
 #: A map of 8 corners along each edge.

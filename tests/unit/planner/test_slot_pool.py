@@ -6,8 +6,8 @@ import random
 import pytest
 
 from pathgene.hdl.planner.slot_pool import SlotPool
-from tests.streams import simulate
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.streams import simulate
+from tests.support.gateware.wrong_sizes import check_sizes
 
 
 @pytest.mark.parametrize(("total", "depth"), [(2, 1), (12, 4), (150, 22)])

@@ -8,8 +8,8 @@ import random
 import pytest
 
 from pathgene.hdl.planner.sorter import Sorter
-from tests.streams import simulate
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.streams import simulate
+from tests.support.gateware.wrong_sizes import check_sizes
 
 
 SIZES = {"capacity": 5, "key_bits": 4, "tag_bits": 8}

@@ -16,7 +16,7 @@ from pathgene.host.planners.ga_fpga import FpgaGeneticPlanner
 from pathgene.host.problem import ChipMap
 from pathgene.host.problem.zones import Circle
 from pathgene.sim.model.checker import TerrainModel, check_path
-from tests.chips import board_url
+from tests.support.gateware.chips import board_url
 
 
 OPTIONS = Options(generations=25, seed=5)

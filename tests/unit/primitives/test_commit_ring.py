@@ -3,7 +3,7 @@
 import random
 
 from pathgene.hdl.primitives.commit_ring import CommitRing
-from tests.streams import simulate
+from tests.support.gateware.streams import simulate
 from tests.unit.link.drive import watch
 
 

@@ -7,7 +7,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.primitives.delay_line import delay_line
-from tests.streams import simulate
+from tests.support.gateware.streams import simulate
 
 
 class Delayed(wiring.Component):

@@ -6,7 +6,7 @@ import random
 import pytest
 
 from pathgene.hdl.primitives.divider import Divider
-from tests.pipelines import outputs
+from tests.support.gateware.pipelines import outputs
 
 
 LONG = pytest.param(42, 16, 100_000, marks=pytest.mark.long)

@@ -6,7 +6,7 @@ import itertools
 import pytest
 
 from pathgene.hdl.primitives.memory_delay import MemoryDelay
-from tests.streams import simulate
+from tests.support.gateware.streams import simulate
 
 
 @pytest.mark.parametrize("pauses", [(0,), (1,), (0, 3, 1)])

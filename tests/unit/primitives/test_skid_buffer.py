@@ -4,7 +4,7 @@
 import pytest
 
 from pathgene.hdl.primitives.skid_buffer import SkidBuffer
-from tests.streams import simulate
+from tests.support.gateware.streams import simulate
 from tests.unit.link.drive import pass_through
 
 

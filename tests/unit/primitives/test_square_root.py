@@ -7,7 +7,7 @@ from math import isqrt
 import pytest
 
 from pathgene.hdl.primitives.square_root import SquareRoot
-from tests.pipelines import outputs
+from tests.support.gateware.pipelines import outputs
 
 
 def beside_squares(rng, width, count):

@@ -8,7 +8,7 @@ import pytest
 from amaranth.hdl import signed, unsigned
 
 from pathgene.hdl.primitives.wide_multiplier import WideMultiplier
-from tests.pipelines import outputs
+from tests.support.gateware.pipelines import outputs
 
 
 def values(shape, rng):

@@ -9,7 +9,7 @@ from pathgene.host.problem.rules import Rules
 from pathgene.host.problem.surface import surface_below
 from pathgene.host.problem.zones import Circle
 from pathgene.host.terrain import Terrain
-from tests.flight_oracle import surface
+from tests.support.host.flight_oracle import surface
 
 
 FOX = aircraft.load("silver-fox")

@@ -7,8 +7,8 @@ import shapely
 from pathgene.host.problem.zone_raster import blocked_cells
 from pathgene.host.problem.zones import Circle, Polygon, raster
 from pathgene.host.terrain import Terrain
-from tests.random_flights import random_zones
-from tests.zone_oracle import distances, outline
+from tests.support.host.random_flights import random_zones
+from tests.support.host.zone_oracle import distances, outline
 
 
 def terrain(shape=(21, 31), dx_m=100.0, dy_m=100.0):

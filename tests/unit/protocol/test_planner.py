@@ -16,7 +16,7 @@ from pathgene.hdl.protocol.planner import (
     seed_waypoints,
     turn_table,
 )
-from tests.planner_cases import LARGE, SMALL, USUAL, any_record, headed, record, shape
+from tests.support.planner.cases import LARGE, SMALL, USUAL, any_record, headed, record, shape
 
 
 def test_turns_are_rounded_down():

@@ -4,8 +4,8 @@ import re
 import pytest
 
 from pathgene.hdl.protocol.runs import RunOptions, pack_best, run_request, unpack_best
-from tests.chips import random_path
-from tests.planner_cases import LARGE, SMALL, USUAL
+from tests.support.gateware.chips import random_path
+from tests.support.planner.cases import LARGE, SMALL, USUAL
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,7 @@ from pathgene.host.report.picture import Scene, draw, write
 from pathgene.host.report.placing import label
 from pathgene.host.report.plan_view import axis_unit, nice_length
 from pathgene.host.terrain import Terrain
-from tests.pictures import assert_texts_apart, texts_of
+from tests.support.host.pictures import assert_texts_apart, texts_of
 
 
 WORLDS = {

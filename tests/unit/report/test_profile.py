@@ -9,7 +9,7 @@ from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
 from pathgene.host.problem.zones import Circle, Polygon
 from pathgene.host.report.picture import Scene, draw
-from tests.pictures import assert_texts_apart
+from tests.support.host.pictures import assert_texts_apart
 
 
 def profile_of(make_run, *, zones=None, aircraft=None, height_m=300.0, **rules):

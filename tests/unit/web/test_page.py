@@ -17,7 +17,7 @@ from pathgene.host.terrain import Terrain
 from pathgene.host.web import page as pages
 from pathgene.host.web.page import MODULES, page_of, three_js
 from pathgene.host.web.scene import zones_scene
-from tests.web_plans import KINDS, evaluated, page_text, planned
+from tests.support.host.web_plans import KINDS, evaluated, page_text, planned
 
 
 MOST_BYTES = 8_000_000

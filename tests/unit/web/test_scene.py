@@ -11,7 +11,7 @@ from pathgene.host.problem.zones import Circle, Zone
 from pathgene.host.terrain import Terrain
 from pathgene.host.web import scene as scenes
 from pathgene.host.web.scene import plan_scene, problem_scene, terrain_scene, zones_scene
-from tests.web_plans import KINDS, evaluated, hills, planned
+from tests.support.host.web_plans import KINDS, evaluated, hills, planned
 
 
 COLUMNS = ("s", "x", "y", "z", "ground", "clearance", "demanded")

@@ -8,7 +8,7 @@ import pytest
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.feasibility.parallel.reciprocal import Precision, Reciprocals
-from tests.streams import simulate
+from tests.support.gateware.streams import simulate
 
 
 LANES = (1, 2, 4, 8, 16)

@@ -9,7 +9,7 @@ from pathgene.hdl.feasibility.parallel.reciprocal import Precision, Reciprocals
 from pathgene.hdl.feasibility.parallel.segment_setup import SegmentSetup
 from pathgene.hdl.feasibility.parallel.slopes import Slopes
 from pathgene.hdl.feasibility.parallel.terrain_memory import TerrainMemory
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.wrong_sizes import check_sizes
 
 
 WIDTHS = {"coordinate_bits": 5, "altitude_bits": 4}

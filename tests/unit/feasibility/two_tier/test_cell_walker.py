@@ -15,7 +15,7 @@ from pathgene.hdl.feasibility.two_tier.cell_walker import CellWalker
 from pathgene.hdl.feasibility.two_tier.segment_setup import TwoTierSegmentSetup
 from pathgene.hdl.layouts import point_layout
 from pathgene.sim.model.checker import to_coarse, walk
-from tests.streams import put, simulate
+from tests.support.gateware.streams import put, simulate
 
 
 CONFIG = Config(checker="two-tier", lanes=1, map_size=8, coarse_factor=2, altitude_bits=4)

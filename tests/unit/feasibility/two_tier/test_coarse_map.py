@@ -11,7 +11,7 @@ import pytest
 from pathgene.hdl.config import Config
 from pathgene.hdl.feasibility.two_tier.coarse_map import CoarseMap
 from pathgene.sim.model.checker import TerrainModel
-from tests.streams import simulate
+from tests.support.gateware.streams import simulate
 
 
 CONFIG = Config(checker="two-tier", lanes=1, map_size=16, coarse_factor=4, altitude_bits=4)

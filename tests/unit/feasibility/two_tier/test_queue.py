@@ -9,7 +9,7 @@ from pathgene.hdl.config import Config
 from pathgene.sim.harness import VerilatedChecker
 from pathgene.sim.model.checker import TerrainModel, check_path
 from pathgene.sim.model.checker_cycles import batch_cycles
-from tests.checker_cases import TINY, ground, paths_of, random_batch
+from tests.support.gateware.checker_cases import TINY, ground, paths_of, random_batch
 from tests.unit.feasibility.checker_driver import summary
 
 

@@ -7,7 +7,7 @@ from pathgene.hdl.feasibility.two_tier.altitude_comparator import AltitudeCompar
 from pathgene.hdl.feasibility.two_tier.cell_walker import CellWalker
 from pathgene.hdl.feasibility.two_tier.coarse_map import CoarseMap
 from pathgene.hdl.feasibility.two_tier.segment_setup import TwoTierSegmentSetup
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.wrong_sizes import check_sizes
 
 
 ONE_MAP = {"coordinate_bits": 5, "altitude_bits": 4, "segment_bits": 3}

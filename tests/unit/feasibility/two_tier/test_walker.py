@@ -8,8 +8,8 @@ from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.hdl.feasibility.checker import Checker
 from pathgene.sim.model.checker import TerrainModel, check_path, segment_cells
 from pathgene.sim.model.checker_cycles import batch_cycles
-from tests.checker_cases import ground, paths_of, random_batch
-from tests.streams import collect, put, simulate
+from tests.support.gateware.checker_cases import ground, paths_of, random_batch
+from tests.support.gateware.streams import collect, put, simulate
 from tests.unit.feasibility.checker_driver import feed, look_up, results_of, summary, upload
 
 

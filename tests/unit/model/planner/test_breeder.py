@@ -13,7 +13,7 @@ from pathgene.sim.model.planner.definition.score import corner_of
 from pathgene.sim.model.planner.problem import problem_vector, sizes_vector
 from pathgene.sim.model.planner.random_words import source
 from pathgene.sim.model.random_source import RandomSource
-from tests.planner_cases import SMALL, USUAL, path, record
+from tests.support.planner.cases import SMALL, USUAL, path, record
 
 
 def population(config, rng):

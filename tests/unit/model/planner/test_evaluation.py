@@ -11,7 +11,7 @@ from pathgene.sim.model.planner.evaluation import evaluate
 from pathgene.sim.model.planner.memo import empty_memo
 from pathgene.sim.model.planner.problem import problem_vector, sizes_vector
 from pathgene.sim.model.planner.score import WORK_ROWS
-from tests.planner_cases import SMALL, USUAL, ground, headed, path, record, rows
+from tests.support.planner.cases import SMALL, USUAL, ground, headed, path, record, rows
 
 
 class Both:

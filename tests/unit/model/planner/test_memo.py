@@ -13,7 +13,7 @@ from pathgene.sim.model.planner.memo import (
     packed,
     row_of,
 )
-from tests.planner_cases import SMALL, USUAL, path
+from tests.support.planner.cases import SMALL, USUAL, path
 
 
 @pytest.mark.parametrize("size", [0, 2, 16, 512])

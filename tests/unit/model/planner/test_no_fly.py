@@ -9,7 +9,7 @@ from pathgene.hdl.protocol.planner import NoFlyShape
 from pathgene.sim.model.planner.definition.no_fly import block as defined
 from pathgene.sim.model.planner.definition.no_fly import drawn
 from pathgene.sim.model.planner.no_fly import block
-from tests.planner_cases import SMALL, USUAL, shape
+from tests.support.planner.cases import SMALL, USUAL, shape
 
 
 def is_inside(shape, x, y):

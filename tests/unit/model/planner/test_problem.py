@@ -5,7 +5,7 @@ import pytest
 
 from pathgene.hdl.protocol.planner import ProblemRecord
 from pathgene.sim.model.planner import problem
-from tests.planner_cases import SMALL, USUAL, any_record
+from tests.support.planner.cases import SMALL, USUAL, any_record
 
 
 def test_places_are_in_the_order_of_the_fields():

@@ -10,7 +10,7 @@ from pathgene.hdl.protocol.planner import PathClass
 from pathgene.hdl.protocol.runs import RunOptions
 from pathgene.sim.model.planner.definition.run import plan as defined
 from pathgene.sim.model.planner.run import plan
-from tests.planner_cases import SMALL, USUAL, ground, record
+from tests.support.planner.cases import SMALL, USUAL, ground, record
 
 
 def problem(config, seed):

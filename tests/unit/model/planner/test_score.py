@@ -12,8 +12,8 @@ from pathgene.sim.model.planner.definition.score import score as defined
 from pathgene.sim.model.planner.problem import problem_vector
 from pathgene.sim.model.planner.root import root
 from pathgene.sim.model.planner.score import WORK_ROWS, score
-from tests.planner_cases import LARGE, SMALL, USUAL, any_record, headed, path, record, rows
-from tests.scorer_cases import compiled_chords
+from tests.support.planner.cases import LARGE, SMALL, USUAL, any_record, headed, path, record, rows
+from tests.support.planner.scorer_cases import compiled_chords
 
 
 def compiled(config, problem, points, *, first=False):

@@ -9,7 +9,7 @@ import pytest
 from pathgene.sim.model.planner.definition.walk import passed
 from pathgene.sim.model.planner.definition.walk import walk as defined
 from pathgene.sim.model.planner.walk import walk
-from tests.planner_cases import LARGE, SMALL, USUAL, ground, path
+from tests.support.planner.cases import LARGE, SMALL, USUAL, ground, path
 
 
 CORNERS = list(itertools.product(range(5), repeat=2))

@@ -10,7 +10,7 @@ from pathgene.hdl.protocol.runs import WARM_SLOPES, RunOptions
 from pathgene.sim.model.planner.definition.run import plan as defined
 from pathgene.sim.model.planner.definition.warm import ahead
 from pathgene.sim.model.planner.run import plan
-from tests.planner_cases import SMALL, USUAL, ground, headed, record
+from tests.support.planner.cases import SMALL, USUAL, ground, headed, record
 
 
 def problem(config, seed):

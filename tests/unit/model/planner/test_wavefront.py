@@ -21,7 +21,7 @@ from pathgene.sim.model.planner.wavefront import (
     measure_prices,
     spread,
 )
-from tests.planner_cases import LARGE, SMALL, USUAL, any_record, ground, record
+from tests.support.planner.cases import LARGE, SMALL, USUAL, any_record, ground, record
 
 
 CASES = [(SMALL, 0.0, 0), (SMALL, 0.3, 1), (USUAL, 0.0, 2), (USUAL, 0.002, 3)]

@@ -4,7 +4,7 @@ import numpy as np
 
 from pathgene.hdl.planner.evaluator.key_maker import KeyMaker
 from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
-from tests.streams import simulate
+from tests.support.gateware.streams import simulate
 
 
 TOP = (1 << VALUE_BITS) - 1

@@ -10,16 +10,16 @@ from pathgene.hdl.planner.evaluator.path_evaluator import PathEvaluator
 from pathgene.hdl.planner.evaluator.path_store import PathStore
 from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
 from pathgene.sim.model.planner.evaluator_cycles import PLACES
-from tests.evaluator_bench import run
-from tests.evaluator_cases import (
+from tests.support.gateware.wrong_sizes import check_sizes
+from tests.support.planner.cases import SMALL, ground
+from tests.support.planner.evaluator_bench import run
+from tests.support.planner.evaluator_cases import (
     check_cycles,
     check_findings,
     drawn_evaluator,
     drawn_paths,
     outcomes,
 )
-from tests.planner_cases import SMALL, ground
-from tests.wrong_sizes import check_sizes
 
 
 SLOTS = 20

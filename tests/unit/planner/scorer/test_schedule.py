@@ -8,7 +8,7 @@ from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.planner.scorer.schedule import Kind, Schedule, Timed
 from pathgene.hdl.primitives.wide_multiplier import WideMultiplier
-from tests.streams import simulate
+from tests.support.gateware.streams import simulate
 
 
 class Meeting(wiring.Component):

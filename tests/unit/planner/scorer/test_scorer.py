@@ -14,8 +14,8 @@ from pathgene.hdl.planner.scorer.scorer import Scorer
 from pathgene.hdl.protocol.planner import POSITION_FRACTION, SCALE_FRACTION, VALUE_BITS
 from pathgene.sim.model.planner.definition.score import score
 from pathgene.sim.model.planner.scorer_cycles import ScorerCycles, freed, launched
-from tests.planner_cases import SMALL, USUAL, headed, path, record
-from tests.scorer_cases import (
+from tests.support.planner.cases import SMALL, USUAL, headed, path, record
+from tests.support.planner.scorer_cases import (
     defined_score,
     drawn_free_problem,
     drawn_paths,

@@ -6,7 +6,7 @@ import pytest
 
 from pathgene.hdl.planner.scorer.widths import Widths
 from pathgene.hdl.protocol.planner import MAX_HALF_TURN, STEEP, turn_table
-from tests.planner_cases import LARGE, SMALL, USUAL
+from tests.support.planner.cases import LARGE, SMALL, USUAL
 
 
 CONFIGS = [SMALL, USUAL, LARGE]

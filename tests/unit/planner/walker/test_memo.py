@@ -9,9 +9,9 @@ import pytest
 from pathgene.hdl.config import Config
 from pathgene.hdl.planner.walker.memo import Memo
 from pathgene.sim.model.planner.definition.memo import Memo as DefinedMemo
-from tests.streams import put, simulate
-from tests.walker_cases import any_point, corner
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.streams import put, simulate
+from tests.support.gateware.wrong_sizes import check_sizes
+from tests.support.planner.walker_cases import any_point, corner
 
 
 CONFIG = Config(map_size=8, coarse_factor=2, altitude_bits=4)

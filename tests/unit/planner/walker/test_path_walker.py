@@ -18,10 +18,10 @@ from pathgene.sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator
 from pathgene.sim.model.planner.definition.memo import Memo
 from pathgene.sim.model.planner.definition.score import score
 from pathgene.sim.model.planner.walker_cycles import back, cost, walked
-from tests.planner_cases import ground, path, record
-from tests.streams import put, simulate
-from tests.walker_cases import corner, segments_of, upload
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.streams import put, simulate
+from tests.support.gateware.wrong_sizes import check_sizes
+from tests.support.planner.cases import ground, path, record
+from tests.support.planner.walker_cases import corner, segments_of, upload
 
 
 CONFIG = Config(

@@ -14,9 +14,9 @@ from pathgene.hdl.config import Config
 from pathgene.hdl.planner.walker.segment_walker import SegmentWalker
 from pathgene.sim.model.planner.definition.walk import walk
 from pathgene.sim.model.planner.walker_cycles import walking
-from tests.streams import put, simulate
-from tests.walker_cases import any_point, corner, heights_of, upload
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.streams import put, simulate
+from tests.support.gateware.wrong_sizes import check_sizes
+from tests.support.planner.walker_cases import any_point, corner, heights_of, upload
 
 
 TINY = Config(map_size=8, coarse_factor=2, altitude_bits=4, lanes=4)

@@ -11,11 +11,11 @@ from pathgene.hdl.protocol.planner import BLOCKS
 from pathgene.sim.model.planner.definition import wavefront
 from pathgene.sim.model.planner.definition.score import corner_of
 from pathgene.sim.model.planner.wavefront_cycles import scanning
-from tests.planner_cases import SMALL
-from tests.planner_wavefront import blocks_of, corner, problem, terrain
-from tests.streams import put, simulate
-from tests.walker_cases import upload
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.streams import put, simulate
+from tests.support.gateware.wrong_sizes import check_sizes
+from tests.support.planner.cases import SMALL
+from tests.support.planner.walker_cases import upload
+from tests.support.planner.wavefront import blocks_of, corner, problem, terrain
 
 
 #: A map of 8 corners along each edge, less than blocks; and one of up to 2 in a block.

@@ -6,7 +6,7 @@ import random
 import pytest
 
 from pathgene.hdl.planner.wavefront.lowest_corner import LowestCorner
-from tests.streams import simulate
+from tests.support.gateware.streams import simulate
 
 
 @pytest.mark.parametrize("lanes", [1, 2, 8])

@@ -10,10 +10,10 @@ from pathgene.hdl.planner.wavefront.wavefront import Wavefront
 from pathgene.hdl.protocol.planner import BLOCKS, FAR, VALUE_BITS
 from pathgene.sim.model.planner import wavefront_cycles
 from pathgene.sim.model.planner.definition.wavefront import prices_of
-from tests.planner_cases import USUAL
-from tests.planner_wavefront import distances_of, problem
-from tests.streams import simulate
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.streams import simulate
+from tests.support.gateware.wrong_sizes import check_sizes
+from tests.support.planner.cases import USUAL
+from tests.support.planner.wavefront import distances_of, problem
 
 
 def constants_of(prices, falls):

@@ -8,8 +8,8 @@ from pathgene.hdl.planner.wavefront.route import Route
 from pathgene.hdl.planner.wavefront.step_pricer import StepPricer
 from pathgene.hdl.protocol.planner import BLOCKS, FAR
 from pathgene.sim.model.planner.wavefront_cycles import routing
-from tests.streams import simulate
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.streams import simulate
+from tests.support.gateware.wrong_sizes import check_sizes
 
 
 def price(before, after, way):

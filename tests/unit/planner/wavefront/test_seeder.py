@@ -10,9 +10,9 @@ from pathgene.hdl.planner.wavefront.seeder import Seeder
 from pathgene.hdl.protocol.planner import seed_waypoints
 from pathgene.sim.model.planner.definition.seeds import seed_path
 from pathgene.sim.model.planner.wavefront_cycles import WAYPOINT, seeding
-from tests.planner_cases import LARGE, SMALL, USUAL
-from tests.planner_wavefront import Words, corner, problem
-from tests.streams import simulate
+from tests.support.gateware.streams import simulate
+from tests.support.planner.cases import LARGE, SMALL, USUAL
+from tests.support.planner.wavefront import Words, corner, problem
 
 
 class Map:

@@ -25,10 +25,10 @@ from pathgene.hdl.protocol.planner import (
     VALUE_BITS,
 )
 from pathgene.sim.model.planner.definition.wavefront import prices_of
-from tests.planner_cases import LARGE, SMALL, USUAL
-from tests.planner_wavefront import distances_of, problem
-from tests.streams import simulate
-from tests.wrong_sizes import check_sizes
+from tests.support.gateware.streams import simulate
+from tests.support.gateware.wrong_sizes import check_sizes
+from tests.support.planner.cases import LARGE, SMALL, USUAL
+from tests.support.planner.wavefront import distances_of, problem
 
 
 #: The smallest map and altitude.

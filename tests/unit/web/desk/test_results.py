@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from pathgene.host.web.desk.results import PlanView, rows_of
-from tests.web_plans import planned
+from tests.support.host.web_plans import planned
 
 
 def view(kind, **changes):

@@ -1,7 +1,7 @@
 """Bad inputs of the command line, made at random from good ones: damaged files and odd options.
 
 A case is a command line and the files beside it. Its files are made in a new folder; the
-good files that it refers to stand in ``../base`` (:mod:`tests.good_inputs`).
+good files that it refers to stand in ``../base`` (:mod:`tests.support.bad_input.good_inputs`).
 """
 
 import copy
@@ -18,9 +18,7 @@ from typing import Any
 import numpy as np
 
 from pathgene.host.problem.aircraft import load as load_aircraft
-from tests.bad_input_judge import is_unreadable
-from tests.bad_options import CHECK, LAND, Case, board, number, option
-from tests.good_inputs import (
+from tests.support.bad_input.good_inputs import (
     CSV,
     KML,
     LINE,
@@ -35,6 +33,8 @@ from tests.good_inputs import (
     toml,
     zones,
 )
+from tests.support.bad_input.judge import is_unreadable
+from tests.support.bad_input.options import CHECK, LAND, Case, board, number, option
 
 
 __all__ = ["cases"]

@@ -15,8 +15,8 @@ from pathgene.hdl.protocol import (
     write_request,
 )
 from pathgene.hdl.protocol.runs import RunOptions, run_request
-from tests.chips import random_path
-from tests.planner_cases import any_record, headed, record, shape
+from tests.support.gateware.chips import random_path
+from tests.support.planner.cases import any_record, headed, record, shape
 
 
 __all__ = ["RandomRequests"]
@@ -71,7 +71,7 @@ class RandomRequests:
 
     One of ten RUNs has a value out of its range; a warm RUN and a RESULTS are refused where the
     chip has no population and no such results. All else a chip executes, the requests of
-    :mod:`tests.planner_cases` with any values included.
+    :mod:`tests.support.planner.cases` with any values included.
 
     Parameters
     ----------

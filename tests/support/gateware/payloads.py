@@ -1,7 +1,7 @@
 """Driver of a payload parser of ``pathgene.hdl.command``, in place of the command receiver."""
 
 from pathgene.hdl.protocol import Status
-from tests.streams import simulate
+from tests.support.gateware.streams import simulate
 
 
 __all__ = ["hand_over"]

@@ -18,9 +18,9 @@ from pathgene.hdl.protocol import (
 )
 from pathgene.hdl.protocol.planner import EDGES, SCALE_FRACTION, no_fly_request
 from pathgene.hdl.protocol.runs import RunOptions, run_request
-from tests.chips import random_path
-from tests.planner_cases import record
-from tests.random_requests import RandomRequests
+from tests.support.gateware.chips import random_path
+from tests.support.gateware.random_requests import RandomRequests
+from tests.support.planner.cases import record
 
 
 __all__ = ["KINDS", "FrameMix"]
@@ -53,7 +53,7 @@ class FrameMix:
     Parameters
     ----------
     config : Config
-    rules : tests.protocol_rules.ProtocolRules
+    rules : tests.support.gateware.protocol_rules.ProtocolRules
         Know the open session and the expected number.
     seed : int
     """

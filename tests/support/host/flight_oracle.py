@@ -11,7 +11,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter
 
 from pathgene.host.evaluation.geometry import Arc, smooth
-from tests.zone_oracle import distances
+from tests.support.host.zone_oracle import distances
 
 
 STEP_M = 0.1

@@ -10,8 +10,8 @@ from pathgene.host.problem import aircraft
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
 from pathgene.host.terrain import Terrain
-from tests.flight_oracle import examine, surface
-from tests.random_flights import near_a_limit, random_zones
+from tests.support.host.flight_oracle import examine, surface
+from tests.support.host.random_flights import near_a_limit, random_zones
 
 
 MOST_NODES = 32

@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 
 from amaranth.hdl import Cat, ResetInserter, Signal
 
-from tests.scorer_cases import problem_fields
-from tests.streams import simulate
-from tests.walker_cases import corner, upload
+from tests.support.gateware.streams import simulate
+from tests.support.planner.scorer_cases import problem_fields
+from tests.support.planner.walker_cases import corner, upload
 
 
 __all__ = ["Findings", "run"]

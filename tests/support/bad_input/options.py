@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from pathgene.host.cli.parser import build_parser
-from tests.bad_input_judge import is_number
+from tests.support.bad_input.judge import is_number
 
 
 __all__ = ["CHECK", "LAND", "Case", "board", "number", "numeric_options", "option"]

@@ -16,8 +16,8 @@ from pathgene.sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator
 from pathgene.sim.model.planner.definition.memo import Memo
 from pathgene.sim.model.planner.definition.score import score
 from pathgene.sim.model.planner.walker_cycles import cost
-from tests.planner_cases import path, record
-from tests.walker_cases import segments_of
+from tests.support.planner.cases import path, record
+from tests.support.planner.walker_cases import segments_of
 
 
 __all__ = ["OfferedPath", "Outcome", "drawn_evaluator", "drawn_paths", "outcomes"]

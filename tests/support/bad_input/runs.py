@@ -1,9 +1,9 @@
 """Runs bad inputs in processes of their own, with limits, and tells what each did.
 
-``python -m tests.bad_input_runs SEED FIRST LAST`` prints the numbers of the cases whose end breaks
-the rule, with what is wrong; at last how many were surely bad, and how many of each kind were
-refused as bad input and how many were not. One process imports all of the program, and forks for
-each case, which takes a hundredth of a second instead of one.
+``python -m tests.support.bad_input.runs SEED FIRST LAST`` prints the number of each case whose end
+breaks the rule, with the reason, then the number of surely bad cases, and for each kind the numbers
+of refused and of accepted cases. One process imports all of the program and forks for each case,
+which takes a hundredth of a second instead of one.
 """
 
 import contextlib
@@ -23,9 +23,9 @@ from pathlib import Path
 
 from pathgene.host.cli import main
 from pathgene.host.cli.lines import LONGEST_LINE
-from tests.bad_inputs import cases
-from tests.bad_options import CHECK, Case
-from tests.good_inputs import write_base
+from tests.support.bad_input.good_inputs import write_base
+from tests.support.bad_input.inputs import cases
+from tests.support.bad_input.options import CHECK, Case
 
 
 __all__ = ["End", "fault", "is_refused", "run"]

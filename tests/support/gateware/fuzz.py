@@ -22,9 +22,9 @@ from pathgene.host.device.map_frames import map_frames
 from pathgene.sim.board.scheme import start_simulated
 from pathgene.sim.model.chip import ChipModel
 from pathgene.sim.model.frames import FrameReceiverModel
-from tests.chips import LINE_CYCLES, board_url
-from tests.faults import ByteFaults
-from tests.random_requests import RandomRequests
+from tests.support.gateware.chips import LINE_CYCLES, board_url
+from tests.support.gateware.faults import ByteFaults
+from tests.support.gateware.random_requests import RandomRequests
 
 
 __all__ = ["Fuzz", "fuzz_simulated_board"]

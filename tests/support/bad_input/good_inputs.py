@@ -1,4 +1,4 @@
-"""Good inputs of the command line, which :mod:`tests.bad_inputs` damages."""
+"""Good inputs of the command line, which :mod:`tests.support.bad_input.inputs` damages."""
 
 import functools
 import io
@@ -18,7 +18,7 @@ from pathgene.host.problem.aircraft import load as load_aircraft
 from pathgene.host.problem.zones import Circle, Polygon
 from pathgene.host.report.summary import describe_problem
 from pathgene.host.terrain import Terrain
-from tests.bad_options import LAND
+from tests.support.bad_input.options import LAND
 
 
 __all__ = [

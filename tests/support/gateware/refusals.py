@@ -7,7 +7,7 @@ import numpy as np
 from pathgene.hdl.protocol import Command, LinkMode, Status, map_request, pack_paths, start_request
 from pathgene.hdl.protocol.planner import BLOCKS, SCALE_FRACTION, NoFlyShape
 from pathgene.hdl.protocol.runs import RunOptions, run_request
-from tests.planner_cases import record
+from tests.support.planner.cases import record
 
 
 __all__ = ["refusals", "run_refusals"]

@@ -2,7 +2,7 @@
 
 The model takes the same frames behind a short run. By the rules of docs/protocol.md the board
 refuses some with ``BUSY`` that the model executes; the model then goes on from before them. A
-failure names the command that repeats it: ``python -m tests.run_fuzz SEED FRAMES``.
+failure names the command that repeats it: ``python -m tests.support.planner.run_fuzz SEED FRAMES``.
 """
 
 import collections
@@ -16,9 +16,9 @@ from pathgene.hdl.protocol import BODY_HEADER_BYTES, DELIMITER, Command, Status,
 from pathgene.hdl.protocol.codec import encode_frame
 from pathgene.hdl.protocol.runs import RunOptions
 from pathgene.sim.board.scheme import start_simulated
-from tests.chips import board_url
-from tests.command_fuzz import CHIPS, CommandFuzz, answer_in, plan_on_the_map
-from tests.planner_cases import record
+from tests.support.gateware.chips import board_url
+from tests.support.gateware.command_fuzz import CHIPS, CommandFuzz, answer_in, plan_on_the_map
+from tests.support.planner.cases import record
 
 
 __all__ = ["fuzz_during_runs"]
@@ -150,7 +150,7 @@ def fuzz_during_runs(seed, frames):
                 except Exception as error:
                     raise AssertionError(
                         f"frame {fuzz.counts.total() + 1} of seed {seed}; "
-                        f"again by: python -m tests.run_fuzz {seed} {frames}"
+                        f"again by: python -m tests.support.planner.run_fuzz {seed} {frames}"
                     ) from error
             return fuzz.counts
 

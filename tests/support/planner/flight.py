@@ -11,7 +11,7 @@ from pathgene.hdl.protocol.runs import ISLANDS, RETURNED, RunOptions, pack_best,
 from pathgene.sim.model.block_marks import BlockMarks
 from pathgene.sim.model.planner.definition.no_fly import drawn
 from pathgene.sim.model.planner.run import NEVER, plan
-from tests import planner_cases
+from tests.support.planner import cases as planner_cases
 
 
 __all__ = ["Flight", "problem_payload", "run_payload", "shape_payload", "status_fields"]

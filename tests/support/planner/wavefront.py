@@ -14,7 +14,7 @@ from pathgene.sim.model.planner.wavefront import (
     measure_blocks,
     measure_distances,
 )
-from tests import planner_cases
+from tests.support.planner import cases as planner_cases
 
 
 __all__ = ["Words", "blocks_of", "corner", "distances_of", "layer", "problem", "terrain"]

@@ -2,7 +2,7 @@
 
 from pathgene.hdl.config import Config
 from pathgene.sim.model.planner.definition.breeder import Waypoint, bits, draw
-from tests import planner_cases
+from tests.support.planner import cases as planner_cases
 
 
 __all__ = ["TINY", "Words", "corner", "plan_of", "population", "problem", "waypoint"]

@@ -18,9 +18,9 @@ from pathgene.sim.model.planner.definition.breeder import Waypoint, breed
 from pathgene.sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator
 from pathgene.sim.model.planner.definition.memo import Memo
 from pathgene.sim.model.planner.definition.run import Run
-from tests import planner_cases
-from tests.planner_population import corner, waypoint
-from tests.streams import simulate
+from tests.support.gateware.streams import simulate
+from tests.support.planner import cases as planner_cases
+from tests.support.planner.population import corner, waypoint
 
 
 __all__ = ["Bench", "Cycle", "Member"]

@@ -8,7 +8,7 @@ from pathgene.host.evaluation.geometry import smooth
 from pathgene.host.evaluation.kernels import scratch
 from pathgene.host.evaluation.laying import AIR, LENGTH, lay_segment, lay_turn
 from pathgene.host.problem.zones import Circle, Polygon
-from tests.zone_oracle import distances, outline
+from tests.support.host.zone_oracle import distances, outline
 
 
 CEILING_M = 300.0

@@ -1,6 +1,6 @@
 """Driver of pipelines that take inputs in every cycle, in the Amaranth simulator."""
 
-from tests.streams import simulate
+from tests.support.gateware.streams import simulate
 
 
 __all__ = ["outputs"]

@@ -1,7 +1,7 @@
-"""Frames of :mod:`tests.frame_mix` to the model and to a simulated board, one after the other.
+"""Sends the frames of ``frame_mix`` to the model, then to a simulated board.
 
 A failure names its seed and its frame, and the command that repeats it:
-``python -m tests.command_fuzz CHIP SEED FRAMES [--board]``.
+``python -m tests.support.gateware.command_fuzz CHIP SEED FRAMES [--board]``.
 """
 
 import argparse
@@ -30,10 +30,10 @@ from pathgene.hdl.protocol.runs import RunOptions
 from pathgene.host.device.map_frames import map_frames
 from pathgene.sim.board.scheme import start_simulated
 from pathgene.sim.model.chip import ChipModel
-from tests.chips import CHECKERS, LINE_CYCLES, board_url
-from tests.frame_mix import KINDS, FrameMix
-from tests.planner_cases import SMALL, ground, record, shape
-from tests.protocol_rules import ProtocolRules
+from tests.support.gateware.chips import CHECKERS, LINE_CYCLES, board_url
+from tests.support.gateware.frame_mix import KINDS, FrameMix
+from tests.support.gateware.protocol_rules import ProtocolRules
+from tests.support.planner.cases import SMALL, ground, record, shape
 
 
 __all__ = [
@@ -98,7 +98,9 @@ class CommandFuzz:
                     self.compare_state()
                     assert self.session() == fault_free(self.chip)
             except Exception as error:
-                again = f"python -m tests.command_fuzz {self.chip} {self.seed} {frame}"
+                again = (
+                    f"python -m tests.support.gateware.command_fuzz {self.chip} {self.seed} {frame}"
+                )
                 raise AssertionError(
                     f"frame {frame} of seed {self.seed}, {kind}, plain {plain}: {body.hex(' ')}; "
                     f"again by: {again}{' --board' if self._port else ''}"
@@ -269,7 +271,9 @@ def fuzz(chip, seed, frames, *, board=False):
 
 def main():
     """Exchange random frames as the arguments say, and count them by kind and status."""
-    parser = argparse.ArgumentParser(prog="python -m tests.command_fuzz", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.support.gateware.command_fuzz", description=__doc__
+    )
     parser.add_argument("chip", choices=CHIPS)
     parser.add_argument("seed", type=int)
     parser.add_argument("frames", type=int)

@@ -4,7 +4,7 @@ A bench is a file ``cosim_NAME.py`` with cocotb tests and a module-level ``TOP``
 in ``pathgene.hdl.verilog.TOPS`` and of its Verilog module. An optional ``CONFIG`` is the
 configuration of the export and defaults to ``Config()``.
 
-``python -m tools.runner --sim icarus --bench crossover --waves`` runs one of ``tests/cosim``.
+``python -m tools.runner --sim icarus --bench uart --waves`` runs one of ``tests/cosim``.
 """
 
 from __future__ import annotations

@@ -19,7 +19,6 @@ LONG_ON_ICARUS = (
     "core_with_map",
     "planner",
     "planner_core",
-    "population",
     "receiver",
     "transmitter",
 )

@@ -11,6 +11,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+from bench.pages import keep
 from bench.report import Options
 from pathgene.host.errors import PathgeneError
 
@@ -27,6 +28,7 @@ NAMES = {
     "flight": "planned paths flown in JSBSim, by the rules and as paper; hours, so only if named",
     "safety": "what clearances cost every planner, by the rules; long, so only if named",
     "chip": "the planner on the chip: F by chip time beside the other planners, and clearances",
+    "held-out": "the planner core beside astar on generated ground that nothing is tuned for",
     "chip-ablation": "choices of the planner on the chip, one changed at a time",
     "chip-replans": "replans on the chip beside astar: a disc appears ahead, the aircraft flies on",
     "replan": "1,000 flights in which zones appear; hours, so only if named",
@@ -55,6 +57,9 @@ def main() -> int:
         help="of chip, chip-ablation, chip-replans, fpga, flight, quality, roberge-speed and "
         "safety, the rows, or of chip the tables, with this in their names",
     )
+    parser.add_argument(
+        "--keep", action="store_true", help="keep the results, and write them into the pages"
+    )
     parser.add_argument("--out", type=Path, default=Path("build/bench"), help="folder of the JSON")
     arguments = parser.parse_args()
     unknown = sorted(set(arguments.names) - set(NAMES))
@@ -78,6 +83,8 @@ def main() -> int:
             print(f"bench {name}: {error}", file=sys.stderr)
             return error.exit_status
         print(report.text(), flush=True)
+        if arguments.keep:
+            print(f"Kept: {keep(name, report)}", flush=True)
         print(f"JSON: {report.write(arguments.out / f'{name}.json')}\n", flush=True)
         status |= report.failed
     return status

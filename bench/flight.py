@@ -17,7 +17,8 @@ from pathlib import Path
 from statistics import mean
 from typing import Any
 
-from bench.kept import Kept, measure, paste
+from bench import pages
+from bench.kept import Kept, measure
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import SYNTHETIC, missing, names, problem
@@ -29,11 +30,11 @@ from pathgene.host.planners.base import Options
 from pathgene.host.problem import Problem, aircraft
 
 
-__all__ = ["MOST_SEEDS", "PAGE", "PLANNED", "STORE", "Row", "rows", "run"]
+__all__ = ["MOST_SEEDS", "PLANNED", "STORE", "Row", "rows", "run"]
 
 _DOCS = Path(__file__).resolve().parents[1] / "docs"
-#: Where the results are kept, and the page with their tables.
-STORE, PAGE = _DOCS / "flights.json", _DOCS / "flight.md"
+#: Where the results of all flights are kept.
+STORE = _DOCS / "flights.json"
 #: Seeds of each planner at most: the number of the claim.
 MOST_SEEDS = 10
 #: The planners by their names in the results, with their options.
@@ -181,7 +182,7 @@ def run(options: BenchOptions) -> Report:
         )
     kept = Kept(STORE, *_SOURCES)
     _measure_missing(kept, wanted, min(options.seeds, MOST_SEEDS))
-    paste(PAGE, "flight", _report(kept, rows()).text())
+    pages.keep("flight", _report(kept, rows()))
     return _report(kept, wanted)
 
 

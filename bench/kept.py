@@ -1,4 +1,4 @@
-"""Results that are kept with the project, and the tables of its pages that show them."""
+"""Results of single runs, kept as soon as they are there."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pathgene.host.errors import InputError
 from pathgene.host.files.output import replacing
 
 
-__all__ = ["Kept", "measure", "paste"]
+__all__ = ["Kept", "measure"]
 
 Result = dict[str, Any]
 Task = TypeVar("Task", bound=tuple[Any, ...])
@@ -115,21 +115,3 @@ def measure(
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
-
-
-def paste(page: Path, name: str, tables: str) -> None:
-    """Replace the tables of a page, between two comments that name the benchmark.
-
-    Raises
-    ------
-    InputError
-        If the page has not both comments, in this order.
-    """
-    begin, end = f"<!-- tables of BENCH={name} -->\n", f"<!-- end of BENCH={name} -->\n"
-    before, opened, rest = page.read_text("utf-8").partition(begin)
-    _, closed, after = rest.partition(end)
-    if not (opened and closed):
-        raise InputError(
-            f"{page.name} has no place for the tables: the lines {begin.strip()} and {end.strip()}."
-        )
-    page.write_text(f"{before}{opened}\n{tables}\n\n{closed}{after}", "utf-8")

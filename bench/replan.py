@@ -15,7 +15,8 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from bench.kept import Kept, measure, paste
+from bench import pages
+from bench.kept import Kept, measure
 from bench.replan_at_once import Question, is_there_a_path
 from bench.replan_report import report
 from bench.replan_scenarios import KINDS, draw_mission, draw_scenario
@@ -58,7 +59,6 @@ ROWS: dict[str, tuple[str, str, int]] = {
 # Scenarios of a task, so that a board is opened for several.
 _BATCH = 12
 _STORE = Path("build/bench/replans.json")
-_PAGE = Path(__file__).resolve().parents[1] / "docs" / "replanning.md"
 _PICTURES = Path("build/bench/replans")
 _WORST = 10
 _SOURCES = (
@@ -119,7 +119,7 @@ def run(options: Options) -> Report:
     yardstick = _results(kept, YARDSTICK, count)
     if not options.only:
         results = {name: _results(kept, name, count) for name in ROWS}
-        paste(_PAGE, "replan", report(results, yardstick, count).text())
+        pages.keep("replan", report(results, yardstick, count))
     table = report({name: _results(kept, name, count) for name in rows}, yardstick, count)
     failed = [each["scenario"] for each in table.data["failures"] if each["row"] == _CHIP]
     _draw_worst(failed, kept, count)

@@ -15,7 +15,8 @@ from pathlib import Path
 from statistics import mean, median
 from typing import Any
 
-from bench.kept import Kept, measure, paste
+from bench import pages
+from bench.kept import Kept, measure
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import SYNTHETIC, missing, names, problem
@@ -27,11 +28,11 @@ from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
 
 
-__all__ = ["CLEARANCES", "MOST_SEEDS", "PAGE", "STORE", "Row", "rows", "run"]
+__all__ = ["CLEARANCES", "MOST_SEEDS", "STORE", "Row", "rows", "run"]
 
 _DOCS = Path(__file__).resolve().parents[1] / "docs"
-#: Where the results are kept, and the page with their tables.
-STORE, PAGE = _DOCS / "safety.json", _DOCS / "results.md"
+#: Where the results of all runs are kept.
+STORE = _DOCS / "safety.json"
 #: Seeds of each planner at most.
 MOST_SEEDS = 5
 #: The clearance of each set of rules, metres; None is as paper.
@@ -116,7 +117,7 @@ def run(options: BenchOptions) -> Report:
         )
     kept = Kept(STORE, *_SOURCES)
     _measure_missing(kept, wanted, min(options.seeds, MOST_SEEDS))
-    paste(PAGE, "safety", _report(_runs(kept, rows())).text(level=3))
+    pages.keep("safety", _report(_runs(kept, rows())))
     return _report(_runs(kept, wanted))
 
 

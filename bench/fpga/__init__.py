@@ -10,24 +10,24 @@ from __future__ import annotations
 import os
 import sys
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 
+from bench import pages
 from bench.fpga.boards import BOARDS_TABLE, LANES_TABLE, board_jobs, lanes_jobs
 from bench.fpga.job import Job, Measured
 from bench.fpga.store import Store, Table
 from bench.fpga.units import PAPERS_TABLE, UNITS_TABLE, paper_jobs, unit_jobs
-from bench.kept import paste
 from bench.report import Options, Report
 from pathgene.host.errors import InputError, PathgeneError
 
 
-__all__ = ["TABLES", "render", "run"]
+__all__ = ["TABLES", "run", "tables"]
 
 _ROOT = Path(__file__).parents[2]
 _FOLDER = _ROOT / "build" / "fpga"
 STORE = _ROOT / "docs" / "results.json"
-PAGE = _ROOT / "docs" / "boards.md"
 
 TABLES: tuple[Table, ...] = (BOARDS_TABLE, LANES_TABLE, UNITS_TABLE, PAPERS_TABLE)
 
@@ -41,7 +41,7 @@ def run(options: Options) -> Report:
         if not jobs:
             raise InputError(f"No row of the benchmark has {options.only!r} in its name.")
     failed = _measure(jobs, store)
-    paste(PAGE, "fpga", render(store))
+    pages.keep("fpga", tables(store))
     report = BOARDS_TABLE.report(store)
     report.notes += failed
     report.failed = bool(failed)
@@ -49,9 +49,10 @@ def run(options: Options) -> Report:
     return report
 
 
-def render(store: Store) -> str:
-    """Return the tables of all rows, Markdown."""
-    return "\n\n".join(table.report(store).text(level=3) for table in TABLES).rstrip()
+def tables(store: Store) -> Report:
+    """Return the tables of all rows."""
+    first, *further = (table.report(store) for table in TABLES)
+    return replace(first, further=further)
 
 
 def _measure(jobs: list[Job], store: Store) -> list[str]:

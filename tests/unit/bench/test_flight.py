@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from bench import flight
+from bench import flight, pages
 from bench.flight import PLANNED, Row, rows, run
 from bench.kept import Kept
 from bench.report import Options
@@ -42,14 +42,16 @@ def test_problems_are_those_of_the_row():
 def one(tmp_path, monkeypatch):
     """Keep results and tables apart, and plan with astar alone."""
     monkeypatch.setattr(flight, "STORE", tmp_path / "flights.json")
-    monkeypatch.setattr(flight, "PAGE", tmp_path / "page.md")
+    monkeypatch.setattr(pages, "FIGURES", tmp_path / "figures")
+    monkeypatch.setattr(pages, "PAGES", tmp_path)
     monkeypatch.setattr(flight, "PLANNED", {"astar": ("astar", {})})
-    flight.PAGE.write_text("<!-- tables of BENCH=flight -->\n<!-- end of BENCH=flight -->\n")
+    page = tmp_path / "page.md"
+    page.write_text("<!-- tables of BENCH=flight -->\n<!-- end of BENCH=flight -->\n")
     return Options(seeds=3, only="river silver-fox calm as paper")
 
 
 @pytest.mark.ci  # Starts processes that compile.
-def test_a_run_is_kept_and_not_repeated(one, monkeypatch):
+def test_a_run_is_kept_and_not_repeated(one, tmp_path, monkeypatch):
     report = run(one)
     assert report.rows == []
     (table,) = report.further
@@ -57,7 +59,7 @@ def test_a_run_is_kept_and_not_repeated(one, monkeypatch):
     assert row[:3] == ("river silver-fox calm", "1/1", 1)
     (part,) = report.data["rows"][one.only]
     assert abs(part["flown, m"] - part["clearance planned, m"]) < 3
-    assert table.text() in flight.PAGE.read_text()
+    assert table.text(level=3) in (tmp_path / "page.md").read_text()
 
     def fail(*_):
         raise AssertionError

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from bench import fpga
+from bench import fpga, pages
 from bench.__main__ import main
-from bench.fpga import PAGE, STORE, TABLES, render
+from bench.fpga import STORE, TABLES, tables
 from bench.fpga.boards import board_jobs, device_of, lanes_jobs
 from bench.fpga.job import Job, Measured, digest_of, without_names
 from bench.fpga.store import Store, Table
@@ -65,7 +65,8 @@ def root(tmp_path):
 
 
 def test_page_shows_the_stored_rows():
-    assert f" -->\n\n{render(Store(STORE))}\n\n<!-- " in PAGE.read_text(encoding="utf-8")
+    shown = tables(Store(STORE)).text(level=3).rstrip()
+    assert shown in (pages.PAGES / "boards.md").read_text(encoding="utf-8")
 
 
 def test_every_row_of_every_table_has_a_job():
@@ -117,7 +118,8 @@ def test_reports_a_failed_row_in_text_and_status(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(fpga, "_measure", lambda jobs, store: [f"{jobs[0].name}: It failed."])
     page = tmp_path / "page.md"
     page.write_text("<!-- tables of BENCH=fpga -->\n<!-- end of BENCH=fpga -->\n")
-    monkeypatch.setattr(fpga, "PAGE", page)
+    monkeypatch.setattr(pages, "FIGURES", tmp_path / "figures")
+    monkeypatch.setattr(pages, "PAGES", tmp_path)
     for argument, status in (("units: line", 1), ("no such row", 2)):
         monkeypatch.setattr(
             "sys.argv", ["bench", "fpga", "--only", argument, "--out", str(tmp_path)]
@@ -126,7 +128,7 @@ def test_reports_a_failed_row_in_text_and_status(tmp_path, monkeypatch, capsys):
     printed = capsys.readouterr()
     assert "\nline: It failed.\n" in printed.out
     assert printed.err == "bench fpga: No row of the benchmark has 'no such row' in its name.\n"
-    assert render(Store(STORE)) in page.read_text()
+    assert tables(Store(STORE)).text(level=3).rstrip() in page.read_text()
 
 
 def test_names_are_not_in_the_digest(tmp_path, monkeypatch):

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from bench import kept
-from bench.kept import Kept, paste
+from bench.kept import Kept
 from pathgene.host.errors import InputError
 
 
@@ -38,16 +38,3 @@ def test_refuses_a_file_of_something_else(tmp_path):
     file.write_text("# Results")
     with pytest.raises(InputError, match=r"results.json holds no results; remove it or restore it"):
         Kept(file)
-
-
-def test_tables_are_pasted_between_their_lines(tmp_path):
-    page = tmp_path / "page.md"
-    begin, end = "<!-- tables of BENCH=speed -->", "<!-- end of BENCH=speed -->"
-    page.write_text(f"# Title\n\n{begin}\n\nold\n\n{end}\n\nLimits\n")
-    for tables in ("| a |", "| b |"):
-        paste(page, "speed", tables)
-        assert page.read_text() == f"# Title\n\n{begin}\n\n{tables}\n\n{end}\n\nLimits\n"
-    page.write_text(f"{end}\n{begin}\n")
-    with pytest.raises(InputError, match=r"^page.md has no place for the tables: the lines <!-- "):
-        paste(page, "speed", "| a |")
-    assert page.read_text() == f"{end}\n{begin}\n"

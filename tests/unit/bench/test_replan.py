@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from bench import replan, replan_scenarios
+from bench import pages, replan, replan_scenarios
 from bench.replan import ROWS, YARDSTICK, _first_plan, fly_row, run
 from bench.replan_scenarios import KINDS, draw_mission, draw_scenario, terrain_of
 from bench.report import Options
@@ -49,12 +49,13 @@ def test_a_run_is_kept_and_pasted(canyon, tmp_path, monkeypatch):
     page = tmp_path / "page.md"
     page.write_text("<!-- tables of BENCH=replan -->\n<!-- end of BENCH=replan -->\n")
     monkeypatch.setattr(replan, "_STORE", tmp_path / "replans.json")
-    monkeypatch.setattr(replan, "_PAGE", page)
+    monkeypatch.setattr(pages, "FIGURES", tmp_path / "figures")
+    monkeypatch.setattr(pages, "PAGES", tmp_path)
     rows = {name: ROWS[name] for name in (YARDSTICK, "ga-chip, model:")}
     monkeypatch.setattr(replan, "ROWS", rows)
     report = run(Options(seeds=1))
     assert [row[:2] for row in report.rows] == [(YARDSTICK, 1), ("ga-chip, model:", 1)]
-    assert report.text() in page.read_text()
+    assert report.text(level=3).rstrip() in page.read_text()
     chip = report.rows[1]
     assert chip[2].startswith("1 of 1")
     p50, _, _, most = (float(each) for each in chip[3].split(" / "))

@@ -10,9 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from bench.kept import paste
 from bench.report import Options
-from bench.safety import CLEARANCES, PAGE, Row, _report, rows, run
+from bench.safety import CLEARANCES, Row, _report, rows, run
 from bench.scenarios import names
 from pathgene.host.errors import InputError
 from pathgene.host.planners import PLANNERS
@@ -75,13 +74,6 @@ def test_tables_have_means_of_feasible_paths_and_ratios_of_seconds():
     assert seconds.text() in report.text()
 
 
-def test_the_page_has_a_place_for_the_tables(tmp_path):
-    copy = tmp_path / "safety.md"
-    copy.write_text(PAGE.read_text("utf-8"))
-    paste(copy, "safety", "| a |")
-    assert "\n\n| a |\n\n" in copy.read_text("utf-8")
-
-
 def test_refuses_an_unknown_row():
     with pytest.raises(InputError, match=r"^No row has 'mars' in its name; one is 'canyon astar "):
         run(Options(only="mars"))
@@ -91,10 +83,11 @@ def test_refuses_an_unknown_row():
 SCRIPT = """
 import sys
 from pathlib import Path
-from bench import safety
+from bench import pages, safety
 from bench.report import Options
 if __name__ == "__main__":
-    safety.STORE, safety.PAGE = Path("safety.json"), Path("safety.md")
+    safety.STORE = Path("safety.json")
+    pages.FIGURES, pages.PAGES = Path("figures"), Path()
     print(safety.run(Options(seeds=1, only="river astar")).text())
 """
 

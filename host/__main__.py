@@ -1,4 +1,4 @@
-"""The command ``pathgene``, also as ``python -m pathgene``."""
+"""``python -m pathgene`` is ``pathgene``."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ def report(results: dict[str, Flights], yardstick: Flights, count: int) -> Repor
         (
             "planner",
             "flown",
-            "survived of what the yardstick survives",
+            "survived, of the yardstick's survivals",
             "new path after ms",
             "metres flown",
             "chip and line ms",

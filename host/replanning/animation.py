@@ -24,6 +24,7 @@ from pathgene.host.report.palette import FLOWN, GOAL, NOFLY, PATH, START, TEXT, 
 
 
 if TYPE_CHECKING:
+    from pathgene.host.replanning.records import Change
     from pathgene.host.replanning.report import Replanned
 
 __all__ = ["frames", "write"]
@@ -145,11 +146,25 @@ def _times(report: Replanned) -> list[tuple[float, bool, str]]:
                 (
                     change.at_s + change.active_s + PERIOD_S,
                     True,
-                    f"New path after {1000 * change.active_s:.1f} ms: "
+                    f"New path after {1000 * change.active_s:.1f} ms{_parts(change)}: "
                     f"{change.flown_m:.2f} m flown.",
                 )
             )
     return sorted(moments, key=lambda moment: moment[:2])
+
+
+def _parts(change: Change) -> str:
+    """Return the parts of a new path's time in brackets; nothing for a planner without a chip."""
+    times = [attempt.time for _, attempt in change.attempts]
+    chip_ms = 1000 * sum(time.chip_s for time in times)
+    if not chip_ms:
+        return ""
+    trips_ms = 1000 * sum(time.round_trips_s for time in times)
+    host_ms = 1000 * sum(time.host_s for time in times)
+    return (
+        f" ({chip_ms:.1f} chip and line, {trips_ms:.1f} round trips, "
+        f"{host_ms:.0f} assumed for the host)"
+    )
 
 
 def _draw_moment(

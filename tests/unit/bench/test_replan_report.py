@@ -31,7 +31,7 @@ def test_what_cannot_be_survived_does_not_count():
     arrived, holding, dead = TOLD, TOLD | {"ended": "holding"}, TOLD | {"alive": False}
     yardstick = {0: arrived, 1: holding, 2: dead, 3: arrived}
     row, failures = cells({0: arrived, 1: holding, 2: dead, 3: holding}, yardstick)
-    assert row["survived of what the yardstick survives"] == "2 of 3 (66.7 %)"
+    assert row["survived, of the yardstick's survivals"] == "2 of 3 (66.7 %)"
     assert [failure["scenario"] for failure in failures] == [3]
 
 

@@ -1,6 +1,7 @@
 """Picture, animation and file of a flight with replans."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -74,5 +75,15 @@ def test_a_zone_is_there_from_when_it_appears(report):
     early, late = images[5], images[-1]
     assert dots(late, NOFLY) > dots(early, NOFLY) + 50
     assert dots(late, FLOWN) > dots(early, FLOWN)
+    # A new path is shown with the parts of its time.
+    said = [words for _, _, words in animation._times(report) if words.startswith("New path")]
+    pattern = (
+        r"New path after ([\d.]+) ms \(([\d.]+) chip and line, ([\d.]+) round trips, "
+        r"(\d+) assumed for the host\): [\d.]+ m flown\."
+    )
+    assert len(said) == 2
+    for words in said:
+        whole, *parts = map(float, re.fullmatch(pattern, words).groups())
+        assert whole == pytest.approx(sum(parts), abs=1)
     # Each change, and each new path, is shown for longer.
     assert sum(duration > 1000 for duration in durations) == 4

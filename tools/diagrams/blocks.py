@@ -101,9 +101,10 @@ def _wrapped(names: Iterable[str]) -> str:
 
 
 def _host_graph() -> str:
-    graph = grimp.build_graph("host", "hdl", "sim", "pathgene")
-    folders = sorted(graph.find_children("host") - {"pathgene.host.__main__"})
+    graph = grimp.build_graph("pathgene")
+    folders = sorted(graph.find_children("pathgene.host"))
     boxes = {box: {box, *graph.find_descendants(box)} for box in (*folders, *_NEIGHBOURS)}
+    boxes["pathgene"] = {"pathgene"}  # The public API alone, without the folders.
     boxes = {box: modules for box, modules in boxes.items() if modules & graph.modules}
     owner = {module: box for box, modules in boxes.items() for module in modules}
     uses: dict[str, set[str]] = {box: set() for box in boxes}
@@ -113,11 +114,12 @@ def _host_graph() -> str:
                 uses[box].add(owner[imported])
     lines = [_HEAD % ("TB", _BLUE)]
     for box in boxes:
-        fill = "" if box.startswith("host") else f', fillcolor="{_GREY}"'
-        lines.append(f'  "{box}" [label=<{_described(box)}>{fill}]')
+        fill = "" if box.startswith("pathgene.host") else f', fillcolor="{_GREY}"'
+        lines.append(f'  "{_short(box)}" [label=<{_described(box)}>{fill}]')
     for box, used in sorted(uses.items()):
         # An arrow is left out if a path through another box implies it.
-        lines += [f'  "{box}" -> "{other}"' for other in sorted(used - _beyond(uses, used))]
+        direct = sorted(map(_short, used - _beyond(uses, used)))
+        lines += [f'  "{_short(box)}" -> "{other}"' for other in direct]
     return "\n".join([*lines, "}", ""])
 
 
@@ -128,7 +130,12 @@ def _described(module: str) -> str:
     sentence = " ".join(docstring.split()).partition(". ")[0].rstrip(".")
     folded = [html.escape(line) for line in textwrap.wrap(sentence, 34)]
     small = "<br/>".join(f'<font point-size="9">{line}</font>' for line in folded)
-    return f"<b>{module}</b><br/>{small}"
+    return f"<b>{_short(module)}</b><br/>{small}"
+
+
+def _short(module: str) -> str:
+    """Return a module's name without the package."""
+    return module.removeprefix("pathgene.")
 
 
 def _beyond(uses: Mapping[str, set[str]], boxes: Iterable[str]) -> set[str]:

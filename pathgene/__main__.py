@@ -1,4 +1,4 @@
-"""``python -m pathgene`` is ``pathgene``."""
+"""The command ``pathgene``, also as ``python -m pathgene``."""
 
 from __future__ import annotations
 

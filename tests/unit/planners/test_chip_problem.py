@@ -124,8 +124,8 @@ def test_a_vertical_climber_has_the_steepest_slope_of_the_record():
             "take a coarser terrain.",
         ),
         (
-            {"cell_m": 0.2, "relief_m": 30_000.0},
-            "The chip's altitude step of 8.0625 m is a cell or more; take a coarser terrain.",
+            {"cell_m": 0.2, "relief_m": 8700.0},
+            "The chip's altitude step of 2.34375 m is a cell or more; take a coarser terrain.",
         ),
     ],
 )

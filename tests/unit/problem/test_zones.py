@@ -287,37 +287,6 @@ def test_read_one_feature_or_geometry(tmp_path):
     assert read(tmp_path, single) == (Circle(1, 2, 3),)
 
 
-# The values of the property ``kind`` in a ``path.geojson``.
-OWN_KINDS = ("start", "goal", "via", "return", "waypoints", "smoothed track")
-
-
-@pytest.mark.parametrize("kind", OWN_KINDS)
-def test_a_zone_is_kept_whatever_its_kind_says(tmp_path, kind):
-    ring = closed(SQUARE)
-    features = (
-        feature("Polygon", [ring], kind=kind),
-        feature("MultiPolygon", [[ring]], kind=kind),
-        feature("Point", [1, 2], radius_m=3, kind=kind),
-    )
-    zones = read(tmp_path, collection(*features, crs_local=True))
-    assert zones == (Polygon(SQUARE), Polygon(SQUARE), Circle(1, 2, 3))
-
-
-@pytest.mark.parametrize(
-    ("geometry", "kind", "message"),
-    [
-        ("LineString", "start", "a geometry must be a Polygon"),
-        ("Point", "waypoints", 'a Point needs the property "radius_m"'),
-        ("MultiPoint", "start", "a geometry must be a Polygon"),
-    ],
-)
-def test_a_kind_of_another_geometry_is_refused(tmp_path, geometry, kind, message):
-    coordinates = [1, 2] if geometry == "Point" else [[1, 2], [3, 4]]
-    document = collection(feature(geometry, coordinates, kind=kind), crs_local=True)
-    with pytest.raises(InputError, match=message):
-        read(tmp_path, document)
-
-
 def test_read_names_heights_and_times(tmp_path):
     limits = {"name": "Fort", "lower": 100, "upper": 900.5, "t0": 0, "t1": 60}
     circle, *polygons = read(

@@ -20,12 +20,10 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 
 from pathgene.host.problem.ends import Point
-from pathgene.host.problem.rings import edges
-from pathgene.host.problem.zones import Circle, Polygon, Zone
 from pathgene.host.terrain import Terrain
 
 
-__all__ = ["Barrier", "Ring", "nearest_points", "zone_pieces"]
+__all__ = ["Barrier", "Ring", "nearest_points"]
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -62,15 +60,6 @@ class Ring:
     nodes: Ints
     edge_of_map: bool
     place: tuple[float, float]
-
-
-def zone_pieces(zone: Zone, margin_m: float) -> Floats:
-    """Return the edges of a zone as capsules, (n, 5): both ends and the radius, metres."""
-    if isinstance(zone, Circle):
-        return np.array([[zone.x_m, zone.y_m, zone.x_m, zone.y_m, zone.radius_m + margin_m]])
-    assert isinstance(zone, Polygon)
-    borders = np.array([edge for ring in (zone.ring, *zone.holes) for edge in edges(ring)])
-    return np.column_stack((borders, np.full(len(borders), margin_m)))
 
 
 def nearest_points(one: Floats, other: Floats) -> tuple[Floats, Floats]:
@@ -126,7 +115,7 @@ class Barrier:
     forbidden : (ny, nx) bool
         Nodes whose square no path may touch.
     pieces : (n, 5) float64
-        Capsules, as of :func:`zone_pieces`.
+        Capsules, as of :meth:`pathgene.host.problem.footprints.Footprint.capsules`.
     owners : (n,) int64
         Number of the zone of each capsule.
     diagonal : bool

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from pathgene.host.diagnosis.barriers import Barrier, zone_pieces
+from pathgene.host.diagnosis.barriers import Barrier
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zone_raster import blocked_cells
-from pathgene.host.problem.zones import Polygon, Zone
+from pathgene.host.problem.zones import Zone
 
 
 __all__ = ["Bounds", "is_permanent", "zone_name"]
@@ -90,7 +90,7 @@ class Bounds:
             if not is_permanent(zone):
                 continue
             if self._closes(zone, top_m, agl_m):
-                own = zone_pieces(zone, self.margin_m)
+                own = zone.footprint.capsules(self.margin_m)
                 pieces.append(own)
                 owners.append(np.full(len(own), index))
             else:
@@ -131,7 +131,7 @@ class Bounds:
     def _closed_nodes(self, zone: Zone, top_m: float) -> Flags:
         """Return the nodes whose square is inside a zone, with no room over it or under it."""
         none = np.zeros(self.problem.terrain.shape, dtype=bool)
-        if zone.lower_m is None or (isinstance(zone, Polygon) and zone.holes):
+        if zone.lower_m is None or len(zone.footprint.rings) > 1:
             return none
         if zone.upper_m is not None and zone.upper_m + self.margin_m <= top_m + _ROUNDING_M:
             return none

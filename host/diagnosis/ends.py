@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from pathgene.host.diagnosis.barriers import nearest_points, zone_pieces
+from pathgene.host.diagnosis.barriers import nearest_points
 from pathgene.host.diagnosis.bounds import Bounds, is_permanent, zone_name
 from pathgene.host.diagnosis.reason import Figure, Reason, rounded_down, rounded_up
 from pathgene.host.problem.ends import Point
@@ -114,7 +114,7 @@ def _distance_m(zone: Zone, point: Point) -> float:
     x, y, _ = point
     if zone.covers(np.array([x]), np.array([y]))[0, 0]:
         return 0.0
-    pieces = zone_pieces(zone, 0.0)
+    pieces = zone.footprint.capsules(0.0)
     on, at = nearest_points(
         pieces[:, :4], np.broadcast_to(np.array([x, y, x, y]), (len(pieces), 4))
     )

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from pathgene.host.evaluation.constants import Floats
 from pathgene.host.problem.rings import EDGE_M, edges
-from pathgene.host.problem.zones import Circle, Polygon, Zone
+from pathgene.host.problem.zones import Zone
 
 
 __all__ = [
@@ -82,18 +82,15 @@ def pack_zones(zones: Sequence[Zone], margin_m: float) -> PackedZones:
     bounds: list[tuple[int, int]] = []
     for zone in zones:
         first = len(edge_rows)
-        if isinstance(zone, Circle):
-            x, y, radius = zone.x_m, zone.y_m, zone.radius_m
-            far = radius + reach
-            box = (x - far, y - far, x + far, y + far)
-        elif isinstance(zone, Polygon):
-            x, y, radius, far = 0.0, 0.0, 0.0, reach
-            for ring in (zone.ring, *zone.holes):
-                edge_rows += [_edge_row(*edge, reach) for edge in edges(ring)]
-            table = np.array(edge_rows[first:])[:, EDGE_BOX:]
-            box = (*table[:, :2].min(axis=0).tolist(), *table[:, 2:].max(axis=0).tolist())
-        else:
-            raise TypeError(f"Zone must be a circle or a polygon, not {zone!r}")
+        footprint = zone.footprint
+        x, y, radius = footprint.disc or (0.0, 0.0, 0.0)
+        far = radius + reach
+        box = (x - far, y - far, x + far, y + far)
+        for ring in footprint.rings:
+            edge_rows += [_edge_row(*edge, reach) for edge in edges(ring)]
+        if footprint.rings:
+            west, south, east, north = footprint.box
+            box = (west - reach, south - reach, east + reach, north + reach)
         low, high = _heights(zone, margin_m)
         t0 = -math.inf if zone.t0_s is None else zone.t0_s
         t1 = math.inf if zone.t1_s is None else zone.t1_s

@@ -18,8 +18,7 @@ from pathgene.host.flight.flight import MARGIN, PERIOD_S, Flown, limits_of
 from pathgene.host.flight.guidance import MEAN_S
 from pathgene.host.problem.aircraft import Aircraft
 from pathgene.host.problem.problem import Problem
-from pathgene.host.problem.rings import edges
-from pathgene.host.problem.zones import Circle, Polygon, Zone
+from pathgene.host.problem.zones import Zone
 from pathgene.host.terrain import Terrain
 
 
@@ -198,7 +197,7 @@ def demanded_m(problem: Problem, x: Floats, y: Floats) -> Floats:
 
 def entered(zone: Zone, flown: Flown) -> NDArray[np.bool_]:
     """Return the samples of a flight that lie in a zone while it is active, (k,) bool."""
-    inside = _inside(zone, flown.x, flown.y)
+    inside = zone.footprint.contains(flown.x, flown.y)
     for values, low, high in (
         (flown.z, zone.lower_m, zone.upper_m),
         (flown.t_s, zone.t0_s, zone.t1_s),
@@ -207,20 +206,6 @@ def entered(zone: Zone, flown: Flown) -> NDArray[np.bool_]:
             inside &= values >= low
         if high is not None:
             inside &= values <= high
-    return inside
-
-
-def _inside(zone: Zone, x: Floats, y: Floats) -> NDArray[np.bool_]:
-    if isinstance(zone, Circle):
-        near: NDArray[np.bool_] = np.hypot(x - zone.x_m, y - zone.y_m) <= zone.radius_m
-        return near
-    assert isinstance(zone, Polygon)
-    inside = np.zeros(len(x), dtype=bool)
-    for ring in (zone.ring, *zone.holes):
-        for xa, ya, xb, yb in edges(ring):
-            between = (ya <= y) != (yb <= y)
-            border = xa + (y[between] - ya) * ((xb - xa) / (yb - ya)) if between.any() else 0.0
-            inside[between] ^= x[between] < border
     return inside
 
 

@@ -18,7 +18,7 @@ from pathgene.host.device.waypoints import unpack_waypoints
 from pathgene.host.planners.chip_problem import chip_ends, problem_record, whole_path
 from pathgene.host.problem.corner_map import EASES, CornerMap
 from pathgene.host.problem.problem import Problem
-from pathgene.host.problem.zones import Circle, Zone
+from pathgene.host.problem.zones import Zone
 
 
 __all__ = ["LINE_BITS", "ProblemOnChip", "Waits", "pause_s"]
@@ -197,7 +197,7 @@ class ProblemOnChip:
         drawn = drawn_corners(shape)
         excess = drawn & ~self.grid.beside(zone, rows, columns)
         # A disc is as good as its circle.
-        keeps = isinstance(zone, Circle) or excess.sum() <= _MOST_EXCESS * drawn.sum()
+        keeps = zone.footprint.disc is not None or excess.sum() <= _MOST_EXCESS * drawn.sum()
         blocked = drawn if keeps else drawn & ~excess
         self._corners[rows, columns][blocked] = self.chip.config.blocked_altitude
 

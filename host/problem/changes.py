@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 
 from pathgene.host.errors import InputError
 from pathgene.host.problem.problem import Problem
-from pathgene.host.problem.zones import Zone
+from pathgene.host.problem.zones import Zone, listed
 
 
 __all__ = ["changed_problem"]
@@ -33,8 +33,8 @@ def changed_problem(
         If they are no zones, no point, no heading or no wind, a zone that is gone is none of the
         problem, or there is no problem with these changes.
     """
-    added = tuple(zone for zone in _listed(zones) if zone not in problem.zones)
-    taken = _listed(gone)
+    added = tuple(zone for zone in listed(zones) if zone not in problem.zones)
+    taken = listed(gone)
     for zone in taken:
         if zone not in problem.zones:
             raise InputError(f"The zone that is gone is none of the problem: {zone!r}.")
@@ -52,10 +52,3 @@ def changed_problem(
         start_heading_deg=heading,
         goal_heading_deg=problem.goal_heading_deg if goal is None else None,
     )
-
-
-def _listed(zones: Iterable[Zone]) -> tuple[Zone, ...]:
-    given = tuple(zones) if isinstance(zones, Iterable) else (None,)
-    if not all(isinstance(zone, Zone) for zone in given):
-        raise InputError(f"The zones must be a list of no-fly zones, not {zones!r}.")
-    return tuple(zone for zone in given if isinstance(zone, Zone))

@@ -15,7 +15,7 @@ from pathgene.host.problem.chip_map import ChipMap
 from pathgene.host.problem.ends import Point
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zone_raster import blocked_cells
-from pathgene.host.problem.zones import Circle, Polygon, Zone
+from pathgene.host.problem.zones import Zone
 
 
 __all__ = ["EASES", "CornerMap", "Ease"]
@@ -169,7 +169,7 @@ class CornerMap(ChipMap):
 
     def around_zone(self, zone: Zone) -> tuple[slice, slice]:
         """Return rows and columns of a part of the map with all corners beside a zone."""
-        west, south, east, north = _box(zone)
+        west, south, east, north = zone.footprint.box
         margin_m = self._margin_m
         (first_x, last_x), (first_y, last_y) = (
             (
@@ -229,17 +229,3 @@ class CornerMap(ChipMap):
     def _margin_m(self) -> float:
         rules = self._problem.rules
         return 0.0 if rules is None else rules.zone_margin_m
-
-
-def _box(zone: Zone) -> tuple[float, float, float, float]:
-    """Return the least and greatest x and y of a zone: west, south, east, north."""
-    if isinstance(zone, Circle):
-        return (
-            zone.x_m - zone.radius_m,
-            zone.y_m - zone.radius_m,
-            zone.x_m + zone.radius_m,
-            zone.y_m + zone.radius_m,
-        )
-    assert isinstance(zone, Polygon)
-    x, y = zip(*zone.ring, strict=True)
-    return min(x), min(y), max(x), max(y)

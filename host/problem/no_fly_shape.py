@@ -8,7 +8,7 @@ from scipy.spatial import ConvexHull
 
 from pathgene.hdl.protocol.planner import BEND_BITS, EDGE_BITS, EDGES, NoFlyShape
 from pathgene.host.problem.corner_map import CornerMap
-from pathgene.host.problem.zones import Circle, Zone
+from pathgene.host.problem.zones import Zone
 
 
 __all__ = ["no_fly_shape"]
@@ -32,9 +32,9 @@ def no_fly_shape(grid: CornerMap, zone: Zone) -> NoFlyShape | None:
     first = np.array((x.min(), y.min()))
     places = np.column_stack((x, y)) - first
     bend = np.zeros(2, dtype=np.int64)
-    if isinstance(zone, Circle):
+    if zone.footprint.disc is not None:
         # From the centre outwards: (u - centre)**2, each axis in its sides of a cell.
-        centre = np.array((zone.x_m, zone.y_m)) / grid.scale_m - 0.5 - first
+        centre = np.array(zone.footprint.disc[:2]) / grid.scale_m - 0.5 - first
         weights = (np.array(grid.scale_m) / max(grid.scale_m)) ** 2
         scale = min(_MOST_BEND, _MOST_FALL / (2 * max(np.abs(weights * centre).max(), 1e-9)))
         bend = np.maximum(np.rint(scale * weights), 1).astype(np.int64)

@@ -19,7 +19,7 @@ from pathgene.host.problem.aircraft import DEFAULT, Aircraft, load
 from pathgene.host.problem.ends import Point, check_above_ground, end_point, finite
 from pathgene.host.problem.limits import Limits, slope_limits
 from pathgene.host.problem.rules import Rules
-from pathgene.host.problem.zones import Zone, raster
+from pathgene.host.problem.zones import Zone, listed, raster
 from pathgene.host.terrain import Terrain
 
 
@@ -120,7 +120,7 @@ class Problem:
             "start": end_point("start", start, terrain, agl=agl, geo=geo),
             "goal": end_point("goal", goal, terrain, agl=agl, geo=geo),
             "aircraft": aircraft if isinstance(aircraft, Aircraft) else load(aircraft),
-            "zones": _zones(zones),
+            "zones": listed(zones),
             "wind": finite("wind", wind, 2),
             "ds_m": half_a_cell_m if ds_m is None else real("sampling step", ds_m),
             "rules": _rules(rules, as_paper),
@@ -320,11 +320,3 @@ def _heading(end: str, heading_deg: float | None) -> float | None:
             f"The {end} heading must be from -360 to 360 degrees from north, not {number:g}."
         )
     return number % 360
-
-
-def _zones(zones: Iterable[Zone]) -> tuple[Zone, ...]:
-    """``zones`` as a tuple of nothing else."""
-    given = tuple(zones) if isinstance(zones, Iterable) else (None,)
-    if not all(isinstance(zone, Zone) for zone in given):
-        raise InputError(f"The zones must be a list of no-fly zones, not {zones!r}.")
-    return given

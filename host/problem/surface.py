@@ -20,7 +20,7 @@ from pathgene.host.problem.aircraft import Aircraft
 from pathgene.host.problem.ends import Point
 from pathgene.host.problem.rules import Rules
 from pathgene.host.problem.zone_raster import blocked_cells
-from pathgene.host.problem.zones import Circle, Polygon, Zone
+from pathgene.host.problem.zones import Zone
 from pathgene.host.terrain import Terrain
 
 
@@ -236,7 +236,7 @@ class SearchRasters:
         for zone in limited:
             if zone.t1_s is not None:
                 reach_m = fastest_m_s * zone.t1_s + rules.zone_margin_m
-                if _least_distance_m(zone, start[0], start[1]) > reach_m:
+                if zone.footprint.least_distance_m(start[0], start[1]) > reach_m:
                     continue
             cells = blocked_cells([zone], terrain, rules.zone_margin_m)
             if zone.lower_m is not None:
@@ -257,15 +257,6 @@ class SearchRasters:
                 )
         self.at_times_zones = tuple(at_times)
         self.roof = roof if roof is not None and np.isfinite(roof).any() else None
-
-
-def _least_distance_m(zone: Zone, x: float, y: float) -> float:
-    """Return the distance from a point to a circle, or to the bounding box of a polygon."""
-    if isinstance(zone, Circle):
-        return math.hypot(zone.x_m - x, zone.y_m - y) - zone.radius_m
-    assert isinstance(zone, Polygon)
-    low, high = np.min(zone.ring, axis=0), np.max(zone.ring, axis=0)
-    return float(np.hypot(*np.maximum(np.maximum(low - (x, y), (x, y) - high), 0.0)))
 
 
 def _floor(

@@ -16,8 +16,8 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from pathgene.host.problem.rings import EDGE_M, edges
-from pathgene.host.problem.zones import Circle, Polygon, Zone
+from pathgene.host.problem.rings import EDGE_M
+from pathgene.host.problem.zones import Zone
 from pathgene.host.terrain import Terrain
 
 
@@ -47,17 +47,11 @@ def blocked_cells(zones: Iterable[Zone], terrain: Terrain, margin_m: float) -> N
     inside = np.zeros((rows, columns), dtype=bool)
     capsules = [np.empty((0, 5))]
     for zone in zones:
-        if isinstance(zone, Circle):
-            borders = np.array([(zone.x_m, zone.y_m, zone.x_m, zone.y_m)])
-            radius = zone.radius_m
-        elif isinstance(zone, Polygon):
-            borders = np.array([edge for ring in (zone.ring, *zone.holes) for edge in edges(ring)])
-            radius = 0.0
-            _add_nodes(inside, borders, terrain)
-        else:
-            raise TypeError(f"Zone must be a circle or a polygon, not {zone!r}")
-        radii = np.full((len(borders), 1), radius + margin_m + _SLACK_M)
-        capsules.append(np.hstack((borders, radii)))
+        pieces = zone.footprint.capsules(margin_m)
+        pieces[:, 4] += _SLACK_M
+        capsules.append(pieces)
+        if zone.footprint.rings:
+            _add_nodes(inside, pieces[:, :4], terrain)
     _add_capsules(inside, np.concatenate(capsules), terrain)
     return inside
 

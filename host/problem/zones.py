@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +17,9 @@ from numpy.typing import NDArray
 
 from pathgene.host.errors import InputError
 from pathgene.host.numeric import is_number
+from pathgene.host.problem.footprints import Area, Disc, Footprint
 from pathgene.host.problem.rings import (
     Ring,
-    add_edges,
-    nodes_inside,
     plain,
     require_near,
     ring_of,
@@ -29,7 +28,7 @@ from pathgene.host.problem.zone_files import document_shapes, read_document
 from pathgene.host.terrain import Terrain
 
 
-__all__ = ["Circle", "Polygon", "Zone", "raster", "read_zones", "zone_from_dict"]
+__all__ = ["Circle", "Polygon", "Zone", "listed", "raster", "read_zones", "zone_from_dict"]
 
 # The fields of every zone, by their names in a summary and in the properties of GeoJSON.
 _COMMON = {"name": "name", "lower": "lower_m", "upper": "upper_m", "t0": "t0_s", "t1": "t1_s"}
@@ -38,6 +37,8 @@ _COMMON = {"name": "name", "lower": "lower_m", "upper": "upper_m", "t0": "t0_s",
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Zone(ABC):
     """A no-fly zone: a cylinder over a circle or a polygon, perhaps limited in height and in time.
+
+    The program asks a zone for its ``footprint`` and never for its class.
 
     Parameters
     ----------
@@ -134,9 +135,18 @@ class Zone(ABC):
         """Read the zones of a GeoJSON, KML or ``.plan`` file; see :func:`read_zones`."""
         return read_zones(path, terrain)
 
+    @property
     @abstractmethod
+    def footprint(self) -> Footprint:
+        """The zone as seen from above."""
+
+    @abstractmethod
+    def moved(self, east_m: float, north_m: float) -> Zone:
+        """Return the same zone at another place."""
+
     def covers(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return the nodes inside, (ny, nx) bool, of a grid of columns ``x`` and rows ``y``."""
+        return self.footprint.covers(x, y)
 
     @abstractmethod
     def to_dict(self) -> dict[str, Any]:
@@ -208,12 +218,14 @@ class Circle(Zone):
             )
         self._check_limits("circle")
 
-    def covers(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return the nodes inside, (ny, nx) bool, of a grid of columns ``x`` and rows ``y``."""
-        inside: NDArray[np.bool_] = (
-            np.hypot(x[None, :] - self.x_m, y[:, None] - self.y_m) <= self.radius_m
-        )
-        return inside
+    @property
+    def footprint(self) -> Disc:
+        """The zone as seen from above."""
+        return Disc(self.x_m, self.y_m, self.radius_m)
+
+    def moved(self, east_m: float, north_m: float) -> Circle:
+        """Return the same circle at another place."""
+        return replace(self, x_m=self.x_m + east_m, y_m=self.y_m + north_m)
 
     def to_dict(self) -> dict[str, Any]:
         """The zone as in ``summary.json``."""
@@ -248,14 +260,17 @@ class Polygon(Zone):
         object.__setattr__(self, "holes", tuple(ring_of(hole) for hole in self.holes))
         self._check_limits("polygon")
 
-    def covers(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return the nodes inside, (ny, nx) bool, of a grid of columns ``x`` and rows ``y``."""
-        inside = np.zeros((len(y), len(x)), dtype=bool)
-        for ring in (self.ring, *self.holes):
-            inside ^= nodes_inside(ring, x, y)
-        for ring in (self.ring, *self.holes):
-            add_edges(inside, ring, x, y)
-        return inside
+    @property
+    def footprint(self) -> Area:
+        """The zone as seen from above."""
+        return Area((self.ring, *self.holes))
+
+    def moved(self, east_m: float, north_m: float) -> Polygon:
+        """Return the same polygon at another place."""
+        ring, *holes = (
+            tuple((x + east_m, y + north_m) for x, y in each) for each in self.footprint.rings
+        )
+        return replace(self, ring=ring, holes=tuple(holes))
 
     def to_dict(self) -> dict[str, Any]:
         """The zone as in ``summary.json``; ``holes`` only where there are some."""
@@ -263,6 +278,20 @@ class Polygon(Zone):
         if self.holes:
             table["holes"] = [[list(corner) for corner in hole] for hole in self.holes]
         return {**table, **self.limits}
+
+
+def listed(zones: Iterable[Zone]) -> tuple[Zone, ...]:
+    """Return zones as a user lists them as a tuple.
+
+    Raises
+    ------
+    InputError
+        If they are no list, or one is no zone.
+    """
+    given = tuple(zones) if isinstance(zones, Iterable) else (None,)
+    if not all(isinstance(zone, Zone) for zone in given):
+        raise InputError(f"The zones must be a list of no-fly zones, not {zones!r}.")
+    return tuple(zone for zone in given if isinstance(zone, Zone))
 
 
 def raster(zones: Iterable[Zone], terrain: Terrain) -> NDArray[np.bool_]:

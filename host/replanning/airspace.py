@@ -10,11 +10,11 @@ from dataclasses import dataclass, field
 from pathgene.host.errors import InputError
 from pathgene.host.problem.ends import Point
 from pathgene.host.problem.problem import Problem
-from pathgene.host.problem.zones import Circle, Polygon, Zone
+from pathgene.host.problem.zones import Circle, Zone
 from pathgene.host.replanning.scenario import Event, NewZone, Placed
 
 
-__all__ = ["Airspace", "Place", "moved"]
+__all__ = ["Airspace", "Place"]
 
 #: A drifting zone is known anew so often, seconds.
 DRIFT_S = 5.0
@@ -86,7 +86,7 @@ class Airspace:
         for known in drifting:
             flown_s = time_s - known.since_s
             by = known.velocity[0] * flown_s, known.velocity[1] * flown_s
-            known.zone = moved(known.origin, *by)
+            known.zone = known.origin.moved(*by)
         if drifting:
             self._note(time_s)
         return bool(drifting)
@@ -112,23 +112,11 @@ class Airspace:
                 return name
 
     def _made(self, new: NewZone, place: Place) -> Zone:
-        name = new.name or new.shape.name if isinstance(new.shape, Zone) else new.name
-        name = name or self._unused_name()
         if isinstance(new.shape, Placed):
             x, y = place(new.shape.on, new.shape.ahead_m)
-            return Circle(x, y, new.shape.radius_m, name=name)
+            return Circle(x, y, new.shape.radius_m, name=new.name or self._unused_name())
+        name = new.name or new.shape.name or self._unused_name()
         return dataclasses.replace(new.shape, name=name)
-
-
-def moved(zone: Zone, east_m: float, north_m: float) -> Zone:
-    """Return a zone elsewhere."""
-    if isinstance(zone, Circle):
-        return dataclasses.replace(zone, x_m=zone.x_m + east_m, y_m=zone.y_m + north_m)
-    assert isinstance(zone, Polygon)
-    ring, *holes = (
-        tuple((x + east_m, y + north_m) for x, y in each) for each in (zone.ring, *zone.holes)
-    )
-    return dataclasses.replace(zone, ring=ring, holes=tuple(holes))
 
 
 def _from_now(zone: Zone, time_s: float) -> Zone | None:

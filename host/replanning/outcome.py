@@ -11,12 +11,11 @@ from numpy.typing import NDArray
 
 from pathgene.host.flight.flight import PERIOD_S
 from pathgene.host.flight.judge import SHARE, demanded_m, surface_below
-from pathgene.host.problem.rings import edges
-from pathgene.host.problem.zones import Circle, Polygon, Zone
+from pathgene.host.problem.zones import Zone
 from pathgene.host.replanning.session import Session
 
 
-__all__ = ["WAY_OUT_SHARE", "Outcome", "judge", "zone_distance_m"]
+__all__ = ["WAY_OUT_SHARE", "Outcome", "judge"]
 
 Floats = NDArray[np.float64]
 
@@ -179,7 +178,7 @@ def _shortest_m(session: Session, since_s: float) -> float:
 
 def _active_distance_m(zone: Zone, flown: Floats, seconds: Floats) -> Floats:
     """Return the distances of samples from a zone; infinite where it does not apply."""
-    distance = zone_distance_m(zone, flown[:, 1], flown[:, 2])
+    distance = zone.footprint.distance_m(flown[:, 1], flown[:, 2])
     for values, low, high in (
         (flown[:, 3], zone.lower_m, zone.upper_m),
         (seconds, zone.t0_s, zone.t1_s),
@@ -189,24 +188,3 @@ def _active_distance_m(zone: Zone, flown: Floats, seconds: Floats) -> Floats:
         if high is not None:
             distance = np.where(values <= high, distance, math.inf)
     return distance
-
-
-def zone_distance_m(zone: Zone, x: Floats, y: Floats) -> Floats:
-    """Return the horizontal distances of points from the border of a zone, negative inside."""
-    if isinstance(zone, Circle):
-        near: Floats = np.hypot(x - zone.x_m, y - zone.y_m) - zone.radius_m
-        return near
-    assert isinstance(zone, Polygon)
-    nearest = np.full(len(x), math.inf)
-    inside = np.zeros(len(x), dtype=bool)
-    for ring in (zone.ring, *zone.holes):
-        for xa, ya, xb, yb in edges(ring):
-            dx, dy = xb - xa, yb - ya
-            length = dx * dx + dy * dy
-            along = np.clip(((x - xa) * dx + (y - ya) * dy) / length, 0, 1) if length else 0.0
-            nearest = np.minimum(nearest, np.hypot(x - xa - along * dx, y - ya - along * dy))
-            between = (ya <= y) != (yb <= y)
-            if between.any():
-                border = xa + (y[between] - ya) * (dx / dy)
-                inside[between] ^= x[between] < border
-    return np.where(inside, -nearest, nearest)

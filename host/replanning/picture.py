@@ -183,7 +183,6 @@ def _draw_heights(axes: Axes, report: Replanned, flown: Floats) -> None:
 
 
 def _draw_distances(axes: Axes, report: Replanned, flown: Floats) -> None:
-    from pathgene.host.replanning.outcome import zone_distance_m
 
     past = report.session.airspace.past
     seconds = _seconds(flown)
@@ -192,7 +191,7 @@ def _draw_distances(axes: Axes, report: Replanned, flown: Floats) -> None:
         during = (seconds >= since) & (seconds < end)
         if zones and during.any():
             distance[during] = np.min(
-                [zone_distance_m(zone, flown[during, 1], flown[during, 2]) for zone in zones],
+                [zone.footprint.distance_m(flown[during, 1], flown[during, 2]) for zone in zones],
                 axis=0,
             )
     rules = report.session.mission.rules

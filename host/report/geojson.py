@@ -16,8 +16,8 @@ from pathgene.host.files.output import reading
 from pathgene.host.inputs import parse_json, read_text
 from pathgene.host.numeric import rows
 from pathgene.host.problem.ends import Point
-from pathgene.host.problem.rings import Ring, wound
-from pathgene.host.problem.zones import Circle, Polygon, Zone
+from pathgene.host.problem.rings import Ring
+from pathgene.host.problem.zones import Zone
 from pathgene.host.report.marks import mark_names
 
 
@@ -103,20 +103,17 @@ def _zones(zones: Sequence[Zone], terrain: Terrain) -> Iterator[dict[str, Any]]:
     for zone in zones:
         placed = [list(islice(positions, len(ring))) for ring in _rings(zone)]
         properties = {"kind": "zone", **zone.limits}
-        if isinstance(zone, Circle):
-            yield _feature("Point", placed[0][0], properties | {"radius_m": zone.radius_m})
-        else:
+        if zone.footprint.disc is None:
             yield _feature("Polygon", placed, properties)
+        else:
+            yield _feature("Point", placed[0][0], properties | {"radius_m": zone.footprint.disc[2]})
 
 
 def _rings(zone: Zone) -> Sequence[Ring]:
-    """Return the closed rings of a zone, metres; of a circle its centre."""
-    if isinstance(zone, Circle):
-        return [((zone.x_m, zone.y_m),)]
-    assert isinstance(zone, Polygon)
-    # Outer rings counter-clockwise, holes clockwise, as RFC 7946 wants them.
-    rings = [wound(zone.ring, left=True), *(wound(hole, left=False) for hole in zone.holes)]
-    return [(*ring, ring[0]) for ring in rings]
+    """Return the closed rings of a zone, or the centre of a circle, metres."""
+    if zone.footprint.disc is not None:
+        return [(zone.footprint.disc[:2],)]
+    return [(*ring, ring[0]) for ring in zone.footprint.wound_rings]
 
 
 def _positions(points: NDArray[np.float64], terrain: Terrain) -> list[list[float]]:

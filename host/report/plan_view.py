@@ -152,7 +152,7 @@ def draw(
         for text, x, y in reasons
     ]
     texts += [
-        (text, zone_shapes.middle(zone), {"color": NOFLY, "fontsize": 8.5, "zorder": 11})
+        (text, zone.footprint.middle, {"color": NOFLY, "fontsize": 8.5, "zorder": 11})
         for zone in (() if many else problem.zones)
         if (text := zone_shapes.text(zone)) and f"zone {zone.name}" not in named
     ]

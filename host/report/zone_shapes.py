@@ -13,12 +13,12 @@ from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Outline
 from numpy.typing import NDArray
 
-from pathgene.host.problem.rings import edges, wound
-from pathgene.host.problem.zones import Circle, Polygon, Zone
+from pathgene.host.problem.rings import edges
+from pathgene.host.problem.zones import Zone
 from pathgene.host.report.palette import NOFLY
 
 
-__all__ = ["MANY", "crossed", "draw_margin", "middle", "outline", "outline_of_all", "text"]
+__all__ = ["MANY", "crossed", "draw_margin", "outline", "outline_of_all", "text"]
 
 Floats = NDArray[np.float64]
 
@@ -35,16 +35,16 @@ _NODES = 256
 
 def outline(zone: Zone, unit_m: float) -> CirclePatch | PathPatch:
     """Return the patch of a zone on axes of ``unit_m`` metres per unit."""
-    if isinstance(zone, Circle):
-        around = (zone.x_m / unit_m, zone.y_m / unit_m), zone.radius_m / unit_m
-        return CirclePatch(*around, linewidth=1.6, **_style())
+    if zone.footprint.disc is not None:
+        x, y, radius = (value / unit_m for value in zone.footprint.disc)
+        return CirclePatch((x, y), radius, linewidth=1.6, **_style())
     return PathPatch(_path(zone, unit_m), linewidth=1.6, **_style())
 
 
 def outline_of_all(zones: Sequence[Zone], unit_m: float) -> PathPatch:
     """Return one patch of many zones, with finer lines."""
-    circles = [(zone.x_m, zone.y_m, zone.radius_m) for zone in zones if isinstance(zone, Circle)]
-    paths = [_path(zone, unit_m) for zone in zones if not isinstance(zone, Circle)]
+    circles = [zone.footprint.disc for zone in zones if zone.footprint.disc is not None]
+    paths = [_path(zone, unit_m) for zone in zones if zone.footprint.rings]
     if circles:
         unit, around = Outline.unit_circle(), np.array(circles)[:, None] / unit_m
         corners = around[..., :2] + around[..., 2:] * np.asarray(unit.vertices)
@@ -63,15 +63,11 @@ def _style() -> dict[str, Any]:
 
 
 def _path(zone: Zone, unit_m: float) -> Outline:
-    """Return the outline of a zone."""
-    if isinstance(zone, Circle):
-        return Outline.circle((zone.x_m / unit_m, zone.y_m / unit_m), zone.radius_m / unit_m)
-    assert isinstance(zone, Polygon)
+    """Return the outline of a polygon."""
     corners: list[tuple[float, float]] = []
     codes: list[Any] = []
     # Rings in opposite directions: a hole is neither filled nor hatched.
-    rings = [wound(zone.ring, left=True), *(wound(hole, left=False) for hole in zone.holes)]
-    for ring in rings:
+    for ring in zone.footprint.wound_rings:
         corners += [(x / unit_m, y / unit_m) for x, y in (*ring, ring[0])]
         codes += [Outline.MOVETO, *[Outline.LINETO] * (len(ring) - 1), Outline.CLOSEPOLY]
     return Outline(corners, codes)
@@ -91,11 +87,11 @@ def draw_margin(axes: Axes, zone: Zone, margin_m: float, unit_m: float) -> None:
     unit_m : float
         Metres per unit of the axes.
     """
-    if isinstance(zone, Circle):
-        around = (zone.x_m / unit_m, zone.y_m / unit_m), (zone.radius_m + margin_m) / unit_m
+    if zone.footprint.disc is not None:
+        x_m, y_m, radius_m = zone.footprint.disc
+        around = (x_m / unit_m, y_m / unit_m), (radius_m + margin_m) / unit_m
         axes.add_patch(CirclePatch(*around, fill=False, edgecolor=NOFLY, linewidth=0.7, zorder=4))
         return
-    assert isinstance(zone, Polygon)
     x, y, distance = _distances(zone, margin_m)
     axes.contour(
         x / unit_m,
@@ -108,7 +104,7 @@ def draw_margin(axes: Axes, zone: Zone, margin_m: float, unit_m: float) -> None:
     )
 
 
-def _distances(zone: Polygon, margin_m: float) -> tuple[Floats, Floats, Floats]:
+def _distances(zone: Zone, margin_m: float) -> tuple[Floats, Floats, Floats]:
     """Return the distance of nodes from a polygon, exact near the margin.
 
     Returns
@@ -116,15 +112,15 @@ def _distances(zone: Polygon, margin_m: float) -> tuple[Floats, Floats, Floats]:
     tuple of ndarray
         Columns (nx,), rows (ny,), and the distances (ny, nx), negative inside; all float64 metres.
     """
-    ring = np.array(zone.ring)
-    low, high = ring.min(axis=0) - 2 * margin_m, ring.max(axis=0) + 2 * margin_m
+    box = np.array(zone.footprint.box)
+    low, high = box[:2] - 2 * margin_m, box[2:] + 2 * margin_m
     cell_m = float((high - low).max()) / _NODES
     x, y = (np.arange(a, b + 2 * cell_m, cell_m) for a, b in zip(low, high, strict=True))
     # Further away, distances are not asked for.
     reach_m = margin_m + 3 * cell_m
     distance = np.full((len(y), len(x)), reach_m)
-    for part in (zone.ring, *zone.holes):
-        for x0, y0, x1, y1 in edges(part):
+    for ring in zone.footprint.rings:
+        for x0, y0, x1, y1 in edges(ring):
             columns = slice(*np.searchsorted(x, (min(x0, x1) - reach_m, max(x0, x1) + reach_m)))
             rows = slice(*np.searchsorted(y, (min(y0, y1) - reach_m, max(y0, y1) + reach_m)))
             east, north = x[None, columns] - x0, y[rows, None] - y0
@@ -149,15 +145,6 @@ def text(zone: Zone) -> str:
     return "\n".join(lines)
 
 
-def middle(zone: Zone) -> tuple[float, float]:
-    """Return the place of the text of a zone, metres."""
-    if isinstance(zone, Circle):
-        return zone.x_m, zone.y_m
-    assert isinstance(zone, Polygon)
-    x, y = np.mean(zone.ring, axis=0).tolist()
-    return x, y
-
-
 def crossed(
     zones: Sequence[Zone], x: Floats, y: Floats
 ) -> Iterator[tuple[Zone, NDArray[np.bool_]]]:
@@ -178,7 +165,8 @@ def crossed(
     if not zones:
         return
     # Most of many zones are nowhere near the track, which their boxes tell at once.
-    lows, highs = map(np.array, zip(*map(_box, zones), strict=True))
+    boxes = np.array([zone.footprint.box for zone in zones])
+    lows, highs = boxes[:, :2], boxes[:, 2:]
     near = np.ones((len(zones), -(-len(x) // _STRETCH)), dtype=bool)
     for axis, places in enumerate((x, y)):
         first = np.arange(0, len(x), _STRETCH)
@@ -190,22 +178,11 @@ def crossed(
             yield zones[at], inside
 
 
-def _box(zone: Zone) -> tuple[Floats, Floats]:
-    """Return the lowest and the highest x and y of a zone, metres."""
-    if isinstance(zone, Circle):
-        centre = np.array((zone.x_m, zone.y_m))
-        return centre - zone.radius_m, centre + zone.radius_m
-    assert isinstance(zone, Polygon)
-    ring = np.array(zone.ring)
-    return ring.min(axis=0), ring.max(axis=0)
-
-
 def _covers(zone: Zone, x: Floats, y: Floats) -> NDArray[np.bool_]:
-    """Return which points are within the outline of a zone."""
-    if isinstance(zone, Circle):
-        return np.asarray((x - zone.x_m) ** 2 + (y - zone.y_m) ** 2 <= zone.radius_m**2)
-    assert isinstance(zone, Polygon)
+    """Return which points are within the outline of a zone, as it is drawn."""
+    if not zone.footprint.rings:
+        return zone.footprint.contains(x, y)
     inside = np.zeros(len(x), dtype=bool)
-    for ring in (zone.ring, *zone.holes):
+    for ring in zone.footprint.rings:
         inside ^= Outline(ring).contains_points(np.stack((x, y), axis=1))
     return inside

@@ -47,7 +47,7 @@ from numpy.typing import NDArray
 
 from pathgene.host.evaluation import Evaluator, Samples
 from pathgene.host.problem.problem import Problem
-from pathgene.host.problem.zones import Circle, Polygon, Zone
+from pathgene.host.problem.zones import Zone
 from pathgene.host.report.along import broken_limits, surface_and_demand, why
 from pathgene.host.report.marks import mark_names
 from pathgene.host.terrain import Terrain
@@ -170,11 +170,7 @@ def zones_scene(zones: Iterable[Zone]) -> list[dict[str, Any]]:
             "name": zone.name,
             "text": text(zone),
             "rings": rings,
-            "circle": (
-                {"x": zone.x_m, "y": zone.y_m, "radius_m": zone.radius_m}
-                if isinstance(zone, Circle)
-                else None
-            ),
+            "circle": _circle(zone),
             "lower_m": zone.lower_m,
             "upper_m": zone.upper_m,
             "t0_s": zone.t0_s,
@@ -287,15 +283,15 @@ def ceilings_scene(problem: Problem) -> list[dict[str, Any]]:
     ]
 
 
+def _circle(zone: Zone) -> dict[str, float] | None:
+    """Return centre and radius of a circle, None for another zone."""
+    disc = zone.footprint.disc
+    return None if disc is None else dict(zip(("x", "y", "radius_m"), disc, strict=True))
+
+
 def _rings(zone: Zone) -> list[list[list[float]]]:
     """Return the outline of a zone and then its holes, to the decimetre."""
-    if isinstance(zone, Circle):
-        angles = np.linspace(0, 2 * np.pi, _CIRCLE_CORNERS, endpoint=False)
-        around = np.stack((np.cos(angles), np.sin(angles)), axis=1) * zone.radius_m
-        return [np.round(around + np.array((zone.x_m, zone.y_m)), 1).tolist()]
-    if not isinstance(zone, Polygon):
-        raise TypeError(f"No outline for a zone of the type {type(zone).__name__}")
-    return [_drawn(np.array(ring)) for ring in (zone.ring, *zone.holes)]
+    return [_drawn(np.array(ring)) for ring in zone.footprint.outline(_CIRCLE_CORNERS)]
 
 
 def _drawn(ring: Floats) -> list[list[float]]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from pathgene.host.evaluation.track import SmoothedTrack
 from pathgene.host.problem.rings import Ring, wound
-from pathgene.host.problem.zones import Circle, Polygon, Zone
+from pathgene.host.problem.zones import Zone
 from pathgene.host.terrain import Terrain
 
 
@@ -102,7 +102,10 @@ def fences(
     left_out: list[str] = []
     for number, zone in enumerate(zones, start=1):
         limits = (zone.lower_m, zone.upper_m, zone.t0_s, zone.t1_s)
-        if any(limit is not None for limit in limits) and _enters(zone, samples.x, samples.y):
+        if (
+            any(limit is not None for limit in limits)
+            and zone.footprint.contains(samples.x, samples.y).any()
+        ):
             left_out.append(
                 f"No fence for {zone.name or f'zone {number}'}: the path crosses it above, below, "
                 "before or after its limits, which a fence cannot express."
@@ -133,25 +136,10 @@ def without_holes(ring: Ring, holes: tuple[Ring, ...]) -> Ring:
 
 
 def _fence(zone: Zone, terrain: Terrain) -> Fence:
-    if isinstance(zone, Circle):
-        ((lat, lon),) = degrees(terrain, np.array([zone.x_m]), np.array([zone.y_m]))
-        return FenceCircle(lat, lon, zone.radius_m)
-    if isinstance(zone, Polygon):
-        x, y = np.array(without_holes(zone.ring, zone.holes)).T
-        return FencePolygon(degrees(terrain, x, y))
-    raise TypeError(f"No fence for a zone of the type {type(zone).__name__}")
-
-
-def _enters(zone: Zone, x: NDArray[np.float64], y: NDArray[np.float64]) -> bool:
-    """Return whether one of the points, seen from above, lies in the zone."""
-    if isinstance(zone, Circle):
-        return bool((np.hypot(x - zone.x_m, y - zone.y_m) <= zone.radius_m).any())
-    if not isinstance(zone, Polygon):
-        return True
-    inside = np.zeros(len(x), dtype=bool)
-    for ring in (zone.ring, *zone.holes):
-        for (xa, ya), (xb, yb) in zip(ring, (*ring[1:], ring[0]), strict=True):
-            rows = (ya <= y) != (yb <= y)
-            if rows.any():
-                inside[rows] ^= x[rows] < xa + (y[rows] - ya) * ((xb - xa) / (yb - ya))
-    return bool(inside.any())
+    if zone.footprint.disc is not None:
+        x_m, y_m, radius_m = zone.footprint.disc
+        ((lat, lon),) = degrees(terrain, np.array([x_m]), np.array([y_m]))
+        return FenceCircle(lat, lon, radius_m)
+    ring, *holes = zone.footprint.rings
+    x, y = np.array(without_holes(ring, tuple(holes))).T
+    return FencePolygon(degrees(terrain, x, y))

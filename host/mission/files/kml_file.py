@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from xml.etree import ElementTree as ET
@@ -15,7 +14,7 @@ from pathgene.host.mission.files.fence import degrees
 from pathgene.host.mission.files.flight_plan import check_place
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rings import Ring
-from pathgene.host.problem.zones import Circle, Polygon, Zone
+from pathgene.host.problem.zones import Zone
 from pathgene.host.report.marks import marked_waypoints
 from pathgene.host.terrain import Terrain
 
@@ -100,14 +99,12 @@ def _zone(folder: ET.Element, zone: Zone, title: str, terrain: Terrain, top_m: f
     placemark = _placemark(folder, zone.name or title, "zone")
     facts = {"pathgene": "zone", "name": zone.name, "lower": "none", "upper": "none"}
     facts |= {key: str(value) for key, value in zone.limits.items()}
-    if isinstance(zone, Circle):
-        ((lat, lon),) = degrees(terrain, np.array([zone.x_m]), np.array([zone.y_m]))
-        facts |= {"centre": f"{_number(lon)},{_number(lat)}", "radius_m": str(zone.radius_m)}
-        rings: tuple[Ring, ...] = (_around(zone),)
-    elif isinstance(zone, Polygon):
-        rings = (zone.ring, *zone.holes)
-    else:
-        raise TypeError(f"No KML for a zone of the type {type(zone).__name__}")
+    if zone.footprint.disc is not None:
+        x_m, y_m, radius_m = zone.footprint.disc
+        ((lat, lon),) = degrees(terrain, np.array([x_m]), np.array([y_m]))
+        facts |= {"centre": f"{_number(lon)},{_number(lat)}", "radius_m": str(radius_m)}
+    # No part of a circle lies outside its polygon.
+    rings = zone.footprint.outline(_CIRCLE_CORNERS, around=True)
     data = ET.SubElement(placemark, "ExtendedData")
     for key, value in facts.items():
         _text(ET.SubElement(data, "Data", name=key), "value", value)
@@ -148,14 +145,6 @@ def _polygon(
         side = ET.SubElement(polygon, "innerBoundaryIs" if number else "outerBoundaryIs")
         places = _positions(terrain, x, y, np.full(len(x), altitude_m))
         _text(ET.SubElement(side, "LinearRing"), "coordinates", places)
-
-
-def _around(circle: Circle) -> Ring:
-    """Return a regular polygon that just holds the circle."""
-    angles = np.linspace(0, 2 * np.pi, _CIRCLE_CORNERS, endpoint=False)
-    radius_m = circle.radius_m / math.cos(math.pi / _CIRCLE_CORNERS)
-    x, y = circle.x_m + radius_m * np.cos(angles), circle.y_m + radius_m * np.sin(angles)
-    return tuple(zip(x.tolist(), y.tolist(), strict=True))
 
 
 def _placemark(parent: ET.Element, name: str, style: str | None = None) -> ET.Element:

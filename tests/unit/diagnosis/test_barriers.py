@@ -6,7 +6,7 @@ from shapely.geometry import LineString, Point, box
 from shapely.geometry import Polygon as Shape
 from shapely.ops import unary_union
 
-from pathgene.host.diagnosis.barriers import Barrier, nearest_points, zone_pieces
+from pathgene.host.diagnosis.barriers import Barrier, nearest_points
 from pathgene.host.problem.zones import Circle, Polygon
 from pathgene.host.terrain import Terrain
 
@@ -20,7 +20,7 @@ def barrier_of(zones, margin, start, goal, forbidden=None):
     terrain = Terrain("flat", np.zeros((11, 11)), 100.0, 100.0)
     if forbidden is None:
         forbidden = np.zeros((11, 11), dtype=bool)
-    pieces = [zone_pieces(zone, margin) for zone in zones]
+    pieces = [zone.footprint.capsules(margin) for zone in zones]
     owners = [np.full(len(own), index) for index, own in enumerate(pieces)]
     return Barrier(
         terrain,

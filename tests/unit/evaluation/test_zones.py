@@ -356,10 +356,8 @@ def test_least_distance_inside_and_beside_arcs():
             assert found.nearest.at_m == pytest.approx(400 * math.sqrt(2) - 100 + 25 * math.pi)
 
 
-def test_no_zones_and_wrong_zones():
+def test_no_zones():
     assert metres([(0, 0, 0), (9, 0, 0)], []) == 0
-    with pytest.raises(TypeError, match=r"^Zone must be a circle or a polygon, not 3$"):
-        pack_zones([3], 0)
 
 
 def test_polygon_of_many_corners():

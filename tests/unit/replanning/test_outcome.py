@@ -7,7 +7,7 @@ import pytest
 import shapely
 
 from pathgene.host.problem.zones import Circle, Polygon
-from pathgene.host.replanning.outcome import judge, zone_distance_m
+from pathgene.host.replanning.outcome import judge
 from pathgene.host.replanning.scenario import Event, NewZone, Placed, Scenario
 from pathgene.host.replanning.session import Session
 
@@ -30,9 +30,9 @@ def test_distances_from_zones_are_those_of_shapely():
         zone = Polygon(list(map(tuple, ring)), (list(map(tuple, hole)),))
         shape = shapely.Polygon(ring, [hole])
         if shape.is_valid:
-            assert zone_distance_m(zone, x, y) == pytest.approx(signed(shape, x, y), abs=1e-6)
+            assert zone.footprint.distance_m(x, y) == pytest.approx(signed(shape, x, y), abs=1e-6)
     x, y = rng.uniform(-900, 900, (2, 300))
-    circle = zone_distance_m(Circle(0.0, 0.0, 400.0), x, y)
+    circle = Circle(0.0, 0.0, 400.0).footprint.distance_m(x, y)
     assert circle == pytest.approx(np.hypot(x, y) - 400)
 
 

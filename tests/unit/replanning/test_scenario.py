@@ -6,7 +6,7 @@ import pytest
 
 from pathgene.host.errors import InputError
 from pathgene.host.problem.zones import Circle, Polygon
-from pathgene.host.replanning.airspace import Airspace, moved
+from pathgene.host.replanning.airspace import Airspace
 from pathgene.host.replanning.scenario import (
     Event,
     NewZone,
@@ -174,6 +174,6 @@ def test_times_of_zones_count_from_the_moment(mission):
 
 def test_a_polygon_moves_with_its_holes():
     zone = Polygon([(0, 0), (90, 0), (90, 90), (0, 90)], ([(30, 30), (60, 30), (60, 60)],))
-    east = moved(zone, 10.0, -5.0)
+    east = zone.moved(10.0, -5.0)
     assert east.ring[0] == (10.0, -5.0)
     assert east.holes[0][0] == (40.0, 25.0)

@@ -1,4 +1,4 @@
-"""Chromium for the tests of pages, behind a guard: a page that asks any network for anything fails.
+"""Chromium for the tests of pages, with a guard: a page that asks any network for anything fails.
 
 The desk's tests use the same fixtures; they serve their pages on this machine.
 """
@@ -20,7 +20,7 @@ OPTIONS = ("--enable-unsafe-swiftshader", "--use-angle=swiftshader")
 def browser():
     """Chromium, without a window.
 
-    It ends with its module: its event loop, which runs until then, would be in the way of others.
+    It ends with its module: its event loop, which runs until then, would disturb later modules.
     """
     program = shutil.which("chromium")
     if program is None:
@@ -37,10 +37,10 @@ def browser():
 
 @pytest.fixture
 def new_page(browser):
-    """Function (width, height, **options) that opens a page; options are those of a context.
+    """Function (width, height, **options) that opens a page; its options are a context's.
 
-    After the test it fails for each request to a network and each error on a page: for what
-    ``new_page.faults`` then holds.
+    After the test it fails for each request to a network and each error on a page, which are in
+    ``new_page.faults``.
     """
     contexts, faults = [], []
 

@@ -1,4 +1,4 @@
-"""What a user does on the page of the desk, for its tests."""
+"""Actions of a user on the page of the desk, for its tests."""
 
 import contextlib
 import json

@@ -1,4 +1,4 @@
-"""What a page shows, and asks for."""
+"""Contents and requests of a page."""
 
 import io
 import re
@@ -10,7 +10,7 @@ from matplotlib.image import imread
 
 LOCAL_HOSTS = {"localhost", "127.0.0.1", "::1"}
 LOCAL_SCHEMES = {"file", "data", "blob", "about"}
-#: WebSockets that leave this machine. Playwright passes others on untouched only for a pattern.
+#: WebSockets that leave this machine. Playwright leaves local ones alone only for a pattern.
 AFAR = re.compile(r"wss?://(?!(localhost|127\.0\.0\.1|\[::1\])[:/])")
 
 
@@ -21,7 +21,7 @@ def is_local(url):
 
 
 def pixels(locator):
-    """What an element shows: (height, width, 3) float, 0 to 1."""
+    """Pixels of an element: (height, width, 3) float, 0 to 1."""
     return imread(io.BytesIO(locator.screenshot()))[..., :3]
 
 
@@ -32,7 +32,7 @@ def colours(image):
 
 
 def settle(page):
-    """Wait until what was asked to be drawn is drawn: two frames."""
+    """Wait for two frames, after which every request to draw is done."""
     page.evaluate(
         """() => new Promise((done) => {
           requestAnimationFrame(() => requestAnimationFrame(done));

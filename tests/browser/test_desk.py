@@ -170,7 +170,7 @@ def test_everything_by_the_keyboard(open_desk):
     profile = page.locator('[data-part="altitude"] canvas')
     readout = page.locator('[data-part="altitude"] .readout')
     deadline = time.monotonic() + 60
-    # The track of the saved plan may come a moment behind its name.
+    # The track of the saved plan may come a moment after its name.
     while "clear by" not in readout.text_content():
         assert time.monotonic() < deadline
         profile.focus()

@@ -1,4 +1,4 @@
-"""The page of a plan in Chromium: what it draws, how its views move together, where it fits."""
+"""The page of a plan in Chromium: its drawings, its linked views, and its fit on screens."""
 
 import re
 import socket
@@ -60,7 +60,7 @@ def metres_of(text):
 def test_all_views_draw_and_the_pointer_over_the_profile_marks_them(opened):
     page = opened("plain")
     shown = {view: pixels(page.locator(f"{view} canvas")) for view in VIEWS}
-    # A blank canvas has one colour, one of a gradient behind it a few.
+    # A blank canvas has one colour, a canvas with only its gradient a few.
     assert colours(shown["#relief"]) > 100
     assert colours(shown["#plan"]) > 100
     assert colours(shown["#altitude"]) > 15
@@ -289,6 +289,6 @@ def test_without_webgl_the_page_says_so_and_shows_the_rest(new_page, tmp_path):
     page.keyboard.press("End")
     length = planned("plain").evaluation.length_m
     assert metres_of(place(page)["distance"]) == pytest.approx(length, abs=6)
-    # three.js says on the console what the page says to the reader.
+    # three.js repeats the page's message on the console.
     assert all("WebGL" in fault for fault in new_page.faults)
     new_page.faults.clear()

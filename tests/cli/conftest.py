@@ -66,7 +66,7 @@ def assert_check_agrees(out, summary, capsys):
 
 
 def wait_for(process, begin):
-    """Read standard error up to a line; notes on what is compiled may come first."""
+    """Read standard error up to a line; notes on compilation may come first."""
     assert any(line.startswith(begin) for line in process.stderr), begin
 
 

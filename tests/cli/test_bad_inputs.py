@@ -12,7 +12,7 @@ from .conftest import ROOT
 
 
 SEED = 1
-# Cases, and the least share of them that is refused: a damage may hit what nobody reads.
+# Cases, and the minimum share of refused ones: a damage may hit bytes that nobody reads.
 CASES, REFUSED = 1200, 0.84
 
 

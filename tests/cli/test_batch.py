@@ -107,7 +107,7 @@ def test_fallback_is_that_of_the_option_before_that_of_the_file(files, tmp_path,
     (row,) = json.loads(batch(capsys, file, *options, "--json")[1])["problems"]
     assert (row["kept"], row["planner"], row["fallback"]) == (True, "fpa", "astar")
 
-    # Another fallback is another search: what is there is not kept.
+    # Another fallback is another search: earlier results are not kept.
     status, printed, said = batch(capsys, file, *options, "--fallback", "none", "--json")
     assert status == 1
     (row,) = json.loads(printed)["problems"]

@@ -57,7 +57,7 @@ def answer(url, headers=()):
 
 
 def is_closed(client, timeout_s):
-    """Wait until the far end closes a connection; what it has not read resets it."""
+    """Wait until the far end closes a connection; unread bytes reset it."""
     client.settimeout(timeout_s)
     try:
         while client.recv(4096):
@@ -172,7 +172,7 @@ def test_clients_that_ask_for_nothing_stop_nobody(tmp_path):
         begun = time.monotonic()
         assert answer(address)[0] == 200
         assert time.monotonic() - begun < usual_s + 1
-        # The oldest are closed, the others after a while.
+        # The oldest are closed at once, the rest after a while.
         assert is_closed(first, 5)
         assert is_closed(clients[-1], 20)
         assert time.monotonic() - begun > 5

@@ -198,7 +198,7 @@ def test_gateware_matches_the_model(tmp_path, capsys, mode):
 def test_sends_only_the_part_of_the_map_that_the_path_may_reach(
     tmp_path, capsys, monkeypatch, mode
 ):
-    """The results are those of an upload of the whole map."""
+    """The results equal the results of an upload of the whole map."""
     sent = []
     real_open, real_part = pathgene.host.cli.feasible.open_board, pathgene.host.cli.feasible._walked
 

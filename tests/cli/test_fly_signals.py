@@ -1,4 +1,4 @@
-"""Signals to a flight or a served board: what was flown is written, no process is left."""
+"""Signals to a flight or a served board: the flown part is written, no process is left."""
 
 import json
 import os
@@ -28,7 +28,7 @@ NUMBERS = [
     pytest.param(signal.SIGHUP, marks=pytest.mark.ci),
     pytest.param(signal.SIGQUIT, marks=pytest.mark.ci),
 ]
-#: Steps before a flight reaches the start of its path, and well behind it.
+#: Steps before a flight reaches the start of its path, and well after it.
 BEGUN, UNDERWAY = 600, 3000
 #: ``pathgene`` with a flight that prints "flying" after some time, and is slow from then on.
 SLOWLY = f"""

@@ -49,7 +49,7 @@ def content(folder):
 
 
 def is_newer(folder):
-    """Return whether the visible files are those of the newer run, whole."""
+    """Return whether the visible files belong to the newer run, whole."""
     file = folder / "summary.json"
     summary = json.loads(file.read_text())
     try:

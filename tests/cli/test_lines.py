@@ -1,4 +1,4 @@
-"""Lines on standard error, however long what they name."""
+"""Lines on standard error, with names of any length."""
 
 import warnings
 

@@ -138,7 +138,7 @@ class Moment:
 
     #: The program has set its handlers of signals, and not removed them yet.
     announced: bool
-    #: What it has written to standard output and standard error so far.
+    #: Its text on standard output and standard error until now.
     printed: str
     said: str
     #: Seconds since the epoch.
@@ -199,7 +199,7 @@ def field(file, name):
 
 
 def written(file):
-    """Return what a program has written to a file so far."""
+    """Return the text that a program has written to a file until now."""
     return os.pread(file.fileno(), os.fstat(file.fileno()).st_size, 0).decode()
 
 
@@ -228,7 +228,7 @@ def judge(command, number, status, moment, printed, error, begun_s):
         assert "pathgene:" not in error, told
         assert status in ((-number, 1) if number == signal.SIGINT else (-number,)), told
         return
-    # Only a search that had ended by itself goes on, to write its path.
+    # Only a search that had ended by itself continues, to write its path.
     assert command[0] == "plan", told
     assert status in (0, 1), told
     assert printed, told

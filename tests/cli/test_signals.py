@@ -120,7 +120,7 @@ def test_a_job_that_fails_by_the_signal_is_an_interrupt(hills, tmp_path, monkeyp
     "line", ["pathgene.host.errors", "pathgene.host.cli.streams", "pathgene.host.cli.parser"]
 )
 def test_an_interrupt_while_the_program_is_imported(line):
-    """Standard error has what is imported until then, and no traceback."""
+    """Standard error has the imports until then, and no traceback."""
     command = [sys.executable, "-X", "importtime", "-m", "pathgene", "plan", "--help"]
     with subprocess.Popen(
         command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True

@@ -219,7 +219,7 @@ def stalled(request):
     with contextlib.suppress(BlockingIOError):
         while True:
             os.write(writer, b"." * 4096)
-    # The mode is that of whoever has the descriptor.
+    # The mode belongs to the descriptor, whoever has it.
     os.set_blocking(writer, True)
     yield reader, writer
     os.close(reader)

@@ -70,6 +70,6 @@ def test_check_agrees(name, planner, tmp_path, capsys):
     )
     summary = json.loads(capsys.readouterr().out)
     assert status == (0 if summary["feasible"] else 1)
-    # The problem is that of the benchmarks.
+    # The problem of the benchmarks.
     assert summary["waypoints"][0] == pytest.approx(flown.start)
     assert_check_agrees(tmp_path, summary, capsys)

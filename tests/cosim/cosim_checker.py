@@ -123,7 +123,7 @@ async def queues(dut, stalled, count):
 
 @cocotb.test()
 async def alone(dut):
-    """Check single paths: cycles and reads are the model's, the flags those of the verdict."""
+    """Check single paths: cycles and reads are the model's, the flags follow the verdict."""
     bench = Bench(dut, seed=3)
     await bench.reset()
     await bench.upload()

@@ -42,7 +42,7 @@ INPUTS = (
 
 
 def port(unit, name):
-    """Return the name of a unit's port; those of a generation's units are the core's."""
+    """Return the name of a unit's port; ports of a generation's units are the core's."""
     prefix = "core__" if unit in ("crossover", "mutation", "update") else ""
     return f"{prefix}{unit}_{name}"
 
@@ -70,7 +70,7 @@ class Bench:
     async def cycle(self, *, busy=False, sending=False):
         """Pass a cycle, with or without bytes on the line, and compare state and counters.
 
-        All counters except that of cycles lag by a cycle, and so does the history of states.
+        All counters except the count of cycles lag by a cycle, and so does the history of states.
         """
         dut = self.dut
         dut.line_busy.value = busy

@@ -1,4 +1,4 @@
-"""The exported planner: a cold run, and one that goes on from it and is stopped.
+"""The exported planner: a cold run, and a run that continues from it and is stopped.
 
 The same flight, against the model, as in ``test_planner_core.py``.
 """
@@ -91,7 +91,7 @@ class SimulatedPlanner:
         return flags, status_fields(dut.status.value.to_unsigned())
 
     async def _best(self, stall=0):
-        """Read the best paths; with ``stall``, a record moves in every so many cycles."""
+        """Read the best paths; a record moves in one of ``stall`` cycles."""
         dut = self._dut
         dut.best.value = 1
         await FallingEdge(dut.clk)

@@ -82,7 +82,7 @@ public:
             top_->phase = cycle & 1;
             top_->paths___05Fvalid = head < count;
             if (head < count) top_->paths___05Fpayload = paths[3 * head];
-            // What is offered stays so until it is taken.
+            // An offer stays until it is taken.
             const bool may =
                 path < count && wait == 0 && (held || stall == 0 || random % stall == 0);
             top_->points___05Fvalid = may;

@@ -80,7 +80,7 @@ public:
                 wait = paths[2 * path], left = paths[2 * path + 1];
                 is_new = false;
             }
-            // What is offered stays so until it is taken.
+            // An offer stays until it is taken.
             const bool may = path < count && wait == 0 && (stall == 0 || random % stall == 0 || held_);
             top_->segments___05Fvalid = may;
             if (may) {

@@ -9,7 +9,7 @@
 //   5                 answers: has_problem, has_population, has_best, then the words of `status`
 //   6 stall           reads the best paths; with a stall s above 0, records move only in about one
 //                     cycle of s; answers: number of bytes, and the bytes
-//   7 cycles word*    starts a run, and resets the chip so many cycles later
+//   7 cycles word*    starts a run, and resets the chip after `cycles` cycles
 //   8                 stops, where there is no run
 //
 // Verilator spells the double underscore of a port ___05F.
@@ -79,7 +79,7 @@ public:
     void run(Number gap, Number stop) {
         for (Number i = 0; i < gap; ++i) clock();
         offer(top_.runs___05Fpayload, top_.runs___05Fvalid, top_.runs___05Fready);
-        // What is offered meanwhile must not be taken.
+        // Offers in reset must not be taken.
         top_.cells___05Fvalid = top_.problems___05Fvalid = 1;
         top_.shapes___05Fvalid = top_.runs___05Fvalid = 1;
         Number cycle = 0, bred = 0;

@@ -1,7 +1,7 @@
 // scorer_soak: feeds paths to a scorer and writes its scores and chords.
 //
 // Standard input has batches of 32-bit words: one of how many cycles points and room pause in (0:
-// none), paths, points, segments, the words of the problem, and those of the points. Standard
+// none), paths, points, segments, the words of the problem, and the words of the points. Standard
 // output gets, for each path, the cycle of its launch, its score and the cycle of that, then for
 // each segment the cycle of its record and three words of that.
 

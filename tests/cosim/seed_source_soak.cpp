@@ -1,4 +1,4 @@
-// seed_source_soak: feeds problems to a source of seeds and writes what it finds.
+// seed_source_soak: feeds problems to a source of seeds and writes its findings.
 //
 // Standard input has jobs of 32-bit words: `load` (a new map follows), corners written, `scan`,
 // limit, paths, words of the random source, one of how many cycles words pause in (0: none), and spare; then the words of the problem, start and goal in two words each; the map's

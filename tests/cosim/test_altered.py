@@ -110,7 +110,7 @@ def altered_verilog(folder, name):
 
 
 def exported_of(folder, alteration, program, *arguments):
-    """Return what a program says that runs beside a copy of the gateware with one alteration."""
+    """Return the output of a program that runs beside an altered copy of the gateware."""
 
     def export():
         file, old, times, new = alteration
@@ -148,7 +148,7 @@ def open_chip():
 
 
 def some_in_ci(names):
-    """Return the names as parameters: two are built in `make test-ci`, the others take minutes."""
+    """Return the names as parameters: `make test-ci` builds two, the rest take minutes."""
     return [
         pytest.param(name, marks=[pytest.mark.long] if i >= 2 else [])
         for i, name in enumerate(names)

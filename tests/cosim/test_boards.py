@@ -1,4 +1,4 @@
-"""The simulated board against the software model, both behind the same host code."""
+"""The simulated board against the software model, both driven by the same host code."""
 
 import json
 import os
@@ -36,7 +36,7 @@ LONG_PATHS = SMALL.replace(max_waypoints=20)
     [pytest.param(10, marks=pytest.mark.ci), pytest.param(60, marks=pytest.mark.long)],
 )
 def test_default_chip_generation_by_generation(pair, generations):
-    """Every generation matches, and the counters are those of the model."""
+    """Every generation matches, and the counters equal the model's."""
     chips = pair(DEFAULT)
     chips.start()
     for _ in range(generations):
@@ -171,7 +171,7 @@ def test_gives_up_a_stopped_board():
 
 @pytest.mark.ci
 def test_ctrl_c_does_not_wait_for_a_stopped_board(tmp_path):
-    """The best path so far is written at once, and the simulator ends with its host."""
+    """The best path until then is written at once, and the simulator ends with its host."""
     terrain = tmp_path / "plain.npz"
     np.savez(terrain, elevation=np.zeros((21, 21)), dx_m=100.0, dy_m=100.0)
     command = [sys.executable, "-m", "pathgene", "plan", "--terrain", terrain, "--agl", "--start",

@@ -1,7 +1,7 @@
 """A reset of the whole chip for one cycle, at any moment of any command.
 
-The host must notice it and say so, or be done. What it had been told until then is right, and a new
-session on the same chip does the same job with the same results.
+The host must notice it and say so, or be done. Everything that it had been told until then is
+right, and a new session on the same chip does the same job with the same results.
 """
 
 import contextlib

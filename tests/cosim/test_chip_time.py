@@ -1,4 +1,4 @@
-"""The time that is stated for a replan on the chip, beside that of the gates and their line."""
+"""The time stated for a replan on the chip, beside the time of the gates and their line."""
 
 import contextlib
 import dataclasses

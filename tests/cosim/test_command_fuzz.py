@@ -44,7 +44,7 @@ def test_answers_to_thousands_as_the_model(chip):
     [pytest.param(1, 200, marks=pytest.mark.ci), pytest.param(4, 500, marks=pytest.mark.long)],
 )
 def test_a_run_makes_commands_wait(seeds, frames):
-    """By the rules, in their order; what is refused changes nothing."""
+    """By the rules, in their order; a refused command changes nothing."""
     counts = collections.Counter()
     for seed in range(seeds):
         counts += fuzz_during_runs(seed, frames)

@@ -84,7 +84,7 @@ def test_loses_only_whole_frames_when_the_reader_is_slow():
     model = FrameReceiverModel(CONFIG)
     sent = model.feed(data)
     frames, verdicts, _ = receive(data, longest_pause=400)
-    # Lost frames are counted, the others are in order.
+    # Lost frames are counted, and all further frames are in order.
     assert frames
     rest = iter(sent)
     assert all(frame in rest for frame in frames)

@@ -85,7 +85,7 @@ def orders(layouts, evaluator, paths, stall):
 
 
 def findings(layouts, numbers, count):
-    """Return the answer of an evaluation of so many paths, and the numbers behind it."""
+    """Return the answer of an evaluation of ``count`` paths, and the numbers after it."""
     each = numbers[: 4 * count].reshape(-1, 4).tolist()
     walk, margins = numbers[4 * count : 4 * count + 2].tolist()
     decided = numbers[4 * count + 2 : 6 * count + 2].reshape(-1, 2).tolist()

@@ -102,11 +102,11 @@ class VerilatedPlanner:
         self._send(8)
 
     def reset_in_run(self, options, cycles):
-        """Start a run, and reset the chip so many cycles later."""
+        """Start a run, and reset the chip after ``cycles`` cycles."""
         self._send(7, cycles, *_words(run_payload(self.config, options)))
 
     def status(self):
-        """Return what there is, and the fields of the status."""
+        """Return the flags of its contents, and the fields of the status."""
         self._send(5)
         flags = self._receive(3)
         words = self._receive(-(-run_status_layout().size // 32))
@@ -233,7 +233,7 @@ def test_a_stop_without_a_run_means_nothing():
 
 @pytest.mark.parametrize("runs", [12, pytest.param(300, marks=pytest.mark.long)])
 def test_a_reset_in_the_middle_of_a_run_leaves_a_new_chip(runs):
-    """It has neither problem, population nor paths; the map stays, and is scanned anew."""
+    """It has neither problem, population nor paths; the map stays, and is scanned again."""
     with VerilatedPlanner(SMALL, 64) as chip:
         flight = Flight(SMALL, 64, 9, chip)
         flight.upload()

@@ -136,7 +136,7 @@ def drawn_jobs(config, rng, maps, runs, most_shift):
 
 @dataclass
 class Expected:
-    """What the definition finds, and the words it takes."""
+    """Findings of the definition, and the words that it takes."""
 
     blocks: object
     surface: dict
@@ -163,7 +163,7 @@ def expected_of(config, job, rng):
 
 
 def check(config, job, expected, raw):
-    """Compare one job's words with what is expected; return the words left."""
+    """Compare one job's words with the expected ones; return the words left."""
     z = config.altitude_bits
     scanned, ran, seeded, passes, length, waypoints, taken = raw[:7].tolist()
     raw = raw[7:]

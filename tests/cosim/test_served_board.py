@@ -65,7 +65,7 @@ def connect(board):
 
 
 def read(client, size):
-    """Return ``size`` bytes, or what came before the end."""
+    """Return ``size`` bytes, or all bytes before the end."""
     data = b""
     while len(data) < size and (part := client.recv(size - len(data))):
         data += part
@@ -262,7 +262,7 @@ def test_a_client_that_reads_late_loses_nothing(served):
 def test_a_client_that_never_reads_loses_the_board_to_one_that_waits(served):
     with connect(served) as client:
         client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-        # Up to the limit of what is read ahead; the echo fills all buffers, and time stops.
+        # Up to the limit of reading ahead; the echo fills all buffers, and time stops.
         flood(client, bytes(4096), 0.3)
         with connect(served) as waiting:
             begun = time.monotonic()

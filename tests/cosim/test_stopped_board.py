@@ -1,4 +1,4 @@
-"""A simulator that is stopped: what waits for it ends in time."""
+"""A simulator that is stopped: its host stops waiting in time."""
 
 import os
 import signal

@@ -74,7 +74,7 @@ def test_a_run_makes_other_commands_wait():
 
 @pytest.mark.long
 def test_a_run_is_the_same_on_every_board(icarus):
-    """The model, Verilator and Icarus: paths, keys, and what the run took."""
+    """The model, Verilator and Icarus: paths, keys and cycles."""
     rng = np.random.default_rng(4)
     heights, problem, block = ground(CHIP, rng), record(CHIP, rng), shape(CHIP, rng)
     options = RunOptions(

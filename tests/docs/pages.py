@@ -56,7 +56,7 @@ class Fence:
 
 
 def fences(page, text=None):
-    """Return every fence of a page, in order; ``text`` defaults to that of the file."""
+    """Return every fence of a page, in order; ``text`` defaults to the file's."""
     text = (ROOT / page).read_text("utf-8") if text is None else text
     found = []
     for match in _FENCE.finditer(text):
@@ -76,7 +76,7 @@ def fences(page, text=None):
 
 
 def link_sources(folder):
-    """Link the sources into ``folder``, except what runs leave in their root."""
+    """Link the sources into ``folder``, except the leftovers of runs in their root."""
     for entry in ROOT.iterdir():
         if entry.name not in {".git", "build", "dist", "out"}:
             (folder / entry.name).symlink_to(entry)

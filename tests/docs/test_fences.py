@@ -78,7 +78,7 @@ def test_every_fence_names_its_language(page):
 @pytest.mark.parametrize(
     "page",
     [
-        # The page that a newcomer follows; the others take longer.
+        # The page that a newcomer follows; all further pages take longer.
         pytest.param(page, marks=[] if page == "README.md" else [pytest.mark.ci])
         for page in pages_with(slow=False)
     ],

@@ -7,7 +7,7 @@ __all__ = ["Segment"]
 
 
 class Segment:
-    """A segment between two points, and what its cells are.
+    """A segment between two points, with its cells.
 
     Cell k of 0..n, n the longer side, is ``start + floor((2 k d + n) / (2 n))`` along an axis on
     which it gains d; a quotient's floor q is checked as ``2 n q <= 2 k d + n < 2 n (q + 1)``.

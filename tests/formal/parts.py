@@ -1,4 +1,4 @@
-"""What claims are made of: free values, units with their inside to be seen, scoreboards."""
+"""Parts of claims: free values, units whose inside can be read, scoreboards."""
 
 import inspect
 
@@ -92,7 +92,7 @@ class Opened(Elaboratable):
     Attributes
     ----------
     submodules
-        Those of the component, by name.
+        The submodules of the component, by name.
     """
 
     def __init__(self, component):
@@ -102,7 +102,7 @@ class Opened(Elaboratable):
         self.submodules = self._module.submodules
 
     def memory(self, m, name, address):
-        """Return what is in row ``address`` of the memory that is a submodule; before `signal`."""
+        """Return row ``address`` of the memory that is a submodule; call it before `signal`."""
         port = self.submodules[name].read_port(domain="comb")
         m.d.comb += port.addr.eq(address)
         return Value.cast(port.data)
@@ -134,8 +134,8 @@ class Opened(Elaboratable):
 class Scoreboard(Elaboratable):
     """Asserts that words come out as they went in: none lost, none invented, in order.
 
-    It watches one word, any one: that whose number, modulo ``2**bits``, is ``watched``. What holds
-    of it holds of each.
+    It watches any one word: the word whose number, modulo ``2**bits``, is ``watched``. A claim
+    about this word is a claim about every word.
 
     Parameters
     ----------
@@ -209,7 +209,7 @@ class FreeCrc(wiring.Component):
 
 
 class FreeEncoder(wiring.Component):
-    """A COBS encoder that takes bytes when it likes and sends what it likes."""
+    """A COBS encoder that takes bytes at any time and sends any bytes."""
 
     def __init__(self):
         layout = data.StructLayout({"data": 8, "last": 1})

@@ -18,7 +18,7 @@ class Banks(Elaboratable):
     at once or some.
 
     - Cell (x, y) is looked for in bank (x mod B, y mod B), by the first port for the first B lanes
-      and by the second for the others, in the row of that cell, a cycle later.
+      and by the second port for the remaining lanes, in the row of that cell, a cycle later.
     - At most one lane looks for a cell in a bank through a port.
     """
 
@@ -45,7 +45,7 @@ class Banks(Elaboratable):
         free(m, terrain.steep, terrain.write_enable, terrain.write_x, terrain.write_y)
         free(m, terrain.write_altitude, terrain.lookup_x, terrain.lookup_y, terrain.lookup_valid)
 
-        users = {}  # Of each port of each bank: whether each lane uses it, and for which row.
+        users = {}  # For each port of each bank: the lanes that use it, each with its row.
         for number, lane in enumerate(terrain.lanes):
             free(m, lane.valid, lane.row, lane.minor, lane.ceiling)
             major = Signal(config.coordinate_bits, name=f"major_{number}")

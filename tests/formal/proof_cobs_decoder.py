@@ -83,7 +83,7 @@ class Decoder(Elaboratable):
                 Assert(Mux(delimits, decoded.p.broken == broken, decoded.p.data == byte)),
             ]
 
-        # What induction has to know.
+        # Invariants that the induction needs.
         left = Signal(9)
         m.d.comb += [
             left.eq(following - place),

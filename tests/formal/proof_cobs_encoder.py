@@ -16,11 +16,11 @@ class Encoder(Elaboratable):
 
     The definition counts places in the encoded frame. A frame starts with the place of a code, and
     each of its bytes takes the next place: itself if it is not zero, else a code. A code also
-    follows a full block if the frame goes on; the delimiter follows the last byte. A code is the
+    follows a full block if the frame continues; the delimiter follows the last byte. A code is the
     number of places from it to the next code or the delimiter.
 
     - The bytes that are sent are these, in order: none is lost, sent twice or invented. Watched is
-      any place, and what the definition puts there.
+      any place, with the byte that the definition puts there.
     - Nothing is sent of a block that is not complete.
     - With room in the buffer, it is ready again after two cycles or earlier. Without room, that is
       with five free rows or fewer, it has bytes of complete blocks to send: if these are taken, the
@@ -48,8 +48,8 @@ class Encoder(Elaboratable):
         stored = inner.memory(m, "rows", watched[:-1])
         free(m, frames.valid, frames.payload, encoded.ready)
 
-        # Places count modulo a number that is more than two of them are ever apart: that of the
-        # code of the block at hand, that of the next byte, that of the byte to be sent next.
+        # Three places: of the code of the present block, of the next byte, and of the byte to be
+        # sent next. They count modulo a number above their maximum distance.
         block, place, taken = (
             Signal(pointer, init=init, name=name)
             for name, init in (("block", 0), ("place", 1), ("taken", 0))
@@ -92,7 +92,7 @@ class Encoder(Elaboratable):
             with m.If(taken == watched):
                 m.d.comb += Assert(encoded.payload == expected)
 
-        # What induction has to know: of the states of the encoder, ...
+        # Invariants that the induction needs: of the states of the encoder, ...
         start, tail, code = (dut.signal(name) for name in ("start", "tail", "code"))
         state, ended, room = (dut.signal(name) for name in ("fsm_state", "ended", "room"))
 
@@ -106,7 +106,7 @@ class Encoder(Elaboratable):
             Assert(state <= 2),
             Assert(complete < used),
             Assert(used <= depth),
-            # The room is that of a cycle ago, in which a row came or went.
+            # The room is a cycle old; in that cycle a row came or went.
             Assert(Mux(room, used <= depth - 4, used >= depth - 5)),
             Assert(code <= full),
             Assert((tail - start)[: len(tail)] == code),

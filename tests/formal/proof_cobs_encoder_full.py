@@ -12,7 +12,7 @@ class Encoder(proof_cobs_encoder.Encoder):
     SHOWN = False
 
 
-# The others show only after a full block.
+# All further faults show only after a full block.
 SHOWN = ("the code is written over the next byte", "no delimiter")
 
 PROOF = Proof(

@@ -17,7 +17,7 @@ GENERATION = {
     ChipState.UPDATE: ("update", 3),
 }
 
-#: State after that of each unit except the receiving one.
+#: State that follows the state of each unit, the receiver excepted.
 NEXT = {
     ChipState.CROSSOVER: ChipState.MUTATE,
     ChipState.MUTATE: ChipState.UPDATE,
@@ -95,7 +95,7 @@ class Returns(Elaboratable):
         if genetic:
             m.d.comb += Assert(core.begin == asked)
 
-        # Cycles in the state and out of LISTEN, without the present one and that of `asked`.
+        # Cycles in the state and out of LISTEN, without the present cycle and the cycle of `asked`.
         before, stays = Signal.like(state), Signal()
         age, age_before = Signal(9), Signal(9)
         away, away_before = Signal(12), Signal(12)

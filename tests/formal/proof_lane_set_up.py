@@ -15,7 +15,7 @@ from tests.formal.parts import Opened, any_constant, free, made_of
 from tools.formal import Proof
 
 
-#: Stands for a multiplier: what counts here is what it is given.
+#: Stands for a multiplier, of which only the inputs matter here.
 MIXED = (
     "_registered(m, factor, _signed(reciprocal), shift, name)",
     "delay_line(m, factor ^ _signed(reciprocal), 1, name)",
@@ -25,21 +25,21 @@ MIXED = (
 class SetUpInOrder(Elaboratable):
     """Proved for the first 9 cycles from reset, for 2 lanes on 8 x 8 cells of 16 altitudes.
 
-    That is long enough for 4 segments of a group each, or a longer one and others that wait for it.
-    Points come as they like, and paths have any number of them; there is room for results or none,
-    as it likes. Assumed: no path is dropped. The walker is the whole one, but that its multipliers
-    compute a plainer function of both factors; what products are right for is proved in
-    ``lane_starts``.
+    That is long enough for 4 segments of a group each, or for a longer one and segments that wait
+    for it. Points arrive at any time, paths have any number of points, and there may or may not be
+    room for results. Assumed: no path is dropped. The walker is the whole one, but that its
+    multipliers compute a plainer function of both factors; ``lane_starts`` proves the use of the
+    products.
 
     - Segments reach the lanes in the order of their points, each once: where it begins, along which
-      axis, in which direction, how long it is. The axis is that of the longer side; of equal sides
-      it may be either, since the cells are the same.
+      axis, in which direction, how long it is. The axis is the one of the longer side; of equal
+      sides it may be either, since the cells are the same.
     - ``places`` is, of each lane, the first cell along the segment whose major coordinate is the
       lane's number, modulo the number of lanes.
     - With it come, for its minor coordinate and altitude, the products of its gain and of the gains
       up to these places with the reciprocal of its length.
-    - A segment has one token for each group of as many cells as there are lanes, in cycles one
-      after the other, of which the last ends the segment. There are no other tokens.
+    - A segment has one token for each group of as many cells as there are lanes, in consecutive
+      cycles, and the last token ends the segment. There are no further tokens.
     """
 
     def __init__(self, unit):
@@ -92,7 +92,7 @@ class SetUpInOrder(Elaboratable):
             m.d.sync += left.eq(left - 1)
             m.d.comb += Assert(launched.ends_segment == (left == 1))
 
-        # What is given with it.
+        # The values that come with it.
         steep = segment.steep
         gain, across = (
             Signal(signed(config.coordinate_bits + 1), name=name) for name in ("gain", "across")

@@ -16,12 +16,13 @@ from tools.formal import Proof
 class Starts(Elaboratable):
     """Proved for each segment of a map of 8 x 8 cells and 16 altitudes, with 2 lanes.
 
-    It is the first one after reset; that others get the same, whatever was before, is proved in
-    ``lane_set_up``. So the proof is of the 8 cycles in which it is set up, and bounded by them.
-    Start and stop are any two points; the walker is the whole one, with its reciprocals.
+    It is the first segment after reset; ``lane_set_up`` proves that every later segment gets the
+    same, whatever was before. So the proof is of the 8 cycles in which it is set up, and bounded by
+    them. Start and stop are any two points; the walker is the whole one, with its reciprocals.
 
     - The segment reaches the lanes once.
-    - For each cell k of it, n its length, d what it gains along the other axis and dz in altitude:
+    - For each cell k of it, n its length, d its gain along the minor axis and dz its gain in
+    altitude:
       the start of the lane that has cell k, plus the gain of a group for each group before, has as
       its whole parts ``floor((2 k d + n) / (2 n))`` from the start, and the ceiling,
       ``ceil(k dz / n)`` from the altitude of the start; of a segment of one cell, the lower end.

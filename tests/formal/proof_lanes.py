@@ -18,8 +18,8 @@ class Together(Elaboratable):
 
     (For 2 lanes there, and for 8 on a map of 16 x 16, see ``lanes_2`` and ``lanes_8``.)
 
-    Segments between any two cells come as they like, with and without cycles between. Assumed is
-    what is proved of the set-up, see the proof ``lane_set_up``: length, start, direction, place of
+    Segments between any two cells arrive at any time, with and without cycles between. Assumed are
+    the claims of the proof ``lane_set_up``: length, start, direction, place of
     each lane's first cell, and a token for each group. Where the lanes start and how far they go in
     a cycle may be anything: that it is right is proved in ``lane_starts``.
 
@@ -28,10 +28,10 @@ class Together(Elaboratable):
     - The lane says of it the ``row`` that belongs to its major coordinate, and of both other
       numbers the whole part of where it started plus the gains of all groups before.
     - Without a group no lane has a cell.
-    - Of a group, axis, direction, the major coordinate of its first cell, minor coordinates and
-      number of cells are told in the same cycle.
+    - Axis, direction, the major coordinate of the first cell, minor coordinates and number of
+      cells of a group are told in the same cycle.
 
-    The induction is longer than any segment: what the lanes keep comes from its start alone.
+    The induction is longer than any segment: the registers of the lanes depend on its start alone.
     """
 
     LANES, MAP_SIZE = 4, 8
@@ -109,7 +109,7 @@ class Together(Elaboratable):
                     Assert(lane.minor == total.minor[fractions["minor"] :]),
                     Assert(lane.ceiling == total.rise[fractions["rise"] :]),
                 ]
-                # What induction has to know, beside the groups before.
+                # Invariants that the induction needs, beside the groups before.
                 m.d.comb += Assert(dut.signal(f"motion_{number}") == total.as_value())
             cell = Signal(config.coordinate_bits)
             m.d.comb += cell.eq(lane.row * count + number)

@@ -14,7 +14,7 @@ from tools.formal import Proof
 class Answers(Elaboratable):
     """Proved for all time, by induction, for 2 rows, 3 epochs and points of one bit in each axis.
 
-    Segments come as they like and go on as they like; whatever is walked comes back as it likes.
+    Segments arrive and leave at any time; walked segments return at any time with any contents.
     Assumed: an epoch begins only while nothing is looked up and no row is made void.
 
     - A segment is answered if, and only if, the latest segment before it in its row, in the order
@@ -22,8 +22,8 @@ class Answers(Elaboratable):
     - An answered segment that comes back has as its result the latest value that came back before
       it for its row, unanswered; another one has its own.
 
-    Segments come back in the order in which they are found, as the walker has no other way: so the
-    value is that of the same segment.
+    Segments come back in the order in which they are found, as the walker keeps their order: so the
+    value belongs to the same segment.
     """
 
     def __init__(self, unit):
@@ -90,7 +90,7 @@ class Answers(Elaboratable):
         return m
 
     def _induce(self, m, dut, looked_up, watched, tag, latest):
-        """Claim what induction has to know of segments on their way, and of the tag."""
+        """Claim the invariants of segments in flight, and of the tag, for the induction."""
         memo = self.dut
         names = ("full", "fresh", "repeats", "same", "known", "sweeping", "swept", "present")
         full, fresh, repeats, same, known, sweeping, swept, present = map(dut.signal, names)
@@ -119,7 +119,7 @@ class Answers(Elaboratable):
             Assert(memo.busy == sweeping),
             Assert(~fresh | full[1]),
         ]
-        # Of the two segments whose row has been read, the earlier one first.
+        # The two segments whose row has been read, the earlier one first.
         past = latest
         for at, found in ((2, known), (1, dut.submodules.tags.read_ports[0].data)):
             stage, number = stages[at], at - 1

@@ -33,7 +33,7 @@ class Receiver(Elaboratable):
     takes bytes in any cycles; the CRC unit may compute anything. COBS decoder and ring are the real
     ones; the decoding itself is proved of the decoder.
 
-    - The CRC unit gets exactly the bytes of the frame, and starts anew with each frame: a frame is
+    - The CRC unit gets exactly the bytes of the frame, and starts again with each frame: a frame is
       judged by its own bytes alone.
     - A frame is stored if it is not broken, has 7 bytes or more, a right CRC and room for its body.
       The ring then gets, in this order, a row that says whether the frame is plain, and all bytes
@@ -45,7 +45,7 @@ class Receiver(Elaboratable):
     - Rows of the ring are passed on as bytes of bodies in the cycle in which they are read, with
       ``plain`` from the row before the body, which is not passed on.
     - One cycle after the end of any frame, the receiver is ready for the next one: it holds and
-      counts no byte, and stores none but those of accepted bodies.
+      counts no byte, and stores only bytes of accepted bodies.
     """
 
     ROWS = 8
@@ -150,7 +150,7 @@ class Receiver(Elaboratable):
         with m.If(~decoder.inside & ~decoder.decoded.valid):
             m.d.comb += [Assert(count == 0), Assert(~dropped), Assert(ended | (behind == 1))]
 
-        # What induction has to know: of the decoder, of the frame, ...
+        # Invariants that the induction needs: of the decoder, of the frame, ...
         left, zero = decoding.signal("left"), decoding.signal("zero")
         m.d.comb += [
             Assert(decoder.inside | ((left == 0) & ~zero)),
@@ -213,7 +213,7 @@ class Receiver(Elaboratable):
         ]
 
     def _know_row(self, m, dut, row):
-        """Assert what induction has to know of the watched row, from when its byte comes."""
+        """Assert the invariants of the watched row, from the arrival of its byte."""
         held = Value.cast(dut.signal("held"))
         with m.If(row.at < row.unread):
             m.d.comb += Assert(row.stored == row.expected)
@@ -230,7 +230,7 @@ class Receiver(Elaboratable):
                 m.d.comb += Assert(held.word_select(age, 8) == row.byte)
 
     def _know_ring(self, m, reading, ring, row):
-        """Assert what induction has to know of rows on their way through the ring."""
+        """Assert the invariants of rows in flight through the ring."""
         loaded = reading.signal("loaded")
         ahead = Signal.like(ring.fetched)
         m.d.comb += [

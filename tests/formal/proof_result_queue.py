@@ -13,7 +13,7 @@ class Queue(Elaboratable):
 
     Assumed of the source: it puts no word in where 3 are inside.
 
-    - What comes out is what went in: no word lost, invented, altered or moved.
+    - The words that leave are the words that entered: none lost, invented, altered or moved.
     - A word that is inside is offered, or one before it is.
     """
 
@@ -27,7 +27,7 @@ class Queue(Elaboratable):
         queue, depth = self.dut, self.DEPTH
         m.submodules.dut = dut = Opened(queue)
         m.submodules.board = board = Scoreboard(8, 3)
-        # The row of the watched word, if it is in the memory: so many behind the one read next.
+        # The row of the watched word, if it is in the memory: `place` rows after the next one read.
         place, row = Signal(3), Signal(range(depth))
         stored = dut.memory(m, "rows", row)
         rows = dut.submodules.rows
@@ -47,7 +47,7 @@ class Queue(Elaboratable):
             Cover((board.inside == depth) & (held == depth - 1) & (board.taken == 5)),
         ]
 
-        # What induction has to know of the words inside, in the order of age.
+        # Invariants of the words inside, in the order of age, for the induction.
         m.d.comb += [
             Assert(board.inside <= depth),
             Assert(holds == (held != 0)),

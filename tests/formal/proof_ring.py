@@ -14,7 +14,7 @@ class Ring(Elaboratable):
 
     Assumed of the writer: it writes no row that is committed and not yet fetched, and ``committed``
     moves forward, in each cycle by any number of rows up to those that the ring has. The reader
-    does what it likes.
+    is free.
 
     - The words transferred are the rows in order, each as it was written last before it was
       committed: none lost, none twice, none invented.
@@ -71,7 +71,7 @@ class Ring(Elaboratable):
         with m.If(transfer & (taken == watched)):
             m.d.comb += Assert(ring.words.payload == expected)
 
-        # What induction has to know of words on their way.
+        # Invariants of words in flight, for the induction.
         with m.If(ring.words.valid & (taken == watched)):
             m.d.comb += Assert(ring.words.payload == expected)
         with m.If(loaded & (Value.cast(taken + ring.words.valid)[: len(taken)] == watched)):

@@ -12,7 +12,7 @@ from tools.formal import Proof
 
 #: States of a run at most, each entered once, if nothing is bred.
 MOST = 90
-#: Of these, the ones from the end of first populations on.
+#: Cycles of these from the end of first populations on.
 TAIL = 20
 #: States that are left, this one included, of the first population that comes.
 FIRST = {
@@ -29,7 +29,7 @@ FIRST = {
 class Ends(Elaboratable):
     """Proved for all time, by induction, for counters of 4 bits and any options.
 
-    Assumed: what a state waits for comes within ``limit`` cycles, for any ``limit`` from 8 to 255.
+    Assumed: each state waits at most ``limit`` cycles, for any ``limit`` from 8 to 255.
     Otherwise units answer anything in every cycle, and ``stop`` comes at any time.
 
     - No state lasts ``limit`` cycles, but IDLE.
@@ -71,7 +71,7 @@ class Ends(Elaboratable):
         names = [state.decoder(code).partition("/")[0] for code in range(_STATES)]
         codes = {name: code for code, name in enumerate(names)}
 
-        # What each state waits for, and how long it has.
+        # The event that each state waits for, and the cycles left to it.
         goes = Signal()
         m.d.comb += goes.eq(1)
         for name, condition in {

@@ -12,13 +12,13 @@ from tools.formal import Proof
 class Drawn(Elaboratable):
     """Proved for all time, by induction, for a map of 4 x 4 corners; shapes come as they like.
 
-    Assumed: a shape stays until it is taken, and its first corner is not behind its last one.
+    Assumed: a shape stays until it is taken, and its first corner is not after its last one.
 
     - A shape with a box of n corners is taken n + 1 cycles after it is offered, and at no other
       time.
     - Any one corner, watched, is looked at just in the cycle of its number if it is in the box,
       and never if it is not. Numbers go by rows, backwards in every other row.
-    - What is written is the corner of the cycle before.
+    - A write has the corner of the cycle before.
     """
 
     COORDINATE_BITS = 2
@@ -81,7 +81,7 @@ class Drawn(Elaboratable):
             m.d.comb += Assert(looked & (cells.p.x == looked_x) & (cells.p.y == looked_y))
         m.d.comb += Cover(shapes.ready & (width == 2) & (height == 3) & cells.valid)
 
-        # What induction has to know: where the drawer is.
+        # Invariant that the induction needs: the place of the drawer.
         m.d.comb += Assert(drawing == ((age != 0) & (age <= corners)))
         with m.If(drawing):
             m.d.comb += [

@@ -17,8 +17,8 @@ class Sorted(Elaboratable):
     Assumed of the user: all are let go only once 3 members or more were taken, in a cycle after the
     last of them, and not again meanwhile.
 
-    - The rows are in order, those that leave too, from the best on. Of equals, with numbers for
-      tags, the earlier comes first.
+    - The rows are in order from the best on, also while they leave. With numbers for tags, the
+      earlier of two equal members comes first.
     - Any one member, watched by its number, is inside as often as it entered and has not left, with
       its key. If it is dropped, none inside is worse.
     """
@@ -50,7 +50,7 @@ class Sorted(Elaboratable):
         ]
         m.d.sync += number.eq(number + takes)
 
-        # Rows of members inside: while one is inserted, the row behind the one compared is void.
+        # Rows of members inside: while one is inserted, the row after the one compared is void.
         inside = Signal(last + 1)
         for i in range(last + 1):
             with m.If(inserting):
@@ -61,7 +61,7 @@ class Sorted(Elaboratable):
                 m.d.comb += inside[i].eq(i <= worst)
         there = [inside[i] | (left.valid & (at == i)) for i in range(last + 1)]
 
-        # What induction has to know of rows and phases.
+        # Invariants of rows and phases, for the induction.
         m.d.comb += [
             Assert((worst >= -1) & (worst <= last)),
             Assert(members.ready == ~(inserting | sorter.emptying)),
@@ -120,7 +120,7 @@ class Sorted(Elaboratable):
         return m
 
     def _order(self, member):
-        """Return what members are sorted by."""
+        """Return the sorting key of a member."""
         return Cat(member.late, member.key)
 
 

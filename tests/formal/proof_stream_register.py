@@ -9,9 +9,9 @@ from tools.formal import Proof
 
 
 class Register(Elaboratable):
-    """Proved for all time, by induction; the source and the sink do what they like.
+    """Proved for all time, by induction; the source and the sink are free.
 
-    - What comes out is what went in: no word of 8 bits lost, invented, altered or moved.
+    - The words of 8 bits that leave are those that entered: none lost, invented, altered or moved.
     - At most one word is inside, and one that is inside is offered.
     - A word is taken in every cycle in which none is inside or the one that is leaves.
     """

@@ -31,7 +31,7 @@ class Transmitter(Elaboratable):
     - The encoder gets the bytes of a body in the cycles in which they are taken, and right after
       them four bytes: the CRC of that body, lowest byte first, as its version has it. The fourth is
       marked as the last of the frame. No byte is lost, and none is invented.
-    - The CRC unit gets just the bytes of the body, and starts anew before the next one.
+    - The CRC unit gets just the bytes of the body, and starts again before the next one.
     """
 
     def __init__(self, unit):
@@ -73,7 +73,7 @@ class Transmitter(Elaboratable):
             with m.If(sent):
                 m.d.sync += [word.eq(expected), number.eq(number + 1), body.eq(number == 3)]
 
-        # What induction has to know.
+        # Invariants that the induction needs.
         left, rest = dut.signal("left"), dut.signal("rest")
         m.d.comb += Assert(left == Mux(body, 0, 4 - number))
         with m.If(~body):

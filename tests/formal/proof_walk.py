@@ -100,7 +100,8 @@ class Walk(Elaboratable):
                 Assert(walker.level.steps == steps),
             ]
 
-        # What induction has to know: the error is that of the steps taken along the shorter side.
+        # Invariant that the induction needs: the error follows from the steps along the shorter
+        # side.
         gain = {a: segment.gain[a] for a in "xy"}
         minor = Mux(segment.steep, segment.side["x"], segment.side["y"])
         down = Mux(segment.steep, gain["x"], gain["y"]) < 0

@@ -1,7 +1,7 @@
 """Dieharder on the raw bits of the random source: all draws of each cycle, in port order.
 
 Takes more than an hour; ``make test-long`` installs the Debian package if it may. The published
-results are those of these seeds.
+results belong to these seeds.
 """
 
 import shutil

@@ -265,7 +265,7 @@ def test_longest_generation_since_restart():
         for cycles, longest in (([1, 5, 2, 1, 1], 8), ([1, 9, 2, 1, 1], 12)):
             await unit.command(cycles)
             assert unit.counters()[Counter.LONGEST] == longest
-        # The others go on.
+        # All further counters continue.
         assert unit.counters()[Counter.GENERATIONS] == 4
 
     simulate(bench)

@@ -52,7 +52,7 @@ def test_a_name_that_no_file_has(tmp_path, name):
 
 
 def test_a_text_has_a_limit(tmp_path):
-    """The limit is checked by what is read: a sparse file of 100 GB takes no memory."""
+    """The limit is checked while reading: a sparse file of 100 GB takes no memory."""
     file = tmp_path / "sparse.toml"
     with file.open("wb") as sparse:
         sparse.truncate(100 * 10**9)

@@ -1,4 +1,4 @@
-"""The rules of the source tree: what may import what, how long files are, and which names are gone.
+"""The rules of the source tree: imports, lengths of files, and names that are gone.
 
 The contracts of the imports are in ``pyproject.toml``, under ``tool.importlinter``.
 """

@@ -137,7 +137,7 @@ def damaged(rng: random.Random, content: bytes) -> bytes:
             return content[: rng.randrange(len(content))]
         case 1 | 2 | 3:
             changed = bytearray(content)
-            # Formats begin with what decides about the rest.
+            # The beginning of a file decides about the rest.
             reach = rng.choice((len(changed), min(400, len(changed))))
             for _ in range(rng.randint(1, 8)):
                 changed[rng.randrange(reach)] ^= 1 << rng.randrange(8)
@@ -366,7 +366,7 @@ def archive_bomb(rng: random.Random) -> Case:
     return Case("bomb", ("terrain", "info", "x.npz"), {"x.npz": made.getvalue()})
 
 
-#: What makes a case, and its share.
+#: Makers of cases, each with its share.
 KINDS: tuple[tuple[Callable[[random.Random], Case], int], ...] = (
     (terrain, 28),
     (zone_file, 16),

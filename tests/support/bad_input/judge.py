@@ -1,4 +1,4 @@
-"""What is surely wrong with an input, by the libraries of its format instead of the program's code.
+"""Judge inputs that are surely wrong, by the libraries of their formats, not by the program.
 
 A damaged file may still be a good one. A file that its format's own reader refuses is bad.
 """

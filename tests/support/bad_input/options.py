@@ -19,14 +19,14 @@ class Case:
     Parameters
     ----------
     kind : str
-        What is bad, in a word.
+        Name of the fault, in a word.
     arguments : tuple of str
-        Those of ``pathgene``.
+        The arguments of ``pathgene``.
     files : mapping of str to bytes
         Content of the files by name.
     surely_bad : bool
-        It can only be refused. Otherwise the damage may have hit what nobody reads, and a success
-        or a failed job is right, too.
+        It can only be refused. Otherwise the damage may have hit bytes that nobody reads, and a
+        success or a failed job is right, too.
     """
 
     kind: str

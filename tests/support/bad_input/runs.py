@@ -45,7 +45,7 @@ class End:
     status : int
         Exit status, or the negative number of the signal that ended it.
     error : str
-        What it wrote to standard error.
+        Its text on standard error.
     seconds, bytes : float, int
         Time that it took, and greatest memory.
     """
@@ -108,8 +108,8 @@ def _waited(child: int) -> tuple[int, resource.struct_rusage]:
 
 
 def fault(case: Case, end: End) -> str | None:
-    """Return what is wrong with the end of a case, or None."""
-    # A note on an option that means nothing to the planner precedes whatever else is wrong.
+    """Return the fault of the end of a case, or None."""
+    # A note on an option that means nothing to the planner precedes every other sentence.
     lines = [line for line in end.error.splitlines() if not line.endswith(" and is ignored.")]
     if end.status not in (0, 1, 2):
         return f"status {end.status}"
@@ -120,7 +120,7 @@ def fault(case: Case, end: End) -> str | None:
     if case.arguments[0] == "batch":
         lines = [line for line in lines if not line.startswith("problem ")]
         named = [line.split(":")[1] for line in lines if re.match(r"pathgene: [^ :]+: ", line)]
-        # A batch says of each of its problems once what is wrong with it.
+        # A batch has one sentence for each faulty problem.
         if len(lines) > 1 and not len(lines) == len(named) == len(set(named)):
             return f"{len(lines)} lines of a batch"
     elif end.status == 2 and len(lines) != 1:
@@ -150,7 +150,7 @@ def tell(seed: int, first: int, last: int) -> None:
         base = Path(made, "base")
         base.mkdir()
         write_base(base)
-        # Loads what a case that is valid would load, and its compiled kernels.
+        # Loads the modules and compiled kernels of a valid case.
         (base.parent / "warm").mkdir()
         run_in = Path.cwd()
         os.chdir(base.parent / "warm")

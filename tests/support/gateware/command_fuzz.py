@@ -46,7 +46,7 @@ __all__ = [
     "table",
 ]
 
-#: The two kinds of chips: that of the paper with a checker, and the planner's.
+#: The two kinds of chips: with the paper core and a checker, and with the planner core.
 CHIPS = {
     "paper": CHECKERS["parallel"],
     "planner": SMALL.replace(clocks_per_bit=4, receive_buffer=512),
@@ -89,7 +89,7 @@ class CommandFuzz:
             self.command(Command.MAP, payload)
 
     def run(self, frames):
-        """Exchange as many frames, with valid sessions among them and behind them."""
+        """Exchange as many frames, with valid sessions between and after them."""
         for frame in range(1, frames + 1):
             kind, body, plain = self.mix.draw()
             try:

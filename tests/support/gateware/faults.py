@@ -28,7 +28,7 @@ class ByteFaults:
     Attributes
     ----------
     count : int
-        Faults so far.
+        Faults until now.
     """
 
     def __init__(self, rate: float, rng: random.Random) -> None:
@@ -71,7 +71,7 @@ class FrameFaults:
     Attributes
     ----------
     count : int
-        Faults so far.
+        Faults until now.
     """
 
     def __init__(self, rate: float, rng: random.Random) -> None:

@@ -27,7 +27,7 @@ __all__ = ["KINDS", "FrameMix"]
 
 #: Kinds of frames, and how often each is drawn. *state*: a command at a wrong time, such as a BEST
 #: without a run, or with a degenerate shape. *convention*: the CRC of plain frames or not, where
-#: the other is right. *replay*: one of the latest frames once more, whatever is open now.
+#: it is wrong. *replay*: one of the latest frames once more, whatever is open now.
 KINDS = {
     "legal": 40,
     "altered": 20,
@@ -48,7 +48,7 @@ _RUN_CYCLES = 1 << 17
 class FrameMix:
     """Source of bodies, and of whether each is sent as a plain frame.
 
-    The first frames after a reset are those of a host that asks for results before there are any.
+    The first frames after a reset ask for results before there are any.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ class FrameMix:
         self._requests = RandomRequests(config, self._rng, self._draws)
         self._fields = request_fields(config)
         self._sent = collections.deque(maxlen=_REMEMBERED)
-        # Commands to send next, each with its distance behind the expected number.
+        # Commands to send next, each with its distance after the expected number.
         self._next = [(code, payload, 0) for code, payload in self._too_early()]
 
     def draw(self):
@@ -158,7 +158,7 @@ class FrameMix:
         return self._rng.choice([self._sent[-1]] if latest else self._sent)
 
     def _too_early(self):
-        """Commands that ask for what there is not after a reset."""
+        """Commands that ask for results that a chip lacks after a reset."""
         if self.config.streaming_core:
             cold = RunOptions(generations=1, cycles=1, seeds=self.config.population)
             warm = RunOptions(generations=1, warm=True, slopes=(), seeds=self.config.population)

@@ -10,7 +10,7 @@ _IN_ORDER = (Status.OK, Status.UNKNOWN_COMMAND, Status.BAD_LENGTH, Status.BAD_VA
 
 
 class ProtocolRules:
-    """Session and sequence number of a chip since its reset, and what each answer must be.
+    """Session and sequence number of a chip since its reset, and the right answer to each frame.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ class ProtocolRules:
         Returns
         -------
         Status or None
-            That of the answer.
+            Status of the answer.
         """
         session, sequence, code = body[:BODY_HEADER_BYTES]
         if len(body) >= self.config.receive_buffer or (plain and code != Command.INFO):

@@ -27,7 +27,7 @@ def lane(west, east):
 
 @dataclass(frozen=True)
 class Closed:
-    """A problem without a path, and what must be said about it."""
+    """A problem without a path, and the reason that must be given."""
 
     problem: Problem
     code: str
@@ -79,7 +79,7 @@ def zone_wall(rng):
 
 
 def zone_chain(rng):
-    """Circles across the map, each so near to the next that the margins touch; and some others."""
+    """Circles across the map, each whose margins touch the next one's; and some more."""
     ground = terrain(hills(rng))
     start, goal = ends(rng, ground)
     zones, y = [], -30.0
@@ -128,7 +128,7 @@ def void_wall(rng):
 
 
 def void_and_zones(rng):
-    """Voids from one edge of the map to a zone, that reaches the other edge."""
+    """Voids from one edge of the map to a zone, which reaches the opposite edge."""
     heights = hills(rng)
     heights[:40, 40] = np.nan
     ground = terrain(heights)

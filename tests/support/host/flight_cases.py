@@ -138,7 +138,7 @@ def _near(rng, terrain, path, options):
     kind = rng.integers(8)
     aim = rng.uniform(-1, 1)
     if kind <= 3:
-        # Of a path moved up or down, the excess changes by as much, the ramps of its ends apart.
+        # Moving a path up or down changes its excess by as much, the ramps of its ends apart.
         free = {"zones": ()}
         bottom = 2000.0
         for _ in range(3):
@@ -164,7 +164,7 @@ def _near(rng, terrain, path, options):
         options["rules"] = dataclasses.replace(rules, ceiling_m=float(heights))
     elif kind == 6:
         path = path + np.array((0, 0, 100.0))
-        # What it is above a ceiling that is surely broken tells its height.
+        # The excess over a ceiling that is surely broken tells its height.
         found = findings(path, rules=dataclasses.replace(rules, ceiling_agl_m=61.0), zones=())
         height = found.metres["ceiling-agl"] + 61.0 + aim
         if height > rules.clearance_m:

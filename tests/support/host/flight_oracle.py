@@ -1,6 +1,6 @@
-"""The rules of safe flight by dense samples: what the strict rule must not accept.
+"""The rules of safe flight by dense samples, as judge of the strict rule.
 
-Nothing here shares code with the kernels: pieces are those of the plain smoothing, everything else
+Nothing here shares code with the kernels: pieces come from the plain smoothing, everything else
 is written from the definition with NumPy and shapely.
 """
 
@@ -207,7 +207,7 @@ def _clearance(metres, problem, piece, coarse, points, fine):
 
 
 def _excess(problem, piece, fractions):
-    """Return how much the corridor beside places of a piece lies above what is allowed."""
+    """Return the excess of the corridor beside places of a piece over the allowed height."""
     rules, terrain, aircraft = problem.rules, problem.terrain, problem.aircraft
     x, y, z = piece.points(fractions).T
     required = np.full(x.shape, rules.clearance_m)
@@ -235,7 +235,7 @@ def _borders(terrain, x, y, east, north, wide):
     """Yield where lines across a track, from ``wide`` right to left of it, cross a border.
 
     At the borders, of the squares of nodes and of those between nodes, the surface has its steps
-    and edges; within a square it is smooth. Each is a value for every place, just before and behind
+    and edges; within a square it is smooth. Each is a value for every place, just before and after
     the border.
     """
     for place, across, side in ((x, -north, terrain.dx_m), (y, east, terrain.dy_m)):

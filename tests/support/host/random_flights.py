@@ -139,8 +139,8 @@ def near_a_limit(rng, path, zone, margin_m, radius_m):
 def piece_rows(path, radius_m):
     """Return the pieces of a path as rows of the kernels, and their number.
 
-    The smoothed track of :func:`pathgene.host.evaluation.geometry.smooth` has those of a length
-    above 0.
+    The smoothed track of :func:`pathgene.host.evaluation.geometry.smooth` has the pieces with a
+    length above 0.
     """
     constants = Constants(*(0,) * len(Constants._fields))._replace(turn_radius_m=radius_m)
     n = len(path)

@@ -1,4 +1,4 @@
-"""Zones by dense samples of a track and shapely: what the strict rule must not accept."""
+"""Zones by dense samples of a track and shapely, as judge of the strict rule."""
 
 import numpy as np
 import shapely

@@ -18,7 +18,7 @@ AHEAD = 3
 
 @dataclass
 class Findings:
-    """What came out of the evaluator, and when; even cycles are the first ones of slots.
+    """Outputs of the evaluator with their cycles; even cycles are the first ones of slots.
 
     Attributes
     ----------
@@ -26,7 +26,7 @@ class Findings:
     decisions : list of (slot, walked)
     margins : list of (slot, index, margin)
     offered, goals, keyed : list of int
-        Of each path: cycle in which its first point is offered, its goal taken, its key taken.
+        Cycles in which each path's first point is offered, its goal taken, and its key taken.
     decided, written : list of int
         Cycles of the decisions and of the margins.
     idle : int
@@ -47,9 +47,9 @@ class Findings:
 
 
 def run(dut, evaluator, paths, pauses=(0,), *, resets=()):
-    """Return what an evaluator finds of paths, after it has been reset in each cycle of ``resets``.
+    """Return the findings of an evaluator on paths, after a reset in each cycle of ``resets``.
 
-    The paths are offered anew after a reset. ``pauses`` are the cycles before keys are taken,
+    The paths are offered again after a reset. ``pauses`` are the cycles before keys are taken,
     repeated.
     """
     reset = Signal()
@@ -78,7 +78,7 @@ def run(dut, evaluator, paths, pauses=(0,), *, resets=()):
 
 
 async def _drive(ctx, dut, paths, pauses, reset_at):
-    """Offer paths, and take what comes until the evaluator is idle, or until a reset."""
+    """Offer paths, and take all outputs until the evaluator is idle, or until a reset."""
     found, heads, offers = Findings(), iter(paths), _offers(paths)
     keys = _pattern(pauses)
     moved = Cat(each.valid & each.ready for each in (dut.paths, dut.points, dut.evaluated))

@@ -1,4 +1,4 @@
-"""Paths for the evaluator, and what its model makes of them."""
+"""Paths for the evaluator, and the results of its model."""
 
 import dataclasses
 from dataclasses import dataclass, field
@@ -27,7 +27,7 @@ TOP = (1 << VALUE_BITS) - 1
 
 @dataclass
 class OfferedPath:
-    """A path, what comes with it, and how it is offered.
+    """A path with its head, and the manner in which it is offered.
 
     Attributes
     ----------
@@ -50,14 +50,14 @@ class OfferedPath:
 
     @property
     def head(self):
-        """What comes with it, as the fields of a signal."""
+        """The head of the path, as the fields of a signal."""
         head = {"slot": self.slot, "first": self.first, "limited": self.limit is not None}
         return head | {"limit": 0 if self.limit is None else self.limit}
 
 
 @dataclass
 class Outcome:
-    """What the evaluator makes of a path, and the costs of its segments if it is walked."""
+    """Result of the evaluator for a path, and the costs of its segments if it is walked."""
 
     key: int
     slot: int
@@ -87,7 +87,7 @@ def drawn_evaluator(config, rng, terrain, heading, **fields):
 
 
 def drawn_paths(evaluator, rng, count, slots, *, repeat=0.4, gaps=False):
-    """Return paths, some of which share segments; most begin right behind the one before."""
+    """Return paths, some of which share segments; most begin right after the one before."""
     config, record = evaluator.config, evaluator.record
     start, goal = evaluator.ends
     paths, values = [], [0]
@@ -110,7 +110,7 @@ def drawn_paths(evaluator, rng, count, slots, *, repeat=0.4, gaps=False):
 
 
 def outcomes(evaluator, rows, paths):
-    """Return what the evaluator with so many rows of the memo makes of each path."""
+    """Return the outcome of each path in an evaluator whose memo has ``rows`` rows."""
     results = []
     memo = Memo(evaluator.config, rows)
     for each in paths:
@@ -141,9 +141,9 @@ def _cost(config, memo, start, stop):
 
 
 def check_findings(found, expected):
-    """Compare keys, margins and cycles of walking with what the model makes of the paths.
+    """Compare keys, margins and cycles of walking with the model's.
 
-    Return how many cycles before its key a path is decided on and has all its margins, at least.
+    Return the minimum number of cycles from a path's decision and last margin to its key.
     """
     assert found.members == [(each.key, each.slot, each.length) for each in expected]
     assert found.decisions == [(each.slot, each.costs is not None) for each in expected]

@@ -1,4 +1,4 @@
-"""An evolver with what is around it, and the definition's populations beside it."""
+"""An evolver with its neighbours, and the definition's populations beside it."""
 
 import itertools
 from collections import deque
@@ -103,8 +103,8 @@ class Bench:
     seed : int
     islands : int
     pace : str
-        Of the points: "fast", "scorer" for one every two cycles, "stalled" for random pauses of
-        everything.
+        Pace of the points: "fast", "scorer" for one every two cycles, "stalled" for random pauses
+        of everything.
     any_key : bool
         Draw keys, many of them equal, and margins; else the definition evaluates.
     latency : int
@@ -130,7 +130,7 @@ class Bench:
         self.forget()
 
     def forget(self):
-        """Forget all populations and what is on its way."""
+        """Forget all populations and all members in flight."""
         self.source = random_source.RandomSource(self.seed)
         self.islands, self.pending, self.survivors = {}, [], []
         self.coming, self.built, self.due = deque(), deque(), deque()
@@ -210,7 +210,7 @@ class Bench:
     # The evolver.
 
     async def start(self, ctx):
-        """Load the seed and set what is steady."""
+        """Load the seed and set the constant inputs."""
         dut, record = self.dut, self.record
         ctx.set(self.top.seed, self.seed)
         ctx.set(self.top.load, 1)
@@ -273,7 +273,7 @@ class Bench:
         await self.pulse(ctx, self.dut.merge, 0)
 
     async def fill(self, ctx, island, count):
-        """Make a first population of so many random paths."""
+        """Make a first population of ``count`` random paths."""
         config, dut = self.config, self.dut
         ctx.set(dut.fills, 1)
         ctx.set(dut.island, island)
@@ -339,7 +339,7 @@ class Bench:
         return _sorted(members)[: self.config.population]
 
     async def revise(self, ctx, island):
-        """Write each member anew in its slot, shorter or moved, as a first population."""
+        """Write each member into its slot again, shorter or moved, as a first population."""
         dut, config = self.dut, self.config
         ctx.set(dut.fills, 1)
         ctx.set(dut.island, island)
@@ -383,7 +383,7 @@ class Bench:
         return int(self.rng.integers(2 * least + 30)) if self.pace == "stalled" else least
 
     async def around(self, ctx):
-        """Take children and points, give what an evaluator does, note events of each cycle."""
+        """Take children and points, answer as an evaluator does, note events of each cycle."""
         dut, rng = self.dut, self.rng
         while True:
             stalls = rng.random(5) < (0.4 if self.pace == "stalled" else 0)
@@ -391,7 +391,7 @@ class Bench:
             ctx.set(dut.children.ready, not stalls[0])
             is_turn = self.pace != "scorer" or now % 2 == 0
             ctx.set(dut.points.ready, bool(self.built) and is_turn and not stalls[1])
-            # A key comes behind all margins and decisions.
+            # A key comes after all margins and decisions.
             known = not self.margins and not self.decisions
             margin, decision = {"valid": 0}, {"valid": 0}
             if self.margins and not stalls[2]:
@@ -404,7 +404,7 @@ class Bench:
             ctx.set(dut.margin, margin)
             ctx.set(dut.decided, decision)
             gives = bool(self.due) and known and now >= self.due[0][0]
-            # What is on offer stays.
+            # An offer stays until it is taken.
             gives &= not stalls[3] or ctx.get(dut.evaluated.valid)
             ctx.set(dut.evaluated.valid, gives)
             if gives:

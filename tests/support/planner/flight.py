@@ -18,12 +18,12 @@ __all__ = ["Flight", "problem_payload", "run_payload", "shape_payload", "status_
 
 
 def problem_payload(config, record):
-    """Return what the planner takes as a problem."""
+    """Return the payload of a problem."""
     return problem_layout(config).const(vars(record))
 
 
 def shape_payload(config, shape):
-    """Return what it takes as a shape."""
+    """Return the payload of a shape."""
     layout = shape_layout(config.coordinate_bits)
     values = {name: getattr(shape, name) for name, _ in layout if hasattr(shape, name)}
     for i, edge in enumerate(shape.edges):
@@ -34,7 +34,7 @@ def shape_payload(config, shape):
 
 
 def run_payload(config, options):
-    """Return what it takes as a run."""
+    """Return the payload of a run."""
     request = run_request(config)
     return struct(request).const(request.unpack(options.pack(config)))
 

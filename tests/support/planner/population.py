@@ -22,7 +22,7 @@ class Words:
         self.taken = []
 
     def draw(self):
-        """Return the words of a step, drawn anew."""
+        """Return newly drawn words of a step."""
         rng = self._rng
         selection, mutation = (int(rng.integers(1 << 64, dtype="uint64")) for _ in range(2))
         if rng.random() < 0.2:

@@ -1,7 +1,7 @@
-"""Random frames to the planner's board while a run goes on, which no model does at its pace.
+"""Random frames to the planner's board during a run, which no model follows at its pace.
 
-The model takes the same frames behind a short run. By the rules of docs/protocol.md the board
-refuses some with ``BUSY`` that the model executes; the model then goes on from before them. A
+The model takes the same frames after a short run. By the rules of docs/protocol.md the board
+refuses some with ``BUSY`` that the model executes; the model then continues from before them. A
 failure names the command that repeats it: ``python -m tests.support.planner.run_fuzz SEED FRAMES``.
 """
 
@@ -104,7 +104,7 @@ class RunFuzz:
         if body[2] == Command.RUN and repeated:
             return False
         if body[2] == Command.MAP and status == Status.BAD_LENGTH:
-            # Of a MAP, the length of the cells is looked at last.
+            # The length of a MAP's cells is checked last.
             return len(body) - BODY_HEADER_BYTES >= self._fields[Command.MAP].size
         return status in (Status.OK, Status.BAD_VALUE)
 
@@ -122,7 +122,7 @@ class RunFuzz:
         return status
 
     def _running(self):
-        """Ask both for the status; return whether the board's run goes on."""
+        """Ask both for the status; return whether the board's run continues."""
         body = bytes((self.one.rules.session, self.one.rules.expected, Command.STATUS))
         self.one.model.feed(encode_frame(body))
         self._port.write(encode_frame(body))

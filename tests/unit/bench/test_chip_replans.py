@@ -23,7 +23,7 @@ def test_replans_are_beside_astar(monkeypatch):
     two, repaired, retried, of_board, *cold = report.rows
     assert of_board[1].split(" of ")[1].startswith("4")
     assert two[1].split(" of ")[1].startswith("4")
-    # What the first run finds, repair and retry leave as it is.
+    # Repair and retry leave the findings of the first run as they are.
     for name in names[1:3]:
         assert [each["cycles"] for each in report.data[names[0]] if each["feasible"]] == [
             own["cycles"]

@@ -21,7 +21,7 @@ from tools.netlist import Netlist
 TABLE = Table(name="units", title="Units", columns=("unit", "LUTs"), order=("line", "core"))
 
 
-#: Two memories in separate units; the names are those of the format.
+#: Two memories in separate units; the format gives their names.
 DESIGN = """
 module top(input clk, input [3:0] a, b, output [7:0] y);
     {kind} {first}(.clk(clk), .a(a), .b(b), .y(y[3:0]));

@@ -57,7 +57,7 @@ def astar_alone(monkeypatch):
     monkeypatch.setattr(rules, "_MAPS", ("river",))
 
 
-@pytest.mark.ci  # Plans, and loads what is compiled.
+@pytest.mark.ci  # Plans, and loads compiled kernels.
 def test_tables_of_one_planner(astar_alone):
     (row,) = strict_table(repeats=3).rows
     planner, points, km, strict_ms, all_ms = row

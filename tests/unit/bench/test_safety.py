@@ -1,4 +1,4 @@
-"""Rows and tables of the benchmark of safety, and runs that end early and go on."""
+"""Rows and tables of the benchmark of safety, and runs that end early and continue."""
 
 import json
 import os

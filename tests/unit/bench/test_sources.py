@@ -19,7 +19,7 @@ def root(tmp_path, monkeypatch):
 
 
 def anew(*names):
-    """Return the digest of what the files hold now."""
+    """Return the digest of the files' present contents."""
     digest.cache_clear()
     return digest(*names)
 

@@ -87,7 +87,7 @@ def test_other_chips(other):
 
 
 def test_a_planners_map_lies_around_the_middle():
-    """All sites, those of a map of 11 bits outside the middle of the inner rows."""
+    """All sites; a map of 11 bits lies outside the middle of the inner rows."""
     assert set(PLANNER_MAP_SITES) >= {*MAP_SITES, *OTHER_SITES.values()}
     assert len(PLANNER_MAP_SITES) == len(set(PLANNER_MAP_SITES)) == 208
     for site in PLANNER_MAP_SITES[176:]:

@@ -67,7 +67,7 @@ def check_paths(slot, count, flags, start=0x123, goal=0xABC):
 
 
 class Chip:
-    """Drives a command receiver as the control unit does, one body after the other."""
+    """Drives a command receiver as the control unit does, body by body."""
 
     def __init__(self, pauses=(0,), config=CONFIG):
         self.unit = CommandReceiver(config)
@@ -83,7 +83,7 @@ class Chip:
         self.running, self.has_problem, self.has_population = 0, 1, 0
         self.stops = 0
         self.forgotten = 0
-        self.cycles = 0  # Most cycles from a last byte to done.
+        self.cycles = 0  # Maximum cycles from a last byte to done.
         self.outcomes = []
 
     def run(self, bodies, line_errors=(), states=None):

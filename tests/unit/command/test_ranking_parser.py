@@ -65,7 +65,7 @@ def test_slots_that_are_in_order_already(pauses):
 
 @pytest.mark.parametrize("delay", [1, 2, 20])
 def test_done_when_the_core_has_applied_the_order(delay):
-    """Two cycles for each slot, then two more, or those of the core if it takes longer."""
+    """Two cycles for each slot, then two more, or the core's cycles if it takes longer."""
     outcomes, _ = ranks_of([bytes(orders(1)[0])], delay=delay)
     assert outcomes == [(Status.OK, 2 * SLOTS + max(2, delay))]
 

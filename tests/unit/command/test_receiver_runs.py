@@ -36,7 +36,7 @@ PAYLOADS = {
 
 
 def bits_of(payload, layout):
-    """Return the fields of a transferred payload as those of the request."""
+    """Return the fields of a transferred payload as fields of the request."""
     return {name: payload[name] % (1 << width) for name, width in layout.fields}
 
 
@@ -180,7 +180,7 @@ def test_a_run_needs_a_problem_and_a_warm_one_a_population():
 
 
 def test_repeated_commands_change_nothing():
-    """A RUN is repeated while its run goes on, and whatever has become of population."""
+    """A RUN is repeated during its run, whatever has become of the population."""
     bodies = [(bytes((1, 0, Command.OPEN)), 0)]
     commands = [(Command.STOP, b""), (Command.BEST, b""), *PAYLOADS.items()]
     for sequence, (code, payload) in enumerate(commands):
@@ -214,7 +214,7 @@ def test_lacks_the_hardware_of_checks():
 
 
 class Reference:
-    """The model, and what reaches its core."""
+    """The model, and the requests that reach its core."""
 
     def __init__(self):
         self.model = ChipModel(SMALL)
@@ -255,7 +255,7 @@ class Reference:
 @pytest.mark.ci
 @pytest.mark.parametrize("pauses", [(0,), (0, 5, 1)], ids=["steady", "stalled"])
 def test_random_requests(pauses):
-    """Match the model's statuses, and what reaches its core."""
+    """Match the model's statuses, and the requests that reach its core."""
     fuzz, receiver, reference = Fuzz(SMALL, seed=6), FrameReceiverModel(SMALL), Reference()
     bodies, states, expected = [], [], []
     while fuzz.frames < 300:

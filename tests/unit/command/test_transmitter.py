@@ -35,7 +35,7 @@ def random_fields(layout, rng):
 
 
 def answers(kind, *, slot=0, count=0, plain=0, pauses=(0,), seed=1, times=1):
-    """Return the bodies sent for ``kind``, the registers behind them, and the paths read."""
+    """Return the bodies sent for ``kind``, the registers after them, and the paths read."""
     rng = random.Random(seed)
     unit = ReplyTransmitter(CONFIG)
     paths = [
@@ -243,7 +243,7 @@ STREAMING = CONFIG.replace(genetic="streaming", checker=CheckerBuild.PARALLEL)
 def run_answers(kind, *, records=b"", pauses=(0,), ticking=False):
     """Return two bodies sent for ``kind`` by a streaming chip, its registers, and the pulses.
 
-    With ``ticking``, the cycles of the run go on.
+    With ``ticking``, the cycles of the run continue.
     """
     rng = random.Random(4)
     unit = ReplyTransmitter(STREAMING)
@@ -311,7 +311,7 @@ def test_status_of_a_run(pauses):
 
 
 def test_every_field_of_a_status_is_read_in_one_cycle():
-    """A count that goes on is one that it had, also where its lower half overflows."""
+    """A moving count is a value that it had, also where its lower half overflows."""
     bodies, status, _ = run_answers(AnswerKind.STATUS, pauses=(3,), ticking=True)
     first, second = (status_reply(STREAMING).unpack(body[len(HEADER) :]) for body in bodies)
     assert 0xFFF8 < first.pop("cycles") < 0x10_100

@@ -173,7 +173,7 @@ def test_digest_of_a_problem_covers_exactly_the_fitness(problem):
     ids=str,
 )
 def test_a_line_of_other_values_is_skipped(tmp_path, entrant, changes):
-    """The run is done again, as that of a torn line."""
+    """The run is done again, as after a torn line."""
     with RunStore(tmp_path, "p") as store:
         line = store.add(entrant, 3, RECORD)
     store.path.write_text(json.dumps({**line, **changes}) + "\n" + "[" * 10_000 + "\n")

@@ -338,7 +338,7 @@ def test_a_board_is_opened_by_its_url_with_the_core():
     asked = []
     with entered("model:", lambda url: asked.append(url) or open_board(url)):
         pass
-    # A board that was closed is opened anew.
+    # A board that was closed is opened again.
     with entered(board) as again:
         assert again.config.streaming_core
     assert asked == ["model:"]

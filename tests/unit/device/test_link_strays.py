@@ -67,7 +67,7 @@ def test_late_refusals_of_a_command_do_not_meet_the_next(monkeypatch):
     def both(frame):
         return frame + b"".join(late)
 
-    # The first refusal comes behind that of the repeated command.
+    # The first refusal comes after the refusal of the repeated command.
     link, chip, _ = connect(from_board=Script({FIRST: keep, FIRST + 1: both}))
     with pytest.raises(RefusedError):
         link.request(Command.WRITE, b"!")

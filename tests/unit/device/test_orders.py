@@ -25,7 +25,7 @@ def commands(*numbers):
 
 
 class Noted:
-    """Names of what was lost, and of what was done, in order."""
+    """Names of the losses and of the actions, in order."""
 
     def __init__(self):
         self.lost, self.done = [], []

@@ -202,7 +202,7 @@ def test_a_shape_is_blocked_and_an_upload_frees_it(problem):
         assert np.array_equal(model.checking.terrain.heights, blocked)
         coarse = blocked.reshape(8, 4, 8, 4).max(axis=(1, 3))
         assert np.array_equal(model.checking.terrain.coarse, coarse)
-        # What the chip has drawn is known: nothing is sent again.
+        # The host knows the chip's drawings: nothing is sent again.
         frames = chip.link.traffic.frames_to_board
         chip.update_map(blocked)
         assert chip.link.traffic.frames_to_board == frames
@@ -277,7 +277,7 @@ def test_paths_are_there_when_the_run_is_over(chip, problem, monkeypatch):
     chip.runs.set_problem(task)
     chip.runs.start(dataclasses.replace(OPTIONS, generations=10**9, cycles=(1 << 32) - 1))
     assert chip.runs.best_if_over() is None
-    # The session goes on.
+    # The session continues.
     assert chip.runs.status().running
     chip.runs.stop()
     while (best := chip.runs.best_if_over()) is None:

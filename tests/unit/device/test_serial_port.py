@@ -1,4 +1,4 @@
-"""Ports of pyserial: every write ends, whatever is behind the port."""
+"""Ports of pyserial: every write ends, whatever the port leads to."""
 
 import contextlib
 import os
@@ -69,7 +69,7 @@ def fill(path):
 
 
 def test_a_terminal_that_stalls_during_an_upload_costs_the_patience(terminal):
-    """The chip behind it stops in the middle of a map; the error is one sentence."""
+    """Its chip stops in the middle of a map; the error is one sentence."""
     near, path = terminal
     stopped = threading.Event()
     chip = ChipModel(CHECKING)

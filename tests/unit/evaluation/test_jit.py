@@ -34,7 +34,7 @@ def outer(x):
 @pytest.fixture
 def load(tmp_path, monkeypatch):
     """Function that writes and imports both modules as a new process would."""
-    # Python takes bytecode of the same second and length for that of the file.
+    # Python takes bytecode of the same second and length for the file's own.
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
 
     def load(value):

@@ -1,4 +1,4 @@
-"""A checker in Amaranth's simulator: its map, its queue of paths, and what comes of them."""
+"""A checker in Amaranth's simulator: its map, its queue of paths, and their results."""
 
 import itertools
 from dataclasses import dataclass, field
@@ -19,7 +19,7 @@ class Results:
 
     @property
     def summaries(self):
-        """What the model's verdicts have, of each path."""
+        """The model's verdict of each path."""
         counts = iter([(count.segment, count.terrain, count.nofly) for count in self.counts])
         return [
             (

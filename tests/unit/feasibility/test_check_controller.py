@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The checking unit with a checker: what the host is told, byte for byte, as by the model."""
+"""The checking unit with a checker: its answers to the host, byte for byte the model's."""
 
 import random
 

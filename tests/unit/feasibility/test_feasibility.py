@@ -53,7 +53,7 @@ def test_equals_model(config, count):
         ctx.set(dut.counts.ready, 1)
         ctx.set(dut.count, count)
         for number, path in enumerate(paths):
-            # A check behind an upload waits for the coarse map, its flags down all the same.
+            # A check after an upload waits for the coarse map, its flags down all the same.
             waits = number % 4 == 0
             if waits:
                 await upload(ctx, dut, terrain.heights[: 2 if number else None])

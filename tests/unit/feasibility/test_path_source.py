@@ -58,11 +58,11 @@ def words(path):
 
 
 def offered(paths, orders, *, busy=lambda cycle: False, limit=4000):
-    """Load ``paths``, carry out ``orders``, and return for each what came and when.
+    """Load ``paths``, carry out ``orders``, and return the points of each with their cycles.
 
     An order is a slot and a count, or the points of one path, or such points with None: they are
-    given, but not checked. Of each order come the points, the cycle of each since the source was
-    turned on, and the cycles in which one was wanted after the first and none was there.
+    given, but not checked. The result of each order has the points, the cycle of each since the
+    source was turned on, and the cycles in which one was wanted after the first and none was there.
     """
     chip = Chip()
     source = chip.source

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""Sizes of the unit that sums up steps; what it sums up is tested with the walkers."""
+"""Sizes of the unit that sums up steps; its sums are tested with the walkers."""
 
 from pathgene.hdl.feasibility.result_collector import ResultCollector
 from tests.support.gateware.wrong_sizes import check_sizes

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""Results of a check: what is kept of them, and how they go over the link."""
+"""Results of a check: the kept part, and its way over the link."""
 
 import random
 

@@ -106,7 +106,7 @@ def test_a_device_stays_and_its_error_is_a_sentence(full, tmp_path, linked):
 
 @contextlib.contextmanager
 def reading(fifo):
-    """Read a FIFO in the block, in a thread, until its writer closes it; yield what is read."""
+    """Read a FIFO in the block, in a thread, until its writer closes it; yield its contents."""
     end = os.open(fifo, os.O_RDONLY | os.O_NONBLOCK)
     os.set_blocking(end, True)
     read = []

@@ -177,7 +177,7 @@ def test_signals_wait_for_the_end(folder):
 
 
 def test_two_writers_do_not_mix(folder):
-    """While one is between two renames, the other waits."""
+    """While one is between two renames, the second one waits."""
     inside, others = threading.Event(), []
 
     class Slow(Disk):

@@ -1,4 +1,4 @@
-"""JSBSim behind the local frame."""
+"""JSBSim in the local frame."""
 
 import math
 import sys

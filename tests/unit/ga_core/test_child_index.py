@@ -43,7 +43,7 @@ async def update(ctx, dut, head, tail, number, index):
     await ctx.tick()
     ctx.set(dut.bred_length, 0)
     ctx.set(dut.bred_head, head)
-    # The others have not been applied, or to other children.
+    # The other ports' changes have not been applied, or apply to other children.
     for other, port in enumerate(dut.indices):
         ctx.set(port, index if other == number else MOST - 1)
     ctx.set(dut.applied, 0b1111)

@@ -1,7 +1,7 @@
 # amaranth: UnusedElaboratable=no
 """The whole core against the model: populations, slots, mutations and cycles.
 
-The paper's population is that of ``tests/cosim/cosim_core.py``, compiled.
+``tests/cosim/cosim_core.py`` runs the paper's population, compiled.
 """
 
 import random

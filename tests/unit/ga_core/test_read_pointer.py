@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""Positions read in lock step, followed through the registers behind them."""
+"""Positions read in lock step, followed through the registers after them."""
 
 import random
 
@@ -12,7 +12,7 @@ from tests.support.gateware.wrong_sizes import check_sizes
 
 MAX_WAYPOINTS = 16
 SIZES = {"max_waypoints": MAX_WAYPOINTS, "parts": 3, "peeks": True}
-#: Most cycles from a change of the population to its first waypoints.
+#: Maximum cycles from a change of the population to its first waypoints.
 SETTLING = 4
 
 

@@ -1,4 +1,4 @@
-"""Jobs of a batch: names, keys, and execution in this process, in others and on a cluster."""
+"""Jobs of a batch: names, keys, and execution in this process, in several and on a cluster."""
 
 import multiprocessing
 

@@ -1,4 +1,4 @@
-"""Legs planned one after the other, and the path of all of them."""
+"""Legs planned in order, and the path of all of them."""
 
 import json
 
@@ -78,7 +78,7 @@ def test_an_observer_sees_the_legs_before_in_every_path(terrain):
     for path in observer.paths:
         passed = {VIA: [], GOAL: [VIA], START: [VIA, GOAL]}[tuple(path[-1])]
         assert all(point in map(tuple, path.tolist()) for point in passed)
-    # The last one shown is what is flown.
+    # The last path shown is the flown one.
     assert np.array_equal(observer.paths[-1], plan.path)
 
 
@@ -93,7 +93,7 @@ def test_legs_join_with_turns_that_fit(planned):
 @pytest.mark.ci
 @pytest.mark.parametrize("planner", ["ga-pc", "fpa-2opt"])
 def test_a_return_comes_near_the_goal_and_is_feasible(planner):
-    """The fallback plans what random planners do not: to turn around beyond the goal."""
+    """The fallback plans a turn beyond the goal, which random planners do not find."""
     land = load("canyon")
     task = Mission(
         Problem(land, (300.0, 300.0, 266.0), (4700.0, 4600.0, 243.0)), return_to_start=True

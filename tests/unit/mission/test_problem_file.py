@@ -49,7 +49,7 @@ def plan_actions():
     return {
         action.dest: action.option_strings
         for action in commands.choices["plan"]._actions
-        # A limit is the user's, not that of a problem file, which may come from anybody.
+        # A limit is the user's, not a problem file's, which may come from anybody.
         if action.dest
         not in ("help", "json", "debug", "problem", "beside", "save_problem", "max_cells")
     }
@@ -95,7 +95,7 @@ def test_the_template_states_one_default_of_a_key():
 
 
 def test_the_template_has_every_key_once():
-    """Each key is there with its example, live or behind a #."""
+    """Each key is there with its example, live or commented out."""
     table, found = None, []
     for line in template().splitlines():
         if header := re.fullmatch(r"(?:# )?\[+(\w+)\]+", line):
@@ -277,7 +277,7 @@ def test_strings_survive(tmp_path):
 
 
 def test_the_page_is_the_table():
-    """After a change of the keys, put what ``markdown()`` returns between the marks of the page."""
+    """After a change of the keys, put ``markdown()`` between the marks of the page."""
     page = (ROOT / "docs" / "reference.md").read_text()
     (shown,) = re.findall(r"<!-- keys -->\n\n(.*?)\n<!-- end of keys -->", page, flags=re.DOTALL)
     assert shown == markdown()

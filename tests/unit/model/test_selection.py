@@ -95,7 +95,7 @@ def pairs(first, second, total):
 
 @pytest.mark.parametrize("config", [TINY, DEFAULT, LARGE], ids=["8", "32", "256"])
 def test_parents_have_the_published_distribution(config):
-    """Of all pairs of uniform draws exactly 2 (N - r) - 1 give rank r."""
+    """Exactly 2 (N - r) - 1 of all pairs of uniform draws give rank r."""
     layout, total = RandomWordLayout(config), config.population
     unit = Selection(config)
     words = [
@@ -206,7 +206,7 @@ def test_extreme_words_stay_in_range():
 
 
 def test_candidates_come_in_rounds_after_all_other_draws():
-    """A round takes a step; the draws before are those of a chip without a map."""
+    """A round takes a step; the draws before equal the draws of a chip without a map."""
     assert (DEFAULT.candidates, DEFAULT.draw_steps) == (1, 11)
     for redraws, steps in ((0, 11), (1, 11), (2, 14), (7, 29)):
         config = WITH_MAP.replace(redraws=redraws)

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""Best paths as bytes: those of the protocol, of the first members of each key."""
+"""Best paths as bytes of the protocol, the first members of each key."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ def packed(config, waypoint):
 )
 @pytest.mark.parametrize("count", [RETURNED, 2, 1])
 def test_bytes_of_the_best(config, keys, pauses, count):
-    """Twice: what is read stays."""
+    """Twice: reading changes nothing."""
     rng = np.random.default_rng(keys)
     slots = config.population + 5
     dut = BestReader(

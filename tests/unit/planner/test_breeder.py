@@ -13,7 +13,7 @@ from tests.support.planner.population import TINY, Words, corner, population, pr
 
 
 class Bench:
-    """A breeder with what is around it, in Python; waypoints by slot, and members by rank."""
+    """A breeder with its neighbours, in Python; waypoints by slot, and members by rank."""
 
     def __init__(self, config, rng, words, *, pauses=(0,), busy=0.0):
         self.config, self.rng, self.words = config, rng, words
@@ -152,7 +152,7 @@ class Bench:
 
 
 class _Mapped(list):
-    """A list of what a function makes of each item appended."""
+    """A list of the results of a function for each item appended."""
 
     def __init__(self, function):
         super().__init__()
@@ -163,7 +163,7 @@ class _Mapped(list):
 
 
 def compare(config, generations, stalled):
-    """Breed so many random populations; every generation is compared."""
+    """Breed random populations for ``generations``; every generation is compared."""
     rng = np.random.default_rng(config.map_size + stalled)
     bench = Bench(
         config,

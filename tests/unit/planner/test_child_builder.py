@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The builder of children: its cycles, and what it waits for; more children in ``test_breeder``."""
+"""The builder of children: its cycles and its waits; more children in ``test_breeder``."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ POINTS = 16
 
 
 class Bench:
-    """A builder with a memory; it notes the cycles of what it takes and gives."""
+    """A builder with a memory; it notes the cycles of inputs and outputs."""
 
     def __init__(self, children):
         self.dut = ChildBuilder(**SIZES)
@@ -48,7 +48,7 @@ class Bench:
         self.ready = {"plans": 1, "slots": 1, "children": 1, "points": 1}
 
     def run(self, cycles, control=lambda bench: None):
-        """Simulate; ``control`` may change what is ``ready`` before each cycle."""
+        """Simulate; ``control`` may change each ``ready`` before each cycle."""
         dut = self.dut
 
         async def bench(ctx):

@@ -56,7 +56,7 @@ class Bench:
                 self.freed.append(freed.slot)
 
     def expected(self):
-        """Return what the outputs should be in each cycle, as the docstring says."""
+        """Return the outputs that the docstring promises in each cycle."""
         passes = iter(self.kept)
         sorting, free, moved = Sorting(8), 0, 0
         # First cycle and ranks of the pass to come; children that have come.

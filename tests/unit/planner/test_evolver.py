@@ -69,7 +69,7 @@ def begun(bench):
 
 
 def check_points(bench, *, every):
-    """Compare the cycles in which points are taken, one in so many, with the model's."""
+    """Compare the cycles in which points are taken, one in ``every``, with the model's."""
     expected, free = [], 0
     for start, length in zip(begun(bench), bench.lengths, strict=True):
         for point in range(length):
@@ -81,7 +81,7 @@ def check_points(bench, *, every):
 
 
 async def evolve(bench, ctx, island, generations, compares=()):
-    """Breed so many generations, comparing the population before some of them; collect all."""
+    """Breed generations, comparing the population before some of them; collect all."""
     for generation in range(generations):
         if generation in compares:
             await bench.compare(ctx, island)

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""First paths: their points and what is written, by the definition, and the cycles of both."""
+"""First paths: their points and writes, by the definition, and the cycles of both."""
 
 import itertools
 import random
@@ -49,7 +49,7 @@ class Bench:
         self.memory = {slot: list(path) for slot, path in zip(self.ranks, paths, strict=True)}
         self.lengths = {slot: len(path) for slot, path in self.memory.items()}
         self.ends = [corner_of(self.record, end) for end in ("start", "goal")]
-        # What happens, with its cycle.
+        # Events with their cycles.
         self.cycle = 0
         self.taken, self.written, self.begun = [], [], []
         self.offers, self.goals = [], []
@@ -204,7 +204,7 @@ def test_lifted_members(config, share):
 @CONFIGS
 def test_revived_members(config, share):
     bench = Bench(config, 5, share)
-    # Waypoints on the line through the start across the way are behind it.
+    # Waypoints on the line through the start across the way are beyond it.
     start = bench.ends[0]
     for path in itertools.islice(bench.memory.values(), 3):
         path[0] = path[0]._replace(x=start[0], y=start[1])

@@ -13,7 +13,7 @@ from tests.support.gateware.wrong_sizes import check_sizes
 
 
 class SavesLogic:
-    """A platform whose deep queues take block RAMs, as that of the ULX3S-45F does."""
+    """A platform whose deep queues take block RAMs, like the ULX3S-45F's platform."""
 
     cells = Ecp5Cells(saves_logic=True)
 

@@ -42,7 +42,7 @@ class Options:
 
 
 class Durations:
-    """Cycles of what the units are asked for, in the order in which they are."""
+    """Cycles of the requests to the units, in their order."""
 
     def __init__(self, seed):
         self._rng = random.Random(seed)
@@ -54,7 +54,7 @@ class Durations:
 
 
 def expected_of(options, durations):
-    """Return the pulses of a run with their cycles and what goes with them, and its cycles."""
+    """Return the pulses of a run with their cycles and payloads, and its cycles."""
     events = []
     generations = 0
 
@@ -133,7 +133,7 @@ async def run_once(ctx, dut, options, durations, rng):
         ctx.set(dut.source_ready, cycle >= source)
         ctx.set(dut.paths_busy, cycle < paths)
         ctx.set(dut.evaluator_idle, cycle >= evaluated or (cycle < paths and rng.random() < 0.5))
-        # What is said in the cycle after a pulse means nothing.
+        # The flags of the cycle after a pulse mean nothing.
         ready = rng.random() < 0.5 if cycle == since + 1 else cycle >= evolver
         ctx.set(dut.evolver_ready, ready)
         ctx.set(dut.feasible, cycle >= options.feasible_from)

@@ -87,7 +87,7 @@ def check(config, shapes, pauses=(0,)):
 @pytest.mark.ci
 @pytest.mark.parametrize("config", [TINY, SMALL, USUAL, LARGE], ids=["8", "32", "512", "4096"])
 def test_random_shapes(config):
-    """Boxes, discs, polygons of up to 8 edges; one right behind the other, and with pauses."""
+    """Boxes, discs, polygons of up to 8 edges; in direct succession, and with pauses."""
     rng = np.random.default_rng(config.map_size)
     shapes = [any_shape(config, rng, span=12) for _ in range(40)]
     assert check(config, shapes) == check(config, shapes, (0, 3, 1)) > 100
@@ -137,7 +137,7 @@ def extreme(config, rng, first, last):
 
 
 def test_extremes():
-    """Of every field: in any box of a tiny map, and in the longest rows and columns of another."""
+    """Every field in any box of a tiny map, and in the longest rows and columns of another."""
     rng = np.random.default_rng(1)
     corners = np.sort(rng.integers(TINY.map_size, size=(300, 2, 2)), axis=1).tolist()
     assert check(TINY, [extreme(TINY, rng, *box) for box in corners]) > 400
@@ -148,7 +148,7 @@ def test_extremes():
 
 @pytest.mark.parametrize("config", [TINY, SMALL], ids=["8", "32"])
 def test_lowest_and_highest_values(config):
-    """Of each edge, in the last corner of the whole map: no corner is drawn, or all are."""
+    """Each edge in the last corner of the whole map: no corner is drawn, or all are."""
     (down, up), (low, high) = falls(config)
     last = config.map_size - 1
     most = (1 << BEND_BITS) - 1

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The pool of slots: what it hands out is free, and nothing is lost."""
+"""The pool of slots: it hands out free slots, and loses none."""
 
 import random
 

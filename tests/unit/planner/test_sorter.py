@@ -16,7 +16,7 @@ SIZES = {"capacity": 5, "key_bits": 4, "tag_bits": 8}
 
 
 class Bench:
-    """A sorter, what it holds as it should, and the cycle in which it should take a member."""
+    """A sorter, its expected members, and the cycle in which it should take a member."""
 
     def __init__(self, dut, pauses=(0,)):
         self.dut, self.gaps = dut, itertools.cycle(pauses)

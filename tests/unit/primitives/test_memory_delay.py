@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The delay line in a memory: a word of so many steps ago, in steps of any length."""
+"""The delay line in a memory: a word of some steps ago, in steps of any length."""
 
 import itertools
 

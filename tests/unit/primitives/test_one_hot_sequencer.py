@@ -20,7 +20,7 @@ STEPS = [
 
 
 def test_random_steps():
-    """Requests at random, at most one per state; those of other states have no effect."""
+    """Requests at random, at most one per state; requests of other states have no effect."""
     dut = OneHotSequencer(ChipState.LISTEN, STEPS, history=8, history_entry_bits=4)
     seen = set()
 

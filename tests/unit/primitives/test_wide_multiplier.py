@@ -12,7 +12,7 @@ from tests.support.gateware.pipelines import outputs
 
 
 def values(shape, rng):
-    """Return the extremes of a shape, those of its parts, and random values."""
+    """Return the extremes of a shape and of its parts, and random values."""
     low = -(1 << shape.width - 1) if shape.signed else 0
     high = low + (1 << shape.width) - 1
     parts = [(1 << bits) + more for bits in (17, 18, 36) for more in (-1, 0)]

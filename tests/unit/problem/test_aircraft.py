@@ -1,4 +1,4 @@
-"""Aircraft: those of the package and those of users' files."""
+"""Aircraft of the package and of users' files."""
 
 import dataclasses
 import math

@@ -74,6 +74,6 @@ def test_slopes_in_wind_are_those_of_velocities_through_the_air():
             vertical = over_ground * slope
             most = 23.0 * math.sin(math.atan(still))
             assert vertical <= most * (1 + 1e-9), sign
-            # The limit is used up, unless it is that of still air, or the wind stops the flight.
+            # The limit is used up, unless still air sets it, or the wind stops the flight.
             stopped = over_ground < 1e-3
             assert stopped or slope == pytest.approx(still) or vertical == pytest.approx(most)

@@ -1,4 +1,4 @@
-"""The raised raster beside dense samples of what its cells demand."""
+"""The raised raster beside dense samples of the heights that its cells demand."""
 
 import numpy as np
 import pytest

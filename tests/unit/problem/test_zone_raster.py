@@ -1,4 +1,4 @@
-"""The conservative raster: no cell that a zone meets is missed, and few others are blocked."""
+"""The conservative raster: no cell of a zone is missed, few further ones are blocked."""
 
 import numpy as np
 import shapely

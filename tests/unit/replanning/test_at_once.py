@@ -17,7 +17,7 @@ AHEAD = 1500.0 + LEAVES_M, 4500.0
 
 @pytest.fixture
 def asked(mission, straight):
-    """Function that returns a question: a zone so far ahead of the aircraft."""
+    """Function that returns a question: a zone at a distance ahead of the aircraft."""
     track = Evaluator(mission, threads=1).track(straight).pieces
 
     def question(zones, goal=mission.goal):

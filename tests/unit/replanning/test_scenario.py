@@ -1,4 +1,4 @@
-"""Scenario files and ``--popup``: what they mean, and what is refused."""
+"""Scenario files and ``--popup``: their meaning, and refused ones."""
 
 import re
 

@@ -22,7 +22,7 @@ from pathgene.host.replanning.tracks import is_smooth, pose_at, run_of
 
 
 def fly(mission, path, planner, *events, **options):
-    """Fly; return the session, its outcome, and what was said."""
+    """Fly; return the session, its outcome, and its messages."""
     said = []
     autopilot = options.pop("autopilot", "at-once")
     session = Session(
@@ -182,7 +182,7 @@ def test_an_autopilot_that_finishes_its_leg_first(mission, on_processor):
         )
         off = [np.hypot(*(others - point).T).min() > 6 for point in points]
         turns_off[autopilot] = points[off.index(True)][0]
-    # At once: some way behind x = 1,500 + 20 s of flight; else where the first straight ends.
+    # At once: some way after x = 1,500 + 20 s of flight; else where the first straight ends.
     assert 1900 < turns_off["at-once"] < 2600
     assert 3800 < turns_off["finishes-leg"] < 4500
 
@@ -272,7 +272,7 @@ def test_a_path_that_does_not_begin_on_the_track_is_refused(
     mission, straight, on_processor, monkeypatch
 ):
     planner = on_processor(0.05)
-    # From the start of the mission, which lies far behind.
+    # From the start of the mission, which the aircraft has left far away.
     plan = planner.prepare(Evaluator(mission, threads=1))
     elsewhere = Attempt(plan, PlanningTime(host_s=0.05), planner.name)
     monkeypatch.setattr(planner, "attempt", lambda *_: elsewhere)

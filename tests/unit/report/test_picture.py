@@ -176,7 +176,7 @@ def test_marks_the_ring_and_the_place_of_a_diagnosis(kind):
     shown = [text for text, _ in texts_of(figure)]
     assert ("closing ring" in shown) == (kind == "closed") == bool(reason["ring"])
     assert any(text.startswith("No path: ") for text in shown)
-    # The broken zone has one text on the map, not its name and that of the limit.
+    # The broken zone has one text on the map, not its name and the limit's.
     on_map = [text.get_text() for text in figure.axes[0].texts]
     assert "W" not in on_map
     assert on_map.count("zone W") == (kind == "closed")

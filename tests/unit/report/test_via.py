@@ -96,7 +96,7 @@ def test_agrees_with_dense_samples():
             offsets = points - visit.point
             distances = np.linalg.norm(offsets, axis=1)
             nearest = distances.argmin()
-            # Half a step aside, a sample is at most so much further away.
+            # Half a step aside, a sample is at most 0.25 m aside of it.
             assert visit.distance_m <= distances[nearest]
             assert math.hypot(visit.distance_m, 0.25) >= distances[nearest] - 0.001
             assert visit.at_m == pytest.approx(samples.s[nearest], abs=0.5)

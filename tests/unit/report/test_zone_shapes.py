@@ -97,7 +97,7 @@ def test_many_zones_look_as_each_alone():
 
 
 def test_zones_that_a_track_crosses():
-    """Exactly those of which a point is inside, in their order, whatever the number of points."""
+    """Exactly the zones with a point inside, in their order, whatever the number of points."""
     rng = np.random.default_rng(2)
     zones = [Circle(*rng.uniform(0, 900, 2), rng.uniform(1, 60)) for _ in range(300)]
     zones[50:50] = [Polygon(SQUARE, (HOLE,)), Polygon(NOTCHED), Polygon(((5, 5), (6, 5), (5, 6)))]

@@ -148,7 +148,7 @@ def test_the_checksums_are_those_of_sha256sum(tmp_path):
 
 
 def test_a_program_is_checked_in_tens_of_milliseconds(tmp_path):
-    """One of 20 MB, four times that of the default chip."""
+    """A program of 20 MB, four times the size of the default chip's."""
     builds = BuildCache(tmp_path)
 
     def build(directory):
@@ -193,13 +193,13 @@ def test_a_killed_build_leaves_no_program_and_the_next_one_clears_up(tmp_path):
         with using(FaultyDisk(at, kill=True, seed=at)), pytest.raises(Killed):
             builds.get(key, build_program)
         assert not (tmp_path / key).exists()
-        (tmp_path / f"{key}.01234567").mkdir()  # Of one that was killed outright.
+        (tmp_path / f"{key}.01234567").mkdir()  # Left by a build that was killed outright.
         assert builds.get(key, build_program).is_dir()
         assert sorted(path.name for path in tmp_path.glob(f"{key}*")) == [key, f"{key}.lock"]
 
 
 def test_a_build_removes_what_killed_builds_of_any_key_have_left(tmp_path):
-    """Not what another process still builds, nor what has no name of a build."""
+    """Directories that another process still builds stay, and names that are no build's."""
     left = [tmp_path / "chip-1.01234567", tmp_path / "old-2.89abcdef"]
     others = [tmp_path / "notes.thisyear", tmp_path / "busy-3.01234567"]
     for directory in (*left, *others):

@@ -74,7 +74,7 @@ def test_ground_broadcasts():
 )
 def test_ground_matches_an_exhaustive_search(shape, dx_m, dy_m, x, y):
     terrain = Terrain("t", np.arange(shape[0] * shape[1]).reshape(shape), dx_m, dy_m)
-    # Of two equally near nodes the higher index comes last, and `<=` selects it.
+    # The higher index of two equally near nodes comes last, and `<=` selects it.
     nearest = []
     for side, nodes, at in ((dy_m, shape[0], y), (dx_m, shape[1], x)):
         best = 0

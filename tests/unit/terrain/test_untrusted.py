@@ -103,7 +103,7 @@ def test_an_encrypted_archive(tmp_path):
     elevation = io.BytesIO()
     np.save(elevation, np.zeros((3, 3)))
     content = bytearray(archive(file, elevation.getvalue()).read_bytes())
-    # The flags are 6 bytes behind the signature of a local header, 8 behind that of a central one.
+    # The flags are 6 bytes after the signature of a local header, 8 after a central one's.
     for signature, at in ((b"PK\3\4", 6), (b"PK\1\2", 8)):
         places = [found.start() for found in re.finditer(re.escape(signature), content)]
         assert len(places) == 3

@@ -1,4 +1,4 @@
-"""Virtual rasters: what they name is checked before GDAL opens it."""
+"""Virtual rasters: their files are checked before GDAL opens them."""
 
 import os
 from xml.sax.saxutils import unescape

@@ -1,4 +1,4 @@
-"""The recorder: that it says the same twice, and finds what differs."""
+"""The recorder: it says the same twice, and finds differences."""
 
 import argparse
 import json

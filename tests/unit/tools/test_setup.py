@@ -11,7 +11,7 @@ TOOLS = Path(__file__).resolve().parents[3] / "tools"
 
 @pytest.fixture
 def tree(tmp_path):
-    """A project with nothing but what the set-up looks at."""
+    """A project with only the files that the set-up reads."""
     shutil.copytree(TOOLS, tmp_path / "tools")
     (tmp_path / "pyproject.toml").write_text('[project]\nname = "x"\n')
     (tmp_path / ".venv" / "bin").mkdir(parents=True)
@@ -20,7 +20,7 @@ def tree(tmp_path):
 
 
 def ask(tree, code, *, path=None):
-    """Run code beside the set-up scripts of a tree, and return what it prints."""
+    """Run code beside the set-up scripts of a tree, and return its output."""
     done = subprocess.run(
         [sys.executable, "-c", code],
         cwd=tree / "tools",

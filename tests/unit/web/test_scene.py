@@ -1,4 +1,4 @@
-"""The scene of a plan: heights, tracks, zones and figures that equal those of the plan."""
+"""The scene of a plan: heights, tracks, zones and figures that equal the plan's."""
 
 import base64
 import json
@@ -111,7 +111,7 @@ def test_the_least_clearance_of_a_track_is_that_of_the_verdict():
     lowest = int(np.nanargmin(found["clearance"]))
     assert found["clearance"][lowest] == pytest.approx(plan.evaluation.minimum_clearance_m)
     assert found["s"][lowest] == pytest.approx(plan.evaluator.lowest_at_m(plan.path))
-    # The rules demand what the path keeps.
+    # The path keeps the demanded clearance.
     assert (found["z"] >= found["demanded"] - 0.01).all()
 
 

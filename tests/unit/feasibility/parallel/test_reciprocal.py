@@ -20,7 +20,7 @@ def precision_of(config, half_steps=False):
 
 
 def values(precision, lanes, n, d, fraction, k):
-    """What lanes add up to, of a slope d/n; the fraction bits are ``fraction``."""
+    """Sums of the lanes for a slope d/n; the fraction bits are ``fraction``."""
     reciprocal = precision.of_length(n)
     place, groups = k % lanes, k // lanes
     shift = precision.reciprocal - fraction
@@ -29,7 +29,7 @@ def values(precision, lanes, n, d, fraction, k):
 
 
 def minors_hold(config, lengths, precision=None):
-    """Whether every cell's minor coordinate is that of the formula."""
+    """Return whether every cell's minor coordinate follows the formula."""
     precision = precision or precision_of(config)
     for n in lengths:
         k = np.arange(n + 1, dtype=np.int64)
@@ -129,7 +129,7 @@ def test_precision_of_the_default():
 
 
 def test_table():
-    """Two differences of either sign, 2 cycles, one of them, and what waits stays."""
+    """Two differences of either sign, 2 cycles, one of them, and a waiting one stays."""
     config = Config(map_size=16, coarse_factor=2)
     dut = Reciprocals(config.coordinate_bits, precision_of(config))
     precision = precision_of(config)

@@ -238,7 +238,7 @@ def test_writes_are_refused_while_busy(build):
         await upload(ctx, dut, terrain.heights)
         assert not ctx.get(dut.busy)
         await feed(ctx, dut, [(0, 0, 9), (15, 15, 9)])
-        # It would hit what is offered now, were it written; the verdict is not taken for a while.
+        # It would hit the cell offered now, were it written; the verdict is not taken for a while.
         ctx.set(dut.writes.p, {"x": 12, "y": 12, "altitude": 60, "last": 1})
         ctx.set(dut.writes.valid, 1)
         for _ in range(40):
@@ -253,7 +253,7 @@ def test_writes_are_refused_while_busy(build):
         assert ctx.get(dut.writes.ready)
         await ctx.tick()
         ctx.set(dut.writes.valid, 0)
-        # What is written now counts for the next path.
+        # A write from here on counts for the next path.
         await feed(ctx, dut, [(0, 0, 9), (15, 15, 9)])
         *_, verdict = await ctx.tick().sample(dut.verdicts.p.collision).until(dut.verdicts.valid)
         assert verdict

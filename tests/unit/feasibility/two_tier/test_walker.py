@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The two-tier build in Amaranth's simulator: its two maps, its cycles, and what a hit leaves."""
+"""The two-tier build in Amaranth's simulator: its maps, its cycles, its state after a hit."""
 
 import numpy as np
 import pytest
@@ -37,7 +37,7 @@ def expected(config, terrain, paths, count=False):
 
 
 def shortened(verdict):
-    """What :func:`summary` has of a verdict whose counts are not looked at."""
+    """The part of :func:`summary` without the counts."""
     return (
         bool(verdict.collision),
         verdict.segment,
@@ -71,7 +71,7 @@ def test_paths_alone():
 
 @pytest.mark.parametrize("latency", [1, 2])
 def test_testing_trajectory(latency):
-    """Of 55 + 100 detailed cells, free, and then coarse ones of which the sixth collides.
+    """A path of 55 + 100 free detailed cells, then coarse cells of which the sixth collides.
 
     The paper takes 171 cycles from ``enable`` to the flag (table 2).
     """

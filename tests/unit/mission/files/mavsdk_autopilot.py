@@ -1,4 +1,4 @@
-"""MAVSDK as the other end: a reader of plans, and an autopilot that takes missions over UDP."""
+"""MAVSDK as the far end: a reader of plans, and an autopilot that takes missions over UDP."""
 
 import contextlib
 import select
@@ -61,7 +61,7 @@ class Autopilot:
 
 
 class Proxy(threading.Thread):
-    """A UDP link to an autopilot that carries so many datagrams from it, then nothing."""
+    """A UDP link that carries ``most`` datagrams from an autopilot, then nothing."""
 
     def __init__(self, port, most):
         super().__init__(daemon=True)

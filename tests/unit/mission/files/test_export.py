@@ -127,7 +127,7 @@ def test_needs_a_place_on_earth(tmp_path):
 
 def test_warns_of_a_circle_over_the_goal_that_comes_near_the_ground(tmp_path):
     heights = np.zeros((41, 41))
-    heights[:, 38:] = 60.0  # A ridge 100 m behind the goal.
+    heights[:, 38:] = 60.0  # A ridge 100 m beyond the goal.
     terrain = Terrain("ridge", heights, 100.0, 100.0, "EPSG:32632", (5e5, 5e6))
     problem = Problem(terrain, (200, 2000, 70), (3700, 2000, 70))
     notes = []

@@ -51,7 +51,7 @@ def test_every_number_is_where_the_format_has_it(missions, tracks, documents):
         assert [item["doJumpId"] for item in items] == list(range(1, len(items) + 1))
         assert {item["type"] for item in items} == {"SimpleItem"}
         assert {item["frame"] for item in items} == {0}
-        # What QGroundControl's editor takes for AMSL, of the items and of those added to them.
+        # QGroundControl's editor takes this for AMSL, in items and in items added to them.
         assert {item["AltitudeMode"] for item in items} == {2}
         assert mission["globalPlanAltitudeMode"] == 2
         assert [item["command"] for item in items[:-1]] == [WAYPOINT] * (len(items) - 1)

@@ -14,7 +14,7 @@ from pathgene.host.terrain import Terrain
 
 GROUND = Terrain("plain", np.zeros((101, 101)), 50.0, 50.0)
 # An autopilot commands this much sideways acceleration at most.
-SPEED_M_S, TURN_RADIUS_M = 23.0, 150.0  # Those of the Silver Fox.
+SPEED_M_S, TURN_RADIUS_M = 23.0, 150.0  # The Silver Fox's.
 
 
 def track_of(path, radius_m=TURN_RADIUS_M):

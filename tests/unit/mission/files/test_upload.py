@@ -115,7 +115,7 @@ def test_survives_lost_messages_and_old_requests(own, plans):
 
 
 def test_px4_says_the_same_in_other_words(own, plans):
-    """Frame 5 means what 0 means, and 0 is a heading left to the autopilot."""
+    """Frames 5 and 0 mean the same, and 0 is a heading left to the autopilot."""
     own.kind = 12
     own.alter = lambda item: setattr(item, "frame", 5) or setattr(item, "param4", 0.0)
     assert uploaded(own, plans[0]).autopilot_name == "px4"
@@ -268,7 +268,7 @@ def test_a_serial_port_that_takes_nothing_costs_a_second(capfd):
         assert time.monotonic() - begun < 5
         assert capfd.readouterr().out == ""
     finally:
-        # Makes room for what a close would wait for.
+        # Makes room for the bytes that a close would wait for.
         os.set_blocking(ours, False)
         os.read(ours, 1 << 16)
         link.close()

@@ -101,8 +101,8 @@ def test_keys_sort_by_class_then_value():
     assert keys[2] == greatest
 
 
-def test_a_walk_goes_on_behind_a_collision():
-    """Its margins are those of a whole walk, and the memo knows all; the key has fewer hits."""
+def test_a_walk_continues_after_a_collision():
+    """Its margins equal a whole walk's, and the memo knows all; the key has fewer hits."""
     rng = np.random.default_rng(12)
     steepest = (1 << 24) - 1
     both = Both(SMALL, rng, 64, climb=steepest, descent=steepest, radius=64)

@@ -18,7 +18,7 @@ from tests.support.planner.scorer_cases import compiled_chords
 
 def compiled(config, problem, points, *, first=False):
     count = len(points) + problem.has_entry + problem.has_exit
-    # What an earlier path has left there must not count.
+    # Remains of an earlier path must not count.
     work = np.full((WORK_ROWS, count), 1 << 40, dtype=np.int64)
     result = score(problem_vector(config, problem), rows(points), len(points), work, first)
     return result, compiled_chords(work)
@@ -44,7 +44,7 @@ def test_compiled_score_is_the_defined_one(config):
 
 
 def test_an_entry_and_an_exit_are_points_of_the_path():
-    """The score of a path is that of the path with two points less, which are entry and exit."""
+    """A path scores as the path without its first and last point, which are entry and exit."""
     rng = np.random.default_rng(20)
     for _ in range(200):
         problem, points = record(USUAL, rng), path(USUAL, rng, waypoints=6)
@@ -91,7 +91,7 @@ def test_roots():
 
 
 def test_lengths_and_costs_are_those_of_the_formulas():
-    """Of a path with one turn, in floating point: cells of 256 units, steps of 16."""
+    """A path with one turn, in floating point: cells of 256 units, steps of 16."""
     rng = np.random.default_rng(7)
     for _ in range(50):
         problem = record(

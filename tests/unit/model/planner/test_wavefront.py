@@ -123,7 +123,7 @@ def test_costs_are_those_of_pieces(config):
             for way, distance in enumerate(distances.tolist()):
                 ends = before << ALTITUDE_FRACTION, after << ALTITUDE_FRACTION
                 exact = max(piece_cost(problem, *ends, distance) >> problem.key_shift, 1)
-                # Of both factors, of weight and climb, and of the sums.
+                # The rounding of both factors, of weight and climb, and of the sums.
                 rise = abs(after - before)
                 lost = (before + after >> prices.fraction) + (rise << 6 >> prices.fraction)
                 lost += (distance + (rise << ALTITUDE_FRACTION) >> problem.key_shift) + 6

@@ -26,7 +26,7 @@ SLOTS = 20
 
 
 def check(found, expected):
-    """Compare all that was found with the model; return how far keys are behind margins."""
+    """Compare all that was found with the model; return the cycles from margins to keys."""
     assert found.idle == found.keyed[-1] + 1
     return check_findings(found, expected)
 
@@ -83,7 +83,7 @@ def test_back_pressure(stalled):
 
 @pytest.mark.ci
 def test_reset_discards_all_paths():
-    """Paths that are inside when the reset comes leave nothing behind."""
+    """Paths that are inside when the reset comes leave no trace."""
     rng = np.random.default_rng(6)
     evaluator, paths = case(SMALL, rng, 30, 3)
     expected = outcomes(evaluator, 64, paths)

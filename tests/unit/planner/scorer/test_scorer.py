@@ -35,14 +35,14 @@ ENDS = list(itertools.product((0, 1), repeat=2))
 
 @dataclass
 class Job:
-    """Paths of one problem, and what the scorer makes of them.
+    """Paths of one problem, and their results from the scorer.
 
     Attributes
     ----------
     pauses : sequence of int
         Cycles before each transfer of a point, repeated.
     room : sequence of int
-        Of each cycle, repeated.
+        Room in each cycle, repeated.
     reset_at : int or None
         Cycle of a reset, after which the job ends.
     begins : int
@@ -70,7 +70,7 @@ class Job:
         return self.problem.has_entry + self.problem.has_exit
 
     def check(self):
-        """Compare everything but cycles; a score comes behind the chords of its path."""
+        """Compare everything but cycles; a score comes after the chords of its path."""
         results = [defined_score(self.problem, each) for each in self.paths]
         assert [each[1:] for each in self.scores] == [score for score, _ in results]
         assert [each[1:] for each in self.chords] == [
@@ -80,7 +80,7 @@ class Job:
         assert all(end < cycle for end, (cycle, *_) in zip(ends, self.scores, strict=True))
 
     def check_cycles(self, config):
-        """Compare the cycles of chords and scores with those of the launches."""
+        """Compare the cycles of chords and scores with the cycles of the launches."""
         cycles = ScorerCycles.of(config)
         sizes = [len(each) + self.added for each in self.paths]
         begun = list(zip(self.launches, sizes, strict=True))
@@ -157,7 +157,7 @@ async def drive(ctx, dut, job):
 
 
 def read(ctx, dut, job, cycle):
-    """Add what leaves the scorer in this cycle."""
+    """Add the outputs of the scorer in this cycle."""
     if ctx.get(dut.launches):
         job.launches.append(cycle)
     each = ctx.get(dut.chord)
@@ -186,7 +186,7 @@ def with_ends(config, rng, problem, entry, exits):
     ("config", "problems", "count"), [(SMALL, 5, 5), (USUAL, 1, 3)], ids=["small", "usual"]
 )
 def test_matches_the_definition(config, problems, count, ends):
-    """At full rate, with and without entry and exit; every path at once behind the one before."""
+    """At full rate, with and without entry and exit; every path right after the one before."""
     rng = np.random.default_rng(ends)
     free = [drawn_free_problem(config, rng) for _ in range(problems)]
     jobs = [
@@ -201,7 +201,7 @@ def test_matches_the_definition(config, problems, count, ends):
 
 @pytest.mark.ci
 def test_matches_the_definition_with_pauses():
-    """Of points, and of room."""
+    """Pauses of points, and of room."""
     rng = np.random.default_rng(4)
     jobs = []
     for _ in range(3):
@@ -236,7 +236,7 @@ def test_shortest_and_longest_paths():
 @pytest.mark.parametrize("altitude_bits", [6, 9, 12, 16])
 @pytest.mark.parametrize("map_size", [16, 128, 512, 4096])
 def test_latencies(map_size, altitude_bits):
-    """The model's are those of the gateware in all sizes."""
+    """Model and gateware agree in all sizes."""
     for waypoints in (4, 64):
         config = USUAL.replace(
             map_size=map_size,
@@ -259,7 +259,7 @@ def test_cycles():
     (start,) = job.launches
     assert [cycle - start for cycle, *_ in job.chords] == [87 + 2 * segment for segment in range(7)]
     assert job.scores[0][0] - start == 87 + 2 * 6 + 56 == 2 * 8 + 139
-    # The two first points at once, then one in every slot, behind that of the entry.
+    # The two first points at once, then one in every slot, after the point of the entry.
     assert [cycle - start for cycle in job.taken] == [-1, *range(2, 11, 2)]
 
 
@@ -286,7 +286,7 @@ def test_a_path_begins(ends):
 
 @pytest.mark.ci
 def test_the_next_path_begins():
-    """Behind the one before, or later if points or room are late."""
+    """A path begins right after the one before, or later if points or room are late."""
     rng = np.random.default_rng(12)
     problem = with_ends(SMALL, rng, record(SMALL, rng, radius=100), 1, 1)
     jobs = []
@@ -306,7 +306,7 @@ def test_the_next_path_begins():
 
 
 def test_reset_discards_all_paths():
-    """Paths that are inside when the reset comes leave nothing behind."""
+    """Paths that are inside when the reset comes leave no trace."""
     rng = np.random.default_rng(8)
     problem = with_ends(SMALL, rng, record(SMALL, rng, radius=100), 1, 1)
     jobs = [

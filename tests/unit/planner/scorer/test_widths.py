@@ -45,7 +45,7 @@ def test_greatest_values_of_a_piece(config):
             assert abs(level) <= 1 << widths.level - 1
             cost = level * flown + max(pull, 0) * ((1 << 16) - 1)
             assert -(1 << widths.piece - 1) <= cost < 1 << widths.piece - 1
-            # Of the path, from an entry to an exit.
+            # Cost of the path, from an entry to an exit.
             pieces = 2 * config.max_waypoints + 5
             assert abs(cost) * pieces < 1 << widths.cost - 1
     assert flown.bit_length() >= widths.flown - 1

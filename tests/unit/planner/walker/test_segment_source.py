@@ -30,7 +30,7 @@ def drawn_path(rng):
 
 
 def row_of(path, i):
-    """The row of a point; behind the goal, and for a start without a chord, one not to be read."""
+    """The row of a point; after the goal, and for a start without a chord, one not to be read."""
     points, chords, _ = path
     if i >= len(points) or (i == 0 and chords[0] is None):
         return {"point": {"x": 7}, "chord": {"present": 1}}
@@ -43,7 +43,7 @@ def row_of(path, i):
 def run(paths, pauses, *, late=()):
     """Return the segments of paths in the places of a memory, and the cycle of each.
 
-    Paths are offered in every cycle, but those of the numbers ``late``, 30 cycles later.
+    Paths are offered in every cycle, but paths with numbers in ``late`` 30 cycles later.
     """
     source = SegmentSource(**SIZES)
     rows = [row_of(path, i) for path in paths for i in range(8)]

@@ -76,14 +76,14 @@ def corners_of(start, stop):
 
 @pytest.mark.parametrize("lanes", [1, 2, 4])
 def test_random_segments(lanes):
-    """Any altitudes; segments one right behind the other."""
+    """Any altitudes; segments in direct succession."""
     config = SMALL.replace(lanes=lanes, memory_latency=1 + lanes % 2)
     rng = np.random.default_rng(lanes)
     heights = heights_of(config, rng)
     segments = [(any_point(config, rng), any_point(config, rng)) for _ in range(60)]
     walked, taken, cycles = run(config, heights, segments)
     assert walked == expected(config, heights, segments)
-    # A segment is launched two cycles after it is taken, and each costs what the model says.
+    # A segment is launched two cycles after it is taken, and costs as many as in the model.
     free = 0
     latency = walker_of(config).latency
     for segment, begin, end in zip(segments, taken, cycles, strict=True):
@@ -112,7 +112,7 @@ def test_widest_altitudes():
 
 
 def test_answered_segments_take_a_cycle():
-    """And the others have their results still, with pauses between them."""
+    """All further segments still have their results, with pauses between them."""
     config = TINY.replace(lanes=2)
     rng = np.random.default_rng(5)
     heights = heights_of(config, rng)
@@ -162,7 +162,7 @@ def corners_in(heights, lanes, rows):
 @pytest.mark.parametrize("latency", [1, 2])
 @pytest.mark.parametrize("lanes", [1, 2, 4, 8, 16])
 def test_rows(lanes, latency):
-    """A row each cycle, from the cycle behind a write on; between walks, of steep segments, too."""
+    """A row each cycle, from the cycle after a write on; between walks, of steep segments, too."""
     config = SMALL.replace(lanes=lanes, memory_latency=latency)
     rng = np.random.default_rng(10 * lanes + latency)
     heights = heights_of(config, rng)
@@ -175,7 +175,7 @@ def test_rows(lanes, latency):
         for segment in segments:
             rows = rows_of(config, rng, 20)
             assert await read_rows(ctx, dut, rows) == corners_in(heights, lanes, rows)
-            # The row is asked for in the cycle behind the write.
+            # The row is asked for in the cycle after the write.
             x, y, altitude = (int(value) for value in rng.integers(config.map_size, size=3))
             heights[y, x] = altitude
             await put(ctx, dut.writes, {**corner((x, y, altitude)), "last": 0})

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""Blocks of the map: scans of all and of marked blocks, their cycles, and those of the ends."""
+"""Blocks of the map: scans of all and of marked blocks, their cycles, and the ends'."""
 
 import numpy as np
 import pytest
@@ -118,7 +118,7 @@ def test_marks_and_shifts():
         await own.check(config, wide)
         assert await own.scan() == scanning(0, 1, lanes, 2)
 
-        # Marks of one size mean nothing in the other.
+        # Marks of one size mean nothing in another.
         own.set_problem(narrow)
         await own.write(40, 3, 1)
         await own.write(9, 30, 2)

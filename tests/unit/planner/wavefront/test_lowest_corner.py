@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The lowest corner of a row: the first of equals, and what does not count."""
+"""The lowest corner of a row: the first of equals, and the corners that do not count."""
 
 import random
 

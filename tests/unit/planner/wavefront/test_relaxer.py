@@ -27,7 +27,7 @@ def constants_of(prices, falls):
 
 
 def relaxed(prices, falls, free, heights, costs, backwards):
-    """Return the costs after a pass; ``falls`` is None where steps cost what they do."""
+    """Return the costs after a pass; ``falls`` is None where steps keep their cost."""
     costs = costs.copy()
     step = 1 if backwards else -1
     for i in range(BLOCKS**2):

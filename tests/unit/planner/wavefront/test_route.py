@@ -72,7 +72,7 @@ def test_random_costs(seed):
             if number == 2:
                 goal = start
             if number == 3:
-                # A straight line, and behind it a route.
+                # A straight line, then a route.
                 blocked[:] = True
             blocked[start[::-1]] = blocked[goal[::-1]] = False
             costs = settled(goal, heights, blocked)

@@ -93,5 +93,5 @@ def test_matches_the_definition(config, count, length, share):
     firsts = np.cumsum([0, *map(len, paths[:-1])])
     assert [found[i] - stepped[each * n + 1] for n, i in enumerate(firsts)] == [WAYPOINT] * count
     if share == 1:
-        # One cycle of rest for each, that of its launch.
+        # One cycle of rest for each, in which it is launched.
         assert busy[: count * (each + 1)] == ([0] + [1] * seeding(longest)) * count

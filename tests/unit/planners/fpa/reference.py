@@ -1,6 +1,6 @@
 """Reference of the flower pollination algorithm in plain integers, lists and loops.
 
-Of the compiled kernels it uses only the fitness of a path, as an argument.
+It uses one compiled kernel, the fitness of a path, as an argument.
 """
 
 import math

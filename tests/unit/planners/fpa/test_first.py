@@ -30,7 +30,7 @@ def test_given_paths_come_first_with_the_same_course(evaluator, waypoints):
     )
     assert paths.shape == (3, max(waypoints, 3) + 2, 3)
     for path, given in zip(paths, (straight, bent), strict=False):
-        # It has every given point in order, and the others lie on its legs.
+        # It has every given point in order, and all further points lie on its legs.
         where = [int(np.flatnonzero((path == point).all(axis=1))[0]) for point in given]
         assert where == sorted(where)
         length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()

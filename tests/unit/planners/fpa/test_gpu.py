@@ -1,4 +1,4 @@
-"""The GPU engine on a GPU: its numbers, many runs at once, and what uses it."""
+"""The GPU engine on a GPU: its numbers, many runs at once, and its users."""
 
 import json
 
@@ -31,7 +31,7 @@ pytestmark = pytest.mark.skipif(not has_gpu(), reason="there is no NVIDIA GPU")
 
 #: Largest relative difference between the fitness on GPU and CPU, without samples on cell borders.
 TOLERANCE = 1e-9
-#: Most paths, of all, with a sample on such a border.
+#: Maximum share of paths with a sample on such a border.
 ON_BORDERS = 0.01
 
 

@@ -94,7 +94,8 @@ def test_a_run_is_complete(evaluator):
     assert mean == sorted(mean)  # No solution is replaced by a worse one.
     assert result.path.shape == (8, 3)
     assert np.array_equal(result.path[[0, -1]], [evaluator.problem.start, evaluator.problem.goal])
-    # The first population, then a candidate per solution and iteration, and those of 2-opt.
+    # The first population, then a candidate per solution and iteration, and the candidates of
+    # 2-opt.
     assert result.evaluations + result.cut_short > 64 * 61
     assert result.evaluations >= 64
     for fitness, path in result.archive:

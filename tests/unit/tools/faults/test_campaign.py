@@ -68,7 +68,7 @@ def test_every_planted_bug_has_a_seed():
 
 @pytest.mark.parametrize(("bug", "seed"), NOTICED.items())
 def test_a_planted_bug_is_noticed(bug, seed):
-    """Where draws or sessions change, the long test below tells the seeds anew."""
+    """When draws or sessions change, the long test below tells the new seeds."""
     [(_, without)] = run(Board.MODEL, [seed], jobs=1)
     [(_, with_bug)] = run(Board.MODEL, [seed], jobs=1, bug=bug)
     assert (without.violation, bool(with_bug.violation)) == ("", True)

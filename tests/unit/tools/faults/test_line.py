@@ -12,7 +12,7 @@ FRAMES = [b"first\0", b"second\0", b"third\0"]
 
 
 class Recorder:
-    """A chip that answers each frame with itself, and notes what it gets."""
+    """A chip that answers each frame with itself, and notes its frames."""
 
     def __init__(self):
         self.fed = []
@@ -26,7 +26,7 @@ class Recorder:
 
 
 def passed(*events, write_timeout=None, frames=FRAMES):
-    """Return what the chip gets of the frames, and what the host gets in 100 reads."""
+    """Return the bytes that reach the chip, and the bytes of 100 reads of the host."""
     chip = Recorder()
     line = FaultyLine(chip, VirtualClock(), events, patience_s=1e9)
     line.timeout, line.write_timeout = 0.01, write_timeout
@@ -113,7 +113,7 @@ def test_a_healed_line_passes_what_was_held_back():
 def test_a_cut_port_is_lost(way):
     line = FaultyLine(Recorder(), VirtualClock(), [at(3, LineFault.CUT, way=way)])
     line.timeout = 1.0
-    with contextlib.suppress(OSError):  # What comes back is lost after the write.
+    with contextlib.suppress(OSError):  # The answer is lost after the write.
         line.write(FRAMES[0])
     with pytest.raises(OSError, match=r"^the device is gone$"):
         line.read()

@@ -1,4 +1,4 @@
-"""Flights in processes of the desk: what is seen, what can be ordered, what is saved."""
+"""Flights in processes of the desk: their pictures, orders and files."""
 
 import math
 import re

@@ -1,4 +1,4 @@
-"""What reaches the desk: requests with its token, and of limited size."""
+"""Requests that reach the desk: with its token, and of limited size."""
 
 import asyncio
 from concurrent.futures import ThreadPoolExecutor
@@ -12,7 +12,7 @@ TOKEN = "secret"
 
 
 def call(*, path="/", query="", cookie=None, body=(), kind="http", length=None, most=5_000_000):
-    """Return the status and the headers of a request, and what the application behind has read."""
+    """Return the status and headers of a request, and the bytes that the application has read."""
     read, sent = [], []
 
     async def behind(scope, receive, send):

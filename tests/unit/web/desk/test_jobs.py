@@ -1,4 +1,4 @@
-"""Jobs in processes: progress, stop, limits, and what is saved."""
+"""Jobs in processes: progress, stop, limits and saved files."""
 
 import os
 import signal

@@ -109,7 +109,7 @@ def test_another_planner_and_as_paper_make_values_void_but_do_not_forget_them(sh
 
 
 def test_a_problem_of_this_machine_brings_its_files(terrains, tmp_path):
-    """Degrees become metres, files of zones and aircraft what is in them."""
+    """Degrees become metres, files of zones and aircraft their contents."""
     land = load("jacksboro")
     land.save_npz((tmp_path / "land.npz").open("wb"), np.zeros(land.shape, dtype=bool))
     (tmp_path / "zones.geojson").write_text(

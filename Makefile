@@ -56,7 +56,7 @@ endef
 
 .PHONY: help
 help:
-	@echo "make plan       plan over real terrain by the planner on the chip, in the simulated board,"
+	@echo "make plan       plan over real terrain by the planner core, in the simulated board,"
 	@echo "                and with the paper's ga-fpga and with astar beside it"
 	@echo "                (TERRAIN= START= GOAL= NOFLY_CIRCLES= BOARD= BESIDE= SEED= OUT=)"
 	@echo "make fly        the same, then fly the path in a flight-dynamics model, with zones that"

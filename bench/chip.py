@@ -1,4 +1,4 @@
-"""The planner on the chip, on its compiled model: F by time, with and without a clearance."""
+"""The planner core, on its compiled model: F by time, with and without a clearance."""
 
 from __future__ import annotations
 

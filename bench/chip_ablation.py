@@ -1,4 +1,4 @@
-"""Choices of the planner on the chip, one changed at a time: what each is worth in 10 ms."""
+"""Choices of the planner core, one changed at a time: what each is worth in 10 ms."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def run(options: Options) -> Report:
         )
     seeds = min(options.seeds, 10)
     report = Report(
-        f"Choices of the planner on the chip: {seeds} seeds, 10 ms at 100 MHz with 8 lanes",
+        f"Choices of the planner core: {seeds} seeds, 10 ms at 100 MHz with 8 lanes",
         (
             "change",
             "as paper",

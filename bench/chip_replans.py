@@ -51,7 +51,7 @@ class Setting:
 
     rules: Rules | None
     heading: bool = False
-    board: str = "model:?genetic=streaming"
+    board: str = "model:?core=planner"
 
 
 _NO_DEMANDS = Rules(clearance_m=0, corridor_m=0, zone_margin_m=0, reserve=0)

@@ -1,4 +1,4 @@
-"""Plans by runs of the planner on the chip, on its compiled model, over the nine terrains."""
+"""Plans by runs of the planner core, on its compiled model, over the nine terrains."""
 
 from __future__ import annotations
 
@@ -47,10 +47,10 @@ __all__ = [
 ]
 
 #: The chip that is modelled: 8 lanes, 100 MHz.
-CHIP = Config(genetic=GeneticCore.STREAMING)
+CHIP = Config(core=GeneticCore.PLANNER)
 #: The chip of the board that is routed at that clock, and the URL of its model.
 BOARD_CHIP = find_board("ulx3s-85f", "planner").config
-BOARD_URL = f"model:?genetic=streaming&altitude_bits={BOARD_CHIP.altitude_bits}"
+BOARD_URL = f"model:?core=planner&altitude_bits={BOARD_CHIP.altitude_bits}"
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import time
 
 from bench.report import Options, Report
 from pathgene.hdl.config import Config
-from pathgene.sim.model.core import Core
+from pathgene.sim.model.core import PaperCore
 
 
 __all__ = ["run"]
@@ -21,7 +21,7 @@ def run(options: Options) -> Report:
     config = Config()
     for title, lengths in (("of 2 to 7 waypoints", (2, 7)), ("of 16 waypoints", (16, 16))):
         rng = random.Random(1)
-        core = Core(config)
+        core = PaperCore(config)
         core.start(1, core.limits)
         core.paths = [
             [rng.getrandbits(config.waypoint_bits) for _ in range(rng.randint(*lengths))]

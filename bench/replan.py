@@ -46,12 +46,12 @@ YARDSTICK = "yardstick"
 # The row of the chip's model.
 _CHIP = "ga-chip, model:"
 # Its planner and its board; they also look whether there is a path.
-_MODEL = "ga-chip", "model:?genetic=streaming"
+_MODEL = "ga-chip", "model:?core=planner"
 #: Rows: planner, board, and how many of the scenarios, one of so many.
 ROWS: dict[str, tuple[str, str, int]] = {
     YARDSTICK: ("astar", "", 1),
     _CHIP: (*_MODEL, 1),
-    "ga-chip, sim:": ("ga-chip", "sim:?genetic=streaming", 10),
+    "ga-chip, sim:": ("ga-chip", "sim:?core=planner", 10),
     "astar": ("astar", "", 10),
     "fpa-2opt": ("fpa-2opt", "", 10),
     "ga-fpga, model:": ("ga-fpga", "model:", 10),

@@ -159,10 +159,10 @@ def _cases(cores: int, population: int, solutions: Sequence[int], together: int)
     yield _Case("sequential", 1, population)
     yield _Case(_IN_FULL, cores, population)
     for threads in range(1, cores + 1):
-        yield _Case("cores", threads, population)
+        yield _Case("threads", threads, population)
     others = [count for count in solutions if count != population]
     for count in others:
-        yield _Case("cores", cores, count)
+        yield _Case("threads", cores, count)
     for runs in (1, together):
         for count in (population, *others):
             yield _Case("gpu", cores, count, runs)
@@ -197,7 +197,7 @@ def _plan(case: _Case, iterations: int, seeds: Sequence[int]) -> list[Result]:
     """Return the results of the runs of a case, each with its seed."""
     in_full = case.engine == _IN_FULL
     planner = FlowerPollinationPlanner(
-        engine="cores" if in_full else case.engine, give_up=not in_full
+        engine="threads" if in_full else case.engine, give_up=not in_full
     )
     evaluator = Evaluator(problem_at_one_cell(MAP), threads=case.threads)
     options = [

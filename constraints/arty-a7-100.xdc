@@ -1,6 +1,6 @@
 # Digilent Arty A7-100, XC7A100T in CSG324, for the plain Verilog of a chip at the board's clock.
-# The planner: pathgene verilog --top planner --set genetic=streaming (3 Mbaud)
-# The paper's chip: pathgene verilog --top planner (3 Mbaud)
+# Planner core: pathgene verilog --top chip --set core=planner (3 Mbaud)
+# Paper core: pathgene verilog --top chip (3 Mbaud)
 set_property LOC E3 [get_ports "clk"]
 set_property IOSTANDARD "LVCMOS33" [get_ports "clk"]
 create_clock -name clk -period 10 [get_ports "clk"]

@@ -164,7 +164,7 @@ int main(int count, char **arguments)
     struct link link = {0};
     struct chip chip = open_chip(&link, count, arguments);
     if (chip.core != 1)
-        fail("the board has no parallel genetic core");
+        fail("the board has no paper core");
 
     uint8_t start[15] = {0};
     put(start, 1, 8);   /* The seed. */

@@ -31,7 +31,7 @@ enum { STATUS_OK = 0 };
 struct chip {
     unsigned session, population, children, elites, survivors, max_waypoints, map_size;
     unsigned altitude_bits, coordinate_bits, waypoint_bits, waypoint_bytes, blocked, payload_room;
-    unsigned core;          /* 0 none, 1 parallel, 2 streaming. */
+    unsigned core;          /* 0 none, 1 paper, 2 planner. */
 };
 
 /* A socket, and the header of the next request. */

@@ -1,7 +1,7 @@
 /* A client of a pathgene board that plans by itself, over TCP, written from docs/protocol.md alone.
  *
  *     cc -std=c11 -o planner planner.c
- *     pathgene board serve --board model:?genetic=streaming --listen 127.0.0.1:2217
+ *     pathgene board serve --board model:?core=planner --listen 127.0.0.1:2217
  *     ./planner 127.0.0.1 2217 [MILLISECONDS]
  *
  * It does what the page's section "A small planner" says, and prints the CRC-32 of the best paths.
@@ -139,7 +139,7 @@ int main(int count, char **arguments)
     struct link link = {0};
     struct chip chip = open_chip(&link, count, arguments);
     if (chip.core != 2)
-        fail("the board has no streaming genetic core");
+        fail("the board has no planner core");
     command(&link, STOP, NULL, 0);              /* A run that an earlier session has left. */
     wait_for_end(&link);
     flatten(&link, &chip);

@@ -41,10 +41,10 @@ class GeneticCore(enum.StrEnum):
 
     #: No core: the chip only checks paths.
     NONE = "none"
-    #: The paper's: all crossovers of a generation in lock step; the host evaluates and sorts.
-    PARALLEL = "parallel"
-    #: The planner: children stream through breeding, scoring and sorting; a run needs no host.
-    STREAMING = "streaming"
+    #: The paper core: all crossovers of a generation in lock step; the host evaluates and sorts.
+    PAPER = "paper"
+    #: The planner core: children stream through breeding, scoring and sorting; a run needs no host.
+    PLANNER = "planner"
 
 
 class CheckerBuild(enum.StrEnum):
@@ -80,7 +80,7 @@ class Config:
         Mutators of each kind; each works on another child.
     max_waypoints : int
         Transitional waypoints of the longest path, 3..64; the shortest has 2. By default 16, as in
-        *allaire-2008*, and 18 with a streaming core.
+        *allaire-2008*, and 18 with the planner core.
     map_size : int
         Cells along each edge of the map, a power of two, 8..4096.
     coarse_factor : int
@@ -91,14 +91,13 @@ class Config:
         Edge of the mutation box in percent of the map's edge (*allaire-2008*, section 3.4.1).
     survivor_selection : SurvivorSelection
         Draw of the survivors: uniform or by rank.
-    genetic : GeneticCore or bool
-        Design of the genetic core, or none; 1 is parallel, 0 is none. A chip without a core only
-        checks paths, and of the fields above those up to ``deletes``, ``box_percent`` and
-        ``survivor_selection`` do not matter. To a streaming core, ``perturbs`` to ``deletes``,
-        ``coarse_factor``, ``survivor_selection`` and ``redraws`` do not matter; its population is
-        at most 32.
+    core : GeneticCore
+        Design of the genetic core, or none. A chip without a core only checks paths; it ignores the
+        fields up to ``deletes``, ``box_percent`` and ``survivor_selection``. The planner core
+        ignores ``perturbs`` to ``deletes``, ``coarse_factor``, ``survivor_selection`` and
+        ``redraws``; its population is at most 32.
     checker : CheckerBuild
-        Design of the checker, or none. A chip without a genetic core has a checker; a streaming
+        Design of the checker, or none. A chip without a genetic core has a checker; the planner
         core needs the parallel one. All fields below up to ``redraws`` matter only on a chip with a
         checker.
     lanes : int
@@ -136,7 +135,7 @@ class Config:
     altitude_bits: int = 12
     box_percent: int = 15
     survivor_selection: SurvivorSelection = SurvivorSelection.UNIFORM
-    genetic: GeneticCore = GeneticCore.PARALLEL
+    core: GeneticCore = GeneticCore.PAPER
     checker: CheckerBuild = CheckerBuild.PARALLEL
     lanes: int = 8
     memory_latency: int = 2
@@ -152,13 +151,11 @@ class Config:
 
     def __post_init__(self) -> None:
         if self.max_waypoints is _BY_CORE:
-            object.__setattr__(self, "max_waypoints", _longest(self.genetic))
+            object.__setattr__(self, "max_waypoints", _longest(self.core))
         for field in dataclasses.fields(self):
             value = getattr(self, field.name)
             if field.name in _CHOICES:
                 choices = _CHOICES[field.name]
-                if field.name == "genetic" and isinstance(value, int) and value in (0, 1):
-                    value = GeneticCore.PARALLEL if value else GeneticCore.NONE
                 *others, last = choices
                 self._check(field.name, f"{', '.join(others)} or {last}", value in list(choices))
                 object.__setattr__(self, field.name, choices(value))
@@ -195,20 +192,20 @@ class Config:
         )
         self._check("altitude_bits", "from 4 to 16", 4 <= self.altitude_bits <= 16)
         self._check("box_percent", "from 1 to 100", 1 <= self.box_percent <= 100)
-        if self.genetic is GeneticCore.NONE:
+        if self.core is GeneticCore.NONE:
             self._check(
-                "genetic",
-                "parallel on a chip without a checker",
+                "core",
+                "paper on a chip without a checker",
                 self.checker is not CheckerBuild.NONE,
             )
-        if self.streaming_core:
+        if self.planner_core:
             self._check(
-                "checker", "parallel with a streaming core", self.checker is CheckerBuild.PARALLEL
+                "checker", "parallel with the planner core", self.checker is CheckerBuild.PARALLEL
             )
-            self._check("population", "at most 32 with a streaming core", self.population <= 32)
+            self._check("population", "at most 32 with the planner core", self.population <= 32)
             self._check(
                 "survivors",
-                "at most the children with a streaming core",
+                "at most the children with the planner core",
                 self.survivors <= self.children,
             )
         self._check("lanes", "1, 2, 4, 8 or 16", _is_power(self.lanes, 1, 16))
@@ -233,19 +230,19 @@ class Config:
             raise ValueError(f"Config.{name} must be {rule}, not {shown}")
 
     @property
-    def parallel_core(self) -> bool:
-        """The chip has the genetic core of *allaire-2008*."""
-        return self.genetic is GeneticCore.PARALLEL
+    def paper_core(self) -> bool:
+        """The chip has the paper core: the genetic core of *allaire-2008*."""
+        return self.core is GeneticCore.PAPER
 
     @property
-    def streaming_core(self) -> bool:
-        """The chip has the streaming core, which plans without the host."""
-        return self.genetic is GeneticCore.STREAMING
+    def planner_core(self) -> bool:
+        """The chip has the planner core, which plans without the host."""
+        return self.core is GeneticCore.PLANNER
 
     @property
     def checks_paths(self) -> bool:
-        """The chip has a checker that checks the paths of a host, or of the parallel core."""
-        return self.checker is not CheckerBuild.NONE and not self.streaming_core
+        """The chip has a checker that checks the paths of a host, or of the paper core."""
+        return self.checker is not CheckerBuild.NONE and not self.planner_core
 
     @property
     def crossovers(self) -> int:
@@ -314,7 +311,7 @@ class Config:
     @property
     def checked_paths(self) -> int:
         """Most paths of one check: those of the population, if there is one."""
-        return self.population if self.parallel_core else 1
+        return self.population if self.paper_core else 1
 
     @property
     def max_segments(self) -> int:
@@ -379,9 +376,9 @@ class Config:
     def build_id(self) -> int:
         """32-bit fingerprint of every field, so that a host knows the chip was built from it."""
         fields = dataclasses.asdict(self)
-        # The two older cores keep the numbers that their chips were built with.
-        if not self.streaming_core:
-            fields["genetic"] = self.parallel_core
+        # A chip keeps the number that it was built with, whatever its core is called today.
+        core = fields.pop("core")
+        fields["genetic"] = "streaming" if self.planner_core else core is GeneticCore.PAPER
         packed = json.dumps(fields, sort_keys=True)
         return int.from_bytes(hashlib.sha256(packed.encode()).digest()[:4], "little")
 
@@ -390,22 +387,22 @@ class Config:
 
         With another core, a default of ``max_waypoints`` becomes that of the other core.
         """
-        if "genetic" in changes and self.max_waypoints == _longest(self.genetic):
+        if "core" in changes and self.max_waypoints == _longest(self.core):
             changes.setdefault("max_waypoints", _BY_CORE)
         return dataclasses.replace(self, **changes)  # type: ignore[arg-type]  # Checked at once.
 
 
 _CHOICES: dict[str, type[enum.StrEnum]] = {
     "survivor_selection": SurvivorSelection,
-    "genetic": GeneticCore,
+    "core": GeneticCore,
     "checker": CheckerBuild,
 }
 
 
-def _longest(genetic: object) -> int:
+def _longest(core: object) -> int:
     """Return the default of ``max_waypoints``."""
     # 108 paths of 18 waypoints fill the block RAMs that those of 16 need.
-    return 18 if genetic == GeneticCore.STREAMING else 16
+    return 18 if core == GeneticCore.PLANNER else 16
 
 
 def _is_power(value: int, low: int, high: int) -> bool:

@@ -31,12 +31,12 @@ def cycles_layout(config: Config) -> data.StructLayout:
 def counters_layout(config: Config) -> data.StructLayout:
     """Return the layout of the counters that the control unit keeps."""
     counted = [Counter.CYCLES, Counter.RECEIVE]
-    if config.parallel_core:
+    if config.paper_core:
         counted += _GENERATION.values()
     counted.append(Counter.TRANSMIT)
-    if config.streaming_core:
+    if config.planner_core:
         counted.append(Counter.GENERATIONS)
-    if config.parallel_core:
+    if config.paper_core:
         counted += [Counter.LONGEST, Counter.GENERATIONS, Counter.REFUSED_MUTATIONS]
         if config.checks_paths:
             counted += [Counter.REDRAWN, Counter.LEFT_OUT]
@@ -50,7 +50,7 @@ class Control(wiring.Component):
     to run a generation turns the crossover, mutation and update units on, one after the other; a
     command to check paths turns the checker on. At last the transmitting unit answers. A unit is on
     from the first cycle of its state to the cycle in which it is done, both included; the next unit
-    is on in the following cycle. Only the hand-over to the crossover takes one more. A streaming
+    is on in the following cycle. Only the hand-over to the crossover takes one more. A planner
     core runs by itself, and its generations are counted.
 
     A generation starts only when the core is ``ready``. Until then the receiving unit stays on and
@@ -100,12 +100,12 @@ class Control(wiring.Component):
     check_done : In(1)
         Ignored unless the checker is on.
 
-    With a streaming core:
+    With the planner core:
 
     bred : In(1)
         Pulse: a generation has been bred.
 
-    With a parallel genetic core:
+    With the paper core:
 
     generate : In(1)
         With ``receive_done``: the command is to run a generation. Excludes ``check``.
@@ -145,9 +145,9 @@ class Control(wiring.Component):
         }
         if self.checks_paths:
             members |= {"check": In(1), "check_on": Out(1), "check_done": In(1)}
-        if config.streaming_core:
+        if config.planner_core:
             members["bred"] = In(1)
-        if config.parallel_core:
+        if config.paper_core:
             members |= {
                 "generate": In(1),
                 "core": Out(generation_signature(config)),
@@ -181,10 +181,10 @@ class Control(wiring.Component):
             Counter.RECEIVE: self.receive_on | self.line_busy,
             Counter.TRANSMIT: self.transmit_on | self.line_sending,
         }
-        if self.config.parallel_core:
+        if self.config.paper_core:
             m.d.comb += [self.core.mutation_on.eq(on.mutate), self.core.update_on.eq(on.update)]
             counts |= self._generation(m, on)
-        if self.config.streaming_core:
+        if self.config.planner_core:
             counts[Counter.GENERATIONS] = self.bred
         self._count(m, counts)
         return m
@@ -192,19 +192,19 @@ class Control(wiring.Component):
     def _steps(self, m):
         """Return the steps from state to state, and what takes each of them."""
         received = self.receive_done
-        if self.config.parallel_core:
+        if self.config.paper_core:
             # Not in the cycle of `begin`, in which the receiving unit is still on.
             received = Signal()
             m.d.comb += received.eq(self.receive_done & ~self.generate & ~self.core.begin)
         to_answer = received
         steps = {(ChipState.LISTEN, ChipState.RECEIVE): self.pending}
-        if self.config.parallel_core:
+        if self.config.paper_core:
             steps[ChipState.RECEIVE, ChipState.CROSSOVER] = self.core.begin
         if self.checks_paths:
             steps[ChipState.RECEIVE, ChipState.CHECK] = received & self.check
             to_answer = received & ~self.check
         steps[ChipState.RECEIVE, ChipState.TRANSMIT] = to_answer
-        if self.config.parallel_core:
+        if self.config.paper_core:
             steps |= {
                 (ChipState.CROSSOVER, ChipState.MUTATE): self.core.crossover_done,
                 (ChipState.MUTATE, ChipState.UPDATE): self.core.mutation_done,

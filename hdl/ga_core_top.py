@@ -6,13 +6,13 @@ from amaranth.lib.wiring import Out, connect
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.control import Control
-from pathgene.hdl.ga_core.core import Core
+from pathgene.hdl.ga_core.core import PaperCore
 
 
-__all__ = ["GeneticCoreTop"]
+__all__ = ["PaperCoreTop"]
 
 
-class GeneticCoreTop(wiring.Component):
+class PaperCoreTop(wiring.Component):
     """Genetic core under the control unit of the chip, without link, command units and checker.
 
     The logic around it receives commands, checks paths and answers in their place: see
@@ -26,7 +26,7 @@ class GeneticCoreTop(wiring.Component):
     Members
     -------
     ...
-        Those of :class:`pathgene.hdl.ga_core.core.Core` and of
+        Those of :class:`pathgene.hdl.ga_core.core.PaperCore` and of
         :class:`pathgene.hdl.control.Control`, except the two that connect them.
     ranked : Out(1)
         A whole ranking is processed: a generation may start.
@@ -42,14 +42,12 @@ class GeneticCoreTop(wiring.Component):
     def __init__(self, config: Config):
         if not isinstance(config, Config):
             raise TypeError(f"Config must be a Config, not {config!r}")
-        if not config.parallel_core:
-            raise ValueError(
-                f"Config.genetic must be parallel for a genetic core, not {config.genetic}"
-            )
+        if not config.paper_core:
+            raise ValueError(f"Config.core must be paper for the paper core, not {config.core}")
 
         self.config = config
         self._control = Control(config)
-        self._core = Core(config)
+        self._core = PaperCore(config)
         super().__init__(
             {"ranked": Out(1)}
             | {

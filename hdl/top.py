@@ -10,7 +10,7 @@ from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.hdl.control import Control
 from pathgene.hdl.feasibility.check_controller import CheckController
 from pathgene.hdl.feasibility.checker import Checker
-from pathgene.hdl.ga_core.core import Core
+from pathgene.hdl.ga_core.core import PaperCore
 from pathgene.hdl.link.line import Line
 from pathgene.hdl.planner.core import PlannerCore
 from pathgene.hdl.primitives.skid_buffer import SkidBuffer
@@ -18,15 +18,15 @@ from pathgene.hdl.primitives.stream_register import StreamRegister
 from pathgene.hdl.protocol import Counter
 
 
-__all__ = ["Planner"]
+__all__ = ["Chip"]
 
 
-class Planner(wiring.Component):
+class Chip(wiring.Component):
     """The chip behind its UART; :mod:`pathgene.hdl.protocol` says what it answers.
 
     Source: *allaire-2008*, figure 6; where ``config`` has a checker, with the processor of *allaire
     two-tier* beside the core, which hands it its paths and asks it for the ground under new
-    waypoints. Where ``config`` has no genetic core, the checker is alone. A streaming core has the
+    waypoints. Where ``config`` has no genetic core, the checker is alone. The planner core has the
     map, and plans by itself: :class:`pathgene.hdl.planner.core.PlannerCore`.
 
     Parameters
@@ -68,12 +68,12 @@ class Planner(wiring.Component):
         reset = Signal()
         m.d.comb += reset.eq(self.rst | lasting.any())
         m.d.unreset += lasting.eq(Cat(self.rst, lasting))
-        domains = ("sync", "core") if self.config.streaming_core else ("sync", "core", "checker")
+        domains = ("sync", "core") if self.config.planner_core else ("sync", "core", "checker")
         for domain in domains:
             setattr(m.domains, domain, ClockDomain(domain))
             m.d.comb += ClockSignal(domain).eq(self.clk)
             m.d.unreset += ResetSignal(domain).eq(reset)
-            if self.config.parallel_core or self.config.streaming_core:
+            if self.config.paper_core or self.config.planner_core:
                 reset = ResetSignal(domain)
 
         m.submodules.line = line = Line(self.config.clocks_per_bit, self.config.receive_buffer)
@@ -84,7 +84,7 @@ class Planner(wiring.Component):
 
         m.d.comb += [line.rx.eq(self.rx), self.tx.eq(line.tx)]
         connect(m, line.requests, receiver.requests)
-        if self.config.streaming_core:
+        if self.config.planner_core:
             # A large chip lies between the transmitter and the line.
             m.submodules.replies = replies = StreamRegister(transmitter.replies.payload.shape())
             connect(m, transmitter.replies, replies.words)
@@ -102,9 +102,9 @@ class Planner(wiring.Component):
         ]
 
         core = None
-        if self.config.parallel_core:
+        if self.config.paper_core:
             core = self._add_core(m, control, receiver, transmitter)
-        if self.config.streaming_core:
+        if self.config.planner_core:
             self._add_planner_core(m, control, receiver, transmitter)
         elif self.config.checker is not CheckerBuild.NONE:
             self._add_checker(m, control, core, receiver, transmitter)
@@ -130,7 +130,7 @@ class Planner(wiring.Component):
 
     def _add_core(self, m, control, receiver, transmitter):
         """Add the genetic core, and return it; who reads its paths is still to be connected."""
-        core = Core(self.config)
+        core = PaperCore(self.config)
         m.submodules.core = DomainRenamer("core")(core)
 
         connect(m, control.core, core.control)
@@ -164,7 +164,7 @@ class Planner(wiring.Component):
         return core
 
     def _add_planner_core(self, m, control, receiver, transmitter):
-        """Add the streaming core, which has the map, too."""
+        """Add the planner core, which has the map, too."""
         core = PlannerCore(self.config)
         m.submodules.core = DomainRenamer("core")(core)
 

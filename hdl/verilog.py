@@ -1,6 +1,6 @@
 """Export of Verilog: the text that simulations, boards and synthesis all use.
 
-``python -m pathgene.hdl.verilog FOLDER`` writes those of :data:`SHIPPED`.
+``python -m pathgene.hdl.verilog FOLDER`` writes the files of :data:`SHIPPED`.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ __all__ = ["SHIPPED", "TOPS", "convert", "export", "strip_zero_init", "write_shi
 #: for the Config itself, else the name of an attribute of the Config.
 TOPS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
-        "planner": ("pathgene.hdl.top", "Planner", "config"),
-        "ga_core": ("pathgene.hdl.ga_core_top", "GeneticCoreTop", "config"),
+        "chip": ("pathgene.hdl.top", "Chip", "config"),
+        "ga_core": ("pathgene.hdl.ga_core_top", "PaperCoreTop", "config"),
         "uart": ("pathgene.hdl.link.uart", "Uart", "clocks_per_bit"),
         "frame_receiver": ("pathgene.hdl.link.frame", "FrameReceiver", "receive_buffer"),
         "frame_transmitter": ("pathgene.hdl.link.frame", "FrameTransmitter"),
@@ -59,14 +59,14 @@ TOPS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     }
 )
 
-#: What ``make verilog`` writes: the top, and what differs in its configuration, by the name of the
-#: module and of its file.
+#: Files of ``make verilog``: a top, and its differences from the default configuration, by the name
+#: of the module and of its file.
 SHIPPED: Mapping[str, tuple[str, Mapping[str, object]]] = MappingProxyType(
     {
         "ga_core": ("ga_core", {}),
         "feasibility": ("feasibility", {}),
-        "planner": ("planner", {}),
-        "streaming_planner": ("planner", {"genetic": GeneticCore.STREAMING}),
+        "paper_chip": ("chip", {}),
+        "planner_chip": ("chip", {"core": GeneticCore.PLANNER}),
     }
 )
 

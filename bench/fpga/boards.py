@@ -143,12 +143,12 @@ def _lanes_name(board: str, lanes: int) -> str:
 
 
 def _chip_name(board: Board) -> str:
-    """Return the name of a row: that of the board alone for the paper's chip."""
+    """Return the name of a row: that of the board alone for the chip with the paper core."""
     return board.name if board.chip is ChipKind.PAPER else f"{board.name}, {board.chip}"
 
 
 _ROUTED_BOARDS = [name for name in BOARDS if _family(find_board(name)) in _FAMILIES]
-#: The paper's chips first.
+#: The chips with the paper core first.
 _CHIPS = {
     _chip_name(board): board
     for kind in (ChipKind.PAPER, ChipKind.PLANNER)

@@ -28,11 +28,11 @@ from tools.netlist import Netlist
 __all__ = ["PAPERS_TABLE", "UNITS_TABLE", "paper_jobs", "unit_jobs"]
 
 _CORE, _CHECKER = (
-    "pathgene.hdl.ga_core_top.GeneticCoreTop",
+    "pathgene.hdl.ga_core_top.PaperCoreTop",
     "pathgene.hdl.feasibility.checker.Checker",
 )
 _PLAIN = Config(checker=CheckerBuild.NONE)
-_STREAMING = Config(genetic=GeneticCore.STREAMING)
+_PLANNER_CHIP = Config(core=GeneticCore.PLANNER)
 _TWO_TIER = _PLAIN.replace(checker=CheckerBuild.TWO_TIER, lanes=1)
 
 
@@ -104,26 +104,26 @@ _UNITS: Mapping[str, tuple[str, tuple[Any, ...], _Device]] = MappingProxyType(
             (_PLAIN.replace(checker=CheckerBuild.PARALLEL, lanes=16),),
             _ECP5,
         ),
-        "evolver": ("pathgene.hdl.planner.evolver.Evolver", (_STREAMING, ISLANDS), _PLANNER),
-        "scorer": ("pathgene.hdl.planner.scorer.scorer.Scorer", (_STREAMING,), _PLANNER),
+        "evolver": ("pathgene.hdl.planner.evolver.Evolver", (_PLANNER_CHIP, ISLANDS), _PLANNER),
+        "scorer": ("pathgene.hdl.planner.scorer.scorer.Scorer", (_PLANNER_CHIP,), _PLANNER),
         "walker with memo, 8 lanes": (
             "pathgene.hdl.planner.walker.path_walker.PathWalker",
-            (_STREAMING,),
+            (_PLANNER_CHIP,),
             _PLANNER,
         ),
         "wavefront": (
             "pathgene.hdl.planner.wavefront.wavefront.Wavefront",
-            (_STREAMING,),
+            (_PLANNER_CHIP,),
             _PLANNER,
         ),
         "drawer of shapes": (
             "pathgene.hdl.planner.shape_drawer.ShapeDrawer",
-            (_STREAMING.coordinate_bits, _STREAMING.altitude_bits),
+            (_PLANNER_CHIP.coordinate_bits, _PLANNER_CHIP.altitude_bits),
             _PLANNER,
         ),
         "planner core, 8 lanes": (
             "pathgene.hdl.planner.core.PlannerCore",
-            (_STREAMING.replace(altitude_bits=11),),
+            (_PLANNER_CHIP.replace(altitude_bits=11),),
             _PLANNER,
         ),
     }

@@ -1,9 +1,8 @@
 """Real boards: pins, device, clock and configuration of each, one file a board.
 
 A board file holds ``CHIPS``, a :class:`pathgene.hdl.boards.board.Board` for each kind of chip that
-the board has room for, its default first, and no logic;
-:mod:`pathgene.hdl.boards.chip` puts the planner behind its pins, :mod:`pathgene.hdl.boards.build`
-makes the bitstream.
+the board has room for, its default first, and no logic; :mod:`pathgene.hdl.boards.board_top` puts
+the chip between its pins, :mod:`pathgene.hdl.boards.build` makes the bitstream.
 """
 
 from __future__ import annotations

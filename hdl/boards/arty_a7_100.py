@@ -20,4 +20,4 @@ _PAPER = Board(
     sizes=Config(checker=CheckerBuild.PARALLEL, lanes=8),
 )
 
-CHIPS = (replace(_PAPER, sizes=_PAPER.sizes.replace(genetic=GeneticCore.STREAMING)), _PAPER)
+CHIPS = (replace(_PAPER, sizes=_PAPER.sizes.replace(core=GeneticCore.PLANNER)), _PAPER)

@@ -18,7 +18,7 @@ __all__ = ["Board", "ChipKind"]
 class ChipKind(enum.StrEnum):
     """Kind of a chip, as ``make bitstream CHIP=`` takes it."""
 
-    #: Plans by itself: the streaming core (:class:`pathgene.hdl.planner.core.PlannerCore`).
+    #: Plans by itself: the planner core (:class:`pathgene.hdl.planner.core.PlannerCore`).
     PLANNER = "planner"
     #: That of the papers: genetic core and checker, or on a small device the checker alone.
     PAPER = "paper"
@@ -77,7 +77,7 @@ class Board:
     @property
     def chip(self) -> ChipKind:
         """Kind of the chip."""
-        return ChipKind.PLANNER if self.sizes.streaming_core else ChipKind.PAPER
+        return ChipKind.PLANNER if self.sizes.planner_core else ChipKind.PAPER
 
     @property
     def reference_hz(self) -> int:

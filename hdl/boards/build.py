@@ -18,7 +18,7 @@ from pathlib import Path
 
 from pathgene.hdl.boards import BOARDS, find_board
 from pathgene.hdl.boards.board import Board, ChipKind
-from pathgene.hdl.boards.chip import Chip
+from pathgene.hdl.boards.board_top import BoardTop
 from pathgene.hdl.boards.route import MOST_JOBS, Routed, route
 from pathgene.hdl.boards.tools import BuildError, Stamp, run_tool
 from pathgene.hdl.verilog import strip_zero_init
@@ -37,7 +37,7 @@ def prepare(board: Board, folder: Path) -> list[list[str]]:
     Yosys respect ``no_rw_check``, without which it doubles memories with two read ports.
     """
     plan = board.platform().build(
-        Chip(board),
+        BoardTop(board),
         name=NAME,
         do_build=False,
         debug_verilog=True,

@@ -1,4 +1,4 @@
-// Arithmetic of the planner's chips on an ECP5, as maps for Yosys's techmap.
+// Arithmetic of the chips with the planner core on an ECP5, as maps for Yosys's techmap.
 
 // Adder or subtractor with an input that says which, of pathgene.hdl.boards.ecp5_adder.
 module ADD_OR_SUBTRACT (first, second, subtracts, total);

@@ -31,7 +31,7 @@ _PAPER = Board(
     # 12 MHz to 24 MHz; its USB bridge is an FT2232H.
     pll=Ice40Pll(divf=63, divq=5),
     reset=("reset_pin", 0),
-    sizes=Config(genetic=False, checker=CheckerBuild.TWO_TIER, lanes=1, map_size=256),
+    sizes=Config(core="none", checker=CheckerBuild.TWO_TIER, lanes=1, map_size=256),
     overrides={"synth_opts": "-device u -spram -dsp"},
 )
 

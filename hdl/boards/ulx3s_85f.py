@@ -49,7 +49,7 @@ _PLANNER = replace(
     platform=_PlannerPlatform,
     # The map takes 176 block RAMs; with altitudes of 12 bits it would take 192 of the 208, and the
     # planner needs 24 beside it.
-    sizes=_SIZES.replace(genetic=GeneticCore.STREAMING, altitude_bits=11),
+    sizes=_SIZES.replace(core=GeneticCore.PLANNER, altitude_bits=11),
     seed=1,
     overrides={
         **PLANNER_OVERRIDES,

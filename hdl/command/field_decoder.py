@@ -44,7 +44,7 @@ def request_fields(config: Config) -> dict[Command, Layout]:
         Command.COUNTERS: Layout(()),
         Command.CLEAR: Layout(()),
     }
-    if config.parallel_core:
+    if config.paper_core:
         fields |= {
             Command.START: start_request(config),
             Command.WRITE: write_request(config),
@@ -59,9 +59,9 @@ def request_fields(config: Config) -> dict[Command, Layout]:
             Command.CHECK: check_request(config),
             Command.RESULTS: results_request(config),
         }
-    if config.parallel_core and config.checks_paths:
+    if config.paper_core and config.checks_paths:
         fields[Command.CHECK_PATHS] = check_paths_request(config)
-    if config.streaming_core:
+    if config.planner_core:
         fields |= {
             Command.PROBLEM: problem_request(config),
             Command.RUN: run_request(config),

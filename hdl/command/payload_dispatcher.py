@@ -38,7 +38,7 @@ class PayloadDispatcher(wiring.Component):
     repeated, bytes, ended, done, status
         As of a parser: see :func:`pathgene.hdl.command.layouts.payload_members`.
 
-    Only where ``config`` has a parallel genetic core:
+    Only where ``config`` has the paper core:
 
     write_slot : In(8)
         First slot of a WRITE.
@@ -55,7 +55,7 @@ class PayloadDispatcher(wiring.Component):
     cells : Out(stream)
         ``writes`` of :class:`pathgene.hdl.command.cell_parser.CellParser`.
     points : Out(stream)
-        Only without a streaming core: of :class:`pathgene.hdl.command.point_parser.PointParser`.
+        Only without the planner core: of :class:`pathgene.hdl.command.point_parser.PointParser`.
 
     Raises
     ------
@@ -77,7 +77,7 @@ class PayloadDispatcher(wiring.Component):
             "done": Out(1),
             "status": Out(8),
         }
-        if config.parallel_core:
+        if config.paper_core:
             writes = write_layout(config.slot_bits, config.index_bits, config.waypoint_bits)
             members |= {
                 "write_slot": In(8),
@@ -130,7 +130,7 @@ class PayloadDispatcher(wiring.Component):
         """Add the parsers, and return each by its command."""
         parsers = {}
         config = self.config
-        if config.parallel_core:
+        if config.paper_core:
             m.submodules.path_parser = path_parser = PathParser(
                 config.population, config.waypoint_bits, config.MIN_WAYPOINTS, config.max_waypoints
             )

@@ -67,7 +67,7 @@ class CommandReceiver(wiring.Component):
     errors : Out(8)
         All sticky errors.
 
-    Only where ``config`` has a parallel genetic core:
+    Only where ``config`` has the paper core:
 
     generate : Out(1)
         Valid with ``done``: a generation is to run before the answer.
@@ -98,7 +98,7 @@ class CommandReceiver(wiring.Component):
     checked : In(9)
         Paths of the latest check, whose results may be requested.
 
-    Only where ``config`` has a streaming core:
+    Only where ``config`` has the planner core:
 
     problems : Out(stream of problem_layout)
     runs : Out(stream of run_request)
@@ -134,7 +134,7 @@ class CommandReceiver(wiring.Component):
             "line_errors": In(4),
             "errors": Out(8),
         }
-        if config.parallel_core:
+        if config.paper_core:
             self.start_layout = start_layout(config)
             self.write_layout = write_layout(
                 config.slot_bits, config.index_bits, config.waypoint_bits
@@ -160,7 +160,7 @@ class CommandReceiver(wiring.Component):
                 "checks": Out(self.check_layout),
                 "checked": In(9),
             }
-        if config.streaming_core:
+        if config.planner_core:
             members |= {
                 "problems": Out(stream.Signature(problem_layout(config))),
                 "runs": Out(stream.Signature(struct(run_request(config)))),
@@ -211,13 +211,13 @@ class CommandReceiver(wiring.Component):
 
         if config.checks_paths:
             m.d.sync += self.forget.eq(0)
-        if config.streaming_core:
+        if config.planner_core:
             m.d.sync += self.stop.eq(0)
 
         with m.FSM():
             with m.State("Off"):
                 m.d.sync += [request.ended.eq(0), request.repeated.eq(0)]
-                if config.parallel_core:
+                if config.paper_core:
                     m.d.sync += self.generate.eq(0)
                 if config.checks_paths:
                     m.d.sync += self.check.eq(0)
@@ -271,7 +271,7 @@ class CommandReceiver(wiring.Component):
                 with m.If(request.verdict != Status.OK):
                     self._refuse(m, request, request.verdict)
                 with m.Else():
-                    if config.parallel_core:
+                    if config.paper_core:
                         m.d.sync += self.generate.eq(
                             (request.code == Command.GENERATE) & ~request.repeated
                         )
@@ -307,7 +307,7 @@ class CommandReceiver(wiring.Component):
             payload.repeated.eq(request.repeated),
             payload.ended.eq(request.ended),
         ]
-        if self.config.parallel_core:
+        if self.config.paper_core:
             connect(m, payload.writes, flipped(self.writes))
             connect(m, payload.ranking, flipped(self.ranking))
             m.d.comb += [
@@ -323,7 +323,7 @@ class CommandReceiver(wiring.Component):
             m.d.comb += payload.rectangle.eq(fields.rectangle)
         if self.config.checks_paths:
             m.d.comb += [self.checks.eq(fields.checks), fields.checked.eq(self.checked)]
-        if self.config.streaming_core:
+        if self.config.planner_core:
             m.d.comb += [
                 self.problems.p.eq(fields.problem),
                 self.runs.p.eq(fields.run),
@@ -336,9 +336,9 @@ class CommandReceiver(wiring.Component):
 
     def _orders(self):
         """Return the streams that take the fixed fields of a command, by the command."""
-        if self.config.parallel_core:
+        if self.config.paper_core:
             return {Command.START: self.start_requests}
-        if self.config.streaming_core:
+        if self.config.planner_core:
             return {
                 Command.PROBLEM: self.problems,
                 Command.RUN: self.runs,
@@ -442,6 +442,6 @@ class CommandReceiver(wiring.Component):
         for command, orders in self._orders().items():
             with m.Elif(code == command):
                 m.d.sync += orders.valid.eq(~repeated)
-        if config.streaming_core:
+        if config.planner_core:
             with m.Elif(code == Command.STOP):
                 m.d.sync += self.stop.eq(~repeated)

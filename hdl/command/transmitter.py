@@ -51,7 +51,7 @@ class ReplyTransmitter(wiring.Component):
     and before each waypoint. Registers of the chip are read when their turn comes, a word in one
     cycle, so that a running counter is consistent. The counter of bytes sent is copied when the
     transmitter is turned on: it does not include the present answer. Paths follow as the core reads
-    them, results of a check as the result store serves them, paths of a run as the streaming core
+    them, results of a check as the result store serves them, paths of a run as the planner core
     does. A recipe waits for the CRC of the population, one cycle per waypoint and a few more.
 
     Source: *allaire-2008*, section 4.7. Differs: only what the host requested is sent.
@@ -73,7 +73,7 @@ class ReplyTransmitter(wiring.Component):
     replies : Out(stream of body_layout)
         The body, byte by byte.
 
-    Only where ``config`` has a parallel genetic core:
+    Only where ``config`` has the paper core:
 
     recipe, survivors : In
         Further registers, laid out as in the replies; ``recipe`` lacks its checksum.
@@ -88,7 +88,7 @@ class ReplyTransmitter(wiring.Component):
         Paths of the latest check, and its results: see
         :class:`pathgene.hdl.feasibility.result_store.ResultStore`.
 
-    Only where ``config`` has a streaming core:
+    Only where ``config`` has the planner core:
 
     has_best : In(1)
         A run has left paths. Without one, a BEST is answered with the header alone.
@@ -119,7 +119,7 @@ class ReplyTransmitter(wiring.Component):
             "counters": In(self.counters_layout),
             "replies": Out(stream.Signature(body_layout)),
         }
-        if config.parallel_core:
+        if config.paper_core:
             recipe = recipe_reply(config)
             assert recipe.fields[-1][0] == "checksum"
             self.recipe_layout = struct(Layout(recipe.fields[:-1]))
@@ -140,7 +140,7 @@ class ReplyTransmitter(wiring.Component):
                 "result_reads": Out(stream.Signature(result_read_layout)),
                 "records": In(stream.Signature(record_layout)),
             }
-        if config.streaming_core:
+        if config.planner_core:
             members |= {
                 "has_best": In(1),
                 "best": Out(1),
@@ -168,10 +168,10 @@ class ReplyTransmitter(wiring.Component):
         after_fields = Signal(_After)
         m.d.sync += after_fields.eq(_After.NOTHING)
         with m.Switch(answer.kind):
-            if self.config.parallel_core:
+            if self.config.paper_core:
                 with m.Case(AnswerKind.PATHS, AnswerKind.CHILDREN):
                     m.d.sync += after_fields.eq(_After.READ_OUT)
-            if self.config.streaming_core:
+            if self.config.planner_core:
                 with m.Case(AnswerKind.BEST):
                     with m.If(self.has_best):
                         m.d.sync += after_fields.eq(_After.BEST)
@@ -190,7 +190,7 @@ class ReplyTransmitter(wiring.Component):
                     with m.Switch(answer.kind):
                         with m.Case(AnswerKind.SILENCE):
                             m.next = "Done"
-                        if self.config.parallel_core:
+                        if self.config.paper_core:
                             with m.Case(AnswerKind.RECIPE):
                                 m.next = "Ask"
 
@@ -220,7 +220,7 @@ class ReplyTransmitter(wiring.Component):
                         with m.Switch(after):
                             with m.Case(_After.FIELDS):
                                 m.next = "Fields"
-                            if self.config.parallel_core:
+                            if self.config.paper_core:
                                 with m.Case(_After.READ_OUT):
                                     m.next = "Ask"
                                 with m.Case(_After.WAYPOINT):
@@ -228,15 +228,15 @@ class ReplyTransmitter(wiring.Component):
                             if self.config.checks_paths:
                                 with m.Case(_After.RESULTS):
                                     m.next = "Ask for results"
-                            if self.config.streaming_core:
+                            if self.config.planner_core:
                                 with m.Case(_After.BEST):
                                     m.next = "Ask for paths"
 
-            if self.config.parallel_core:
+            if self.config.paper_core:
                 self._read_out(m, checksum, word, left, after)
             if self.config.checks_paths:
                 self._serve_results(m)
-            if self.config.streaming_core:
+            if self.config.planner_core:
                 with m.State("Ask for paths"):
                     m.d.comb += self.best.eq(1)
                     m.next = "Results"
@@ -275,7 +275,7 @@ class ReplyTransmitter(wiring.Component):
             (AnswerKind.STATUS,): (status_reply(config), self.status),
             (AnswerKind.COUNTERS,): (counters_reply(config), counters),
         }
-        if config.parallel_core:
+        if config.paper_core:
             survivors = Cat(Cat(slot, Const(0, 8 - len(slot))) for slot in self.survivors)
             replies |= {
                 (AnswerKind.CHILDREN,): (survivors_reply(config), survivors),

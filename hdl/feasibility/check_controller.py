@@ -100,7 +100,7 @@ class CheckController(wiring.Component):
                 "checks": In(check_layout(config.waypoint_bits)),
                 "forget": In(1),
                 "points": In(stream.Signature(points)),
-                **(population if config.parallel_core else {}),
+                **(population if config.paper_core else {}),
                 "counting": Out(1),
                 "paths": Out(stream.Signature(points)),
                 "verdicts": In(stream.Signature(self.verdict_layout)),
@@ -121,7 +121,7 @@ class CheckController(wiring.Component):
             config.coordinate_bits,
             config.altitude_bits,
             config.max_waypoints,
-            config.population if config.parallel_core else None,
+            config.population if config.paper_core else None,
         )
         m.submodules.store = store = ResultStore(
             config.checked_paths,
@@ -131,7 +131,7 @@ class CheckController(wiring.Component):
             RecordLayouts.of(config),
         )
         connect(m, flipped(self.points), source.points)
-        if config.parallel_core:
+        if config.paper_core:
             connect(m, source.reads, flipped(self.reads))
             m.submodules.read = read = StreamRegister(self.waypoints.payload.shape())
             connect(m, flipped(self.waypoints), read.words)

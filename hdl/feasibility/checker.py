@@ -111,8 +111,8 @@ class Checker(wiring.Component):
             config.coordinate_bits,
             config.segment_bits,
             config.path_cells_bits,
-            verdict_places=VERDICT_PLACES if config.parallel_core else 1,
-            count_places=count_depth(config) if config.parallel_core else 1,
+            verdict_places=VERDICT_PLACES if config.paper_core else 1,
+            count_places=count_depth(config) if config.paper_core else 1,
         )
         connect(m, flipped(self.points), walker.points)
         connect(m, results.verdicts, flipped(self.verdicts))

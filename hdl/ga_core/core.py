@@ -22,11 +22,11 @@ from pathgene.hdl.primitives.assign import assign_each
 from pathgene.hdl.primitives.skid_buffer import SkidBuffer
 
 
-__all__ = ["Core"]
+__all__ = ["PaperCore"]
 
 
-class Core(wiring.Component):
-    """Genetic core. With a control unit, it equals ``Core`` in every cycle.
+class PaperCore(wiring.Component):
+    """Paper core. With a control unit, it equals ``PaperCore`` in every cycle.
 
     A generation takes as many cycles as the longest path kept or bred has waypoints, plus 4: 20 for
     paths of 16 waypoints. With a map, new waypoints in the ground are rejected, at one lookup per

@@ -1,1 +1,1 @@
-"""The whole planner on the chip: one child after another is bred, scored, walked and sorted."""
+"""The whole planner core: one child after another is bred, scored, walked and sorted."""

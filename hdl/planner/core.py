@@ -38,7 +38,7 @@ class PlannerCore(wiring.Component):
     Parameters
     ----------
     config : Config
-        Has a streaming core.
+        Has the planner core.
     memo_rows : int
         Rows of the memo of segments: 0, or a power of two from 2 on.
 

@@ -20,7 +20,7 @@ __all__ = [
 #: Width of every :class:`Counter`.
 COUNTER_BITS = 48
 
-#: Units of a planner on the chip whose cycles a run counts.
+#: Units of the planner core whose cycles a run counts.
 UNITS = ("breed", "score", "walk", "sort", "wavefront")
 
 
@@ -34,7 +34,7 @@ class Command(enum.IntEnum):
     #: State, generation, sticky errors: :func:`status_reply`.
     STATUS = 3
     #: Seed, limits, generation 0: :func:`start_request`. START, WRITE, GENERATE and READ are
-    #: unknown to a chip without the parallel genetic core.
+    #: unknown to a chip without the paper core.
     START = 4
     #: Paths into consecutive slots: :func:`write_request`, then the waypoints.
     WRITE = 5
@@ -46,20 +46,20 @@ class Command(enum.IntEnum):
     COUNTERS = 8
     #: Clear the sticky errors.
     CLEAR = 9
-    #: A rectangle of the map: :func:`map_request`, then its cells. MAP, CHECK, CHECK_PATHS and
-    #: RESULTS are unknown to a chip without a checker; a streaming chip knows MAP alone of them.
+    #: A rectangle of the map: :func:`map_request`, then its cells. A chip without a checker knows
+    #: neither MAP, CHECK, CHECK_PATHS nor RESULTS; one with the planner core knows only MAP.
     MAP = 10
     #: One path against the map: :func:`check_request`, then its points, from the aircraft to the
     #: goal, in the form of a path; the reply is :func:`check_reply`, then the results.
     CHECK = 11
     #: Paths of consecutive slots against the map: :func:`check_paths_request`; the reply is as that
-    #: of CHECK. Unknown to a chip without the parallel genetic core, too.
+    #: of CHECK. Unknown to a chip without the paper core, too.
     CHECK_PATHS = 12
     #: Results of the latest check again: :func:`results_request`; the reply is the results.
     RESULTS = 13
     #: A problem: :func:`pathgene.hdl.protocol.planner.problem_request`. It voids the paths for
     #: BEST; the population stays for a warm run. PROBLEM to BLOCK are unknown to a chip without the
-    #: streaming genetic core.
+    #: planner core.
     PROBLEM = 14
     #: A run on the problem: :func:`pathgene.hdl.protocol.runs.run_request`. The answer comes when
     #: it begins.

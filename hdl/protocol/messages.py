@@ -35,7 +35,7 @@ __all__ = [
 #: removed: it stays unused.
 _CHECKERS = (CheckerBuild.NONE, CheckerBuild.TWO_TIER, CheckerBuild.PARALLEL)
 #: Genetic cores in the order of their numbers there.
-_CORES = (GeneticCore.NONE, GeneticCore.PARALLEL, GeneticCore.STREAMING)
+_CORES = (GeneticCore.NONE, GeneticCore.PAPER, GeneticCore.PLANNER)
 
 
 def start_request(config: Config) -> Layout:
@@ -117,7 +117,7 @@ def info_reply(config: Config) -> Layout:
             ("clock_hz", 32),
             ("clocks_per_bit", 16),
             ("receive_buffer", 16),
-            ("genetic", 8),
+            ("core", 8),
             ("checker", 8),
             ("lanes", 8),
             ("memory_latency", 8),
@@ -133,7 +133,7 @@ def info_values(config: Config) -> dict[str, int]:
     return values | {
         "version": VERSION,
         "rank_survivors": int(config.survivor_selection is SurvivorSelection.RANK),
-        "genetic": _CORES.index(config.genetic),
+        "core": _CORES.index(config.core),
         "checker": _CHECKERS.index(config.checker),
     }
 
@@ -146,15 +146,15 @@ def config_from_info(values: dict[str, int]) -> Config:
     ValueError
         If no configuration has these values.
     """
-    apart = {"version", "build_id", "session", "rank_survivors", "genetic", "checker"}
-    for name, designs in (("genetic", _CORES), ("checker", _CHECKERS)):
+    apart = {"version", "build_id", "session", "rank_survivors", "core", "checker"}
+    for name, designs in (("core", _CORES), ("checker", _CHECKERS)):
         if values[name] >= len(designs):
             raise ValueError(f"{name.title()} must be below {len(designs)}, not {values[name]}")
     return Config(
         survivor_selection=(
             SurvivorSelection.RANK if values["rank_survivors"] else SurvivorSelection.UNIFORM
         ),
-        genetic=_CORES[values["genetic"]],
+        core=_CORES[values["core"]],
         checker=_CHECKERS[values["checker"]],
         **{name: values[name] for name in set(values) - apart},
     )
@@ -166,8 +166,8 @@ def status_reply(config: Config) -> Layout:
     ``history`` holds 4 bits for each state, the latest lowest. ``crossover``, ``mutation`` and
     ``update`` are cycles of the latest generation.
 
-    A streaming chip has, instead of those, fields of the latest run: ``running``, 1 until it is
-    over; its ``cycles``; the ``key`` of its best path so far, in the form of
+    A chip with the planner core has fields of the latest run instead: ``running``, 1 until the run
+    is over; its ``cycles``; the ``key`` of its best path so far, in the form of
     :data:`pathgene.hdl.protocol.planner.VALUE_BITS`; and cycles of its units. ``generation`` counts
     those of the run. Fields are consistent in themselves, and final where ``running`` is 0.
     """
@@ -179,7 +179,7 @@ def status_reply(config: Config) -> Layout:
             ("history", 32),
             ("errors", 8),
             ("generation", 32),
-            *(run if config.streaming_core else latest),
+            *(run if config.planner_core else latest),
         )
     )
 

@@ -1,4 +1,4 @@
-"""Numbers of the planner on the chip: fixed points, keys of paths, and the record of a problem.
+"""Numbers of the planner core: fixed points, keys of paths, and the record of a problem.
 
 Gateware, model and host read them here. Pure Python.
 """

@@ -1,4 +1,4 @@
-"""Breeding by the planner on the chip: its odds, and the places of its draws in the random words.
+"""Breeding by the planner core: its odds, and the places of its draws in the random words.
 
 Gateware and models read them here. Pure Python.
 """

@@ -1,4 +1,4 @@
-"""A run of the planner on the chip: its options, its outcome, and both on the link."""
+"""A run of the planner core: its options, its outcome, and both on the link."""
 
 from __future__ import annotations
 

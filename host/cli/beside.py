@@ -51,7 +51,7 @@ def _search(args: argparse.Namespace, name: str) -> Search:
     having = PLANNERS[name].options if name in PLANNERS else ()
     own = {option: getattr(args, option) for option in OPTIONS if option in having}
     # Hardware, and a board whose core is named, have that core alone.
-    if args.board is not None and with_core(args.board, GeneticCore.PARALLEL) == args.board:
+    if args.board is not None and with_core(args.board, GeneticCore.PAPER) == args.board:
         own = {option: DEFAULT_BOARD if option == "board" else own[option] for option in own}
     return Search(
         name,

@@ -11,6 +11,7 @@ from pathgene.hdl.verilog import TOPS, export
 from pathgene.host.cli.output import print_json, print_pairs
 from pathgene.host.errors import InputError
 from pathgene.host.files.output import output_file, prepare_file
+from pathgene.host.old_words import current_setting, current_top
 
 
 __all__ = ["run"]
@@ -18,27 +19,29 @@ __all__ = ["run"]
 
 def run(args: argparse.Namespace) -> int:
     """Write the Verilog of a top."""
-    if args.top not in TOPS:
-        raise InputError(f"There is no top {args.top!r}; the tops are {', '.join(TOPS)}.")
+    top = current_top(args.top)
+    if top not in TOPS:
+        raise InputError(f"There is no top {top!r}; the tops are {', '.join(TOPS)}.")
     fields = [field.name for field in dataclasses.fields(Config)]
-    for key, _ in args.set:
+    settings = [current_setting(*setting) for setting in args.set]
+    for key, _ in settings:
         if key not in fields:
             raise InputError(
                 f"The configuration has no field {key!r}; the fields are {', '.join(fields)}."
             )
     try:
-        config = Config().replace(**{key: _value(value) for key, value in args.set})
+        config = Config().replace(**{key: _value(value) for key, value in settings})
     except (TypeError, ValueError) as error:
         raise InputError(f"A --set is wrong: {error}.") from None
     file = Path(args.out)
     prepare_file(file)
-    text = export(args.top, config).encode()
+    text = export(top, config).encode()
     with output_file(file) as binary:
         binary.write(text)
     if args.json:
         print_json(
             {
-                "top": args.top,
+                "top": top,
                 "file": str(file),
                 "bytes": len(text),
                 "build_id": f"{config.build_id:08x}",
@@ -47,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
     else:
         print_pairs(
             [
-                ("top", args.top),
+                ("top", top),
                 ("file", f"{file} ({len(text)} bytes)"),
                 ("build id", f"{config.build_id:08x}"),
             ]

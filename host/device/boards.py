@@ -12,9 +12,18 @@ from pathgene.host.device.link import Link, LinkTimeoutError
 from pathgene.host.device.schemes import BoardScheme, registered_scheme
 from pathgene.host.device.serial_scheme import SerialScheme
 from pathgene.host.errors import InputError
+from pathgene.host.old_words import current_url
 
 
-__all__ = ["board_scheme", "entered", "known_config", "open_board", "url_of", "with_core"]
+__all__ = [
+    "board_scheme",
+    "entered",
+    "known_config",
+    "open_board",
+    "require_chip",
+    "url_of",
+    "with_core",
+]
 
 _SERIAL = SerialScheme()
 
@@ -53,7 +62,9 @@ def open_board(url: str) -> Chip:
     JobError
         If a simulated board cannot be started.
     """
-    opened = board_scheme(url).open(url)
+    scheme = board_scheme(url)
+    url = current_url(url)
+    opened = scheme.open(url)
     try:
         link = Link(opened.port, timeout_s=opened.timeout_s, attempts=opened.attempts)
         return Chip(link, url=url)
@@ -93,7 +104,7 @@ def entered(
     url = url_of(board)
     if not isinstance(board, Chip) or board.closed:
         return (opener or open_board)(url if core is None else with_core(url, core))
-    needed = url if core in (None, board.config.genetic) else with_core(url, str(core))
+    needed = url if core in (None, board.config.core) else with_core(url, str(core))
     return nullcontext(board if needed == url else board.beside(lambda: open_board(needed)))
 
 
@@ -118,8 +129,40 @@ def with_core(url: str, core: str) -> str:
     InputError
         If ``url`` is no text.
     """
-    place, _, query = url.partition("?") if isinstance(url, str) else ("", "", "")
-    named = any(name == "genetic" for name, _ in parse_qsl(query, keep_blank_values=True))
-    if named or not board_scheme(url).simulated:
+    scheme = board_scheme(url)
+    url = current_url(url)
+    place, _, query = url.partition("?")
+    named = any(name == "core" for name, _ in parse_qsl(query, keep_blank_values=True))
+    if named or not scheme.simulated:
         return url
-    return f"{place}?{query}&genetic={core}" if query else f"{place}?genetic={core}"
+    return f"{place}?{query}&core={core}" if query else f"{place}?core={core}"
+
+
+def require_chip(config: Config, core: GeneticCore, population: int | None) -> None:
+    """Refuse a chip that lacks the core that a planner needs, or has another population.
+
+    Raises
+    ------
+    InputError
+        If the chip is refused; ``population`` is None where any will do.
+    """
+    if config.core is GeneticCore.NONE:
+        raise InputError(
+            "This board has no genetic core, it only checks paths; use another board, "
+            "or the planner ga-pc."
+        )
+    if config.core is not core and core is GeneticCore.PLANNER:
+        raise InputError(
+            "This board has no planner core, so it does not plan by itself; use another board, or "
+            "the planner ga-fpga."
+        )
+    if config.core is not core:
+        raise InputError(
+            "This board has the planner core, which breeds without the host; use another board, or "
+            "the planner ga-chip."
+        )
+    if population not in (None, config.population):
+        raise InputError(
+            f"The population of this board is {config.population}, not {population}; leave the "
+            "population out (--population) or use another board."
+        )

@@ -61,10 +61,10 @@ def require_checker(config: Config, mode: str | None, url: str) -> None:
         raise InputError(
             f"The board at {url!r} has no collision checker; use a bitstream with one, or model:."
         )
-    if config.streaming_core:
+    if config.planner_core:
         raise InputError(
-            f"The board at {url!r} has the streaming genetic core, which checks the paths that it "
-            "breeds and no others; use a board with another core, or model:."
+            f"The board at {url!r} has the planner core, which checks the paths that it breeds and "
+            "no others; use a board with another core, or model:."
         )
     wanted = MODES[mode] if mode else {}
     if any(getattr(config, name) != value for name, value in wanted.items()):

@@ -146,7 +146,7 @@ class Chip:
 
     def _end_earlier_run(self) -> None:
         """End what an earlier session has left going on: a run makes other commands wait."""
-        if self.config.streaming_core:
+        if self.config.planner_core:
             self._runs.end()
 
     def beside(self, opened: Callable[[], Chip]) -> Chip:
@@ -179,8 +179,8 @@ class Chip:
         Raises
         ------
         InputError
-            If the chip has no parallel genetic core; so do :meth:`load`, :meth:`read`,
-            :meth:`step` and :meth:`check_population`.
+            If the chip has no paper core; so do :meth:`load`, :meth:`read`, :meth:`step` and
+            :meth:`check_population`.
         """
         self._require_core()
         x, y, altitude = limits
@@ -302,10 +302,10 @@ class Chip:
             If the chip has no map, or checks no paths that come over the link.
         """
         self._require_checker()
-        if self.config.streaming_core:
+        if self.config.planner_core:
             raise InputError(
-                "The board has the streaming genetic core, which checks the paths that it breeds "
-                "and no others: use one that was built with genetic=parallel."
+                "The board has the planner core, which checks the paths that it breeds and no "
+                "others: use one that was built with core=paper."
             )
         return check_points(self.config, self.link, points, counting=counting)
 
@@ -332,7 +332,7 @@ class Chip:
         Raises
         ------
         InputError
-            If the chip has no map, or no parallel genetic core.
+            If the chip has no map, or no paper core.
         """
         self._require_checker()
         self._require_core()
@@ -344,30 +344,29 @@ class Chip:
 
     @property
     def runs(self) -> Runs:
-        """Runs of the planner on the chip.
+        """Runs of the planner core.
 
         Raises
         ------
         InputError
-            If the chip has no streaming genetic core.
+            If the chip has no planner core.
         """
-        if not self.config.streaming_core:
+        if not self.config.planner_core:
             raise InputError(
-                "The board has no streaming genetic core: use one that was built with "
-                "genetic=streaming."
+                "The board has no planner core: use one that was built with core=planner."
             )
         return self._runs
 
     def _require_core(self) -> None:
-        if self.config.streaming_core:
+        if self.config.planner_core:
             raise InputError(
-                "The board has the streaming genetic core, which breeds without the host: use one "
-                "that was built with genetic=parallel."
+                "The board has the planner core, which breeds without the host: use one that was "
+                "built with core=paper."
             )
-        if not self.config.parallel_core:
+        if not self.config.paper_core:
             raise InputError(
                 "The board has no genetic core, it only checks paths: use one that was built with "
-                "genetic=1."
+                "core=paper."
             )
 
     def _require_checker(self) -> None:

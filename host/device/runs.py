@@ -1,4 +1,4 @@
-"""Runs of a planner on the chip: its commands over a link."""
+"""Runs of the planner core: its commands over a link."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class Runs:
     Parameters
     ----------
     config : Config
-        The chip's; it must have a streaming genetic core.
+        The chip's; it must have the planner core.
     link : Link
         Link to the chip.
     orders : Orders

@@ -27,6 +27,7 @@ from pathgene.hdl.config import Config
 from pathgene.host.device.transport import Transport
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.numeric import parse, whole
+from pathgene.host.old_words import current_url
 
 
 __all__ = [
@@ -237,7 +238,7 @@ def split_config(url: str, default: Config) -> tuple[str, Config]:
     InputError
         If a value breaks a rule of the configuration.
     """
-    place, _, query = url.partition("?")
+    place, _, query = current_url(url).partition("?")
     changes: dict[str, object] = {}
     rest = []
     for name, value in parse_qsl(query, keep_blank_values=True):

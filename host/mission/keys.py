@@ -81,7 +81,7 @@ def _own() -> tuple[Key, ...]:
         having = ", ".join(planner for planner, entry in PLANNERS.items() if name in entry.options)
         kind, example = TEXT, '"model:"'
         if option.choices:
-            kind, example = choice(option.choices), f'"{option.choices[0]}"'
+            kind, example = choice(option.choices, option.type), f'"{option.choices[0]}"'
         elif option.type is int:
             kind, example = INTEGER, "8"
         keys.append(
@@ -332,7 +332,7 @@ KEYS: tuple[Key, ...] = (
         "name",
         choice(tuple(PLANNERS)),
         "the planner",
-        "ga-chip, on a board with the paper's core ga-fpga",
+        "ga-chip, on a board with the paper core ga-fpga",
         '"ga-chip"',
         "--planner",
         "planner",

@@ -44,8 +44,7 @@ def plan(
     planner : str, optional
         Name of a planner: ``ga-chip``, ``ga-fpga``, ``ga-pc``, ``astar``, ``fpa``, ``fpa-2opt``,
         ``ga-dp`` or ``ga-auv``. By default ``ga-chip``, but ``ga-fpga`` on a board that has the
-        parallel core of the paper, as an open one of ``model:`` has, unless its URL says
-        ``genetic=streaming``.
+        paper core, as an open one of ``model:`` has unless its URL says ``core=planner``.
     seed : int
         0 to 2**64 - 1. Everything random follows from it.
     generations : int, optional

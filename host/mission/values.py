@@ -133,13 +133,14 @@ def vector(length: int) -> Kind:
     return Kind(f"a list of {length} numbers", lambda value, _: numbers(value, length))
 
 
-def choice(values: Sequence[str]) -> Kind:
-    """Return the kind of a text that is one of ``values``."""
+def choice(values: Sequence[str], current: Callable[[str], str] = str) -> Kind:
+    """Return the kind of a text that is one of ``values``; ``current`` replaces old names."""
 
     def read(value: Any, _: Path) -> str:
-        if value not in values:
+        word = current(value) if isinstance(value, str) else value
+        if word not in values:
             raise ValueError
-        return str(value)
+        return str(word)
 
     return Kind(f"one of {', '.join(values)}", read, choices=tuple(values))
 

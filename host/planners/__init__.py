@@ -44,7 +44,7 @@ class Entry:
     generations: int
     options: tuple[str, ...]
     constructor: Callable[..., Planner]
-    engines: tuple[str, ...] = ("cores",)
+    engines: tuple[str, ...] = ("threads",)
 
 
 def _ga_fpga(**options: Any) -> Planner:

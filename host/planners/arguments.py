@@ -37,7 +37,10 @@ def own_options(planner: str, options: Mapping[str, Any]) -> dict[str, Any]:
             continue
         if option.type is int:
             own[name] = integer(f"option {name}", value)
-        elif not isinstance(value, str) or not value or value not in (option.choices or (value,)):
+            continue
+        if isinstance(value, str):
+            own[name] = value = option.type(value)
+        if not isinstance(value, str) or not value or value not in (option.choices or (value,)):
             kinds = " or ".join(option.choices) or f"a {option.metavar}"
             raise InputError(f"The option {name} must be {kinds}, not {value!r}.")
     return own

@@ -1,4 +1,4 @@
-"""A problem in the integers of the planner on the chip."""
+"""A problem in the integers of the planner core."""
 
 from __future__ import annotations
 

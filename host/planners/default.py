@@ -14,15 +14,15 @@ from pathgene.host.planners import DEFAULT, PLANNERS
 
 __all__ = ["default_planner", "named_or_default"]
 
-#: Planner of a chip with the parallel core.
+#: Planner of a chip with the paper core.
 _PARALLEL = "ga-fpga"
 
 
 def default_planner(board: str | Chip | None = None) -> str:
-    """Return the planner that a board has the core for: ``ga-fpga`` on the parallel core.
+    """Return the planner that a board has the core for: ``ga-fpga`` on the paper core.
 
-    All else is ``ga-chip``: no board, the streaming core, and a simulated board, which is built as
-    its planner needs it. A simulated board whose URL has parameters that only the parallel core
+    All else is ``ga-chip``: no board, the planner core, and a simulated board, which is built as
+    its planner needs it. A simulated board whose URL has parameters that only the paper core
     takes has that one.
 
     Parameters
@@ -40,7 +40,7 @@ def default_planner(board: str | Chip | None = None) -> str:
     if isinstance(board, Chip):
         config = board.config
     else:
-        url = with_core(board, GeneticCore.STREAMING)
+        url = with_core(board, GeneticCore.PLANNER)
         try:
             known = known_config(url)
         except InputError:
@@ -50,7 +50,7 @@ def default_planner(board: str | Chip | None = None) -> str:
             with open_board(url) as chip:
                 known = chip.config
         config = known
-    return _PARALLEL if config.parallel_core else DEFAULT
+    return _PARALLEL if config.paper_core else DEFAULT
 
 
 def named_or_default(planner: str | None, options: Mapping[str, Any]) -> str:

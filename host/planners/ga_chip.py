@@ -1,4 +1,4 @@
-"""The genetic algorithm as a run of the planner on the chip; the host has the last word."""
+"""The genetic algorithm as a run of the planner core; the host has the last word."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from pathgene.hdl.config import Config, GeneticCore
-from pathgene.host.device.boards import entered, known_config, url_of, with_core
+from pathgene.host.device.boards import entered, known_config, require_chip, url_of, with_core
 from pathgene.host.device.chip import Chip
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.evaluation import Evaluator
@@ -18,7 +18,6 @@ from pathgene.host.planners.chip_problem import whole_path
 from pathgene.host.planners.chip_replanner import ChipReplanner
 from pathgene.host.planners.chip_runs import ChipRuns
 from pathgene.host.planners.chip_schedule import ChipSchedule
-from pathgene.host.planners.cores import require_chip
 from pathgene.host.planners.options import DEFAULT_BOARD
 from pathgene.host.planners.problem_on_chip import ProblemOnChip
 from pathgene.host.problem.corner_map import CornerMap
@@ -50,7 +49,7 @@ class ChipGeneticPlanner:
     ----------
     board : str or Chip
         URL of the board, see :func:`pathgene.host.device.boards.open_board`, or an open one. A
-        simulated one is built with the streaming core unless the URL names a core. On a board that
+        simulated one is built with the planner core unless the URL names a core. On a board that
         stays open, a changed problem is planned from the population of the run before: see
         :class:`pathgene.host.planners.chip_replanner.ChipReplanner`.
     chip_ms : int, optional
@@ -107,16 +106,16 @@ class ChipGeneticPlanner:
         Raises
         ------
         InputError
-            If nothing answers at the URL, the board has no streaming core, or a population is given
+            If nothing answers at the URL, the board has no planner core, or a population is given
             that is not the chip's.
         JobError
             If the board cannot be started, or is lost before anything was evaluated.
         """
         # If the URL says enough, refuse what is wrong before a simulated board is built.
-        url = with_core(url_of(self.board), GeneticCore.STREAMING)
+        url = with_core(url_of(self.board), GeneticCore.PLANNER)
         known = known_config(url) if self._open_board is None else None
         grid = None if known is None else _map_for(known, evaluator, options)
-        with entered(self.board, self._open_board, core=GeneticCore.STREAMING) as chip:
+        with entered(self.board, self._open_board, core=GeneticCore.PLANNER) as chip:
             if grid is None or chip.config != known:
                 grid = _map_for(chip.config, evaluator, options)
             run = Run(evaluator, options, progress, stop)
@@ -153,5 +152,5 @@ def _least_ms(chip_ms: int | None, time_limit_s: float | None) -> float | None:
 
 def _map_for(config: Config, evaluator: Evaluator, options: Options) -> CornerMap:
     """Return the map of a chip of ``config``, or refuse what that chip cannot do."""
-    require_chip(config, GeneticCore.STREAMING, options.population)
+    require_chip(config, GeneticCore.PLANNER, options.population)
     return CornerMap(config, evaluator.problem)

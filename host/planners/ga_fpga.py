@@ -12,14 +12,13 @@ from numpy.typing import NDArray
 
 from pathgene.hdl.config import CheckerBuild, GeneticCore
 from pathgene.hdl.protocol import LinkMode
-from pathgene.host.device.boards import entered, known_config, url_of
+from pathgene.host.device.boards import entered, known_config, require_chip, url_of
 from pathgene.host.device.chip import Chip
 from pathgene.host.device.waypoints import pack_waypoints, unpack_waypoints
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners.airspace import NO_FLYABLE_CELL
 from pathgene.host.planners.base import Options, Progress, Result, Run, Stop
-from pathgene.host.planners.cores import require_chip
 from pathgene.host.planners.counting import BoardCollisionCounter
 from pathgene.host.planners.initial import astar_paths, check_init
 from pathgene.host.planners.options import DEFAULT_BOARD
@@ -176,7 +175,7 @@ class FpgaGeneticPlanner:
 
 def _map_for(config: Config, evaluator: Evaluator, options: Options, on_board: bool) -> ChipMap:
     """Return the map of a chip of ``config``, or refuse what that chip cannot do."""
-    require_chip(config, GeneticCore.PARALLEL, options.population)
+    require_chip(config, GeneticCore.PAPER, options.population)
     if on_board and config.checker is CheckerBuild.NONE:
         raise InputError(
             "This board has no collision checker; count on the host (--feasibility host), or "

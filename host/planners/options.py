@@ -6,11 +6,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from pathgene.host.old_words import current_engine
+
 
 __all__ = ["DEFAULT_BOARD", "ENGINES", "OPTIONS", "Option"]
 
 #: Engines of the planners that have a choice, the default first.
-ENGINES = ("cores", "sequential", "gpu")
+ENGINES = ("threads", "sequential", "gpu")
 
 #: Board where none is named: the software model.
 DEFAULT_BOARD = "model:"
@@ -71,7 +73,9 @@ OPTIONS: Mapping[str, Option] = {
         metavar="N",
     ),
     "engine": Option(
-        meaning="all cores, one core, or an NVIDIA GPU; the GPU rounds differently (default cores)",
+        meaning="all threads, one thread, or an NVIDIA GPU; the GPU rounds differently (default "
+        "threads)",
+        type=current_engine,
         choices=ENGINES,
     ),
     "waypoints": Option(

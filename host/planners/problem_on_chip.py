@@ -90,7 +90,7 @@ class ProblemOnChip:
     Parameters
     ----------
     chip : Chip
-        An open chip with a streaming core.
+        An open chip with the planner core.
     problem : Problem
         The problem.
     grid : CornerMap

@@ -1,4 +1,4 @@
-"""The terrain on the lattice of corners of a planner on the chip."""
+"""The terrain on the lattice of corners of the planner core."""
 
 from __future__ import annotations
 

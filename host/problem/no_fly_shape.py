@@ -1,4 +1,4 @@
-"""A no-fly zone as the shape that a planner on the chip draws on its map."""
+"""A no-fly zone as the shape that the planner core draws on its map."""
 
 from __future__ import annotations
 

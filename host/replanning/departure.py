@@ -1,6 +1,6 @@
 """Where a plan begins on the present track, and how its path joins it.
 
-Paths of the planner on the chip begin with a straight, so its plan starts on the track. Paths of
+Paths of the planner core begin with a straight, so its plan starts on the track. Paths of
 other planners turn at their start, and the evaluation lays that turn before it: a straight leads
 there.
 """

@@ -30,7 +30,7 @@ __all__ = ["FALLBACK", "draw", "fly_scenario", "on_board", "save", "underway", "
 #: The planner on the processor that takes over where a board is lost.
 FALLBACK = "astar"
 #: The core of the board of each planner that has one.
-_CORES = {"ga-chip": GeneticCore.STREAMING, "ga-fpga": GeneticCore.PARALLEL}
+_CORES = {"ga-chip": GeneticCore.PLANNER, "ga-fpga": GeneticCore.PAPER}
 
 
 def on_board(planner: str, board: str) -> AbstractContextManager[Chip | None]:

@@ -81,8 +81,8 @@ def start_simulated(url: str, **options: Any) -> SimulatedBoard:
             )
     return open_simulated(
         rest,
-        lambda divisor: exported_verilog("planner", config.replace(clocks_per_bit=divisor)),
-        top="planner",
+        lambda divisor: exported_verilog("chip", config.replace(clocks_per_bit=divisor)),
+        top="chip",
         clocks_per_bit=config.clocks_per_bit,
         **options,
     )

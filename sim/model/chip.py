@@ -30,7 +30,7 @@ from pathgene.hdl.protocol import (
 )
 from pathgene.hdl.protocol.breeding import Recipe
 from pathgene.hdl.protocol.codec import encode_frame
-from pathgene.sim.model.core import Core, Generation
+from pathgene.sim.model.core import Generation, PaperCore
 from pathgene.sim.model.frames import FrameReceiverModel
 from pathgene.sim.model.mutation import Limits
 from pathgene.sim.model.refusal import RefusedError, expect
@@ -55,20 +55,20 @@ class ChipModel:
 
     Attributes
     ----------
-    core : Core
+    core : PaperCore
         Population and random source, which tests compare with the gateware. On a chip without a
         genetic core, no command reaches it.
     checking : CheckingModel or None
         The checker, if the chip has one.
     running : RunningModel or None
-        The streaming core, if the chip has one.
+        The planner core, if the chip has one.
     """
 
     def __init__(self, config: Config) -> None:
         self.config = config
         self.checking = _checking(config)
         self.running = self._running()
-        self.core = Core(config, self.checking.terrain if self.checking else None)
+        self.core = PaperCore(config, self.checking.terrain if self.checking else None)
         self._receiver = FrameReceiverModel(config)
         self._session = 0
         self._expected = 0
@@ -81,7 +81,7 @@ class ChipModel:
             Command.COUNTERS: self._count,
             Command.CLEAR: self._clear,
         }
-        if config.parallel_core:
+        if config.paper_core:
             self._commands |= {
                 Command.START: self._start,
                 Command.WRITE: self._write,
@@ -100,7 +100,7 @@ class ChipModel:
             }
         elif self.checking:
             self._commands |= {Command.CHECK: self._check, Command.RESULTS: self.checking.results}
-        if config.parallel_core and self.checking:
+        if config.paper_core and self.checking:
             self._commands[Command.CHECK_PATHS] = self._check_paths
 
     def feed(self, data: bytes) -> bytes:
@@ -245,7 +245,7 @@ class ChipModel:
         return survivors_reply(self.config).pack(**named) + pack_paths(self.config, children)
 
     def _running(self) -> RunningModel | None:
-        if not self.config.streaming_core:
+        if not self.config.planner_core:
             return None
         # This import compiles kernels, too.
         from pathgene.sim.model.run_commands import RunningModel

@@ -15,7 +15,7 @@ from pathgene.sim.model.random_source import RandomSource
 from pathgene.sim.model.selection import Draws, Selection
 
 
-__all__ = ["Core", "Generation"]
+__all__ = ["Generation", "PaperCore"]
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Generation:
         return sum(not mutated.applied for mutated in self.mutations) - self.left_out
 
 
-class Core:
+class PaperCore:
     """The genetic core.
 
     Slots of the population after a generation: the elites, best first; the survivors in the order

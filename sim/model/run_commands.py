@@ -1,4 +1,4 @@
-"""Model of the commands of the streaming core: problems, runs on them, shapes to be blocked."""
+"""Model of the commands of the planner core: problems, runs on them, shapes to be blocked."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class RunningModel:
     Parameters
     ----------
     config : Config
-        Must have a streaming core.
+        Must have the planner core.
     terrain : TerrainModel
         The map, of corners; observed from here on.
 

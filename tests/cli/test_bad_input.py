@@ -172,14 +172,14 @@ def refused(capsys, *arguments):
         ([*ENDS, "--uav", __file__], "The name of a UAV file must end in .toml, unlike "),
         ([*ENDS, "--board", "/dev/nowhere"], "No board can be opened at '/dev/nowhere' ("),
         ([*ENDS, "--board", "model:?population=33"], "Config.population must be a power of two "),
-        ([*ENDS, "--board", "model:?genetic=0"], "This board has no genetic core, "),
+        ([*ENDS, "--board", "model:?core=none"], "This board has no genetic core, "),
         (
-            [*ENDS, "--board", "model:?genetic=1", "--planner", "ga-chip"],
-            "This board has no streaming genetic core, so it does not plan by itself; ",
+            [*ENDS, "--board", "model:?core=paper", "--planner", "ga-chip"],
+            "This board has no planner core, so it does not plan by itself; ",
         ),
         (
-            [*ENDS, "--board", "model:?genetic=streaming", "--planner", "ga-fpga"],
-            "This board has the streaming genetic core, which breeds without the host; ",
+            [*ENDS, "--board", "model:?core=planner", "--planner", "ga-fpga"],
+            "This board has the planner core, which breeds without the host; ",
         ),
         (
             [*ENDS, "--board", "model:?speed=9"],
@@ -346,11 +346,11 @@ def test_check_refuses_another_start(hills, tmp_path, capsys):
         ),
         (["verilog", "--top", "engine", "--out", "x.v"], "There is no top 'engine'; the tops are "),
         (
-            ["verilog", "--top", "planner", "--out", "x.v", "--set", "wings=2"],
+            ["verilog", "--top", "chip", "--out", "x.v", "--set", "wings=2"],
             "The configuration has no field 'wings'; the fields are population, ",
         ),
         (
-            ["verilog", "--top", "planner", "--out", "x.v", "--set", "population=33"],
+            ["verilog", "--top", "chip", "--out", "x.v", "--set", "population=33"],
             "A --set is wrong: Config.population must be ",
         ),
         (

@@ -168,7 +168,7 @@ def test_notes_the_options_that_a_planner_lacks_once_for_each_problem(files, tmp
         assert status == 0
         assert [line for line in said.splitlines() if "ignored" in line] == [expected]
 
-    said = batch(capsys, first, bad, *options, "--engine", "cores")[2]
+    said = batch(capsys, first, bad, *options, "--engine", "threads")[2]
     assert [line for line in said.splitlines() if "ignored" in line] == [
         "pathgene: one: engine means nothing to astar and is ignored.",
         expected,

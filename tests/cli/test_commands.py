@@ -22,7 +22,7 @@ def test_planners(capsys):
     assert [entry["name"] for entry in listed] == list(PLANNERS)
     assert all(entry["paper"] and entry["description"] for entry in listed)
     engines = {entry["name"]: entry["engines"] for entry in listed}
-    assert engines["fpa-2opt"] == ["cores", "sequential", "gpu"]
+    assert engines["fpa-2opt"] == ["threads", "sequential", "gpu"]
     assert engines["ga-fpga"] == engines["ga-chip"] == ["chip"]
     options = {entry["name"]: entry["options"] for entry in listed}
     assert {name for name, own in options.items() if "init" in own} == {*PLANNERS} - {
@@ -102,6 +102,18 @@ def test_verilog(capsys, tmp_path):
     assert report["build_id"] == f"{config.build_id:08x}"
     output_of(capsys, *options)
     assert file.read_bytes() == text
+
+
+def test_old_names_are_read_with_a_note(capsys, tmp_path):
+    options = ("verilog", "--out", tmp_path / "uart.v", "--top", "uart", "--json")
+    assert main([*map(str, options), "--set", "genetic=0", "--set", "lanes=4"]) == 0
+    printed, said = capsys.readouterr()
+    assert said == "pathgene: The old name 'genetic=0' still works; write 'core=none'.\n"
+    assert json.loads(printed)["build_id"] == f"{Config(core='none', lanes=4).build_id:08x}"
+    assert main(["board", "info", "--board", "model:?genetic=streaming", "--json"]) == 0
+    printed, said = capsys.readouterr()
+    assert said == "pathgene: The old name 'genetic=streaming' still works; write 'core=planner'.\n"
+    assert json.loads(printed)["config"]["core"] == "planner"
 
 
 def test_check_takes_the_options_of_a_summary(capsys, tmp_path):

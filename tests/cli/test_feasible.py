@@ -290,7 +290,7 @@ def test_a_real_board_limits_sizes_and_mode(level, capsys, monkeypatch):
 
 def test_works_on_a_check_only_chip(level, capsys):
     verdict = feasible(capsys, *level)
-    assert feasible(capsys, *level, "--board", "model:?genetic=0") == verdict
+    assert feasible(capsys, *level, "--board", "model:?core=none") == verdict
 
 
 # --- Bad input -----------------------------------------------------------------------------------
@@ -389,8 +389,8 @@ def test_refuses_bad_paths(level, tmp_path, capsys, rows, sentence):
         (["--mode", "sideways"], "Argument --mode: invalid choice: 'sideways' (choose from "),
         (["--board", "model:?checker=none"],
          "The board at 'model:?checker=none' has no collision checker; "),
-        (["--board", "model:?genetic=0&checker=none"],
-         "Config.genetic must be parallel on a chip without a checker, not none; "),
+        (["--board", "model:?core=none&checker=none"],
+         "Config.core must be paper on a chip without a checker, not none; "),
         (["--board", "model:?checker=hierarchical"],
          "Config.checker must be none, two-tier or parallel, not 'hierarchical'; "),
         (["--board", "model:?checker=parallel", "--mode", "two-tier"],

@@ -244,7 +244,7 @@ def test_help_is_quick(pathgene):
         ),
         (["board"], "The following arguments are required: COMMAND; see pathgene board --help."),
         (
-            ["verilog", "--top", "planner", "--out", "x", "--set", "population"],
+            ["verilog", "--top", "chip", "--out", "x", "--set", "population"],
             "Argument --set: must be KEY=VALUE, not 'population'; see pathgene verilog --help.",
         ),
     ],

@@ -47,7 +47,7 @@ def test_plans_by_other_planners_beside_it(hills, tmp_path, capsys):
 
 
 def test_a_board_of_one_core_leaves_the_model_to_the_planner_beside_it(hills, tmp_path, capsys):
-    board = ["--board", "model:?genetic=streaming", "--chip-ms", "1"]
+    board = ["--board", "model:?core=planner", "--chip-ms", "1"]
     assert plan(hills, tmp_path, *board, "--beside", "ga-fpga", "--generations", "200") == 0
     assert "pathgene: Beside it, ga-fpga on model:." in capsys.readouterr().err.splitlines()
     assert plan(hills, tmp_path, *board, "--beside", "gafpga") == 2
@@ -150,7 +150,7 @@ def test_check_agrees_with_flower_pollination(hills, tmp_path, pathgene, capsys,
 
 def test_engines_of_the_processor_agree(hills, tmp_path, capsys):
     found = []
-    for engine in ("sequential", "cores"):
+    for engine in ("sequential", "threads"):
         assert plan(
             hills,
             tmp_path,

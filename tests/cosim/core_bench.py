@@ -11,7 +11,7 @@ from cocotb.triggers import FallingEdge, RisingEdge, ValueChange
 from drivers import Stream
 
 from pathgene.hdl.config import CheckerBuild
-from pathgene.hdl.ga_core_top import GeneticCoreTop
+from pathgene.hdl.ga_core_top import PaperCoreTop
 from pathgene.hdl.protocol import ChipState
 from pathgene.sim.model import core as model
 from pathgene.sim.model.checker import TerrainModel
@@ -37,11 +37,11 @@ class Bench:
     def __init__(self, dut, config, seed, *, stalled=False):
         self.dut = dut
         self.config = config
-        self.signature = GeneticCoreTop(config).signature
+        self.signature = PaperCoreTop(config).signature
         self.rng = random.Random(seed)
         self.has_map = config.checker is not CheckerBuild.NONE
         self.terrain = TerrainModel(config) if self.has_map else None
-        self.model = model.Core(config, self.terrain)
+        self.model = model.PaperCore(config, self.terrain)
         self.streams = {}
         for name in ("start_requests", "writes", "ranking", "reads", "waypoints"):
             layout = self.signature.members[name].signature.members["payload"].shape

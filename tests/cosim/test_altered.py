@@ -1,7 +1,7 @@
 """Chips with one altered operator: the comparison with the model fails, and the path changes.
 
-So the board, not the host, computes the path, and the comparison can fail. The planner on the chip
-is compared alone.
+So the board, not the host, computes the path, and the comparison can fail. The planner core is
+compared alone.
 """
 
 import dataclasses
@@ -99,7 +99,7 @@ import json, pathlib, sys
 import pathgene.hdl.verilog
 from pathgene.hdl.config import Config
 assert pathlib.Path(pathgene.hdl.verilog.__file__).parents[2] == pathlib.Path.cwd()
-sys.stdout.write(pathgene.hdl.verilog.export("planner", Config(**json.loads(sys.argv[1]))))
+sys.stdout.write(pathgene.hdl.verilog.export("chip", Config(**json.loads(sys.argv[1]))))
 """
 
 
@@ -138,7 +138,7 @@ def open_chip():
     boards = []
 
     def open_verilog(verilog):
-        program = build_program("verilator", verilog, "planner", SMALL.clocks_per_bit)
+        program = build_program("verilator", verilog, "chip", SMALL.clocks_per_bit)
         boards.append(SimulatedBoard(program))
         return Chip(Link(boards[-1].open(), timeout_s=60, attempts=2))
 
@@ -160,7 +160,7 @@ def some_in_ci(names):
 @pytest.mark.parametrize("name", some_in_ci(ALTERATIONS))
 def test_comparison_with_the_model_fails(name, tmp_path, open_chip):
     verilog = altered_verilog(tmp_path, name)
-    assert verilog != exported_verilog("planner", SMALL)
+    assert verilog != exported_verilog("chip", SMALL)
     chips = Pair(open_chip(verilog), open_board(board_url("model", SMALL)), seed=4)
     assert chips.board.info == chips.model.info  # INFO does not depend on the alteration.
     chips.start()

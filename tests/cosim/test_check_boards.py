@@ -97,7 +97,7 @@ def test_new_waypoints_avoid_the_ground(pair, config):
 @pytest.mark.parametrize("checker", ["two-tier", pytest.param("parallel", marks=pytest.mark.long)])
 def test_check_only_chip(pair, checker):
     """Verdicts and cycles match the model, and commands of the genetic core are refused."""
-    chips = pair(CHECKERS[checker].replace(genetic=False))
+    chips = pair(CHECKERS[checker].replace(core="none"))
     rng, config = chips.rng, chips.config
     high = 12 << 2 * config.coordinate_bits  # Above all cells except blocked ones.
     told = []

@@ -17,7 +17,7 @@ LONG_ON_ICARUS = (
     "checker",
     "core",
     "core_with_map",
-    "planner",
+    "chip",
     "planner_core",
     "receiver",
     "transmitter",

@@ -26,8 +26,8 @@ from tests.support.gateware.chips import SMALL, board_url
 
 ROOT = Path(__file__).resolve().parents[2]
 
-STREAMING = SMALL.replace(genetic="streaming", checker="parallel", lanes=4)
-STREAMING_DEFAULT = DEFAULT_CONFIG.replace(genetic="streaming")
+PLANNER = SMALL.replace(core="planner", checker="parallel", lanes=4)
+PLANNER_DEFAULT = DEFAULT_CONFIG.replace(core="planner")
 WARNINGS = ("-std=c11", "-Wall", "-Wextra", "-Werror", "-pedantic")
 
 
@@ -182,7 +182,7 @@ def test_with_the_model(client, config):
         assert client(port) == expected_line(config)
 
 
-@pytest.mark.parametrize("config", [STREAMING, STREAMING_DEFAULT], ids=["small", "default"])
+@pytest.mark.parametrize("config", [PLANNER, PLANNER_DEFAULT], ids=["small", "default"])
 def test_plans_with_the_model(planner, config):
     with served_model(config) as (port, _):
         assert planner(port) == expected_paths(config)
@@ -191,7 +191,7 @@ def test_plans_with_the_model(planner, config):
 def test_the_page_names_the_lines_of_the_default_chips():
     page = (ROOT / "docs" / "protocol.md").read_text()
     assert f"`{expected_line(DEFAULT_CONFIG).strip()}`" in page
-    assert f"`{expected_paths(STREAMING_DEFAULT).strip()}`" in page
+    assert f"`{expected_paths(PLANNER_DEFAULT).strip()}`" in page
 
 
 def test_over_a_bad_line(client):
@@ -215,8 +215,8 @@ def test_plans_over_a_bad_line(planner):
     def damage(number, frame):
         return frame if number % 4 else b""
 
-    with served_model(STREAMING, damage) as (port, _):
-        assert planner(port, "20") == expected_paths(STREAMING)
+    with served_model(PLANNER, damage) as (port, _):
+        assert planner(port, "20") == expected_paths(PLANNER)
 
 
 def leave_a_run(url):
@@ -235,7 +235,7 @@ def leave_a_run(url):
     ("program", "config", "expected"),
     [
         pytest.param("client", DEFAULT_CONFIG, expected_line, id="client"),
-        pytest.param("planner", STREAMING, expected_paths, id="planner", marks=pytest.mark.ci),
+        pytest.param("planner", PLANNER, expected_paths, id="planner", marks=pytest.mark.ci),
     ],
 )
 def test_with_the_simulated_board(request, program, config, expected):

@@ -25,7 +25,7 @@ pytestmark = pytest.mark.cosim
 
 TINY = Config(
     population=8, children=4, elites=2, survivors=2, perturbs=1, inserts=1, deletes=1,
-    map_size=8, coarse_factor=2, altitude_bits=4, max_waypoints=4, lanes=4, genetic="streaming",
+    map_size=8, coarse_factor=2, altitude_bits=4, max_waypoints=4, lanes=4, core="planner",
 )  # fmt: skip
 
 

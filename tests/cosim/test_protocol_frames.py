@@ -23,7 +23,7 @@ GOLDEN = json.loads(
 WAITING = encode_frame(bytes((0, 0, Command.INFO)), plain=True) * 60
 
 
-@pytest.mark.parametrize("name", ["small", pytest.param("streaming", marks=pytest.mark.ci)])
+@pytest.mark.parametrize("name", ["small", pytest.param("planner", marks=pytest.mark.ci)])
 def test_gateware_gives_the_golden_replies(name):
     [chip] = (chip for chip in GOLDEN["chips"] if chip["name"] == name)
     config = Config(**chip["config"])
@@ -58,7 +58,7 @@ def reply(port):
 
 def counters_of(config, frame, name):
     """Return the counters in a reply, without those that differ between boards."""
-    waited = (Counter.BYTES_RECEIVED, Counter.BYTES_SENT) if name == "streaming" else ()
+    waited = (Counter.BYTES_RECEIVED, Counter.BYTES_SENT) if name == "planner" else ()
     body, _ = decode_frame(bytes(frame[:-1]))
     values = counters_reply(config).unpack(body[3:])
     return {

@@ -171,7 +171,7 @@ def test_finds_benches(bench):
     assert benches(bench.parent) == {"sample": bench}
     found = list(benches(BENCHES))
     assert found == sorted(found)
-    assert {"core", "planner"} <= set(found)
+    assert {"core", "chip"} <= set(found)
 
 
 def test_refuses_an_unknown_bench(capsys):

@@ -13,7 +13,7 @@ class Returns(proof_control.Returns):
     is LISTEN again at most ``3 * limit`` cycles after it has left LISTEN.
     """
 
-    CONFIG = Config(genetic=False, checker=CheckerBuild.TWO_TIER, lanes=1)
+    CONFIG = Config(core="none", checker=CheckerBuild.TWO_TIER, lanes=1)
     MOST_UNITS = 3
 
 

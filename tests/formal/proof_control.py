@@ -55,10 +55,10 @@ class Returns(Elaboratable):
 
     def elaborate(self, platform):
         m = Module()
-        control, genetic = self.dut, self.CONFIG.parallel_core
+        control, has_core = self.dut, self.CONFIG.paper_core
         units = {
             ChipState.RECEIVE: ("receive", 0),
-            **(GENERATION if genetic else {}),
+            **(GENERATION if has_core else {}),
             ChipState.CHECK: ("check", 1),
             ChipState.TRANSMIT: ("transmit", self.MOST_UNITS - 1),
         }
@@ -82,7 +82,7 @@ class Returns(Elaboratable):
         free(m, *done.values(), control.pending, control.check)
         free(m, control.line_busy, control.line_sending)
         generate, ready = C(0), C(1)
-        if genetic:
+        if has_core:
             core = control.core
             generate, ready = control.generate, core.ready
             free(m, generate, ready, core.restart, core.refused, core.redrawn, core.left_out)
@@ -92,7 +92,7 @@ class Returns(Elaboratable):
         m.d.sync += asked.eq(
             (state == ChipState.RECEIVE) & done[ChipState.RECEIVE] & generate & ready & ~asked
         )
-        if genetic:
+        if has_core:
             m.d.comb += Assert(core.begin == asked)
 
         # Cycles in the state and out of LISTEN, without the present cycle and the cycle of `asked`.

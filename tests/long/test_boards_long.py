@@ -74,9 +74,9 @@ def test_default_chip_at_its_pins():
     """The bench of the whole chip at the paper's sizes."""
     result = run(
         "verilator",
-        exported_verilog("planner", DEFAULT),
-        "planner",
-        BENCHES / "cosim_planner.py",
+        exported_verilog("chip", DEFAULT),
+        "chip",
+        BENCHES / "cosim_chip.py",
         env={"CHIP": "default"},
         label="planner-default-verilator",
     )

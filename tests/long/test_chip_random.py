@@ -1,4 +1,4 @@
-"""Random problems over real ground: where astar finds a path, the planner on the chip does, too."""
+"""Random problems over real ground: where astar finds a path, the planner core does, too."""
 
 from dataclasses import dataclass
 from functools import cache

@@ -78,16 +78,16 @@ def test_halves_of_a_path(max_waypoints, head, length_bits, index_bits):
         ),
         ({"memory_latency": 3}, "Config.memory_latency must be 1 or 2, not 3"),
         (
-            {"genetic": "streaming", "checker": "none"},
-            "Config.checker must be parallel with a streaming core, not none",
+            {"core": "planner", "checker": "none"},
+            "Config.checker must be parallel with the planner core, not none",
         ),
         (
-            {"genetic": "streaming", "population": 64, "survivors": 40},
-            "Config.population must be at most 32 with a streaming core, not 64",
+            {"core": "planner", "population": 64, "survivors": 40},
+            "Config.population must be at most 32 with the planner core, not 64",
         ),
         (
-            {"genetic": "streaming", "children": 14, "survivors": 16},
-            "Config.survivors must be at most the children with a streaming core, not 16",
+            {"core": "planner", "children": 14, "survivors": 16},
+            "Config.survivors must be at most the children with the planner core, not 16",
         ),
         ({"redraws": 8}, "Config.redraws must be from 0 to 7, not 8"),
         (
@@ -137,9 +137,9 @@ def test_replace_checks_again():
 
 
 def test_the_longest_path_follows_the_core_unless_it_is_given():
-    streaming = Config(genetic=GeneticCore.STREAMING)
-    assert (Config().max_waypoints, streaming.max_waypoints) == (16, 18)
-    assert Config().replace(genetic=GeneticCore.STREAMING) == streaming
-    assert streaming.replace(genetic=GeneticCore.PARALLEL) == Config()
-    given = Config(max_waypoints=20).replace(genetic=GeneticCore.STREAMING)
+    planner = Config(core=GeneticCore.PLANNER)
+    assert (Config().max_waypoints, planner.max_waypoints) == (16, 18)
+    assert Config().replace(core=GeneticCore.PLANNER) == planner
+    assert planner.replace(core=GeneticCore.PAPER) == Config()
+    given = Config(max_waypoints=20).replace(core=GeneticCore.PLANNER)
     assert given.max_waypoints == 20

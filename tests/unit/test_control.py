@@ -31,7 +31,7 @@ class Bench:
     def __init__(self, ctx, dut):
         self.ctx, self.dut = ctx, dut
         self.cycles = 0
-        absent = () if dut.config.parallel_core else (MUTATE, UPDATE)
+        absent = () if dut.config.paper_core else (MUTATE, UPDATE)
         if not dut.config.checks_paths:
             absent = *absent, CHECK
         self.on = {unit: on(dut) for unit, on in ON.items() if unit not in absent}
@@ -111,7 +111,7 @@ def simulate(bench, config=None):
     simulator.add_clock(1e-8)
 
     async def testbench(ctx):
-        if dut.config.parallel_core:
+        if dut.config.paper_core:
             ctx.set(dut.core.ready, 1)
         await bench(Bench(ctx, dut), ctx, dut)
 
@@ -184,7 +184,7 @@ def test_a_chip_without_a_genetic_core():
             Counter.TRANSMIT: 2 + 2,
         }
 
-    simulate(bench, Config(genetic=False))
+    simulate(bench, Config(core="none"))
 
 
 def test_a_chip_with_a_streaming_core():
@@ -209,7 +209,7 @@ def test_a_chip_with_a_streaming_core():
             Counter.GENERATIONS: 3,
         }
 
-    simulate(bench, Config(genetic="streaming"))
+    simulate(bench, Config(core="planner"))
 
 
 def test_counters_of_random_commands():

@@ -14,7 +14,7 @@ from amaranth.lib import wiring
 from pathgene.hdl.command.layouts import payload_members
 from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.hdl.layouts import generation_signature
-from pathgene.hdl.top import Planner
+from pathgene.hdl.top import Chip
 from tests.support.gateware.chips import SMALL
 
 
@@ -22,8 +22,8 @@ CHIPS = (
     SMALL,
     SMALL.replace(checker=CheckerBuild.TWO_TIER, lanes=1),
     SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=4),
-    Config(genetic=False),
-    SMALL.replace(genetic="streaming", checker=CheckerBuild.PARALLEL, lanes=4),
+    Config(core="none"),
+    SMALL.replace(core="planner", checker=CheckerBuild.PARALLEL, lanes=4),
 )
 #: Names of ports, then the type of all of them, or one for each.
 ENTRY = re.compile(r"(?P<names>\w+(?:, \w+)*)(?: : (?P<types>\S.*))?")
@@ -47,7 +47,7 @@ def alive():
 def components():
     """Return the components of all chips by their class."""
     found = {}
-    makers = [partial(Planner, config) for config in CHIPS]
+    makers = [partial(Chip, config) for config in CHIPS]
     for maker in makers:
         others = alive()
         fragment = Fragment.get(maker(), None)

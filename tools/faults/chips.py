@@ -41,7 +41,7 @@ class Board(StrEnum):
     SIM = "sim:"
 
 
-#: Chips by name: the paper's core with its checker, small and of the usual population, and the
+#: Chips by name: the paper core with its checker, small and of the usual population, and the
 #: planner's.
 CHIPS = {
     "paper": SMALL.replace(checker=CheckerBuild.TWO_TIER, lanes=1),
@@ -60,7 +60,7 @@ CHIPS = {
         lanes=4,
         clocks_per_bit=4,
         receive_buffer=512,
-        genetic=GeneticCore.STREAMING,
+        core=GeneticCore.PLANNER,
     ),
 }
 
@@ -134,8 +134,8 @@ class VerilatedOnLine:
         self.cycles = 0
         program = build_verilator(
             BuildCache(build_root() / "sim"),
-            exported_verilog("planner", config),
-            "planner",
+            exported_verilog("chip", config),
+            "chip",
             main=_SIM / "harness/chip_main.cpp",
             headers=[_SIM / "board/uart.hpp"],
         )

@@ -47,7 +47,7 @@ def ground(config: Config, seed: int) -> np.ndarray[Any, np.dtype[np.int64]]:
 
 
 def _breed(chip: Chip, seed: int, tell: Tell) -> None:
-    """Use the paper's chip: map, generations in each mode, counts, reads."""
+    """Use the paper core: map, generations in each mode, counts, reads."""
     config = chip.config
     rng = random.Random(seed)
     heights = ground(config, seed)
@@ -94,7 +94,7 @@ def problem(seed: int) -> Problem:
 
 
 def _plan(chip: Chip, seed: int, tell: Tell) -> None:
-    """Use the planner's chip: a run, a zone that appears, a run from the population before."""
+    """Use the planner core: a run, a zone that appears, a run from the population before."""
     config = chip.config
     rng = random.Random(seed)
     flight = problem(seed)

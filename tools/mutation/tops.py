@@ -17,7 +17,7 @@ from amaranth.back import rtlil
 from pathgene.hdl.boards import find_board
 from pathgene.hdl.boards.build import prepare
 from pathgene.hdl.config import CheckerBuild, Config, GeneticCore, SurvivorSelection
-from pathgene.hdl.top import Planner
+from pathgene.hdl.top import Chip
 from pathgene.hdl.verilog import convert
 from tools.chips import SMALL
 
@@ -38,22 +38,22 @@ _CHIPS: dict[str, Config] = {
     "default": Config(),
     "no_checker": Config(checker=CheckerBuild.NONE, lanes=1),
     "default_two_tier": Config(checker=CheckerBuild.TWO_TIER, lanes=1),
-    "check_only": Config(genetic=GeneticCore.NONE),
-    "check_only_two_tier": Config(genetic=GeneticCore.NONE, checker=CheckerBuild.TWO_TIER, lanes=1),
+    "check_only": Config(core=GeneticCore.NONE),
+    "check_only_two_tier": Config(core=GeneticCore.NONE, checker=CheckerBuild.TWO_TIER, lanes=1),
     "lanes_16": Config(lanes=16),
     "lanes_2": SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=2),
     "lanes_1": SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=1),
     "odd": SMALL.replace(max_waypoints=20, survivors=1, elites=1, children=6, deletes=3),
 }
-#: One board of each family, with the paper's chip.
+#: One board of each family, with the chip with the paper core.
 _BOARDS = ("ulx3s-85f", "arty-a7-100", "icebreaker")
 
 
-def _planner(config: Config, stem: Path, verilog_too: bool) -> None:
-    text = rtlil.convert(Planner(config), name="planner", emit_src=False)
+def _chip(config: Config, stem: Path, verilog_too: bool) -> None:
+    text = rtlil.convert(Chip(config), name="chip", emit_src=False)
     stem.with_suffix(".il").write_text(text)
     if verilog_too:
-        stem.with_suffix(".v").write_text(convert(Planner(config), "planner"))
+        stem.with_suffix(".v").write_text(convert(Chip(config), "chip"))
 
 
 def _board(name: str, stem: Path, verilog_too: bool) -> None:
@@ -68,8 +68,8 @@ Writer = Callable[[Path, bool], None]
 
 
 def _writers(chips: dict[str, Config], boards: Sequence[str]) -> dict[str, Writer]:
-    planners: dict[str, Writer] = {n: partial(_planner, config) for n, config in chips.items()}
-    return planners | {name: partial(_board, name) for name in boards}
+    writers: dict[str, Writer] = {n: partial(_chip, config) for n, config in chips.items()}
+    return writers | {name: partial(_board, name) for name in boards}
 
 
 #: Tops by name; the small ones take seconds, the large ones minutes.

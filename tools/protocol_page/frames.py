@@ -39,16 +39,16 @@ from tools import chips
 from tools.protocol_page.segments import split_reply, split_request, values_of
 
 
-__all__ = ["DEFAULT", "SMALL", "STREAMING", "TIMED", "golden_frames"]
+__all__ = ["DEFAULT", "PLANNER", "SMALL", "TIMED", "golden_frames"]
 
 #: The chip of the URL ``sim:`` without options.
 DEFAULT = Config(clocks_per_bit=4)
 #: A chip with messages short enough to read.
 SMALL = chips.SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=4)
 #: A chip that only checks paths.
-CHECK_ONLY = SMALL.replace(genetic=False)
+CHECK_ONLY = SMALL.replace(core="none")
 #: A chip that plans by itself.
-STREAMING = SMALL.replace(genetic="streaming")
+PLANNER = SMALL.replace(core="planner")
 #: Fields of COUNTERS that the model predicts only to within a few cycles per command.
 TIMED = ("clocks", "receive", "transmit")
 
@@ -148,7 +148,7 @@ def golden_frames() -> dict[str, Any]:
         "small": (SMALL, _tour),
         "default": (DEFAULT, _short_tour),
         "check-only": (CHECK_ONLY, _without_core),
-        "streaming": (STREAMING, _runs),
+        "planner": (PLANNER, _runs),
     }
     told = []
     for name, (config, drive) in chips.items():
@@ -376,7 +376,7 @@ def _runs(host: Recorder) -> None:
     host.say("STATUS warm", "cycles and generations of the latest run", Command.STATUS)
     host.say("BEST warm", "around the disc", Command.BEST)
     host.say("STOP", "without a run, nothing happens", Command.STOP)
-    host.say("START", "unknown to a streaming chip", Command.START, bytes(15))
+    host.say("START", "unknown to a chip with the planner core", Command.START, bytes(15))
     host.say("COUNTERS", "since reset", Command.COUNTERS)
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, Command, frame_crc, info_values
-from tools.protocol_page.frames import DEFAULT, SMALL, STREAMING
+from tools.protocol_page.frames import DEFAULT, PLANNER, SMALL
 from tools.protocol_page.segments import Segment, split_reply, split_request, waypoint_layout
 from tools.protocol_page.texts import CODES, COMMANDS, MESSAGES, Field
 
@@ -39,9 +39,9 @@ _SIZES = {
 def protocol_page(frames: dict[str, Any]) -> str:
     """Return the content of ``docs/protocol.md``; ``frames`` are the golden frames."""
     chips = {chip["name"]: chip for chip in frames["chips"]}
-    small, streaming = (
+    small, planner = (
         {exchange["name"]: exchange for exchange in chips[name]["exchanges"]}
-        for name in ("small", "streaming")
+        for name in ("small", "planner")
     )
     makers: dict[str, Callable[[str], str]] = {
         "commands": lambda _: _commands(),
@@ -50,7 +50,7 @@ def protocol_page(frames: dict[str, Any]) -> str:
         "sizes": lambda _: _size_table(),
         "checkers": lambda _: _checkers(),
         "example": lambda name: _example(SMALL, small[name]),
-        "run": lambda name: _example(STREAMING, streaming[name]),
+        "run": lambda name: _example(PLANNER, planner[name]),
         "board": lambda name: chips[name]["board"],
         "version": lambda _: str(frames["protocol_version"]),
         "waypoint": _waypoint,

@@ -76,7 +76,7 @@ COMMANDS = {
     Command.CHECK: ("check one path", "flags, points", "totals, result"),
     Command.CHECK_PATHS: ("check the paths of slots", "fields", "totals, results"),
     Command.RESULTS: ("results of the latest check again", "path, count", "results"),
-    Command.PROBLEM: ("a problem for the streaming core", "fields", "none"),
+    Command.PROBLEM: ("a problem for the planner core", "fields", "none"),
     Command.RUN: ("begin a run", "fields", "none"),
     Command.STOP: ("end the run with its present generation", "none", "none"),
     Command.BEST: ("paths of the latest run", "none", "keys, paths"),
@@ -147,9 +147,9 @@ _COUNTERS = {
 }
 
 
-def _streaming(config: Config) -> Config:
-    """Return a chip with the streaming core, whose sizes are those of ``config``."""
-    return config.replace(genetic="streaming", checker="parallel")
+def _planner(config: Config) -> Config:
+    """Return a chip with the planner core, whose sizes are those of ``config``."""
+    return config.replace(core="planner", checker="parallel")
 
 
 #: Layout of each message, with its fields by name; numbered fields by the name without number.
@@ -185,7 +185,7 @@ MESSAGES: Mapping[str, tuple[Callable[[Config], Layout], Mapping[str, Field]]] =
             "clock_hz": Field("1 or more", "Clock of the chip, hertz"),
             "clocks_per_bit": Field("4 … 65535", "Cycles of a bit on the line"),
             "receive_buffer": Field("power of two, 256 … 32768", "Credit in bytes, see above"),
-            "genetic": Field("0, 1, 2", "Genetic core: 0 none, 1 parallel, 2 streaming"),
+            "core": Field("0, 1, 2", "Genetic core: 0 none, 1 paper, 2 planner"),
             "checker": Field("see below", "Build of the collision checker"),
             "lanes": Field("1, 2, 4, 8, 16", "Cells checked in a cycle"),
             "memory_latency": Field("1, 2", "Cycles from an address of the map to its data"),
@@ -204,8 +204,8 @@ MESSAGES: Mapping[str, tuple[Callable[[Config], Layout], Mapping[str, Field]]] =
             "update": Field("cycles", "Population update of the latest generation"),
         },
     ),
-    "streaming_status_reply": (
-        lambda config: status_reply(_streaming(config)),
+    "planner_status_reply": (
+        lambda config: status_reply(_planner(config)),
         {
             "state": Field("a state", "State of the chip: always TRANSMIT, since it replies"),
             "history": Field("8 states", "Latest eight states, 4 bits each, the latest lowest"),

@@ -11,7 +11,7 @@ from pathgene.host.planners import DEFAULT, OPTIONS, PLANNERS
 __all__ = ["DEFAULT_PLANNER", "add_fallback", "add_own_options", "add_search"]
 
 #: The rule of :func:`pathgene.host.planners.default.default_planner` for users.
-DEFAULT_PLANNER = f"default {DEFAULT}, on a board with the paper's core ga-fpga"
+DEFAULT_PLANNER = f"default {DEFAULT}, on a board with the paper core ga-fpga"
 
 
 def add_search(group: argparse._ArgumentGroup) -> None:

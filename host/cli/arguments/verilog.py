@@ -17,10 +17,10 @@ def add_verilog(commands: Commands) -> None:
         "verilog",
         "verilog:run",
         "Write the Verilog of the chip or of one of its units",
-        "pathgene verilog --top planner --out planner.v --set max_waypoints=20",
+        "pathgene verilog --top chip --out chip.v --set max_waypoints=20",
     )
     parser.add_argument(
-        "--top", metavar="NAME", required=True, help="planner, ga_core, or the name of a unit"
+        "--top", metavar="NAME", required=True, help="chip, ga_core, or the name of a unit"
     )
     parser.add_argument("--out", metavar="FILE", required=True, help="file to write")
     parser.add_argument(

@@ -62,8 +62,8 @@ class FlowerPollinationPlanner:
         Free waypoints of a path, 1 to 100; by default 6, or 16 with ``astar``, whose best paths
         need them; 6 if the grid search finds no route.
     engine : str
-        ``cores``, all threads of the evaluator; ``sequential``, one; or ``gpu``. The first two give
-        the same result to the last bit, the third rounds differently.
+        ``threads``, all threads of the evaluator; ``sequential``, one; or ``gpu``. The first two
+        give the same result to the last bit, the third rounds differently.
     init : str
         ``random``, or ``astar``: the first population is of
         :func:`pathgene.host.planners.initial.astar_paths`.
@@ -227,7 +227,7 @@ class FlowerPollinationPlanner:
 
             return GpuEngine(setups, self.two_opt_every, stride=self._look_every)
         (setup,) = setups
-        threads = setup.evaluator.threads if self.engine == "cores" else 1
+        threads = setup.evaluator.threads if self.engine == "threads" else 1
         return CpuEngine(setup, self.two_opt_every, threads)
 
 
@@ -282,5 +282,5 @@ def _check_gpu() -> None:
     if not there:
         raise InputError(
             "The engine gpu needs an NVIDIA GPU and CUDA for numba (the extra 'gpu'), "
-            "which are not there; use another (--engine cores)."
+            "which are not there; use another (--engine threads)."
         )

@@ -8,7 +8,7 @@ import { coloursOf, faded, niceStep, number } from "pathgene-views/scene.js";
 export const KEPT = "#d55e00";
 
 const [LEFT, RIGHT, TOP, BOTTOM] = [44, 14, 12, 34];
-// Few generations, as of the planner on the chip, are drawn as points as well.
+// Few generations, as of the planner core, are drawn as points as well.
 const FEW = 40;
 
 /** A curve in an element that has a size of its own. */

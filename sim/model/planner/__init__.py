@@ -1,4 +1,4 @@
-"""The whole planner on the chip, as a bit-exact integer model.
+"""The whole planner core, as a bit-exact integer model.
 
 :mod:`pathgene.sim.model.planner.definition` is the plain model, a module for each unit; the modules
 here are the same units, compiled. Both have a function ``plan`` in their module ``run``, with the

@@ -138,7 +138,7 @@ def option(rng: random.Random) -> Case:
 
 def board(rng: random.Random) -> Case:
     """A URL at which no board is, or with fields that no board has."""
-    fields = "population", "map_size", "max_waypoints", "genetic", "coarse_factor", "x", "", "sim"
+    fields = "population", "map_size", "max_waypoints", "core", "coarse_factor", "x", "", "sim"
     values = *_LONG, "33", "-1", "0", "nan", "", "x", "1e9"
     query = "&".join(
         f"{rng.choice((*fields, 'idle_clocks', 'baud', 'patience'))}={rng.choice(values)}"

@@ -153,7 +153,7 @@ class CommandFuzz:
     def compare_state(self):
         """Send commands whose answers show population, map and counters."""
         requests = [(Command.STATUS, b""), (Command.COUNTERS, b"")]
-        if self.config.streaming_core:
+        if self.config.planner_core:
             warm = RunOptions(
                 generations=2, warm=True, slopes=(), seeds=8, give_up_rank=3, cycles=1 << 17
             )
@@ -204,7 +204,7 @@ def valid_requests(chip):
     rng = np.random.default_rng(1)
     heights = ground(config, rng)
     maps = [(Command.MAP, payload) for payload, _ in map_frames(config, heights, 0, 0)]
-    if config.streaming_core:
+    if config.planner_core:
         block = (Command.BLOCK, shape(config, rng, span=4).pack(config))
         return [(Command.CLEAR, b""), *maps, block, *plan_on_the_map(config), (Command.STATUS, b"")]
     size = config.population

@@ -7,7 +7,7 @@ import random
 from amaranth.sim import Simulator
 
 from pathgene.hdl.config import CheckerBuild
-from pathgene.hdl.ga_core_top import GeneticCoreTop
+from pathgene.hdl.ga_core_top import PaperCoreTop
 from pathgene.hdl.protocol import ChipState
 from pathgene.sim.model import core as model
 from pathgene.sim.model.checker import TerrainModel
@@ -25,7 +25,7 @@ class Driver:
     Parameters
     ----------
     ctx : amaranth.sim.SimulatorContext
-    dut : GeneticCoreTop
+    dut : PaperCoreTop
     rng : random.Random
     pauses : iterable of int
         Idle cycles before each word of a stream, repeated.
@@ -43,7 +43,7 @@ class Driver:
         self.config = dut.config
         self.has_map = dut.config.checker is not CheckerBuild.NONE
         self.terrain = TerrainModel(dut.config) if self.has_map else None
-        self.model = model.Core(dut.config, self.terrain)
+        self.model = model.PaperCore(dut.config, self.terrain)
         self.lookups = []
         self.looked_up = collections.deque([None] * (dut.config.lookup_latency - 1))
         self.garbage = random.Random(0)
@@ -214,7 +214,7 @@ class Driver:
 
 
 def simulate(config, bench):
-    dut = GeneticCoreTop(config)
+    dut = PaperCoreTop(config)
     simulator = Simulator(dut)
     simulator.add_clock(1e-8)
 

@@ -159,7 +159,7 @@ class FrameMix:
 
     def _too_early(self):
         """Commands that ask for results that a chip lacks after a reset."""
-        if self.config.streaming_core:
+        if self.config.planner_core:
             cold = RunOptions(generations=1, cycles=1, seeds=self.config.population)
             warm = RunOptions(generations=1, warm=True, slopes=(), seeds=self.config.population)
             fields = run_request(self.config).unpack(cold.pack(self.config))
@@ -185,7 +185,7 @@ class FrameMix:
         rng, config, payload = self._rng, self.config, self._requests.payload
         corner = rng.randrange(config.map_size)
         nothing = map_request(config).pack(x=corner, y=corner, width=rng.randrange(2), height=0)
-        if config.streaming_core:
+        if config.planner_core:
             return rng.choice(
                 (
                     [(Command.PROBLEM, payload(Command.PROBLEM), 0), (Command.BEST, b"", 0)],

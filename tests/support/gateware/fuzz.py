@@ -155,7 +155,7 @@ class Fuzz:
             elif status == Status.OUT_OF_ORDER:
                 self._expected = sequence
             elif status in (Status.BAD_LENGTH, Status.BAD_VALUE):
-                self._rewrite = self.config.parallel_core
+                self._rewrite = self.config.paper_core
         return answers
 
     def _draw(self):
@@ -204,7 +204,7 @@ class Fuzz:
             case 2 | 3:  # As if the reply had been lost.
                 sequence = (sequence - 1) % 256
             case 4:
-                known = len(Command) + 2 if self.config.streaming_core else 16
+                known = len(Command) + 2 if self.config.planner_core else 16
                 code = rng.choice((0, rng.randrange(known), rng.randrange(256)))
             case 5:
                 length = rng.choice((0, len(payload) - 1, len(payload) + 1, rng.randrange(300)))

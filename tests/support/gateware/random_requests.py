@@ -29,7 +29,7 @@ _COMMON_WEIGHTS = {
     Command.INFO: 3,
     Command.OPEN: 3,
 }
-#: Commands of a parallel core, in front of these.
+#: Commands of the paper core, in front of these.
 _WEIGHTS = {
     Command.GENERATE: 30,
     Command.WRITE: 25,
@@ -44,7 +44,7 @@ _CHECKER_WEIGHTS = {
     Command.CHECK_PATHS: 10,
     Command.RESULTS: 4,
 }
-#: All commands of a chip with a streaming core.
+#: All commands of a chip with the planner core.
 _RUN_WEIGHTS = {
     Command.MAP: 8,
     Command.PROBLEM: 8,
@@ -85,7 +85,7 @@ class RandomRequests:
         self.config = config
         self._rng = rng
         self._draws = draws
-        self._weights = dict(_RUN_WEIGHTS if config.streaming_core else _WEIGHTS)
+        self._weights = dict(_RUN_WEIGHTS if config.planner_core else _WEIGHTS)
         if config.checks_paths:
             self._weights |= _CHECKER_WEIGHTS
 
@@ -106,7 +106,7 @@ class RandomRequests:
             )
         if code in _CHECKER_WEIGHTS:
             return self._checker_payload(code)
-        if self.config.streaming_core:
+        if self.config.planner_core:
             return self._run_payload(code)
         slot = rng.randrange(config.population)
         count = rng.randint(1, config.population - slot)

@@ -1,4 +1,4 @@
-"""Random maps, problems and paths for the planner on the chip."""
+"""Random maps, problems and paths for the planner core."""
 
 import dataclasses
 
@@ -26,10 +26,10 @@ from pathgene.hdl.protocol.planner import (
 #: A small chip, a chip of the default sizes, and the largest.
 SMALL = Config(
     population=8, children=4, elites=2, survivors=2, perturbs=1, inserts=1, deletes=1,
-    max_waypoints=5, map_size=32, coarse_factor=4, altitude_bits=8, lanes=4, genetic="streaming",
+    max_waypoints=5, map_size=32, coarse_factor=4, altitude_bits=8, lanes=4, core="planner",
 )  # fmt: skip
-USUAL = Config(genetic="streaming")
-LARGE = Config(map_size=4096, altitude_bits=16, max_waypoints=64, genetic="streaming")
+USUAL = Config(core="planner")
+LARGE = Config(map_size=4096, altitude_bits=16, max_waypoints=64, core="planner")
 
 
 def ground(config, rng, *, blocked=0.02):

@@ -1,4 +1,4 @@
-"""Tables of the planner on the chip, of a few short runs."""
+"""Tables of the planner core, of a few short runs."""
 
 import dataclasses
 

@@ -20,10 +20,10 @@ def test_speed_has_every_engine_and_the_machine_limits():
     # All engines of the processor find the same path.
     cores = available_cores()
     in_full = rows["all in full", cores, 8, 1]
-    assert rows["cores", 1, 8, 1]["mean F"] == in_full["mean F"] == sequential["mean F"]
+    assert rows["threads", 1, 8, 1]["mean F"] == in_full["mean F"] == sequential["mean F"]
     assert in_full["all candidates/s"] == in_full["full evaluations/s"]
     assert sequential["all candidates/s"] > sequential["full evaluations/s"]
-    assert ("cores", cores, 16, 1) in rows
+    assert ("threads", cores, 16, 1) in rows
     assert (("sequential, one a core", cores, 8, cores) in rows) == (cores > 1)
     assert rows["paper: Xeon W-2195, 1 thread", 1, 512, 1]["seconds"] == 78.4
     # The GPU's rows, one run and two at once, where there is one.

@@ -8,10 +8,10 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.boards import BOARDS, chip, chips_of, find_board
+from pathgene.hdl.boards import BOARDS, board_top, chips_of, find_board
 from pathgene.hdl.boards.board import Board, ChipKind
+from pathgene.hdl.boards.board_top import BoardTop
 from pathgene.hdl.boards.build import prepare
-from pathgene.hdl.boards.chip import Chip
 from pathgene.hdl.boards.pll import Ecp5Pll, Ice40Pll, Series7Pll
 from pathgene.hdl.config import CheckerBuild, GeneticCore
 
@@ -83,7 +83,7 @@ def test_full_design(name):
 )
 def test_planners(name, lanes, map_size, clock_hz):
     config = find_board(name).config
-    assert config.genetic is GeneticCore.STREAMING
+    assert config.core is GeneticCore.PLANNER
     assert (config.lanes, config.map_size) == (lanes, map_size)
     assert config.clock_hz >= clock_hz
 
@@ -106,7 +106,7 @@ def test_refuses_a_chip_without_room():
 
 @pytest.mark.parametrize(("name", "kind"), CHIPS)
 def test_sources(name, kind, tmp_path, monkeypatch):
-    monkeypatch.setattr(chip, "Planner", Wire)
+    monkeypatch.setattr(board_top, "Chip", Wire)
     board = find_board(name, kind)
     commands = prepare(board, tmp_path)
     if name not in DEVICES:
@@ -125,7 +125,7 @@ def test_sources(name, kind, tmp_path, monkeypatch):
 
 def test_chip_refuses_what_is_not_a_board():
     with pytest.raises(TypeError, match=r"^Board must be a Board, not 'ulx3s'$"):
-        Chip("ulx3s")
+        BoardTop("ulx3s")
 
 
 def test_refuses_an_unknown_board():

@@ -91,7 +91,7 @@ def test_commands_in_the_header_make_verilog_for_the_board(name):
         for line in file.read_text(encoding="utf-8").splitlines()
         if line.startswith("#")
     )
-    _, *commands = header.split("pathgene verilog --top planner")
+    _, *commands = header.split("pathgene verilog --top chip")
     for command, board in zip(commands, chips_of(name), strict=True):
         options = dict(re.findall(r"--set (\w+)=(\S+)", command))
         config = Config().replace(

@@ -78,7 +78,7 @@ def test_only_chips_on_an_85f_have_one():
 
 
 @pytest.mark.parametrize(
-    "other", [{"genetic": 0}, {"checker": CheckerBuild.TWO_TIER, "lanes": 1}, {"map_size": 256}]
+    "other", [{"core": "none"}, {"checker": CheckerBuild.TWO_TIER, "lanes": 1}, {"map_size": 256}]
 )
 def test_other_chips(other):
     with pytest.raises(ValueError, match=r"^Floor plan must be that of the default configuration"):

@@ -73,8 +73,8 @@ class Chip:
         self.unit = CommandReceiver(config)
         self.has_map = config.checker is not CheckerBuild.NONE
         self.has_checker = config.checks_paths
-        self.has_core = config.parallel_core
-        self.has_runs = config.streaming_core
+        self.has_core = config.paper_core
+        self.has_runs = config.planner_core
         self.pauses = pauses
         self.start_requests, self.writes, self.ranking = [], [], []
         self.cells, self.points = [], []

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""Command receiver: the commands of the streaming core, whole or broken."""
+"""Command receiver: the commands of the planner core, whole or broken."""
 
 import dataclasses
 from functools import partial

@@ -237,17 +237,17 @@ def test_results_alone(pauses):
     assert reads == [(5, 3)] * 2
 
 
-STREAMING = CONFIG.replace(genetic="streaming", checker=CheckerBuild.PARALLEL)
+PLANNER = CONFIG.replace(core="planner", checker=CheckerBuild.PARALLEL)
 
 
 def run_answers(kind, *, records=b"", pauses=(0,), ticking=False):
-    """Return two bodies sent for ``kind`` by a streaming chip, its registers, and the pulses.
+    """Return two bodies that a planner chip sends for ``kind``, its registers, and the pulses.
 
     With ``ticking``, the cycles of the run continue.
     """
     rng = random.Random(4)
-    unit = ReplyTransmitter(STREAMING)
-    status = random_fields(status_reply(STREAMING), rng)
+    unit = ReplyTransmitter(PLANNER)
+    status = random_fields(status_reply(PLANNER), rng)
     if ticking:
         status["cycles"] = 0xFFF8
     replies, bodies, pulses = [], [], []
@@ -306,14 +306,14 @@ def test_without_paths_the_header_alone():
 @PAUSES
 def test_status_of_a_run(pauses):
     bodies, status, pulses = run_answers(AnswerKind.STATUS, pauses=pauses)
-    assert bodies == [HEADER + status_reply(STREAMING).pack(**status)] * 2
+    assert bodies == [HEADER + status_reply(PLANNER).pack(**status)] * 2
     assert pulses == []
 
 
 def test_every_field_of_a_status_is_read_in_one_cycle():
     """A moving count is a value that it had, also where its lower half overflows."""
     bodies, status, _ = run_answers(AnswerKind.STATUS, pauses=(3,), ticking=True)
-    first, second = (status_reply(STREAMING).unpack(body[len(HEADER) :]) for body in bodies)
+    first, second = (status_reply(PLANNER).unpack(body[len(HEADER) :]) for body in bodies)
     assert 0xFFF8 < first.pop("cycles") < 0x10_100
     assert 0x10_000 < second.pop("cycles") < 0x10_300
     del status["cycles"]

@@ -27,7 +27,7 @@ FIELDS = {
     "five, long names": {
         LONG: sample(1.48),
         "ga-pc:max_waypoints=8:population=64": FAILING,
-        "fpa-2opt:engine=cores:init=astar": sample(1.52, 0.002, each=512, first=512),
+        "fpa-2opt:engine=threads:init=astar": sample(1.52, 0.002, each=512, first=512),
         "astar": made_up_runs([1.51] * 50, generations=0, first=1),
         "ga-dp": sample(1.4, each=90),
     },

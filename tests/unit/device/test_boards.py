@@ -325,34 +325,34 @@ def test_an_open_board_stays_open():
         assert url_of(board) == board.url == "model:"
         with entered(board) as same:
             assert same is board
-        with entered(board, core=GeneticCore.PARALLEL) as same:
+        with entered(board, core=GeneticCore.PAPER) as same:
             assert same is board
         assert not board.closed
     assert board.closed
 
 
 def test_a_board_is_opened_by_its_url_with_the_core():
-    with entered("model:", core=GeneticCore.STREAMING) as board:
-        assert board.config.streaming_core
+    with entered("model:", core=GeneticCore.PLANNER) as board:
+        assert board.config.planner_core
     assert board.closed
     asked = []
     with entered("model:", lambda url: asked.append(url) or open_board(url)):
         pass
     # A board that was closed is opened again.
     with entered(board) as again:
-        assert again.config.streaming_core
+        assert again.config.planner_core
     assert asked == ["model:"]
 
 
 def test_another_core_is_built_beside_an_open_simulated_board():
     with open_board("model:") as board:
-        with entered(board, core=GeneticCore.STREAMING) as other:
-            assert other.config.streaming_core
-        with entered(board, core=GeneticCore.STREAMING) as again:
+        with entered(board, core=GeneticCore.PLANNER) as other:
+            assert other.config.planner_core
+        with entered(board, core=GeneticCore.PLANNER) as again:
             assert again is other
         assert not other.closed
         assert board.link.session is not None
     assert other.closed
-    with open_board("model:?genetic=parallel") as named:
-        with entered(named, core=GeneticCore.STREAMING) as same:
+    with open_board("model:?core=paper") as named:
+        with entered(named, core=GeneticCore.PLANNER) as same:
             assert same is named

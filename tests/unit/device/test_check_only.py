@@ -20,7 +20,7 @@ from tests.unit.command.receiver_bench import Chip as Bench
 from tests.unit.command.receiver_bench import after_open, check, rectangle
 
 
-CONFIG = CHECKING.replace(genetic=False)
+CONFIG = CHECKING.replace(core="none")
 GENETIC = (Command.START, Command.WRITE, Command.GENERATE, Command.READ, Command.CHECK_PATHS)
 
 
@@ -31,30 +31,30 @@ def chip():
 
 
 def test_needs_a_checker():
-    sentence = r"^Config\.genetic must be parallel on a chip without a checker, not none$"
+    sentence = r"^Config\.core must be paper on a chip without a checker, not none$"
     with pytest.raises(ValueError, match=sentence):
-        Config(genetic=False, checker=CheckerBuild.NONE)
+        Config(core="none", checker=CheckerBuild.NONE)
 
 
-@pytest.mark.parametrize("value", [2, -1, "0", None])
-def test_option_names_a_core_or_is_one_or_zero(value):
-    sentence = rf"^Config\.genetic must be none, parallel or streaming, not {value!r}$"
+@pytest.mark.parametrize("value", [1, False, "0", "streaming", None])
+def test_option_names_a_core(value):
+    sentence = rf"^Config\.core must be none, paper or planner, not {value!r}$"
     with pytest.raises(ValueError, match=sentence):
-        Config(genetic=value)
-    assert Config(genetic=0).genetic is GeneticCore.NONE
-    assert Config(genetic=1) == Config()
+        Config(core=value)
+    assert Config(core="none").core is GeneticCore.NONE
+    assert Config(core="paper") == Config()
 
 
 def test_info_reports_it():
     values = info_values(CONFIG) | {"session": 0}
-    assert values["genetic"] == 0
+    assert values["core"] == 0
     assert config_from_info(values) == CONFIG
     assert CONFIG.build_id != CHECKING.build_id
 
 
 @pytest.mark.parametrize("command", GENETIC, ids=lambda command: command.name)
 def test_gateware_rejects_commands_of_the_core(command):
-    bench = Bench(config=BENCH.replace(genetic=False))
+    bench = Bench(config=BENCH.replace(core="none"))
     (_, outcome) = bench.run(after_open((command, bytes(5))))
     assert outcome == (Status.UNKNOWN_COMMAND, AnswerKind.EMPTY, 0, 0)
     assert bench.errors == StickyError.REFUSED
@@ -67,7 +67,7 @@ def test_model_rejects_commands_of_the_core(chip, command):
 
 
 def test_gateware_accepts_maps_and_paths():
-    bench = Bench(config=BENCH.replace(genetic=False))
+    bench = Bench(config=BENCH.replace(core="none"))
     outcomes = bench.run(
         after_open(
             (Command.MAP, rectangle(1, 2, 2, 1, (3, 4))),
@@ -88,7 +88,7 @@ def test_gateware_accepts_maps_and_paths():
 def test_host_refuses_without_a_request(chip):
     sentence = (
         r"^The board has no genetic core, it only checks paths: use one that was built with "
-        r"genetic=1\.$"
+        r"core=paper\.$"
     )
     for ask in (
         lambda: chip.start(0, (15, 15, 9)),

@@ -72,9 +72,9 @@ def test_takes_a_board_that_suits_the_mode(config, mode):
             "model:.",
         ),
         (
-            Config(genetic="streaming"),
+            Config(core="planner"),
             None,
-            "The board at '/dev/ttyUSB0' has the streaming genetic core, which checks the paths "
+            "The board at '/dev/ttyUSB0' has the planner core, which checks the paths "
             "that it breeds and no others; use a board with another core, or model:.",
         ),
         (

@@ -24,7 +24,7 @@ from pathgene.host.device.link import Link, RefusedError
 from pathgene.host.device.waypoints import pack_waypoints, unpack_waypoints
 from pathgene.host.errors import InputError
 from pathgene.sim.model.chip import ChipModel
-from pathgene.sim.model.core import Core
+from pathgene.sim.model.core import PaperCore
 from pathgene.sim.model.mutation import Limits
 from pathgene.sim.model.port import ModelPort
 from tests.support.gateware.chips import SMALL, random_paths
@@ -81,7 +81,7 @@ def chip(port):
 def test_every_mode_matches_the_core(config, mode):
     rng = random.Random(2)
     chip = opened(ModelPort(ChipModel(config)))
-    core = Core(config)
+    core = PaperCore(config)
     limits = (config.map_size - 3, config.map_size - 1, 9)
     chip.start(77, limits)
     core.start(77, Limits(*limits))

@@ -27,7 +27,7 @@ def test_tells_the_configuration_of_a_board():
 @pytest.mark.parametrize(
     ("changes", "reason"),
     [
-        ({"genetic": 9}, "Genetic must be below 3, not 9"),
+        ({"core": 9}, "Core must be below 3, not 9"),
         ({"checker": 3}, "Checker must be below 3, not 3"),
         ({"lanes": 3}, "Config.lanes must be 1, 2, 4, 8 or 16, not 3"),
     ],
@@ -51,4 +51,4 @@ def test_refuses_a_build_whose_sizes_do_not_make_its_number():
 
 
 def test_info_has_one_layout_for_every_chip():
-    assert info_reply(SMALL) == info_reply(Config()) == info_reply(Config(genetic="streaming"))
+    assert info_reply(SMALL) == info_reply(Config()) == info_reply(Config(core="planner"))

@@ -1,4 +1,4 @@
-"""Runs of the planner on the chip over a link, on the software model."""
+"""Runs of the planner core over a link, on the software model."""
 
 import dataclasses
 
@@ -336,12 +336,12 @@ def test_a_streaming_chip_knows_no_other_loop(chip, command):
 
 
 def test_the_host_names_the_core_that_is_missing(chip):
-    with pytest.raises(InputError, match=r"has the streaming genetic core, which breeds without"):
+    with pytest.raises(InputError, match=r"has the planner core, which breeds without"):
         chip.start(1, (3, 3, 3))
-    with pytest.raises(InputError, match=r"has the streaming genetic core, which checks the paths"):
+    with pytest.raises(InputError, match=r"has the planner core, which checks the paths"):
         chip.check_path([0, 1])
     with opened(ChipModel(Config())) as other:
-        with pytest.raises(InputError, match=r"^The board has no streaming genetic core: "):
+        with pytest.raises(InputError, match=r"^The board has no planner core: "):
             other.runs.best()
         with pytest.raises(RefusedError) as refused:
             other.link.request(Command.RUN, b"")

@@ -10,7 +10,7 @@ from amaranth.lib.wiring import connect
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.feasibility.path_source import PathSource
-from pathgene.hdl.ga_core.core import Core
+from pathgene.hdl.ga_core.core import PaperCore
 from tests.support.gateware.chips import random_path
 from tests.support.gateware.streams import put, simulate
 from tests.support.gateware.wrong_sizes import check_sizes
@@ -35,7 +35,7 @@ class Chip(wiring.Component):
     """The source with the population that it reads."""
 
     def __init__(self):
-        self.core = Core(CONFIG)
+        self.core = PaperCore(CONFIG)
         self.source = PathSource(
             CONFIG.coordinate_bits, CONFIG.altitude_bits, CONFIG.max_waypoints, CONFIG.population
         )

@@ -28,7 +28,7 @@ from pathgene.hdl.protocol import (
 )
 from pathgene.hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
 from pathgene.sim.model.chip import ChipModel
-from pathgene.sim.model.core import Core
+from pathgene.sim.model.core import PaperCore
 from pathgene.sim.model.mutation import Limits
 from tests.support.gateware.chips import SMALL, random_paths
 from tests.support.gateware.protocol_rules import ProtocolRules
@@ -158,7 +158,7 @@ def test_repeated_commands_change_nothing(host):
 
 def test_generations_match_the_core(host):
     rng = random.Random(3)
-    core = Core(SMALL)
+    core = PaperCore(SMALL)
     core.start(0x0123456789ABCDEF, Limits(15, 3, 14))
     core.paths = random_paths(SMALL, rng)
     host(Command.START, GOOD_START)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from pathgene.hdl.config import CheckerBuild, Config, MutationKind
 from pathgene.hdl.protocol.breeding import crossover
 from pathgene.sim.model.checker import TerrainModel
-from pathgene.sim.model.core import Core
+from pathgene.sim.model.core import PaperCore
 from pathgene.sim.model.mutation import Limits, Mutation, clamp
 from pathgene.sim.model.selection import Draws
 
@@ -113,7 +113,7 @@ def test_mutations_by_hand():
 @pytest.mark.parametrize("config", CONFIGS, ids=lambda config: f"max{config.max_waypoints}")
 def test_generation_is_elites_survivors_children(config):
     rng = random.Random(7)
-    core = Core(config)
+    core = PaperCore(config)
     core.start(seed=11, limits=core.limits)
     core.paths = random_paths(config, rng)
     kept_slots = config.elites + config.survivors
@@ -148,7 +148,7 @@ def test_generation_is_elites_survivors_children(config):
 def test_new_waypoints_stay_in_the_box_and_the_limits():
     config = Config()
     rng = random.Random(3)
-    core = Core(config)
+    core = PaperCore(config)
     limits = Limits(300, 511, 2000)
     core.start(5, limits)
     for _ in range(300):
@@ -223,7 +223,7 @@ def test_first_candidates_equal_those_without_a_map(redraws):
     rng = random.Random(13)
     limits = Limits(400, 511, 4000)
     for altitude, avoid_ground in ((4095, False), (0, True)):
-        core = Core(config, flat(config, altitude))
+        core = PaperCore(config, flat(config, altitude))
         core.start(rng.getrandbits(64), limits, avoid_ground)
         for _ in range(30):
             draws = core._draws
@@ -246,7 +246,7 @@ def test_no_new_waypoint_in_the_ground():
     config = WITH_MAP
     rng = random.Random(14)
     terrain = TerrainModel(config)
-    core = Core(config, terrain)
+    core = PaperCore(config, terrain)
     seen = Counter()
     limits = Limits(511, 511, 4094)
     for generation in range(60):
@@ -275,7 +275,7 @@ def test_no_new_waypoint_in_the_ground():
 )
 def test_cycles_with_a_map(length, altitude, cycles):
     """A generation takes a cycle per candidate and ten more, or four more than the longest path."""
-    core = Core(WITH_MAP, flat(WITH_MAP, altitude))
+    core = PaperCore(WITH_MAP, flat(WITH_MAP, altitude))
     core.start(1, core.limits, avoid_ground=True)
     core.paths = [[waypoint(i, i, 2000) for i in range(length)] for _ in range(32)]
     done = core.run(range(32))
@@ -286,14 +286,14 @@ def test_cycles_with_a_map(length, altitude, cycles):
 
 def test_refuses_a_map_without_a_checker():
     with pytest.raises(ValueError, match=r"^Config\.checker must be none without a map and not"):
-        Core(WITHOUT_MAP, TerrainModel(WITH_MAP))
+        PaperCore(WITHOUT_MAP, TerrainModel(WITH_MAP))
 
 
 @pytest.mark.parametrize("config", [WITHOUT_MAP, WITH_MAP], ids=["no map", "map"])
 def test_draws_depend_only_on_seed_and_generation(config):
     rng = random.Random(9)
     one, other = (
-        Core(config, None if config.checker is CheckerBuild.NONE else TerrainModel(config))
+        PaperCore(config, None if config.checker is CheckerBuild.NONE else TerrainModel(config))
         for _ in range(2)
     )
     for core in (one, other):
@@ -317,7 +317,7 @@ def test_same_seed_same_populations():
     runs = []
     for _ in range(2):
         rng = random.Random(2)
-        core = Core(config)
+        core = PaperCore(config)
         core.start(99, core.limits)
         core.paths = random_paths(config, rng)
         checksums = []

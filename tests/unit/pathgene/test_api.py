@@ -297,7 +297,7 @@ def test_numbers_of_numpy_are_numbers():
         ({"seeds": [1, 2]}, "There are 1 problems and 2 seeds; give as many seeds."),
         ({"seeds": [-1]}, "The seed must be from 0 to 2**64 - 1, not -1."),
         (
-            {"engine": "cores"},
+            {"engine": "threads"},
             "Problems are planned together on a GPU alone; give fpa or fpa-2opt and the engine "
             "gpu.",
         ),

@@ -64,8 +64,8 @@ def record():
 
 @pytest.fixture
 def board():
-    """A chip with the streaming core, which stays open."""
-    with open_board("model:?genetic=streaming") as chip:
+    """A chip with the planner core, which stays open."""
+    with open_board("model:?core=planner") as chip:
         yield chip
 
 

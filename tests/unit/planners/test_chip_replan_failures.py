@@ -212,9 +212,9 @@ def test_without_the_population_the_problem_is_planned_anew(evaluator, make_eval
 
 
 def test_a_closed_board_is_opened_anew(evaluator):
-    with open_board("model:?genetic=streaming") as board:
+    with open_board("model:?core=planner") as board:
         before = Search("ga-chip", board=board, chip_ms=4).run(evaluator)
-        assert before.board == "model:?genetic=streaming"
+        assert before.board == "model:?core=planner"
     assert not before.result.replanner.is_ready
     after = before.replan(zones=[BEHIND])
     assert after.evaluation.feasible

@@ -248,7 +248,7 @@ def test_another_planner_plans_anew(evaluator):
 
 def test_a_board_has_the_core_that_the_planner_needs(evaluator):
     with open_board("model:") as board:
-        assert not board.config.streaming_core
+        assert not board.config.planner_core
         before = Search("ga-chip", board=board, chip_ms=4).run(evaluator)
         assert before.board == "model:"
         after = before.replan(zones=[BEHIND])
@@ -262,8 +262,8 @@ def test_a_board_has_the_core_that_the_planner_needs(evaluator):
 
 def test_an_open_board_that_lacks_the_core_is_refused(evaluator):
     with (
-        open_board("model:?genetic=parallel") as board,
-        pytest.raises(InputError, match=r"^This board has no streaming genetic core, "),
+        open_board("model:?core=paper") as board,
+        pytest.raises(InputError, match=r"^This board has no planner core, "),
     ):
         ChipGeneticPlanner(board=board).plan(evaluator, Options())
 

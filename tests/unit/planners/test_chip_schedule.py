@@ -7,7 +7,7 @@ from pathgene.hdl.protocol.runs import RunOptions
 from pathgene.host.planners.chip_schedule import MOST_RUNS, ChipSchedule
 
 
-CHIP = Config(genetic="streaming")
+CHIP = Config(core="planner")
 
 
 def schedule(**limits):

@@ -16,7 +16,7 @@ from pathgene.host.planning import Search
 from pathgene.sim.model.chip import ChipModel
 
 
-CORES = {"streaming": "ga-chip", "parallel": "ga-fpga", "none": "ga-chip"}
+CORES = {"planner": "ga-chip", "paper": "ga-fpga", "none": "ga-chip"}
 
 
 @pytest.fixture
@@ -33,7 +33,7 @@ def served():
                             connection.sendall(chip.feed(data))
 
         def start(core):
-            chip = ChipModel(Config(genetic=core))
+            chip = ChipModel(Config(core=core))
             thread = threading.Thread(target=run, args=(chip,), daemon=True)
             thread.start()
             return f"socket://127.0.0.1:{server.getsockname()[1]}"
@@ -52,11 +52,15 @@ def test_without_a_board_the_planner_is_the_first_of_the_registry():
     [
         ("", "ga-chip"),
         ("max_waypoints=20", "ga-chip"),
+        ("core=planner", "ga-chip"),
+        ("core=paper", "ga-fpga"),
+        ("core=none", "ga-chip"),
+        # Words of earlier releases.
         ("genetic=streaming", "ga-chip"),
         ("genetic=parallel", "ga-fpga"),
         ("genetic=1", "ga-fpga"),
         ("genetic=0", "ga-chip"),
-        # Of the parallel core alone.
+        # Of the paper core alone.
         ("population=64", "ga-fpga"),
         ("checker=two-tier&lanes=1", "ga-fpga"),
         # Of neither.
@@ -69,7 +73,7 @@ def test_the_url_of_a_simulated_board_decides(scheme, query, planner):
 
 @pytest.mark.parametrize(("core", "planner"), CORES.items())
 def test_an_open_board_has_its_own(core, planner):
-    with open_board(f"model:?genetic={core}") as board:
+    with open_board(f"model:?core={core}") as board:
         assert default_planner(board) == planner
         assert named_or_default(None, {"board": board}) == planner
     assert default_planner(board) == planner
@@ -106,7 +110,7 @@ def test_a_named_planner_is_taken():
         ),
         ({"init": "astar"}, r"has no option init \(--init\); .*: ga-fpga, ga-pc, fpa, fpa-2opt, "),
         (
-            {"board": "model:?genetic=1", "chip_ms": 5},
+            {"board": "model:?core=paper", "chip_ms": 5},
             r"^The default planner of this board, ga-fpga, has no option chip_ms \(--chip-ms\); "
             r"name a planner that has it \(--planner\): ga-chip\.$",
         ),

@@ -23,7 +23,7 @@ from pathgene.sim.model.port import ModelPort
 
 
 GENERATIONS = Options(generations=1_000_000, seed=3)
-CHIP = Config(genetic="streaming", clocks_per_bit=4)
+CHIP = Config(core="planner", clocks_per_bit=4)
 
 
 def ends_of(evaluator):
@@ -265,10 +265,10 @@ def test_headings_at_both_ends_are_kept_by_the_strict_rule(make_evaluator, headi
 
 
 def test_simulated_boards_get_the_core_unless_they_name_one():
-    assert with_core("model:", "streaming") == "model:?genetic=streaming"
-    assert with_core("sim:?sim=icarus", "streaming") == "sim:?sim=icarus&genetic=streaming"
-    assert with_core("model:?genetic=1", "streaming") == "model:?genetic=1"
-    assert with_core("/dev/ttyUSB1", "streaming") == "/dev/ttyUSB1"
+    assert with_core("model:", "planner") == "model:?core=planner"
+    assert with_core("sim:?sim=icarus", "planner") == "sim:?sim=icarus&core=planner"
+    assert with_core("model:?core=paper", "planner") == "model:?core=paper"
+    assert with_core("/dev/ttyUSB1", "planner") == "/dev/ttyUSB1"
 
 
 @pytest.mark.parametrize(
@@ -285,9 +285,9 @@ def test_wrong_arguments(arguments, sentence):
 
 
 def test_refuses_a_board_without_the_core(evaluator):
-    sentence = r"^This board has no streaming genetic core, so it does not plan by itself; "
+    sentence = r"^This board has no planner core, so it does not plan by itself; "
     with pytest.raises(InputError, match=sentence):
-        ChipGeneticPlanner(board="model:?genetic=1").plan(evaluator, GENERATIONS)
+        ChipGeneticPlanner(board="model:?core=paper").plan(evaluator, GENERATIONS)
     planner = ChipGeneticPlanner(open_board=lambda url: open_board("model:"))
     with pytest.raises(InputError, match=sentence):
         planner.plan(evaluator, GENERATIONS)

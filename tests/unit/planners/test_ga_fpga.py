@@ -15,7 +15,7 @@ from pathgene.host.planners import ga_fpga
 from pathgene.host.planners.base import Options, Stop
 from pathgene.host.planners.ga_fpga import FpgaGeneticPlanner, draw_paths, ranking
 from pathgene.host.problem import ChipMap
-from pathgene.sim.model.core import Core
+from pathgene.sim.model.core import PaperCore
 from pathgene.sim.model.mutation import Limits
 
 
@@ -51,7 +51,7 @@ def test_matches_the_model_of_the_core(evaluator, plan):
     config = Config()
     problem = evaluator.problem
     grid = ChipMap(config, problem)
-    core = Core(config)
+    core = PaperCore(config)
     core.start(OPTIONS.seed, Limits(*grid.limits))
 
     def worth(path):

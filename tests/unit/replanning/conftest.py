@@ -39,14 +39,14 @@ def straight(mission):
 
 @pytest.fixture(scope="module")
 def board():
-    """A chip with the streaming core, which stays open."""
-    with open_board("model:?genetic=streaming") as chip:
+    """A chip with the planner core, which stays open."""
+    with open_board("model:?core=planner") as chip:
         yield chip
 
 
 @pytest.fixture
 def on_chip(board, mission):
-    """The planner on the chip, prepared."""
+    """The planner core, prepared."""
     planner = InFlightPlanner("ga-chip", board=board)
     planner.prepare(Evaluator(mission, threads=1))
     return planner

@@ -46,7 +46,7 @@ def test_a_board_that_dies_unannounced_is_replaced_by_the_processor(
 @pytest.mark.long  # The model's board, above, dies in the same way.
 @pytest.mark.cosim
 def test_a_killed_simulator_is_replaced_by_the_processor(mission, straight):
-    with start_simulated("sim:?genetic=streaming", pty=True, keep=True) as board:
+    with start_simulated("sim:?core=planner", pty=True, keep=True) as board:
         check_that_astar_takes_over(
             mission, straight, "ga-chip", board.url, lambda _: os.kill(board.pid, signal.SIGKILL)
         )

@@ -22,9 +22,7 @@ def report(mission, straight):
             Event(90.0, (NewZone(Placed("aircraft", 150.0)),)),
         )
     )
-    return fly_scenario(
-        mission, straight, scenario, planner="ga-chip", board="model:?genetic=streaming"
-    )
+    return fly_scenario(mission, straight, scenario, planner="ga-chip", board="model:?core=planner")
 
 
 def dots(image, colour):
@@ -39,7 +37,7 @@ def test_all_files_are_written_and_tell_the_flight(report, tmp_path):
     assert [file.name for file in written] == ["flight.json", "flight.png", "flight.gif"]
     table = json.loads(written[0].read_text())
     assert (table["kept"], table["ended"], table["planner"]) == (True, "arrived", "ga-chip")
-    assert table["board"] == "model:?genetic=streaming"
+    assert table["board"] == "model:?core=planner"
     first, second = table["changes"]
     attempt = first["attempts"][0]
     assert attempt["total_ms"] == pytest.approx(

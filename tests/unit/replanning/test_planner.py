@@ -119,7 +119,7 @@ def test_where_there_is_no_path_the_reason_is_said(on_processor, mission):
 
 
 def test_a_lost_board_costs_the_patience_of_the_host(mission):
-    with open_board("model:?genetic=streaming") as board:
+    with open_board("model:?core=planner") as board:
         planner = InFlightPlanner("ga-chip", board=board)
         planner.prepare(Evaluator(mission, threads=1))
         planner.lose_board()
@@ -129,7 +129,7 @@ def test_a_lost_board_costs_the_patience_of_the_host(mission):
 
 
 def test_a_board_that_really_fails_is_noticed(mission, monkeypatch):
-    with open_board("model:?genetic=streaming") as board:
+    with open_board("model:?core=planner") as board:
         planner = InFlightPlanner("ga-chip", board=board)
         planner.prepare(Evaluator(mission, threads=1))
 

@@ -148,7 +148,7 @@ def test_a_drifting_storm_a_new_goal_and_another_wind(mission, straight, on_chip
 
 
 def test_a_board_that_dies_is_replaced_by_the_processor(mission, straight, on_processor):
-    with open_board("model:?genetic=streaming") as board:
+    with open_board("model:?core=planner") as board:
         planner = InFlightPlanner("ga-chip", board=board)
         planner.prepare(Evaluator(mission, threads=1))
         session, outcome, said = fly(

@@ -52,9 +52,9 @@ def test_every_command_and_every_status():
         }
         for name, chip in CHIPS.items()
     }
-    streaming = {"PROBLEM", "RUN", "STOP", "BEST", "BLOCK"}
-    assert done["small"] == {command.name for command in Command} - streaming
-    assert done["streaming"] > streaming
+    runs = {"PROBLEM", "RUN", "STOP", "BEST", "BLOCK"}
+    assert done["small"] == {command.name for command in Command} - runs
+    assert done["planner"] > runs
     small = CHIPS["small"]["exchanges"]
     statuses = {exchange["reply"]["status"] for exchange in small if exchange["reply"]}
     # Runs of the model are over at once.
@@ -65,7 +65,7 @@ def test_paths_of_a_run():
     """Both runs find paths, the second one past the shape that has been blocked."""
     best = {
         exchange["name"]: exchange["reply"]
-        for exchange in CHIPS["streaming"]["exchanges"]
+        for exchange in CHIPS["planner"]["exchanges"]
         if exchange["request"].get("command") == "BEST"
     }
     assert "paths" not in best["BEST before"]

@@ -26,7 +26,7 @@ from tests.support.planner.walker_cases import corner, segments_of, upload
 
 CONFIG = Config(
     population=8, children=4, elites=2, survivors=2, perturbs=1, inserts=1, deletes=1,
-    map_size=16, coarse_factor=4, altitude_bits=6, max_waypoints=4, lanes=4, genetic="streaming",
+    map_size=16, coarse_factor=4, altitude_bits=6, max_waypoints=4, lanes=4, core="planner",
 )  # fmt: skip
 
 

@@ -110,5 +110,5 @@ def test_reports_a_missing_gpu(evaluator):
         make("fpa", engine="gpu").plan(evaluator, Options())
     assert str(caught.value) == (
         "The engine gpu needs an NVIDIA GPU and CUDA for numba (the extra 'gpu'), which are not "
-        "there; use another (--engine cores)."
+        "there; use another (--engine threads)."
     )

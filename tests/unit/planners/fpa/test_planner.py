@@ -72,7 +72,7 @@ def test_result_depends_only_on_the_seed(evaluator):
     options = Options(generations=45, **SMALL)
     results = [
         make("fpa-2opt", engine=engine).plan(Evaluator(evaluator.problem, threads=threads), options)
-        for engine, threads in (("sequential", 1), ("cores", 1), ("cores", 2), ("cores", 5))
+        for engine, threads in (("sequential", 1), ("threads", 1), ("threads", 2), ("threads", 5))
     ]
     first = results[0]
     for other in results[1:]:

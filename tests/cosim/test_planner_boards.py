@@ -1,4 +1,4 @@
-"""Simulated boards with a streaming core against the software model of the same chip."""
+"""Simulated boards with the planner core against the software model of the same chip."""
 
 import itertools
 

@@ -1,18 +1,18 @@
-"""The planner behind the pins of a board."""
+"""The chip between the pins of a board."""
 
 from amaranth import *
 from amaranth.lib import io, wiring
 from amaranth.lib.cdc import FFSynchronizer
 
 from pathgene.hdl.boards.board import Board
-from pathgene.hdl.top import Planner
+from pathgene.hdl.top import Chip
 
 
-__all__ = ["Chip"]
+__all__ = ["BoardTop"]
 
 
-class Chip(wiring.Component):
-    """The whole bitstream: the board's PLL, a reset, and ``Planner`` at the UART.
+class BoardTop(wiring.Component):
+    """The whole bitstream: the board's PLL, a reset, and ``Chip`` at the UART.
 
     The chip is held in reset until the PLL has locked, and while the board's reset pin is high;
     reset ends in step with the clock.
@@ -54,12 +54,13 @@ class Chip(wiring.Component):
         held = Signal(init=1)
         m.d.board += held.eq(~running)
 
-        m.submodules.planner = planner = Planner(board.config)
+        # Every net of the chip bears this name, and the placer's seeds were chosen with it.
+        m.submodules.planner = chip = Chip(board.config)
         m.d.comb += [
-            planner.clk.eq(clock),
-            planner.rst.eq(held),
-            planner.rx.eq(rx.i),
-            tx.o.eq(planner.tx),
+            chip.clk.eq(clock),
+            chip.rst.eq(held),
+            chip.rx.eq(rx.i),
+            tx.o.eq(chip.tx),
         ]
 
         return m

@@ -26,7 +26,7 @@ from pathgene.sim.model.port import ModelPort
 from tests.support.gateware.chips import CHECKING, Pair, random_path, without_line_cycles
 
 
-TOP = "planner"
+TOP = "chip"
 CONFIG = {"small": CHECKING, "default": Config(clocks_per_bit=4)}[os.environ.get("CHIP", "small")]
 
 CLOCK_NS = 10

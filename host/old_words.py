@@ -1,0 +1,47 @@
+"""Names of earlier releases: still read, with a note that states the name of today."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Mapping
+
+
+__all__ = ["current_engine", "current_setting", "current_top", "current_url"]
+
+_CORES = {
+    "genetic=none": "core=none",
+    "genetic=0": "core=none",
+    "genetic=parallel": "core=paper",
+    "genetic=1": "core=paper",
+    "genetic=streaming": "core=planner",
+}
+_IN_URL = re.compile(rf"(?<=[?&])({'|'.join(_CORES)})(?=&|$)")
+
+
+def current_url(url: str) -> str:
+    """Return the URL of a board, which names its core in the words of today."""
+    return _IN_URL.sub(lambda found: _current(found[0], _CORES), url)
+
+
+def current_setting(field: str, value: str) -> tuple[str, str]:
+    """Return a field of the configuration and its value."""
+    field, _, value = _current(f"{field}={value}", _CORES).partition("=")
+    return field, value
+
+
+def current_engine(engine: str) -> str:
+    """Return the name of an engine of a planner."""
+    return _current(engine, {"cores": "threads"})
+
+
+def current_top(top: str) -> str:
+    """Return the name of a top of the Verilog."""
+    return _current(top, {"planner": "chip"})
+
+
+def _current(name: str, names: Mapping[str, str]) -> str:
+    if name not in names:
+        return name
+    warnings.warn(f"The old name {name!r} still works; write {names[name]!r}.", stacklevel=3)
+    return names[name]

@@ -146,15 +146,15 @@ def _times(report: Replanned) -> list[tuple[float, bool, str]]:
                 (
                     change.at_s + change.active_s + PERIOD_S,
                     True,
-                    f"New path after {1000 * change.active_s:.1f} ms{_parts(change)}: "
-                    f"{change.flown_m:.2f} m flown.",
+                    f"New path after {1000 * change.active_s:.1f} ms: "
+                    f"{change.flown_m:.2f} m flown.\n{_parts(change)}",
                 )
             )
     return sorted(moments, key=lambda moment: moment[:2])
 
 
 def _parts(change: Change) -> str:
-    """Return the parts of a new path's time in brackets; nothing for a planner without a chip."""
+    """Return the parts of a new path's time in words; none for a planner without a chip."""
     times = [attempt.time for _, attempt in change.attempts]
     chip_ms = 1000 * sum(time.chip_s for time in times)
     if not chip_ms:
@@ -162,8 +162,8 @@ def _parts(change: Change) -> str:
     trips_ms = 1000 * sum(time.round_trips_s for time in times)
     host_ms = 1000 * sum(time.host_s for time in times)
     return (
-        f" ({chip_ms:.1f} chip and line, {trips_ms:.1f} round trips, "
-        f"{host_ms:.0f} assumed for the host)"
+        f"chip and line {chip_ms:.1f} ms, counted; round trips {trips_ms:.1f} ms "
+        f"and host {host_ms:.0f} ms, assumed"
     )
 
 
@@ -197,7 +197,8 @@ def _draw_moment(
         markeredgecolor="white",
         zorder=9,
     )
-    caption = f"{time_s:5.0f} s   {said}"
+    headline, _, parts = said.partition("\n")
+    caption = f"{time_s:5.0f} s   {headline}"
     drawn.append(
         plan.text(
             0.0,
@@ -209,6 +210,20 @@ def _draw_moment(
             weight="bold" if said else "normal",
         )
     )
+    if parts:
+        drawn.append(
+            plan.text(
+                0.985,
+                0.02,
+                parts,
+                transform=plan.transAxes,
+                fontsize=9.5,
+                color=TEXT,
+                ha="right",
+                bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 3},
+                zorder=10,
+            )
+        )
     return drawn
 
 

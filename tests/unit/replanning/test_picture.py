@@ -76,8 +76,8 @@ def test_a_zone_is_there_from_when_it_appears(report):
     # A new path is shown with the parts of its time.
     said = [words for _, _, words in animation._times(report) if words.startswith("New path")]
     pattern = (
-        r"New path after ([\d.]+) ms \(([\d.]+) chip and line, ([\d.]+) round trips, "
-        r"(\d+) assumed for the host\): [\d.]+ m flown\."
+        r"New path after ([\d.]+) ms: [\d.]+ m flown\.\nchip and line ([\d.]+) ms, counted; "
+        r"round trips ([\d.]+) ms and host (\d+) ms, assumed"
     )
     assert len(said) == 2
     for words in said:

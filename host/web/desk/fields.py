@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from nicegui import ui
@@ -10,13 +11,37 @@ from nicegui import ui
 from pathgene.host.errors import InputError
 from pathgene.host.numeric import parse
 from pathgene.host.web.desk.form import Field
+from pathgene.host.web.desk.misread import Misread, Place, Wrong
 
 
-__all__ = ["Input", "add_field", "add_numbers"]
+__all__ = ["Entry", "Input", "add_field", "add_numbers"]
 
 #: Pause after a key before a field counts as entered, milliseconds.
 _PAUSE_MS = 250
 _LOOK = f"dense outlined hide-bottom-space debounce={_PAUSE_MS}"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """The place of a field, at which a text without a value is noted.
+
+    Parameters
+    ----------
+    misread : Misread
+        The texts of the page without a value.
+    place : Place
+        The place.
+    changed : callable
+        Called after such a text was noted.
+    """
+
+    misread: Misread
+    place: Place
+    changed: Callable[[], object]
+
+    def part(self, number: int) -> Entry:
+        """Return the place of one of several fields of one value."""
+        return Entry(self.misread, (*self.place, number), self.changed)
 
 
 class Input(ui.input):
@@ -32,6 +57,8 @@ class Input(ui.input):
         Returns the value of a text; raises InputError for what is none.
     take : callable
         Called with each new value.
+    entry : Entry
+        Its place. A text that holds no value stays there, also where the field is shown again.
     meaning : str
         Shown below the field while it is used.
     placeholder : str
@@ -44,23 +71,38 @@ class Input(ui.input):
         text: str,
         read: Callable[[str], Any],
         take: Callable[[Any], object],
+        entry: Entry,
         *,
         meaning: str = "",
         placeholder: str = "",
     ) -> None:
-        self._read, self._take = read, take
-        super().__init__(label, value=text, placeholder=placeholder, on_change=self._changed)
+        self._read, self._take, self.entry = read, take, entry
+        wrong = entry.misread.at(entry.place)
+        super().__init__(
+            label,
+            value=text if wrong is None else wrong.text,
+            placeholder=placeholder,
+            on_change=self._changed,
+        )
+        # It would clear the error after each change.
+        self.without_auto_validation()
+        if wrong is not None:
+            self.error = wrong.sentence
         self.props(f"{_LOOK} hide-hint stack-label")
         if meaning:
             self._props["hint"] = meaning
 
     def _changed(self) -> None:
+        text = self.value or ""
         try:
-            value = self._read(self.value or "")
+            value = self._read(text)
         except InputError as error:
             self.error = str(error)
+            self.entry.misread.note(self.entry.place, Wrong(text, str(error)))
+            self.entry.changed()
             return
         self.error = None
+        self.entry.misread.clear(*self.entry.place)
         self._take(value)
 
 
@@ -68,6 +110,7 @@ def add_field(
     field: Field,
     value: Any,
     take: Callable[[Any], object],
+    entry: Entry,
     read: Callable[[str], Any] | None = None,
 ) -> ui.element:
     """Add a field of the form with its value; ``take`` is called with each new one.
@@ -101,6 +144,7 @@ def add_field(
         field.text_of(value),
         read or field.value_of,
         take,
+        entry,
         meaning=meaning,
         placeholder=default,
     )
@@ -110,7 +154,11 @@ def add_field(
 
 
 def add_numbers(
-    label: str, names: Sequence[str], values: Sequence[float], take: Callable[[Any], object]
+    label: str,
+    names: Sequence[str],
+    values: Sequence[float],
+    take: Callable[[Any], object],
+    entry: Entry,
 ) -> None:
     """Add a row of numbers of one thing, as of a point; ``take`` is called with all of them."""
     numbers = list(values)
@@ -120,7 +168,7 @@ def add_numbers(
             try:
                 return parse(text)
             except ValueError:
-                raise InputError(f"The {name} must be a number.") from None
+                raise InputError(f"The {name} must be a number, not {text!r}.") from None
 
         return read
 
@@ -132,6 +180,7 @@ def add_numbers(
         return changed
 
     for index, name in enumerate(names):
-        Input(name, f"{numbers[index]:.10g}", reader(name), taker(index)).props(
+        shown = f"{numbers[index]:.10g}"
+        Input(name, shown, reader(name), taker(index), entry.part(index)).props(
             f'inputmode=decimal aria-label="{label}, {name}"'
         ).classes("number")

@@ -204,7 +204,7 @@ class Page:
             self._panels.pick(number)
             self._stage.pick(number)
         elif what == "reshape":
-            sheet.zones[operator.index(values["number"])].update(_shape(values))
+            sheet.reshape(operator.index(values["number"]), _shape(values))
 
     def _happened(self, values: Any) -> None:
         """Let what a user has drawn happen in the flight."""

@@ -11,7 +11,7 @@ from nicegui import ui
 
 from pathgene.host.errors import InputError
 from pathgene.host.numeric import parse
-from pathgene.host.web.desk.fields import Input, add_field, add_numbers
+from pathgene.host.web.desk.fields import Entry, Input, add_field, add_numbers
 from pathgene.host.web.desk.form import GROUPS, ZONE_FIELDS, Field, fields_of, planner_fields
 from pathgene.host.web.desk.sheet import Sheet
 
@@ -82,13 +82,16 @@ class Panels:
             with ui.element("fieldset").classes("point"):
                 _legend(end.capitalize(), end)
                 point = sheet.values.get(end) or (0.0, 0.0, 0.0)
-                add_numbers(end.capitalize(), names, point, self._value_taker(end))
+                take = self._value_taker(end)
+                add_numbers(end.capitalize(), names, point, take, self._entry(end))
             if end == "start":
                 for number, via in enumerate(sheet.via):
                     with ui.element("fieldset").classes("point"):
                         with _legend(f"Via {number + 1}", "via"):
                             _remover(f"Remove via {number + 1}", self._via_remover(number))
-                        add_numbers(f"Via {number + 1}", names, via, self._via_taker(number))
+                        take = self._via_taker(number)
+                        entry = self._entry("via", number)
+                        add_numbers(f"Via {number + 1}", names, via, take, entry)
 
     @ui.refreshable_method
     def _zones(self) -> None:
@@ -103,23 +106,26 @@ class Panels:
                     ).classes("grow")
                     _remover(f"Remove {name}", self._zone_remover(number))
                 if is_open:
-                    self._zone_fields(zone)
+                    self._zone_fields(number, zone)
 
-    def _zone_fields(self, zone: dict[str, Any]) -> None:
+    def _zone_fields(self, number: int, zone: dict[str, Any]) -> None:
         with ui.element("div").classes("fields"):
             if "circle" in zone:
                 names = ("east m", "north m", "radius m")
-                add_numbers("Circle", names, zone["circle"], self._setter(zone, "circle"))
+                take, entry = self._setter(zone, "circle"), self._entry("zone", number, "circle")
+                add_numbers("Circle", names, zone["circle"], take, entry)
             else:
                 Input(
                     "corners: east north, one in a line",
                     "\n".join(f"{x:.10g} {y:.10g}" for x, y in zone["polygon"]),
                     _corners,
                     self._setter(zone, "polygon"),
+                    self._entry("zone", number, "polygon"),
                 ).props("type=textarea autogrow").classes("wide")
             for field in ZONE_FIELDS:
-                take = self._setter(zone, field.key.name)
-                add_field(field, zone.get(field.key.name), take)
+                name = field.key.name
+                entry = self._entry("zone", number, name)
+                add_field(field, zone.get(name), self._setter(zone, name), entry)
 
     @ui.refreshable_method
     def _form(self, table: str) -> None:
@@ -141,8 +147,12 @@ class Panels:
             self._sheet.require_board(board)
             return board
 
+        value, take = self._sheet.values.get(dest), self._value_taker(dest)
         read = read_board if dest == "board" else None
-        add_field(field, self._sheet.values.get(dest), self._value_taker(dest), read)
+        add_field(field, value, take, self._entry("form", dest), read)
+
+    def _entry(self, *place: str | int) -> Entry:
+        return Entry(self._sheet.misread, place, self._changed)
 
     def _value_taker(self, dest: str) -> Callable[[Any], None]:
         def take(value: Any) -> None:
@@ -162,7 +172,7 @@ class Panels:
 
     def _via_remover(self, number: int) -> Callable[[], None]:
         def remove() -> None:
-            del self._sheet.via[number]
+            self._sheet.remove_via(number)
             self._points.refresh()
             self._changed()
 
@@ -198,7 +208,7 @@ class Panels:
 
     def _zone_remover(self, number: int) -> Callable[[], None]:
         def remove() -> None:
-            del self._sheet.zones[number]
+            self._sheet.remove_zone(number)
             self.pick(None)
             self._picked(None)
             self._changed()

@@ -29,6 +29,7 @@ from pathgene.host.problem.ends import place
 from pathgene.host.problem.zones import Zone
 from pathgene.host.terrain import Terrain, embedded
 from pathgene.host.web.desk.boards import require_board
+from pathgene.host.web.desk.misread import Misread
 from pathgene.host.web.desk.terrains import Terrains
 
 
@@ -65,11 +66,14 @@ class Sheet:
     ----------
     values : dict
         The values.
+    misread : Misread
+        Texts that hold no value. With one of them there is no :meth:`mission`.
     """
 
     def __init__(self, terrains: Terrains, board: str | None = None) -> None:
         self._terrains, self.board = terrains, board
         self.values: dict[str, Any] = {}
+        self.misread = Misread()
         self.take_terrain(embedded.names()[0])
 
     @property
@@ -93,7 +97,7 @@ class Sheet:
         """Return the same problem, which keeps its values when this one changes."""
         other = Sheet.__new__(Sheet)
         other._terrains, other.board = self._terrains, self.board
-        other.values = copy.deepcopy(self.values)
+        other.values, other.misread = copy.deepcopy((self.values, self.misread))
         return other
 
     def terrain(self) -> Terrain:
@@ -127,6 +131,8 @@ class Sheet:
             x, y = (round(share * side, 0) for side in (terrain.width_m, terrain.height_m))
             new[end] = (x, y, _END_HEIGHT_M)
         self.values = {**new, "agl": True}
+        for kind in ("start", "goal", "via", "zone"):
+            self.misread.clear(kind)
 
     def place(self, name: str, x: float, y: float, number: int = 0) -> None:
         """Move ``start``, ``goal`` or the via point ``number``; its altitude stays."""
@@ -135,6 +141,25 @@ class Sheet:
             self.via[number] = (*spot, self.via[number][2])
         else:
             self.values[name] = (*spot, (self.values.get(name) or (0, 0, _END_HEIGHT_M))[2])
+
+        for part in range(len(spot)):
+            self.misread.clear(name, *([number] if name == "via" else []), part)
+
+    def reshape(self, number: int, shape: Mapping[str, Any]) -> None:
+        """Give a zone another shape."""
+        self.zones[number].update(shape)
+        for name in shape:
+            self.misread.clear("zone", number, name)
+
+    def remove_via(self, number: int) -> None:
+        """Remove a via point."""
+        del self.via[number]
+        self.misread.removed("via", number)
+
+    def remove_zone(self, number: int) -> None:
+        """Remove a zone."""
+        del self.zones[number]
+        self.misread.removed("zone", number)
 
     def add_via(self, x: float, y: float) -> None:
         """Add a via point as the last one, as high as the point before it."""
@@ -147,8 +172,10 @@ class Sheet:
         Raises
         ------
         InputError
-            If a value is bad or missing, or the board is none for a page.
+            If a value is bad or missing, the board is none for a page, or a text holds no value.
         """
+        if (sentence := self.misread.sentence(self._without_field())) is not None:
+            raise InputError(sentence)
         self.require_board(self.values.get("board"))
         search_of(self._effective())
         return mission_of(self._effective(), self.terrain())
@@ -291,14 +318,19 @@ class Sheet:
         if taken["planner"] not in PLANNERS:
             raise InputError(f"There is no planner {taken['planner']!r}.")
         self.values = taken
+        self.misread.clear()
 
     def _effective(self) -> dict[str, Any]:
         """Return the values without those that others make void, as the command line has them."""
-        own = PLANNERS[self.planner].options
-        void = {name for name in OPTIONS if name not in own}
+        void = self._without_field()
         if self.values.get("as_paper"):
             void |= set(RULES)
         return {name: value for name, value in self.values.items() if name not in void}
+
+    def _without_field(self) -> frozenset[str]:
+        """Return the options that the planner does not have."""
+        own = PLANNERS[self.planner].options
+        return frozenset(name for name in OPTIONS if name not in own)
 
 
 def zone_table(zone: Zone) -> dict[str, Any]:

@@ -1,0 +1,73 @@
+"""Texts in the fields of a page that hold no value."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+
+__all__ = ["Misread", "Place", "Wrong"]
+
+#: Place of a field on a page: ``("form", name)``; ``("start", part)``, ``("goal", part)``;
+#: ``("via", number, part)``; ``("zone", number, name)``, with a part where there are several.
+Place = tuple[str | int, ...]
+
+
+@dataclass(frozen=True)
+class Wrong:
+    """A text that holds no value.
+
+    Parameters
+    ----------
+    text : str
+        The text.
+    sentence : str
+        The reason.
+    """
+
+    text: str
+    sentence: str
+
+
+class Misread:
+    """The texts of a page that hold no value, each until its field gets another one."""
+
+    def __init__(self) -> None:
+        self._wrong: dict[Place, Wrong] = {}
+
+    def at(self, place: Place) -> Wrong | None:
+        """Return the text at a place, if it holds no value."""
+        return self._wrong.get(place)
+
+    def note(self, place: Place, wrong: Wrong) -> None:
+        """Note a text."""
+        self._wrong[place] = wrong
+
+    def clear(self, *place: str | int) -> None:
+        """Forget the texts of all places that begin with ``place``: of all, if it is empty."""
+        for each in [each for each in self._wrong if each[: len(place)] == place]:
+            del self._wrong[each]
+
+    def removed(self, kind: str, number: int) -> None:
+        """Forget a via point or a zone; those after it count one less."""
+        self.clear(kind, number)
+        for each in sorted((each for each in self._wrong if each[0] == kind), key=str):
+            if isinstance(each[1], int) and each[1] > number:
+                self._wrong[(kind, each[1] - 1, *each[2:])] = self._wrong.pop(each)
+
+    def sentence(self, void: Collection[str]) -> str | None:
+        """Return a sentence on the first of the texts, or None.
+
+        Parameters
+        ----------
+        void : collection of str
+            Names of fields of the form that the page does not show.
+        """
+        for place, wrong in self._wrong.items():
+            if place[0] == "form":
+                if place[1] in void:
+                    continue
+                return wrong.sentence
+            number = f" {int(place[1]) + 1}" if place[0] in ("via", "zone") else ""
+            return f"{str(place[0]).capitalize()}{number}: {wrong.sentence}"
+        return None

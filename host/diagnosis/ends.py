@@ -13,8 +13,8 @@ from pathgene.host.diagnosis.bounds import Bounds, is_permanent, zone_name
 from pathgene.host.diagnosis.reason import Figure, Reason, rounded_down, rounded_up
 from pathgene.host.problem.ends import Point
 from pathgene.host.problem.problem import Problem
-from pathgene.host.problem.surface import surface_below
 from pathgene.host.problem.zones import Zone
+from pathgene.host.terrain.surface import surface_below
 
 
 __all__ = ["end_reasons"]

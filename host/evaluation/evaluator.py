@@ -23,7 +23,7 @@ from pathgene.host.evaluation.fuel import level_range_m
 from pathgene.host.evaluation.geometry import smooth
 from pathgene.host.evaluation.problem_constants import constants_of
 from pathgene.host.evaluation.terms import Evaluation
-from pathgene.host.evaluation.track import SmoothedTrack, ground_below
+from pathgene.host.evaluation.track import SmoothedTrack
 from pathgene.host.problem.problem import Problem
 
 
@@ -167,7 +167,7 @@ class Evaluator:
 
         track = self.track(path)
         x, y, z = path[[0, -1]].T
-        ground = ground_below(self.problem.terrain, x, y)
+        ground = self.problem.terrain.ground(x, y)
         clearance = np.append(z - ground, track.least_clearance_m(self.ds_m / FINE))
         return Evaluation(
             feasible=penalty == 0 and penalty_fine == 0,

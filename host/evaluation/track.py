@@ -12,7 +12,7 @@ from pathgene.host.evaluation.geometry import Piece
 from pathgene.host.terrain import Terrain
 
 
-__all__ = ["Samples", "SmoothedTrack", "ground_below"]
+__all__ = ["Samples", "SmoothedTrack"]
 
 # Samples that are looked at together where only one of them counts.
 _BLOCK = 1 << 18
@@ -120,39 +120,5 @@ class SmoothedTrack:
 
     def _samples(self, along: NDArray[np.float64], points: NDArray[np.float64]) -> Samples:
         x, y, z = np.ascontiguousarray(points.T)
-        ground = ground_below(self.terrain, x, y)
+        ground = self.terrain.ground(x, y)
         return Samples(along, x, y, z, ground, z - ground)
-
-
-def ground_below(
-    terrain: Terrain,
-    x: NDArray[np.float64],
-    y: NDArray[np.float64],
-    *,
-    bilinear: bool = False,
-) -> NDArray[np.float64]:
-    """Return the height of the ground below points (k,), metres; NaN over a void.
-
-    With ``bilinear``, it is NaN where one of the four nodes with a weight is a void.
-    """
-    if not bilinear:
-        ground: NDArray[np.float64] = terrain.elevation[terrain.nearest_nodes(x, y)]
-        return ground
-    rows, columns = terrain.elevation.shape
-    gx = np.clip(x / terrain.dx_m, 0, columns - 1)
-    gy = np.clip(y / terrain.dy_m, 0, rows - 1)
-    column, row = np.floor(gx).astype(np.intp), np.floor(gy).astype(np.intp)
-    column, row = np.minimum(column, columns - 1), np.minimum(row, rows - 1)
-    east, north = gx - column, gy - row
-    ground = np.zeros_like(gx)
-    for weight, dy, dx in (
-        ((1 - east) * (1 - north), 0, 0),
-        (east * (1 - north), 0, 1),
-        ((1 - east) * north, 1, 0),
-        (east * north, 1, 1),
-    ):
-        height = terrain.elevation[
-            np.minimum(row + dy, rows - 1), np.minimum(column + dx, columns - 1)
-        ]
-        ground += np.where(weight > 0, weight * height, 0.0)
-    return ground

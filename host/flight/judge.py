@@ -13,16 +13,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pathgene.host.evaluation.track import SmoothedTrack, ground_below
+from pathgene.host.evaluation.track import SmoothedTrack
 from pathgene.host.flight.flight import MARGIN, PERIOD_S, Flown, limits_of
 from pathgene.host.flight.guidance import MEAN_S
 from pathgene.host.problem.aircraft import Aircraft
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zones import Zone
-from pathgene.host.terrain import Terrain
+from pathgene.host.terrain.surface import surface_below
 
 
-__all__ = ["Verdict", "demanded_m", "entered", "judge", "surface_below"]
+__all__ = ["Verdict", "demanded_m", "entered", "judge"]
 
 Floats = NDArray[np.float64]
 
@@ -113,9 +113,9 @@ def judge(problem: Problem, track: SmoothedTrack, flown: Flown, aircraft: Aircra
     aircraft : Aircraft
         Figures of the aircraft that flew, for its limits.
     """
-    clearance = flown.z - surface_below(problem.terrain, flown.x, flown.y)
+    clearance = flown.z - surface_below(problem.terrain, flown.x, flown.y, void_m=math.nan)
     planned = track.sample(_STEP_M)
-    heights = planned.z - surface_below(problem.terrain, planned.x, planned.y)
+    heights = planned.z - surface_below(problem.terrain, planned.x, planned.y, void_m=math.nan)
     demanded = demanded_m(problem, flown.x, flown.y)
     asked = problem.rules.clearance_m if problem.rules else 0.0
     lowest = int(np.nanargmin(clearance)) if not np.isnan(clearance).all() else 0
@@ -171,17 +171,6 @@ def judge(problem: Problem, track: SmoothedTrack, flown: Flown, aircraft: Aircra
         power_W=_range(flown.power_W),
         limits=_limits(aircraft, flown),
     )
-
-
-def surface_below(terrain: Terrain, x: Floats, y: Floats) -> Floats:
-    """Return the surface below points (k,), metres: the higher of nearest node and bilinear.
-
-    NaN over a void.
-    """
-    surface: Floats = np.maximum(
-        ground_below(terrain, x, y), ground_below(terrain, x, y, bilinear=True)
-    )
-    return surface
 
 
 def demanded_m(problem: Problem, x: Floats, y: Floats) -> Floats:

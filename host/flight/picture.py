@@ -14,11 +14,12 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from pathgene.host.files.output import replacing
-from pathgene.host.flight.judge import SHARE, demanded_m, surface_below
+from pathgene.host.flight.judge import SHARE, demanded_m
 from pathgene.host.report import plan_view
 from pathgene.host.report.axes import LEGEND, finish
 from pathgene.host.report.frame import LEFT, NARROWEST, RIGHT, WIDTH, frame
 from pathgene.host.report.palette import FLOWN, GROUND, PATH, TEXT, halo
+from pathgene.host.terrain.surface import surface_below
 
 
 if TYPE_CHECKING:
@@ -117,7 +118,7 @@ def _draw_profile(axes: Axes, report: FlightReport) -> None:
     unit_m, unit = plan_view.axis_unit(report.track.length_m)
     samples = report.track.sample(max(report.track.length_m / _POINTS, 1.0))
     along = _horizontal(samples.x, samples.y) / unit_m
-    surface = surface_below(problem.terrain, samples.x, samples.y)
+    surface = surface_below(problem.terrain, samples.x, samples.y, void_m=math.nan)
     heights = np.concatenate((samples.z, surface, flown.z))
     low, high = float(np.nanmin(heights)), float(np.nanmax(heights))
     margin = max(1.0, 0.12 * (high - low))

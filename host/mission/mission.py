@@ -14,11 +14,11 @@ import numpy as np
 
 from pathgene.host.errors import InputError, NoPathError
 from pathgene.host.evaluation import utopia
-from pathgene.host.evaluation.track import ground_below
 from pathgene.host.problem.ends import Point, check_above_ground, end_point
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.way import WayProblem
 from pathgene.host.problem.zones import Zone
+from pathgene.host.terrain.surface import surface_below
 
 
 __all__ = ["Mission"]
@@ -227,8 +227,9 @@ class Mission:
         if problem.rules is None:
             return
         at = np.array([x]), np.array([y])
-        between = ground_below(problem.terrain, *at, bilinear=True)
-        height_m = z - max(problem.terrain.ground(x, y), float(between[0]))
+        surface = float(surface_below(problem.terrain, *at, void_m=math.nan)[0])
+        # Beside a void, the nearest node alone is known.
+        height_m = z - (problem.terrain.ground(x, y) if math.isnan(surface) else surface)
         if height_m < problem.rules.clearance_m:
             raise InputError(
                 f"{_upper(name)} is {height_m:.1f} m above the ground, less than the clearance of "

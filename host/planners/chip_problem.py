@@ -30,7 +30,7 @@ from pathgene.host.evaluation.reference import problem_utopia
 from pathgene.host.problem.corner_map import CornerMap
 from pathgene.host.problem.ends import Point
 from pathgene.host.problem.problem import Problem
-from pathgene.host.problem.surface import surface_below
+from pathgene.host.terrain.surface import surface_below
 
 
 __all__ = ["chip_ends", "committed_points", "problem_record", "whole_path"]

@@ -1,8 +1,6 @@
-"""The surface that paths clear, and the raised rasters that planners search above.
+"""The clearance demanded over the surface, and the raised rasters that planners search above.
 
-The surface under a point is the greater of the height of its nearest node and the height between
-the four nodes around it. Near start and goal less clearance is demanded, or no aircraft could take
-off: see :class:`Demand`.
+Near start and goal less clearance is demanded, or no aircraft could take off: see :class:`Demand`.
 """
 
 from __future__ import annotations
@@ -22,16 +20,14 @@ from pathgene.host.problem.rules import Rules
 from pathgene.host.problem.zone_raster import blocked_cells
 from pathgene.host.problem.zones import Zone
 from pathgene.host.terrain import Terrain
+from pathgene.host.terrain.surface import ANY_VOID_M, VOID_M, surface_below
 
 
-__all__ = ["Demand", "SearchRasters", "surface_below"]
+__all__ = ["Demand", "SearchRasters"]
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-# Height of a void in sums with weights, where an infinite height would give NaN.
-_VOID_M = 1e300
-_ANY_VOID_M = 1e200
 # Cells around an end in which the rasters demand what the end's climb allows.
 _CELLS_AT_ENDS = 4.0
 # Share of the steepest climb from an end at which they do so.
@@ -43,29 +39,6 @@ _RIM_PLACES = 3600
 _RIM_SLACK_M = 1e-3
 # Places of a terrain whose surroundings are remembered.
 _MOST_PLACES = 64
-
-
-def surface_below(terrain: Terrain, x: Floats, y: Floats) -> Floats:
-    """Return the surface under points (k,) of the frame, metres; infinite over a void.
-
-    Off the map the nearest point of its edge stands in.
-    """
-    rows, columns = terrain.shape
-
-    def height(row: NDArray[np.integer], column: NDArray[np.integer]) -> Floats:
-        heights: Floats = terrain.elevation[row, column]
-        return np.where(np.isnan(heights), _VOID_M, heights)
-
-    gx = np.clip(x / terrain.dx_m, 0, columns - 1)
-    gy = np.clip(y / terrain.dy_m, 0, rows - 1)
-    column = np.minimum(gx.astype(np.intp), columns - 2)
-    row = np.minimum(gy.astype(np.intp), rows - 2)
-    east, north = gx - column, gy - row
-    below = (1 - east) * height(row, column) + east * height(row, column + 1)
-    above = (1 - east) * height(row + 1, column) + east * height(row + 1, column + 1)
-    between = (1 - north) * below + north * above
-    highest = np.maximum(between, height(*terrain.nearest_nodes(x, y)))
-    return np.where(highest > _ANY_VOID_M, np.inf, highest)
 
 
 @dataclass(frozen=True)
@@ -288,15 +261,15 @@ def _floor(
         ramp_m = (max(demand.clearance_m - height, 0.0) + demand.clearance_m) / slope
         near = away <= _CELLS_AT_ENDS * half_diagonal + ramp_m
         heights = terrain.elevation[rows, columns]
-        least = np.where(np.isnan(heights), _VOID_M, heights)
+        least = np.where(np.isnan(heights), VOID_M, heights)
         least = least + demand.required_m(x, y, half_diagonal)
         steepest = _SHARE_OF_CLIMB * 2.0 * slope
         eased = np.maximum(least, np.minimum(there, z + steepest * away))
         eased = np.minimum(eased, np.where(away == 0, z - _BELOW_ENDS_M, np.inf))
         # A void is not eased, unless the end itself is beside it.
-        near &= (there < _ANY_VOID_M) | (away <= _CELLS_AT_ENDS * half_diagonal)
+        near &= (there < ANY_VOID_M) | (away <= _CELLS_AT_ENDS * half_diagonal)
         floor[rows, columns] = np.where(near, eased, there)
-    return np.where(floor > _ANY_VOID_M, np.nan, floor)
+    return np.where(floor > ANY_VOID_M, np.nan, floor)
 
 
 def _reaches_m(demand: Demand, half_diagonal: float) -> tuple[float, float]:
@@ -353,7 +326,7 @@ class _Around:
     def __init__(self, terrain: Terrain, corridor_m: float) -> None:
         self.corridor_m = corridor_m
         # No reference to the terrain: it is the key under which this is kept.
-        heights = np.where(terrain.voids, _VOID_M, terrain.elevation)
+        heights = np.where(terrain.voids, VOID_M, terrain.elevation)
         self.nodes = _highest_around(heights, terrain, corridor_m)
         self._within: dict[tuple[float, float], float] = {}
 

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pathgene.host.flight.flight import PERIOD_S
-from pathgene.host.flight.judge import SHARE, demanded_m, surface_below
+from pathgene.host.flight.judge import SHARE, demanded_m
 from pathgene.host.problem.zones import Zone
 from pathgene.host.replanning.session import Session
+from pathgene.host.terrain.surface import surface_below
 
 
 __all__ = ["WAY_OUT_SHARE", "Outcome", "judge"]
@@ -79,7 +80,7 @@ def judge(session: Session) -> Outcome:
     problem = session.mission
     flown = np.array(session.pilot.samples, dtype=np.float64)
     x, y, z = flown[:, 1], flown[:, 2], flown[:, 3]
-    clearance = z - surface_below(problem.terrain, x, y)
+    clearance = z - surface_below(problem.terrain, x, y, void_m=math.nan)
     demanded = demanded_m(problem, x, y)
     with np.errstate(divide="ignore", invalid="ignore"):
         shares = np.where(demanded > 0, clearance / demanded, math.inf)

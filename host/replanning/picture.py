@@ -15,12 +15,13 @@ from numpy.typing import NDArray
 from pathgene.host.evaluation.track import SmoothedTrack
 from pathgene.host.files.output import replacing
 from pathgene.host.flight.flight import PERIOD_S
-from pathgene.host.flight.judge import demanded_m, surface_below
+from pathgene.host.flight.judge import demanded_m
 from pathgene.host.flight.picture import layout
 from pathgene.host.report import plan_view, zone_shapes
 from pathgene.host.report.axes import LEGEND, finish
 from pathgene.host.report.frame import frame
 from pathgene.host.report.palette import FLOWN, GROUND, NOFLY, PATH, SERIES, START, TEXT, halo
+from pathgene.host.terrain.surface import surface_below
 
 
 if TYPE_CHECKING:
@@ -161,7 +162,7 @@ def _draw_heights(axes: Axes, report: Replanned, flown: Floats) -> None:
     mission = report.session.mission
     seconds = _seconds(flown)
     x, y, z = flown[:, 1], flown[:, 2], flown[:, 3]
-    surface = surface_below(mission.terrain, x, y)
+    surface = surface_below(mission.terrain, x, y, void_m=math.nan)
     low, high = float(np.nanmin(surface)), float(max(np.nanmax(surface), z.max()))
     margin = max(1.0, 0.12 * (high - low))
     axes.fill_between(seconds, low - 10 * margin, surface, color=GROUND, linewidth=0, zorder=2)

@@ -19,7 +19,6 @@ import numpy as np
 from pathgene.host.errors import InputError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.flight.flight import PERIOD_S, Flight, Sample
-from pathgene.host.flight.judge import surface_below
 from pathgene.host.flight.models import FlightModel, model_for
 from pathgene.host.problem.problem import Problem
 from pathgene.host.replanning.airspace import DRIFT_S, Airspace
@@ -37,6 +36,7 @@ from pathgene.host.replanning.present import Present
 from pathgene.host.replanning.records import Change, Pending
 from pathgene.host.replanning.scenario import Event, Scenario, check_mission
 from pathgene.host.replanning.tracks import Track, end_of, part, pose_at, run_of
+from pathgene.host.terrain.surface import surface_below
 
 
 __all__ = ["Session"]
@@ -419,7 +419,7 @@ class Session:
         self._next_look_s = self.pilot.time_s
 
     def _is_below_ground(self, x: float, y: float, z: float) -> bool:
-        surface = surface_below(self.mission.terrain, np.array([x]), np.array([y]))
+        surface = surface_below(self.mission.terrain, np.array([x]), np.array([y]), void_m=math.nan)
         return z < float(surface[0])
 
     def _end(self, sample: Sample) -> None:

@@ -42,7 +42,7 @@ def surface_and_demand(evaluator: Evaluator, samples: Samples) -> tuple[Floats, 
     problem = evaluator.problem
     if problem.rules is None:
         return samples.ground, samples.ground, np.full(len(samples.s), np.nan)
-    from pathgene.host.problem.surface import surface_below
+    from pathgene.host.terrain.surface import surface_below
 
     dx, dy = np.gradient(samples.x), np.gradient(samples.y)
     run = np.maximum(np.hypot(dx, dy), 1e-9)

@@ -249,7 +249,7 @@ def _vertical(terrain: Terrain) -> float:
 
 def points_scene(problem: Problem) -> list[dict[str, Any]]:
     """Return the points that the path visits; see ``points`` above."""
-    from pathgene.host.problem.surface import surface_below
+    from pathgene.host.terrain.surface import surface_below
 
     names = mark_names(problem.way)
     x, y, _ = np.array(problem.way, dtype=np.float64).T

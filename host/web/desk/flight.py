@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import math
 import queue
 import threading
 import time
@@ -265,7 +266,7 @@ class _Watch:
 
     def look(self) -> Flown:
         """Return what is new since the last look."""
-        from pathgene.host.flight.judge import surface_below
+        from pathgene.host.terrain.surface import surface_below
         from pathgene.host.web.scene import zones_scene
 
         session = self._session
@@ -282,7 +283,7 @@ class _Watch:
         said = self._said[:]
         self._said.clear()
         here = np.array([state.x]), np.array([state.y])
-        ground = float(surface_below(session.mission.terrain, *here)[0])
+        ground = float(surface_below(session.mission.terrain, *here, void_m=math.nan)[0])
         path, changes = self._new()
         return Flown(
             time_s=now,

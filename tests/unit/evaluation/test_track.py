@@ -9,7 +9,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pathgene.host.evaluation import Evaluator
-from pathgene.host.evaluation.track import ground_below
 from pathgene.host.problem import aircraft
 from pathgene.host.problem.problem import Problem
 from pathgene.host.terrain import Terrain
@@ -84,26 +83,6 @@ def test_the_least_clearance_is_not_over_voids():
 def test_refuses_a_bad_step(step):
     with pytest.raises(ValueError, match=r"^Step must be a positive number of metres, not "):
         EVALUATOR.track(path()).sample(step)
-
-
-def test_ground_between_nodes():
-    x, y = np.array([100.0, 150.0, 5000.0, 225.0]), np.array([125.0, 125.0, 5000.0, 187.5])
-    e = ROUGH.elevation
-    expected = [
-        e[1, 1],
-        (e[1, 1] + e[1, 2]) / 2,
-        e[40, 50],
-        (0.75 * (e[1, 2] + e[2, 2]) + 0.25 * (e[1, 3] + e[2, 3])) / 2,
-    ]
-    np.testing.assert_allclose(ground_below(ROUGH, x, y, bilinear=True), expected)
-
-
-def test_ground_beyond_the_edge_is_the_edges():
-    x, y = np.array([-500.0, 9000.0]), np.array([-1.0, 9000.0])
-    for bilinear in (False, True):
-        np.testing.assert_array_equal(
-            ground_below(ROUGH, x, y, bilinear=bilinear), ROUGH.elevation[[0, -1], [0, -1]]
-        )
 
 
 @settings(max_examples=40)

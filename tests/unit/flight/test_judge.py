@@ -9,7 +9,7 @@ import pytest
 
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.flight.flight import Flown, limits_of
-from pathgene.host.flight.judge import demanded_m, entered, judge, surface_below
+from pathgene.host.flight.judge import demanded_m, entered, judge
 from pathgene.host.problem import Circle, Polygon, Problem, aircraft
 from pathgene.host.problem.rules import Rules
 from pathgene.host.terrain import Terrain
@@ -72,11 +72,6 @@ def test_flight_too_low_is_not(z, sentence):
 def test_as_paper_asks_for_the_ground_alone():
     assert verdict(flight(101.0), as_paper=True).kept
     assert not verdict(flight(99.0), as_paper=True).kept
-
-
-def test_surface_is_the_higher_of_nearest_and_bilinear():
-    x = np.array([4940.0, 4960.0, 4999.0])
-    assert surface_below(TERRAIN, x, np.full(3, 2000.0)) == pytest.approx([40, 100, 100])
 
 
 def test_less_is_demanded_near_the_ends():

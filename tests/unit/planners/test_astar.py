@@ -12,9 +12,9 @@ from pathgene.host.planners.astar import MOST_SEARCHES, AstarPlanner
 from pathgene.host.planners.base import Options, Stop
 from pathgene.host.problem import aircraft
 from pathgene.host.problem.problem import Problem
-from pathgene.host.problem.surface import surface_below
 from pathgene.host.problem.zones import Circle, Polygon
 from pathgene.host.terrain import Terrain
+from pathgene.host.terrain.surface import surface_below
 
 
 ALL = Options(generations=MOST_SEARCHES)

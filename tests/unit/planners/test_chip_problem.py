@@ -19,8 +19,8 @@ from pathgene.host.problem import Problem
 from pathgene.host.problem.aircraft import load
 from pathgene.host.problem.corner_map import CornerMap
 from pathgene.host.problem.rules import Rules
-from pathgene.host.problem.surface import surface_below
 from pathgene.host.terrain import Terrain
+from pathgene.host.terrain.surface import surface_below
 from pathgene.sim.model.planner.definition.score import corner_of, score
 from pathgene.sim.model.planner.run import plan
 

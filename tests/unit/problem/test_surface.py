@@ -6,7 +6,6 @@ import pytest
 from pathgene.host.problem import aircraft
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
-from pathgene.host.problem.surface import surface_below
 from pathgene.host.problem.zones import Circle
 from pathgene.host.terrain import Terrain
 from tests.support.host.flight_oracle import surface
@@ -24,15 +23,6 @@ def land(elevation, dx_m, dy_m):
 def random_land(rng):
     shape = rng.integers(3, 20, 2)
     return land(rng.uniform(0, 60, shape), *rng.uniform(5, 80, 2).tolist())
-
-
-def test_surface_below_is_the_higher_of_two():
-    rng = np.random.default_rng(1)
-    for _ in range(50):
-        terrain = random_land(rng)
-        x = rng.uniform(-50, terrain.width_m + 50, 500)
-        y = rng.uniform(-50, terrain.height_m + 50, 500)
-        np.testing.assert_allclose(surface_below(terrain, x, y), surface(terrain, x, y), rtol=1e-12)
 
 
 @pytest.mark.parametrize("corridor_m", [0.0, 25.0, 90.0])

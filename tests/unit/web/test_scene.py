@@ -6,9 +6,9 @@ import json
 import numpy as np
 import pytest
 
-from pathgene.host.problem.surface import surface_below
 from pathgene.host.problem.zones import Circle, Zone
 from pathgene.host.terrain import Terrain
+from pathgene.host.terrain.surface import surface_below
 from pathgene.host.web import scene as scenes
 from pathgene.host.web.scene import plan_scene, problem_scene, terrain_scene, zones_scene
 from tests.support.host.web_plans import KINDS, evaluated, hills, planned

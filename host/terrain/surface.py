@@ -1,0 +1,49 @@
+"""The surface that paths clear: the higher of the nearest node and the height between four nodes.
+
+The compiled form for a single point is :func:`pathgene.host.evaluation.strict.surface_at`; both
+give the same numbers, bit for bit.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pathgene.host.terrain.grid import Terrain
+
+
+__all__ = ["ANY_VOID_M", "VOID_M", "surface_below"]
+
+Floats = NDArray[np.float64]
+
+#: Height of a void in sums with weights, where an infinite height would give NaN.
+VOID_M = 1e300
+#: Greater than any height and less than any sum with the height of a void.
+ANY_VOID_M = 1e200
+
+
+def surface_below(terrain: Terrain, x: Floats, y: Floats, *, void_m: float = math.inf) -> Floats:
+    """Return the surface under points (k,) of the frame, metres.
+
+    Outside the map the nearest point of its edge stands in. Where the nearest node, or one of the
+    four nodes with a weight, is a void, the surface is ``void_m``: infinite for a rule that must
+    not pass a void, NaN for a figure that does not know it.
+    """
+    rows, columns = terrain.shape
+
+    def height(row: NDArray[np.integer], column: NDArray[np.integer]) -> Floats:
+        heights: Floats = terrain.elevation[row, column]
+        return np.where(np.isnan(heights), VOID_M, heights)
+
+    gx = np.clip(x / terrain.dx_m, 0, columns - 1)
+    gy = np.clip(y / terrain.dy_m, 0, rows - 1)
+    column = np.minimum(gx.astype(np.intp), columns - 2)
+    row = np.minimum(gy.astype(np.intp), rows - 2)
+    east, north = gx - column, gy - row
+    below = (1 - east) * height(row, column) + east * height(row, column + 1)
+    above = (1 - east) * height(row + 1, column) + east * height(row + 1, column + 1)
+    between = (1 - north) * below + north * above
+    highest = np.maximum(between, height(*terrain.nearest_nodes(x, y)))
+    return np.where(highest > ANY_VOID_M, void_m, highest)

@@ -30,7 +30,7 @@ def site(tmp_path_factory):
 def test_every_page_is_there(site):
     pages = {path.stem for path in (ROOT / "docs").glob("*.md")}
     assert pages <= {path.stem for path in site.glob("*.html")}
-    assert "Where to find what" in (site / "index.html").read_text("utf-8")
+    assert "Where to find it" in (site / "index.html").read_text("utf-8")
 
 
 def test_loads_nothing_from_the_network(site):

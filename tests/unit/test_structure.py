@@ -413,7 +413,7 @@ def asked_classes(tree: ast.AST) -> Iterator[tuple[int, str]]:
 
 
 def test_zones_answer_for_themselves():
-    """What differs between kinds of zones is a method of their footprint."""
+    """A difference between kinds of zones is a method of their footprint."""
     asking = [
         f"{path}:{line}: {name}"
         for path, tree in trees().items()

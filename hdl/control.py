@@ -1,12 +1,13 @@
 """Control unit of every chip: runs one unit at a time, and counts the cycles of each."""
 
 from amaranth import *
-from amaranth.lib import data, wiring
+from amaranth.lib import data
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.layouts import generation_signature
 from pathgene.hdl.primitives.one_hot_sequencer import OneHotSequencer
+from pathgene.hdl.primitives.unit import InstanceOf, Unit
 from pathgene.hdl.protocol import COUNTER_BITS, ChipState, Counter, status_reply
 
 
@@ -43,7 +44,7 @@ def counters_layout(config: Config) -> data.StructLayout:
     return data.StructLayout({counter.value: COUNTER_BITS for counter in counted})
 
 
-class Control(wiring.Component):
+class Control(Unit):
     """Control unit of the chip.
 
     Listens until a command is ``pending``, then turns the receiving unit on to take it. A command
@@ -63,11 +64,6 @@ class Control(wiring.Component):
 
     Source: *allaire-2008*, section 4.2. Differs: the update is a separate state, and commands
     may ask for other things than a generation.
-
-    Parameters
-    ----------
-    config : Config
-        Units and sizes of the chip.
 
     Members
     -------
@@ -116,18 +112,12 @@ class Control(wiring.Component):
         Generations since reset or ``restart``; modulo 2**32.
     cycles : Out(StructLayout({"crossover": 16, "mutation": 16, "update": 16}))
         Cycles of each unit in the latest generation, which they count while it runs.
-
-    Raises
-    ------
-    TypeError
-        If ``config`` is not a Config.
     """
 
-    def __init__(self, config: Config):
-        if not isinstance(config, Config):
-            raise TypeError(f"Config must be a Config, not {config!r}")
+    config: InstanceOf(Config)
 
-        self.config = config
+    def interface(self):
+        config = self.config
         self.checks_paths = config.checks_paths
         status = dict(status_reply(config).fields)
         self.history_length = status["history"] // _HISTORY_ENTRY_BITS
@@ -154,7 +144,7 @@ class Control(wiring.Component):
                 "generation": Out(status["generation"]),
                 "cycles": Out(cycles_layout(config)),
             }
-        super().__init__(members)
+        return members
 
     def elaborate(self, platform):
         m = Module()
@@ -163,7 +153,7 @@ class Control(wiring.Component):
         m.submodules.sequencer = sequencer = OneHotSequencer(
             ChipState.LISTEN,
             steps,
-            history=self.history_length,
+            history_length=self.history_length,
             history_entry_bits=_HISTORY_ENTRY_BITS,
         )
         on = sequencer.on

@@ -1,10 +1,11 @@
 """Consistent Overhead Byte Stuffing: frames of any bytes, delimited by zeros."""
 
 from amaranth import *
-from amaranth.lib import data, stream, wiring
+from amaranth.lib import data, stream
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.primitives.commit_ring import CommitRing
+from pathgene.hdl.primitives.unit import Unit
 from pathgene.hdl.protocol import DELIMITER
 
 
@@ -14,7 +15,7 @@ __all__ = ["CobsDecoder", "CobsEncoder"]
 _FULL = 0xFF
 
 
-class CobsDecoder(wiring.Component):
+class CobsDecoder(Unit):
     """Decodes frames, one byte per cycle.
 
     An encoded byte is decoded 1 cycle later. Empty frames are skipped. Every sequence of bytes can
@@ -35,15 +36,13 @@ class CobsDecoder(wiring.Component):
         A frame has begun and not ended.
     """
 
-    def __init__(self):
+    def interface(self):
         self.decoded_layout = data.StructLayout({"data": 8, "delimiter": 1, "broken": 1})
-        super().__init__(
-            {
-                "encoded": In(stream.Signature(8)),
-                "decoded": Out(stream.Signature(self.decoded_layout, always_ready=True)),
-                "inside": Out(1),
-            }
-        )
+        return {
+            "encoded": In(stream.Signature(8)),
+            "decoded": Out(stream.Signature(self.decoded_layout, always_ready=True)),
+            "inside": Out(1),
+        }
 
     def elaborate(self, platform):
         m = Module()
@@ -83,7 +82,7 @@ class CobsDecoder(wiring.Component):
         return m
 
 
-class CobsEncoder(wiring.Component):
+class CobsEncoder(Unit):
     """Encodes frames of any length, each followed by a delimiter.
 
     The code of a block is its length, so a block can be sent only when it is complete. The buffer
@@ -105,14 +104,12 @@ class CobsEncoder(wiring.Component):
     #: Rows of the buffer: a block has at most 255 bytes with its code.
     DEPTH = 512
 
-    def __init__(self):
+    def interface(self):
         self.frames_layout = data.StructLayout({"data": 8, "last": 1})
-        super().__init__(
-            {
-                "frames": In(stream.Signature(self.frames_layout)),
-                "encoded": Out(stream.Signature(8)),
-            }
-        )
+        return {
+            "frames": In(stream.Signature(self.frames_layout)),
+            "encoded": Out(stream.Signature(8)),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -8,8 +8,8 @@ from amaranth.lib.crc.catalog import CRC32_ISO_HDLC
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.link.cobs import CobsDecoder, CobsEncoder
-from pathgene.hdl.primitives.arguments import check_power_of_two
 from pathgene.hdl.primitives.commit_ring import CommitRing
+from pathgene.hdl.primitives.unit import PowerOfTwo, Unit
 from pathgene.hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, frame_crc
 
 
@@ -28,7 +28,7 @@ def _residue(*, plain):
     return zlib.crc32(frame_crc(b"", plain=plain).to_bytes(CRC_BYTES, "little"))
 
 
-class FrameReceiver(wiring.Component):
+class FrameReceiver(Unit):
     """Takes frames off the line and passes on the bodies of the undamaged ones.
 
     A body is kept in a ring buffer and can be read only after its CRC has been found right, so the
@@ -50,11 +50,6 @@ class FrameReceiver(wiring.Component):
     rest is about 150 flip-flops, half of them for the CRC and for the bytes that are held because
     they may be the CRC.
 
-    Parameters
-    ----------
-    receive_buffer : int
-        Depth of the buffer: a power of two, 8..32768.
-
     Members
     -------
     bytes : In(stream.Signature(8))
@@ -66,26 +61,19 @@ class FrameReceiver(wiring.Component):
         High for one cycle, 2 cycles after the delimiter of a discarded frame.
     line_busy : Out(1)
         A frame has begun and not ended: bytes have come since the last delimiter.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, receive_buffer):
-        check_power_of_two("Receive buffer", receive_buffer, 8, 1 << 15)
-        self.receive_buffer = receive_buffer
-        super().__init__(
-            {
-                "bytes": In(stream.Signature(8)),
-                "requests": Out(stream.Signature(body_layout)),
-                "malformed": Out(1),
-                "crc_error": Out(1),
-                "overrun": Out(1),
-                "line_busy": Out(1),
-            }
-        )
+    receive_buffer: PowerOfTwo(8, 1 << 15, "Depth of the buffer.")
+
+    def interface(self):
+        return {
+            "bytes": In(stream.Signature(8)),
+            "requests": Out(stream.Signature(body_layout)),
+            "malformed": Out(1),
+            "crc_error": Out(1),
+            "overrun": Out(1),
+            "line_busy": Out(1),
+        }
 
     def elaborate(self, platform):
         m = Module()
@@ -195,7 +183,7 @@ class FrameReceiver(wiring.Component):
         return m
 
 
-class FrameTransmitter(wiring.Component):
+class FrameTransmitter(Unit):
     """Sends bodies as frames: adds the CRC, COBS and the delimiter.
 
     A byte of a body is accepted every cycle while the encoder has room, except for 1 cycle after
@@ -214,13 +202,11 @@ class FrameTransmitter(wiring.Component):
         Bytes for the line.
     """
 
-    def __init__(self):
-        super().__init__(
-            {
-                "replies": In(stream.Signature(body_layout)),
-                "bytes": Out(stream.Signature(8)),
-            }
-        )
+    def interface(self):
+        return {
+            "replies": In(stream.Signature(body_layout)),
+            "bytes": Out(stream.Signature(8)),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,29 +1,22 @@
 """The chip's end of the line: UART, frames and byte counters."""
 
 from amaranth import *
-from amaranth.lib import stream, wiring
+from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from pathgene.hdl.link.frame import FrameReceiver, FrameTransmitter, body_layout
 from pathgene.hdl.link.uart import UartReceiver, UartTransmitter
-from pathgene.hdl.primitives.arguments import check_integer, check_power_of_two
 from pathgene.hdl.primitives.skid_buffer import SkidBuffer
 from pathgene.hdl.primitives.stream_register import StreamRegister
+from pathgene.hdl.primitives.unit import Count, PowerOfTwo, Unit
 from pathgene.hdl.protocol import COUNTER_BITS
 
 
 __all__ = ["Line"]
 
 
-class Line(wiring.Component):
+class Line(Unit):
     """UART pins on one side, bodies of whole frames on the other.
-
-    Parameters
-    ----------
-    clocks_per_bit : int
-        Divisor of the UART: cycles per bit, 4..65535.
-    receive_buffer : int
-        Bytes of received bodies that the chip can hold: a power of two, 8..32768.
 
     Members
     -------
@@ -43,31 +36,23 @@ class Line(wiring.Component):
     bytes_received, bytes_sent : Out(48)
         All bytes on the line since reset. A byte counts when its stop bit is received or its start
         bit is about to be sent.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, clocks_per_bit: int, receive_buffer: int):
-        check_integer("Clocks per bit", clocks_per_bit, 4, 65535)
-        check_power_of_two("Receive buffer", receive_buffer, 8, 1 << 15)
-        self.clocks_per_bit = clocks_per_bit
-        self.receive_buffer = receive_buffer
-        super().__init__(
-            {
-                "rx": In(1, init=1),
-                "tx": Out(1, init=1),
-                "requests": Out(stream.Signature(body_layout)),
-                "replies": In(stream.Signature(body_layout)),
-                "errors": Out(4),
-                "busy": Out(1),
-                "sending": Out(1),
-                "bytes_received": Out(COUNTER_BITS),
-                "bytes_sent": Out(COUNTER_BITS),
-            }
-        )
+    clocks_per_bit: Count(4, 65535, "Divisor of the UART: cycles per bit.")
+    receive_buffer: PowerOfTwo(8, 1 << 15, "Bytes of received bodies that the chip can hold.")
+
+    def interface(self):
+        return {
+            "rx": In(1, init=1),
+            "tx": Out(1, init=1),
+            "requests": Out(stream.Signature(body_layout)),
+            "replies": In(stream.Signature(body_layout)),
+            "errors": Out(4),
+            "busy": Out(1),
+            "sending": Out(1),
+            "bytes_received": Out(COUNTER_BITS),
+            "bytes_sent": Out(COUNTER_BITS),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.cdc import FFSynchronizer
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Count, Unit
 
 
 __all__ = ["Uart", "UartReceiver", "UartTransmitter"]
@@ -14,12 +14,7 @@ __all__ = ["Uart", "UartReceiver", "UartTransmitter"]
 _FRAME_BITS = 10
 
 
-def _checked_divisor(clocks_per_bit):
-    check_integer("Clocks per bit", clocks_per_bit, 4, 65535)
-    return clocks_per_bit
-
-
-class UartReceiver(wiring.Component):
+class UartReceiver(Unit):
     """Receives bytes from an asynchronous 8N1 line.
 
     The line passes a synchronizer and a median filter over three cycles, which removes spikes of
@@ -36,11 +31,6 @@ class UartReceiver(wiring.Component):
     A byte is offered ``9 * clocks_per_bit + (clocks_per_bit - 1) // 2 + 4`` cycles after the first
     cycle in which ``rx`` is low.
 
-    Parameters
-    ----------
-    clocks_per_bit : int
-        Divisor of the clock, 4 to 65535.
-
     Members
     -------
     rx : In(1)
@@ -50,22 +40,13 @@ class UartReceiver(wiring.Component):
         next byte is complete, at least ``9 * clocks_per_bit`` cycles later.
     framing_error : Out(1)
         High for one cycle when a stop bit was low.
-
-    Raises
-    ------
-    TypeError
-        If ``clocks_per_bit`` is not an integer.
-    ValueError
-        If ``clocks_per_bit`` is out of range.
     """
+
+    clocks_per_bit: Count(4, 65535, "Divisor of the clock.")
 
     rx: In(1, init=1)
     bytes: Out(stream.Signature(8))
     framing_error: Out(1)
-
-    def __init__(self, clocks_per_bit):
-        self.clocks_per_bit = _checked_divisor(clocks_per_bit)
-        super().__init__()
 
     def elaborate(self, platform):
         m = Module()
@@ -121,17 +102,12 @@ class UartReceiver(wiring.Component):
         return m
 
 
-class UartTransmitter(wiring.Component):
+class UartTransmitter(Unit):
     """Sends bytes over an asynchronous 8N1 line.
 
     The start bit begins 1 cycle after a byte is accepted. A byte occupies the line for exactly
     ``10 * clocks_per_bit`` cycles and the next byte is accepted in the last of them, so a stream
     that is always valid leaves no idle cycle on the line.
-
-    Parameters
-    ----------
-    clocks_per_bit : int
-        Divisor of the clock, 4 to 65535.
 
     Members
     -------
@@ -139,21 +115,12 @@ class UartTransmitter(wiring.Component):
         Bytes to send.
     tx : Out(1)
         The line; a register, high when idle.
-
-    Raises
-    ------
-    TypeError
-        If ``clocks_per_bit`` is not an integer.
-    ValueError
-        If ``clocks_per_bit`` is out of range.
     """
+
+    clocks_per_bit: Count(4, 65535, "Divisor of the clock.")
 
     bytes: In(stream.Signature(8))
     tx: Out(1, init=1)
-
-    def __init__(self, clocks_per_bit):
-        self.clocks_per_bit = _checked_divisor(clocks_per_bit)
-        super().__init__()
 
     def elaborate(self, platform):
         m = Module()
@@ -188,13 +155,8 @@ class UartTransmitter(wiring.Component):
         return m
 
 
-class Uart(wiring.Component):
+class Uart(Unit):
     """Both directions of an 8N1 line: :class:`UartReceiver` and :class:`UartTransmitter`.
-
-    Parameters
-    ----------
-    clocks_per_bit : int
-        Divisor of the clock, 4 to 65535.
 
     Members
     -------
@@ -210,15 +172,13 @@ class Uart(wiring.Component):
         ``bytes`` of the transmitter.
     """
 
+    clocks_per_bit: Count(4, 65535, "Divisor of the clock.")
+
     rx: In(1, init=1)
     tx: Out(1, init=1)
     received: Out(stream.Signature(8))
     framing_error: Out(1)
     sent: In(stream.Signature(8))
-
-    def __init__(self, clocks_per_bit):
-        self.clocks_per_bit = _checked_divisor(clocks_per_bit)
-        super().__init__()
 
     def elaborate(self, platform):
         m = Module()

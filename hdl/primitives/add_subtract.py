@@ -1,27 +1,21 @@
 """Adder that subtracts where it is told to."""
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.primitives.arguments import check_integer
 from pathgene.hdl.primitives.cells import cells_of
+from pathgene.hdl.primitives.unit import Unit, Width
 
 
 __all__ = ["AddSubtract"]
 
 
-class AddSubtract(wiring.Component):
+class AddSubtract(Unit):
     """Sum or difference of two numbers modulo ``2**width``, without a register.
 
     One carry chain does both on a platform with a cell for it
     (:meth:`pathgene.hdl.primitives.cells.Cells.add_subtract`); synthesis alone makes two, and a
     choice.
-
-    Parameters
-    ----------
-    width : int
-        1 or more.
 
     Members
     -------
@@ -29,24 +23,17 @@ class AddSubtract(wiring.Component):
     subtracts : In(1)
     total : Out(width)
         ``first - second`` with ``subtracts``, otherwise ``first + second``.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the width is not an integer, or less than 1.
     """
 
-    def __init__(self, width):
-        check_integer("Width", width, 1)
-        self.width = width
-        super().__init__(
-            {
-                "first": In(width),
-                "second": In(width),
-                "subtracts": In(1),
-                "total": Out(width),
-            }
-        )
+    width: Width(1)
+
+    def interface(self):
+        return {
+            "first": In(self.width),
+            "second": In(self.width),
+            "subtracts": In(1),
+            "total": Out(self.width),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -6,6 +6,7 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 from amaranth.utils import ceil_log2
 
 from pathgene.hdl.primitives.cells import cells_of
+from pathgene.hdl.primitives.unit import Choice, Given, PowerOfTwo, Unit, Width
 
 
 __all__ = ["BlockMemory", "memory_members"]
@@ -30,7 +31,7 @@ def memory_members(*, rows, width, ports):
     return members
 
 
-class BlockMemory(wiring.Component):
+class BlockMemory(Unit):
     """Memory that is read through one or two ports, and written through the first.
 
     Rows are read in every cycle. Data read while a row is written are undefined, in all rows; rows
@@ -38,33 +39,24 @@ class BlockMemory(wiring.Component):
     RAMs where the platform's cells have them (:meth:`pathgene.hdl.primitives.cells.Cells.memory`),
     others elsewhere.
 
-    Parameters
-    ----------
-    rows : int
-        A power of two, 2 or more.
-    width : int
-        Bits of a row.
-    latency : int
-        Cycles from an address to its data, 1 or 2.
-    ports : int
-        Ports, 1 or 2.
-    number : int or None
-        Number of this memory among neighbours of the same size, from which a family's cells may
-        choose its place on the device; None where the place does not matter.
-
     Members
     -------
     a, b
         See :func:`memory_members`.
     """
 
-    def __init__(self, *, rows, width, latency, ports, number=None):
-        self.rows = rows
-        self.width = width
-        self.latency = latency
-        self.ports = ports
-        self.number = number
-        super().__init__(memory_members(rows=rows, width=width, ports=ports))
+    rows: PowerOfTwo(2)
+    width: Width(1, text="Bits of a row.")
+    latency: Choice(1, 2, text="Cycles from an address to its data.")
+    ports: Choice(1, 2)
+    number: Given(
+        "int or None",
+        "Number of this memory among neighbours of the same size, from which a family's "
+        "cells may choose its place on the device; None where the place does not matter.",
+    ) = None
+
+    def interface(self):
+        return memory_members(rows=self.rows, width=self.width, ports=self.ports)
 
     def elaborate(self, platform):
         m = Module()

@@ -1,15 +1,17 @@
 """Ring buffer whose writer commits rows after writing them."""
 
 from amaranth import *
-from amaranth.lib import memory, stream, wiring
+from amaranth.lib import memory, stream
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
+
+from pathgene.hdl.primitives.unit import Given, PowerOfTwo, Unit
 
 
 __all__ = ["CommitRing"]
 
 
-class CommitRing(wiring.Component):
+class CommitRing(Unit):
     """One block RAM between a writer that may discard rows and a stream.
 
     Row pointers count modulo ``2 * depth``, so that full and empty differ; a row number is a
@@ -22,13 +24,6 @@ class CommitRing(wiring.Component):
 
     On a target the memory is one block RAM with an output register. Its two ports never touch the
     same row in the same cycle, which is what ``no_rw_check`` tells synthesis.
-
-    Parameters
-    ----------
-    shape : ShapeLike
-        Shape of a row.
-    depth : int
-        Number of rows, a power of two, 2 or more.
 
     Members
     -------
@@ -44,20 +39,19 @@ class CommitRing(wiring.Component):
         Rows read.
     """
 
-    def __init__(self, shape, depth):
-        self.shape = shape
-        self.depth = depth
-        bits = exact_log2(depth)
-        super().__init__(
-            {
-                "write_enable": In(1),
-                "write_row": In(bits),
-                "write_data": In(shape),
-                "committed": In(bits + 1),
-                "fetched": Out(bits + 1),
-                "words": Out(stream.Signature(shape)),
-            }
-        )
+    shape: Given("ShapeLike", "Shape of a row.")
+    depth: PowerOfTwo(2, text="Number of rows.")
+
+    def interface(self):
+        bits = exact_log2(self.depth)
+        return {
+            "write_enable": In(1),
+            "write_row": In(bits),
+            "write_data": In(self.shape),
+            "committed": In(bits + 1),
+            "fetched": Out(bits + 1),
+            "words": Out(stream.Signature(self.shape)),
+        }
 
     def elaborate(self, platform):
         m = Module()

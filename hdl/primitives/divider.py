@@ -1,27 +1,21 @@
 """Divider of integers, rounding down."""
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.primitives.add_subtract import AddSubtract
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Unit, Width
 
 
 __all__ = ["Divider"]
 
 
-class Divider(wiring.Component):
+class Divider(Unit):
     """Quotient of two unsigned numbers in every cycle, rounded down.
 
     A stage adds or subtracts the divisor once and yields one bit (non-restoring division).
     ``quotient`` follows ``quotient_bits`` cycles after its dividend. It is undefined where it has
     more bits, or the divisor is 0.
-
-    Parameters
-    ----------
-    divisor_bits, quotient_bits : int
-        1 or more each.
 
     Attributes
     ----------
@@ -34,25 +28,18 @@ class Divider(wiring.Component):
         Less than ``divisor << quotient_bits``.
     divisor : In(divisor_bits)
     quotient : Out(quotient_bits)
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a width is not an integer, or less than 1.
     """
 
-    def __init__(self, divisor_bits, quotient_bits):
-        check_integer("Divisor width", divisor_bits, 1)
-        check_integer("Quotient width", quotient_bits, 1)
-        self.divisor_bits = divisor_bits
-        self.quotient_bits = self.latency = quotient_bits
-        super().__init__(
-            {
-                "dividend": In(divisor_bits + quotient_bits),
-                "divisor": In(divisor_bits),
-                "quotient": Out(quotient_bits),
-            }
-        )
+    divisor_bits: Width(1)
+    quotient_bits: Width(1)
+
+    def interface(self):
+        self.latency = self.quotient_bits
+        return {
+            "dividend": In(self.divisor_bits + self.quotient_bits),
+            "divisor": In(self.divisor_bits),
+            "quotient": Out(self.quotient_bits),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,28 +1,21 @@
 """Long delay line in a small memory."""
 
 from amaranth import *
-from amaranth.lib import memory, wiring
+from amaranth.lib import memory
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.primitives.arguments import check_integer
 from pathgene.hdl.primitives.cells import cells_of
+from pathgene.hdl.primitives.unit import Count, Given, Unit
 
 
 __all__ = ["MemoryDelay"]
 
 
-class MemoryDelay(wiring.Component):
+class MemoryDelay(Unit):
     """Delays a word by a number of steps.
 
     A ring of rows, read and written at the end of a step: a bit of a memory for every row where
     registers would take a flip-flop.
-
-    Parameters
-    ----------
-    shape : ShapeLike
-        Shape of a word.
-    steps : int
-        2 or more.
 
     Members
     -------
@@ -32,18 +25,13 @@ class MemoryDelay(wiring.Component):
         Taken in the last cycle of a step.
     delayed : Out(shape)
         The word of ``steps`` steps ago, a register.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If ``steps`` is not an integer, or less than 2.
     """
 
-    def __init__(self, shape, steps):
-        check_integer("Steps", steps, 2)
-        self.shape = shape
-        self.steps = steps
-        super().__init__({"step": In(1), "word": In(shape), "delayed": Out(shape)})
+    shape: Given("ShapeLike", "Shape of a word.")
+    steps: Count(2)
+
+    def interface(self):
+        return {"step": In(1), "word": In(self.shape), "delayed": Out(self.shape)}
 
     def elaborate(self, platform):
         m = Module()

@@ -1,30 +1,21 @@
 """Multiplier with a register at its output."""
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.primitives.cells import cells_of
+from pathgene.hdl.primitives.unit import Count, Given, Unit
 
 
 __all__ = ["Multiplier"]
 
 
-class Multiplier(wiring.Component):
+class Multiplier(Unit):
     """Multiplies two numbers; ``product`` follows a cycle later.
 
     The register is that of the platform's multiplier cell where there is one for such factors
     (:meth:`pathgene.hdl.primitives.cells.Cells.multiplier`): no routing lies between product and
     register.
-
-    Parameters
-    ----------
-    widths : (int, int)
-        Of the factors.
-    shift : int
-        Low bits of the product to be left out.
-    signs : (bool, bool)
-        The factors that have a sign.
 
     Members
     -------
@@ -33,17 +24,16 @@ class Multiplier(wiring.Component):
         ``first * second >> shift`` of the cycle before. It has a sign if a factor has one.
     """
 
-    def __init__(self, widths, shift=0, signs=(True, True)):
-        self.widths = widths
-        self.shift = shift
-        self.signs = signs
-        super().__init__(
-            {
-                "first": In(Shape(widths[0], signs[0])),
-                "second": In(Shape(widths[1], signs[1])),
-                "product": Out(Shape(max(1, sum(widths) - shift), any(signs))),
-            }
-        )
+    widths: Given("(int, int)", "Widths of the factors.")
+    shift: Count(0, text="Low bits of the product that are left out.") = 0
+    signs: Given("(bool, bool)", "The factors that have a sign.") = (True, True)
+
+    def interface(self):
+        return {
+            "first": In(Shape(self.widths[0], self.signs[0])),
+            "second": In(Shape(self.widths[1], self.signs[1])),
+            "product": Out(Shape(max(1, sum(self.widths) - self.shift), any(self.signs))),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,36 +1,24 @@
 """State machine with one register per state."""
 
 import enum
-from collections.abc import Iterable
 from functools import reduce
 from operator import or_
 
 from amaranth import *
-from amaranth.lib import data, wiring
+from amaranth.lib import data
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Count, Given, InstanceOf, Unit, Width
 
 
 __all__ = ["OneHotSequencer"]
 
 
-class OneHotSequencer(wiring.Component):
+class OneHotSequencer(Unit):
     """State machine that follows the step it is told to take, in the next cycle.
 
     Each state is a register, which sees only the steps into its state and out of it: no signal of
     one state is decoded from all others. States that no step leads into or out of are left out.
-
-    Parameters
-    ----------
-    initial : enum.IntEnum
-        State after reset, a member of the enumeration of all states.
-    steps : iterable of (enum.IntEnum, enum.IntEnum)
-        Possible steps: a state, and one that may follow it.
-    history : int
-        Number of entered states to remember, 1 or more.
-    history_entry_bits : int
-        Width of each of them.
 
     Members
     -------
@@ -41,49 +29,37 @@ class OneHotSequencer(wiring.Component):
         The present state, one bit for each, by its name in lower case.
     state : Out(type(initial))
         The present state.
-    history : Out(history * history_entry_bits)
+    history : Out(history_length * history_entry_bits)
         The latest states entered, the last lowest; 0 before the first. One cycle late.
-
-    Raises
-    ------
-    TypeError
-        If ``initial`` or a state of ``steps`` is no member of one and the same IntEnum, or a
-        number is no integer.
-    ValueError
-        If there is nothing to remember, or a state does not fit in its entry.
     """
 
-    def __init__(
-        self,
-        initial: enum.IntEnum,
-        steps: Iterable[tuple[enum.IntEnum, enum.IntEnum]],
-        *,
-        history: int,
-        history_entry_bits: int,
-    ):
-        if not isinstance(initial, enum.IntEnum):
-            raise TypeError(f"Initial state must be a member of an IntEnum, not {initial!r}")
-        kind = type(initial)
-        self.initial = initial
-        self.steps = tuple(steps)
+    initial: InstanceOf(
+        enum.IntEnum,
+        "State after reset, of the enumeration of all states.",
+        name="Initial state",
+        phrase="a member of an IntEnum",
+    )
+    steps: Given(
+        "iterable of (enum.IntEnum, enum.IntEnum)",
+        "Possible steps: a state, and one that may follow it.",
+    )
+    history_length: Count(1, text="Entered states to remember.", name="History")
+    history_entry_bits: Width("max(type(initial)).bit_length()", text="Width of each of them.")
+
+    def interface(self):
+        kind = type(self.initial)
+        self.steps = tuple(self.steps)
         for state in (state for step in self.steps for state in step):
             if not isinstance(state, kind):
                 raise TypeError(f"State must be a member of {kind.__name__}, not {state!r}")
-        present = {initial}.union(*self.steps)
+        present = {self.initial}.union(*self.steps)
         self.states = tuple(state for state in kind if state in present)
-        least = Shape.cast(kind).width
-        check_integer("History", history, 1)
-        check_integer("History entry width", history_entry_bits, least)
-        self.history_length = history
-        self.history_entry_bits = history_entry_bits
-        super().__init__(
-            {
-                "take": In(len(self.steps)),
-                "on": Out(data.StructLayout({state.name.lower(): 1 for state in self.states})),
-                "state": Out(kind),
-                "history": Out(history * history_entry_bits),
-            }
-        )
+        return {
+            "take": In(len(self.steps)),
+            "on": Out(data.StructLayout({state.name.lower(): 1 for state in self.states})),
+            "state": Out(kind),
+            "history": Out(self.history_length * self.history_entry_bits),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,23 +1,20 @@
 """Stream buffer whose ``ready`` comes from a register."""
 
 from amaranth import *
-from amaranth.lib import stream, wiring
+from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out
+
+from pathgene.hdl.primitives.unit import Given, Unit
 
 
 __all__ = ["SkidBuffer"]
 
 
-class SkidBuffer(wiring.Component):
+class SkidBuffer(Unit):
     """Breaks a chain of ``ready`` signals: takes one word that it cannot pass on, and keeps it.
 
     An empty buffer passes words through in the same cycle, with ``ready`` high whatever follows; it
     costs no cycle, and a stream without a pause stays one.
-
-    Parameters
-    ----------
-    shape : ShapeLike
-        Shape of a word.
 
     Members
     -------
@@ -27,11 +24,13 @@ class SkidBuffer(wiring.Component):
         The same words. ``valid`` and ``payload`` are one multiplexer behind those of ``words``.
     """
 
-    def __init__(self, shape):
-        self.shape = shape
-        super().__init__(
-            {"words": In(stream.Signature(shape)), "passed": Out(stream.Signature(shape))}
-        )
+    shape: Given("ShapeLike", "Shape of a word.")
+
+    def interface(self):
+        return {
+            "words": In(stream.Signature(self.shape)),
+            "passed": Out(stream.Signature(self.shape)),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,26 +1,20 @@
 """Square root of an integer, rounded down."""
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.primitives.add_subtract import AddSubtract
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Unit, Width
 
 
 __all__ = ["SquareRoot"]
 
 
-class SquareRoot(wiring.Component):
+class SquareRoot(Unit):
     """Square root of a number in every cycle, rounded down.
 
     Digit by digit: each stage takes two bits of the radicand and yields one of the root. ``root``
     follows ``width`` cycles after its radicand.
-
-    Parameters
-    ----------
-    width : int
-        Bits of a root, 1 or more.
 
     Attributes
     ----------
@@ -31,17 +25,13 @@ class SquareRoot(wiring.Component):
     -------
     radicand : In(2 * width)
     root : Out(width)
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the width is not an integer, or less than 1.
     """
 
-    def __init__(self, width):
-        check_integer("Root width", width, 1)
-        self.width = self.latency = width
-        super().__init__({"radicand": In(2 * width), "root": Out(width)})
+    width: Width(1, name="Root width")
+
+    def interface(self):
+        self.latency = self.width
+        return {"radicand": In(2 * self.width), "root": Out(self.width)}
 
     def elaborate(self, platform):
         m = Module()

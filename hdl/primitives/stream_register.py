@@ -1,22 +1,19 @@
 """Stream buffer whose words come from a register."""
 
 from amaranth import *
-from amaranth.lib import stream, wiring
+from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out
+
+from pathgene.hdl.primitives.unit import Given, Unit
 
 
 __all__ = ["StreamRegister"]
 
 
-class StreamRegister(wiring.Component):
+class StreamRegister(Unit):
     """Puts registers in the path of ``valid`` and ``payload``; ``ready`` passes through.
 
     A word is offered a cycle after it is taken; a stream without a pause stays one.
-
-    Parameters
-    ----------
-    shape : ShapeLike
-        Shape of a word.
 
     Members
     -------
@@ -25,11 +22,13 @@ class StreamRegister(wiring.Component):
         The same words; ``valid`` and ``payload`` are registers.
     """
 
-    def __init__(self, shape):
-        self.shape = shape
-        super().__init__(
-            {"words": In(stream.Signature(shape)), "passed": Out(stream.Signature(shape))}
-        )
+    shape: Given("ShapeLike", "Shape of a word.")
+
+    def interface(self):
+        return {
+            "words": In(stream.Signature(self.shape)),
+            "passed": Out(stream.Signature(self.shape)),
+        }
 
     def elaborate(self, platform):
         m = Module()

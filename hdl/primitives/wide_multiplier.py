@@ -1,11 +1,10 @@
 """Multiplier of factors that are wider than a multiplier cell."""
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.primitives.arguments import check_integer
 from pathgene.hdl.primitives.multiplier import Multiplier
+from pathgene.hdl.primitives.unit import Count, Given, Unit
 
 
 __all__ = ["WideMultiplier"]
@@ -14,18 +13,11 @@ __all__ = ["WideMultiplier"]
 CELL_BITS = 18
 
 
-class WideMultiplier(wiring.Component):
+class WideMultiplier(Unit):
     """Product of two numbers of any width in every cycle.
 
     The factors are cut into parts of 18 bits; the products of the parts are added in pairs, a
     register behind each addition.
-
-    Parameters
-    ----------
-    first, second : ShapeLike
-        Shapes of the factors.
-    shift : int
-        Low bits of the product to be left out, 18 at most.
 
     Attributes
     ----------
@@ -41,27 +33,22 @@ class WideMultiplier(wiring.Component):
     second : In(second)
     product : Out(Shape)
         ``first * second >> shift``. It has a sign if a factor has one.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If ``shift`` is not an integer, or out of its range.
     """
 
-    def __init__(self, first, second, shift=0):
-        check_integer("Shift", shift, 0, CELL_BITS)
-        self.shift = shift
-        shapes = Shape.cast(first), Shape.cast(second)
+    first_shape: Given("ShapeLike", "Shape of a factor.")
+    second_shape: Given("ShapeLike", "Shape of a factor.")
+    shift: Count(0, CELL_BITS, "Low bits of the product that are left out.") = 0
+
+    def interface(self):
+        shapes = Shape.cast(self.first_shape), Shape.cast(self.second_shape)
         self.multipliers = -(-shapes[0].width // CELL_BITS) * -(-shapes[1].width // CELL_BITS)
         self.latency = 1 + (self.multipliers - 1).bit_length()
-        width = shapes[0].width + shapes[1].width - shift
-        super().__init__(
-            {
-                "first": In(shapes[0]),
-                "second": In(shapes[1]),
-                "product": Out(Shape(width, shapes[0].signed or shapes[1].signed)),
-            }
-        )
+        width = shapes[0].width + shapes[1].width - self.shift
+        return {
+            "first": In(shapes[0]),
+            "second": In(shapes[1]),
+            "product": Out(Shape(width, shapes[0].signed or shapes[1].signed)),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -3,7 +3,6 @@
 
 import random
 
-import pytest
 from amaranth.sim import Simulator
 
 from pathgene.hdl.config import CheckerBuild, Config
@@ -344,8 +343,3 @@ def test_done_of_a_unit_that_is_off_does_nothing():
         assert ctx.get(dut.history) == 0x1
 
     simulate(bench)
-
-
-def test_wrong_config():
-    with pytest.raises(TypeError, match=r"^Config must be a Config, not None$"):
-        Control(None)

@@ -1,8 +1,6 @@
 # amaranth: UnusedElaboratable=no
 """The line counts bytes in both directions and raises `sending` during a reply."""
 
-import pytest
-
 from pathgene.hdl.link.line import Line
 from pathgene.hdl.protocol import StickyError
 from tests.support.gateware.chips import SMALL
@@ -73,16 +71,3 @@ def test_a_frame_that_is_too_short_is_malformed():
 
     simulate(dut, bench, background=[watch])
     assert errors == [StickyError.MALFORMED]
-
-
-def test_sizes():
-    line = Line(433, 2048)
-    assert (line.clocks_per_bit, line.receive_buffer) == (433, 2048)
-    with pytest.raises(TypeError, match=r"^Clocks per bit must be an integer, not 4\.0$"):
-        Line(4.0, 2048)
-    with pytest.raises(ValueError, match=r"^Clocks per bit must be from 4 to 65535, not 3$"):
-        Line(3, 2048)
-    for size in (4, 96, 1 << 16):
-        rule = f"^Receive buffer must be a power of two from 8 to 32768, not {size}$"
-        with pytest.raises(ValueError, match=rule):
-            Line(4, size)

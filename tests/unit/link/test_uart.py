@@ -183,15 +183,3 @@ def test_both_directions_of_one_uart():
 
     simulate(dut, send, background=[loop, watch(dut.received, received)])
     assert values(received) == BYTES
-
-
-@pytest.mark.parametrize("component", [UartReceiver, UartTransmitter])
-def test_refuses_a_divisor(component):
-    with pytest.raises(TypeError, match=r"^Clocks per bit must be an integer, not 4\.0$"):
-        component(4.0)
-    with pytest.raises(TypeError, match=r"^Clocks per bit must be an integer, not True$"):
-        component(True)
-    for value in (3, 65536):
-        rule = rf"^Clocks per bit must be from 4 to 65535, not {value}$"
-        with pytest.raises(ValueError, match=rule):
-            component(value)

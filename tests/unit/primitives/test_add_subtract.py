@@ -25,8 +25,3 @@ def test_every_sum_and_difference(width):
     simulator = Simulator(dut)
     simulator.add_testbench(bench)
     simulator.run()
-
-
-def test_rejects_other_widths():
-    with pytest.raises(ValueError, match=r"^Width must be 1 or more, not 0$"):
-        AddSubtract(0)

@@ -31,10 +31,3 @@ def test_word_of_so_many_steps_ago(steps, pauses):
 
     simulate(dut, bench)
     assert seen == [0] * steps + words[:-steps]
-
-
-def test_rejects_other_numbers_of_steps():
-    with pytest.raises(ValueError, match=r"^Steps must be 2 or more, not 1$"):
-        MemoryDelay(8, 1)
-    with pytest.raises(TypeError, match=r"^Steps must be an integer, not None$"):
-        MemoryDelay(8, None)

@@ -21,7 +21,7 @@ STEPS = [
 
 def test_random_steps():
     """Requests at random, at most one per state; requests of other states have no effect."""
-    dut = OneHotSequencer(ChipState.LISTEN, STEPS, history=8, history_entry_bits=4)
+    dut = OneHotSequencer(ChipState.LISTEN, STEPS, history_length=8, history_entry_bits=4)
     seen = set()
 
     async def bench(ctx):
@@ -57,10 +57,10 @@ def sequencer(**changes):
 
 
 def test_sizes_are_checked():
-    assert sequencer(history=1, history_entry_bits=3).history.shape().width == 3
+    assert sequencer(history_length=1, history_entry_bits=3).history.shape().width == 3
     for changes, error, message in (
-        ({"history": 0}, ValueError, "History must be 1 or more, not 0"),
-        ({"history": "8"}, TypeError, "History must be an integer, not '8'"),
+        ({"history_length": 0}, ValueError, "History must be 1 or more, not 0"),
+        ({"history_length": "8"}, TypeError, "History must be an integer, not '8'"),
         ({"history_entry_bits": 2}, ValueError, "History entry width must be 3 or more, not 2"),
         ({"initial": 0}, TypeError, "Initial state must be a member of an IntEnum, not 0"),
         (

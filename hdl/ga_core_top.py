@@ -1,27 +1,22 @@
 """Genetic core with its control unit: a top for simulation and other chips."""
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.lib.wiring import Out, connect
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.control import Control
 from pathgene.hdl.ga_core.core import PaperCore
+from pathgene.hdl.primitives.unit import InstanceOf, Unit
 
 
 __all__ = ["PaperCoreTop"]
 
 
-class PaperCoreTop(wiring.Component):
+class PaperCoreTop(Unit):
     """Genetic core under the control unit of the chip, without link, command units and checker.
 
     The logic around it receives commands, checks paths and answers in their place: see
     :class:`pathgene.hdl.control.Control`.
-
-    Parameters
-    ----------
-    config : Config
-        Of a chip with a genetic core.
 
     Members
     -------
@@ -30,33 +25,22 @@ class PaperCoreTop(wiring.Component):
         :class:`pathgene.hdl.control.Control`, except the two that connect them.
     ranked : Out(1)
         A whole ranking is processed: a generation may start.
-
-    Raises
-    ------
-    TypeError
-        If ``config`` is not a Config.
-    ValueError
-        If its chip has no genetic core.
     """
 
-    def __init__(self, config: Config):
-        if not isinstance(config, Config):
-            raise TypeError(f"Config must be a Config, not {config!r}")
+    config: InstanceOf(Config)
+
+    def interface(self):
+        config = self.config
         if not config.paper_core:
             raise ValueError(f"Config.core must be paper for the paper core, not {config.core}")
-
-        self.config = config
         self._control = Control(config)
         self._core = PaperCore(config)
-        super().__init__(
-            {"ranked": Out(1)}
-            | {
-                name: member
-                for unit in (self._control, self._core)
-                for name, member in unit.signature.members.items()
-                if name not in ("control", "core")
-            }
-        )
+        return {"ranked": Out(1)} | {
+            name: member
+            for unit in (self._control, self._core)
+            for name, member in unit.signature.members.items()
+            if name not in ("control", "core")
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,30 +1,22 @@
 """Read index of a child, with the mutation that is pending there."""
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.config import MutationKind
 from pathgene.hdl.ga_core.chromosome import ReadIndex, pending_layout, source_layout
-from pathgene.hdl.primitives.arguments import check_integer
 from pathgene.hdl.primitives.multiplexer import one_hot_multiplex
+from pathgene.hdl.primitives.unit import Count, Given, Unit
 
 
 __all__ = ["ChildIndex"]
 
 
-class ChildIndex(wiring.Component):
+class ChildIndex(Unit):
     """Read index of a child: knows its length, its middle and its pending mutation.
 
     The middle of a child is not that of the slot, and its mutation is made when it is read, so
     each child has an index. One index serves all paths that lie in order.
-
-    Parameters
-    ----------
-    kinds : sequence of MutationKind
-        Kind of each mutator, one or more; those that make a new waypoint come first.
-    min_waypoints, max_waypoints : int
-        Waypoints of the shortest path, 1 or more, and of the longest, 3 or more.
 
     Members
     -------
@@ -46,37 +38,32 @@ class ChildIndex(wiring.Component):
     rewritten_length : In(range(max_waypoints + 1))
     length : Out(range(max_waypoints + 1))
         Length of the path, with its mutation. ``min_waypoints`` after reset.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter has the wrong kind, or is out of its range.
     """
 
-    def __init__(self, kinds, *, min_waypoints, max_waypoints):
-        self.kinds = tuple(MutationKind(kind) for kind in kinds)
-        check_integer("Min waypoints", min_waypoints, 1)
-        check_integer("Max waypoints", max_waypoints, 3)
+    kinds: Given(
+        "sequence of MutationKind",
+        "Kind of each mutator, one or more; those that make a new waypoint come first.",
+    )
+    min_waypoints: Count(1, text="Waypoints of the shortest path.")
+    max_waypoints: Count(3, text="Waypoints of the longest path.")
 
-        self.min_waypoints = min_waypoints
-        self.max_waypoints = max_waypoints
+    def interface(self):
+        self.kinds = tuple(MutationKind(kind) for kind in self.kinds)
         self.patch_count = sum(kind is not MutationKind.DELETE for kind in self.kinds)
-        length = range(max_waypoints + 1)
-        super().__init__(
-            {
-                "advance": In(1),
-                "position": In(range(max_waypoints)),
-                "source": Out(source_layout(max_waypoints, self.patch_count)),
-                "bred_head": In(range(max_waypoints // 2 + 1)),
-                "bred_length": In(length),
-                "applied": In(len(self.kinds)),
-                "indices": In(range(max_waypoints)).array(len(self.kinds)),
-                "update": In(1),
-                "rewrite": In(1),
-                "rewritten_length": In(length),
-                "length": Out(length, init=min_waypoints),
-            }
-        )
+        length = range(self.max_waypoints + 1)
+        return {
+            "advance": In(1),
+            "position": In(range(self.max_waypoints)),
+            "source": Out(source_layout(self.max_waypoints, self.patch_count)),
+            "bred_head": In(range(self.max_waypoints // 2 + 1)),
+            "bred_length": In(length),
+            "applied": In(len(self.kinds)),
+            "indices": In(range(self.max_waypoints)).array(len(self.kinds)),
+            "update": In(1),
+            "rewrite": In(1),
+            "rewritten_length": In(length),
+            "length": Out(length, init=self.min_waypoints),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -4,8 +4,8 @@ from amaranth import *
 from amaranth.lib import data, memory, wiring
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.primitives.arguments import check_integer
 from pathgene.hdl.primitives.multiplexer import multiplex, one_hot_multiplex
+from pathgene.hdl.primitives.unit import Count, Unit, Width
 
 
 __all__ = [
@@ -65,18 +65,11 @@ def source_layout(max_waypoints: int, patch_count: int) -> data.StructLayout:
     )
 
 
-class ReadIndex(wiring.Component):
+class ReadIndex(Unit):
     """Finds the source of each waypoint of a path. A pending mutation changes the source only.
 
     ``source`` belongs to the ``position`` of the latest cycle with ``advance``, and to ``head`` and
     ``pending`` of the cycle before. It is undefined for positions past the end of the path.
-
-    Parameters
-    ----------
-    max_waypoints : int
-        Waypoints of the longest path, 3 or more.
-    patch_count : int
-        New waypoints of the children, 1 or more.
 
     Members
     -------
@@ -86,28 +79,19 @@ class ReadIndex(wiring.Component):
         Number of waypoints in the head; the others lie in the tail.
     pending : In(pending_layout)
     source : Out(source_layout)
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, *, max_waypoints, patch_count):
-        check_integer("Max waypoints", max_waypoints, 3)
-        check_integer("Patch count", patch_count, 1)
+    max_waypoints: Count(3, text="Waypoints of the longest path.")
+    patch_count: Count(1, text="New waypoints of the children.")
 
-        self.max_waypoints = max_waypoints
-        self.patch_count = patch_count
-        super().__init__(
-            {
-                "advance": In(1),
-                "position": In(range(max_waypoints)),
-                "head": In(range(max_waypoints // 2 + 1)),
-                "pending": In(pending_layout(max_waypoints, patch_count)),
-                "source": Out(source_layout(max_waypoints, patch_count)),
-            }
-        )
+    def interface(self):
+        return {
+            "advance": In(1),
+            "position": In(range(self.max_waypoints)),
+            "head": In(range(self.max_waypoints // 2 + 1)),
+            "pending": In(pending_layout(self.max_waypoints, self.patch_count)),
+            "source": Out(source_layout(self.max_waypoints, self.patch_count)),
+        }
 
     def elaborate(self, platform):
         m = Module()
@@ -175,22 +159,13 @@ class ReadIndex(wiring.Component):
         return m
 
 
-class Chromosome(wiring.Component):
+class Chromosome(Unit):
     """Holds the waypoints of one slot, in two halves of two banks each: LUT RAM on the target.
 
     While one bank is read, the other can be written, both halves at once. ``waypoint`` belongs to
     the ``source`` of the latest cycle with ``advance``. A write in the same cycle does not show.
 
     The memories are zero when the chip is configured; a later reset does not change them.
-
-    Parameters
-    ----------
-    waypoint_bits : int
-        Width of a waypoint.
-    max_waypoints : int
-        Waypoints of the longest path, 3 or more.
-    patch_count : int
-        New waypoints of the children, 1 or more.
 
     Members
     -------
@@ -205,33 +180,23 @@ class Chromosome(wiring.Component):
         The bank written.
     head, tail : In(half_signature)
         Writes to the halves.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, *, waypoint_bits, max_waypoints, patch_count):
-        check_integer("Waypoint width", waypoint_bits, 1)
-        check_integer("Max waypoints", max_waypoints, 3)
-        check_integer("Patch count", patch_count, 1)
+    waypoint_bits: Width(1)
+    max_waypoints: Count(3, text="Waypoints of the longest path.")
+    patch_count: Count(1, text="New waypoints of the children.")
 
-        self.waypoint_bits = waypoint_bits
-        self.max_waypoints = max_waypoints
-        self.patch_count = patch_count
-        super().__init__(
-            {
-                "advance": In(1),
-                "bank": In(1),
-                "source": In(source_layout(max_waypoints, patch_count)),
-                "patches": In(waypoint_bits).array(patch_count),
-                "waypoint": Out(waypoint_bits),
-                "written": In(1),
-                "head": In(half_signature(waypoint_bits, max_waypoints)),
-                "tail": In(half_signature(waypoint_bits, max_waypoints)),
-            }
-        )
+    def interface(self):
+        return {
+            "advance": In(1),
+            "bank": In(1),
+            "source": In(source_layout(self.max_waypoints, self.patch_count)),
+            "patches": In(self.waypoint_bits).array(self.patch_count),
+            "waypoint": Out(self.waypoint_bits),
+            "written": In(1),
+            "head": In(half_signature(self.waypoint_bits, self.max_waypoints)),
+            "tail": In(half_signature(self.waypoint_bits, self.max_waypoints)),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,7 +1,7 @@
 """Genetic core: the population, the random draws, and one generation at a time."""
 
 from amaranth import *
-from amaranth.lib import stream, wiring
+from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from pathgene.hdl.config import CheckerBuild, Config
@@ -20,12 +20,13 @@ from pathgene.hdl.layouts import (
 )
 from pathgene.hdl.primitives.assign import assign_each
 from pathgene.hdl.primitives.skid_buffer import SkidBuffer
+from pathgene.hdl.primitives.unit import InstanceOf, Unit
 
 
 __all__ = ["PaperCore"]
 
 
-class PaperCore(wiring.Component):
+class PaperCore(Unit):
     """Paper core. With a control unit, it equals ``PaperCore`` in every cycle.
 
     A generation takes as many cycles as the longest path kept or bred has waypoints, plus 4: 20 for
@@ -44,11 +45,6 @@ class PaperCore(wiring.Component):
     read.
 
     Source: *allaire-2008*, section 4.
-
-    Parameters
-    ----------
-    config : Config
-        Sizes of the chip.
 
     Members
     -------
@@ -80,18 +76,12 @@ class PaperCore(wiring.Component):
         Only with a map: see
         :class:`pathgene.hdl.ga_core.terrain_aware_sampler.TerrainAwareSampler`. Used only while a
         generation runs.
-
-    Raises
-    ------
-    TypeError
-        If ``config`` is not a Config.
     """
 
-    def __init__(self, config: Config):
-        if not isinstance(config, Config):
-            raise TypeError(f"Config must be a Config, not {config!r}")
+    config: InstanceOf(Config)
 
-        self.config = config
+    def interface(self):
+        config = self.config
         self.has_map = config.checker is not CheckerBuild.NONE
         lookup = {
             "lookup_valid": Out(1),
@@ -99,27 +89,25 @@ class PaperCore(wiring.Component):
             "lookup_y": Out(config.coordinate_bits),
             "lookup_altitude": In(config.altitude_bits),
         }
-        super().__init__(
-            {
-                "start_requests": In(stream.Signature(start_layout(config))),
-                "writes": In(
-                    stream.Signature(
-                        write_layout(config.slot_bits, config.index_bits, config.waypoint_bits)
-                    )
-                ),
-                "ranking": In(stream.Signature(ranking_layout(config.slot_bits))),
-                "control": In(generation_signature(config)),
-                "reads": In(stream.Signature(read_layout(config.slot_bits))),
-                "waypoints": Out(stream.Signature(waypoint_layout(config.waypoint_bits))),
-                "parents": Out(config.slot_bits).array(config.crossovers),
-                "survivors": Out(config.slot_bits).array(config.survivors),
-                "mutations": Out(mutation_layout(config.children, config.max_waypoints)).array(
-                    config.mutators
-                ),
-                "patches": Out(config.waypoint_bits).array(config.patches),
-                **(lookup if self.has_map else {}),
-            }
-        )
+        return {
+            "start_requests": In(stream.Signature(start_layout(config))),
+            "writes": In(
+                stream.Signature(
+                    write_layout(config.slot_bits, config.index_bits, config.waypoint_bits)
+                )
+            ),
+            "ranking": In(stream.Signature(ranking_layout(config.slot_bits))),
+            "control": In(generation_signature(config)),
+            "reads": In(stream.Signature(read_layout(config.slot_bits))),
+            "waypoints": Out(stream.Signature(waypoint_layout(config.waypoint_bits))),
+            "parents": Out(config.slot_bits).array(config.crossovers),
+            "survivors": Out(config.slot_bits).array(config.survivors),
+            "mutations": Out(mutation_layout(config.children, config.max_waypoints)).array(
+                config.mutators
+            ),
+            "patches": Out(config.waypoint_bits).array(config.patches),
+            **(lookup if self.has_map else {}),
+        }
 
     def elaborate(self, platform):
         m = Module()

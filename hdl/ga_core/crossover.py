@@ -5,7 +5,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.ga_core.chromosome import half_signature
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Count, Unit, Width
 
 
 __all__ = ["Crossover", "parent_signature", "parents_of"]
@@ -25,7 +25,7 @@ def parents_of(child: int, crossovers: int) -> tuple[int, int]:
     return (second, first) if child % 2 else (first, second)
 
 
-class Crossover(wiring.Component):
+class Crossover(Unit):
     """Breeds two children of two parents.
 
     The parents pass in lock step, one waypoint of each per cycle. Those before the middle of a
@@ -35,13 +35,6 @@ class Crossover(wiring.Component):
     cycles.
 
     Source: *allaire-2008*, section 4.5.
-
-    Parameters
-    ----------
-    waypoint_bits : int
-        Width of a waypoint.
-    max_waypoints : int
-        Waypoints of the longest path, 3 or more.
 
     Members
     -------
@@ -55,30 +48,21 @@ class Crossover(wiring.Component):
         second; the second child gets the others. Combinational. ``valid`` and ``at`` depend on
         ``on``, ``position`` and the lengths alone, so they can be computed before the waypoints
         arrive.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, waypoint_bits, max_waypoints):
-        check_integer("Waypoint width", waypoint_bits, 1)
-        check_integer("Max waypoints", max_waypoints, 3)
+    waypoint_bits: Width(1)
+    max_waypoints: Count(3, text="Waypoints of the longest path.")
 
-        self.waypoint_bits = waypoint_bits
-        self.max_waypoints = max_waypoints
-        parent = parent_signature(waypoint_bits, max_waypoints)
-        half = half_signature(waypoint_bits, max_waypoints)
-        super().__init__(
-            {
-                "on": In(1),
-                "position": In(range(max_waypoints)),
-                "parents": In(parent).array(2),
-                "heads": Out(half).array(2),
-                "tails": Out(half).array(2),
-            }
-        )
+    def interface(self):
+        parent = parent_signature(self.waypoint_bits, self.max_waypoints)
+        half = half_signature(self.waypoint_bits, self.max_waypoints)
+        return {
+            "on": In(1),
+            "position": In(range(self.max_waypoints)),
+            "parents": In(parent).array(2),
+            "heads": Out(half).array(2),
+            "tails": Out(half).array(2),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,16 +1,17 @@
 """Draws of different numbers, one per cycle, without rejection."""
 
 from amaranth import *
-from amaranth.lib import data, wiring
+from amaranth.lib import data
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.primitives.multiplier import Multiplier
+from pathgene.hdl.primitives.unit import Choice, Count, Flag, Unit, Width
 
 
 __all__ = ["DistinctDraw"]
 
 
-class DistinctDraw(wiring.Component):
+class DistinctDraw(Unit):
     """Draws ``count`` different numbers of ``total``, every ordered choice as likely as any other.
 
     Draw ``k`` picks ``d``, uniform below ``total - k``, among the numbers left, counted upwards:
@@ -22,21 +23,6 @@ class DistinctDraw(wiring.Component):
     One draw is accepted per cycle; its number is the last in ``numbers`` :attr:`LATENCY` cycles
     later. A reset does not reach this unit: its user clears it after one.
 
-    Parameters
-    ----------
-    total : int
-        Numbers to draw from, 2 or more.
-    count : int
-        Draws between two clears, 1..total.
-    draw_bits : int
-        Width of a raw draw, 2 or more. ``d`` is ``bits * (total - k) >> draw_bits``.
-    first : int
-        The lowest number, 0 or more; the highest is ``first + total - 1``.
-    best_of : int
-        Raw draws for one number, 1 or 2: the smaller ``d`` counts.
-    multiplies : bool
-        The platform's multiplier cells make the products, if it has some; otherwise logic does.
-
     Members
     -------
     clear : In(1)
@@ -47,42 +33,27 @@ class DistinctDraw(wiring.Component):
         Uniform raw draws.
     numbers : Out(data.ArrayLayout(range(first + total), count))
         The latest ``count`` numbers, the oldest first. Registers.
-
-    Raises
-    ------
-    ValueError
-        If a parameter is out of its range.
     """
+
+    total: Count(2, text="Numbers to draw from.")
+    count: Count(1, "total", "Draws between two clears.")
+    draw_bits: Width(2, text="``d`` is ``bits * (total - k) >> draw_bits``.")
+    first: Count(0, text="The highest number is ``first + total - 1``.", name="First number") = 0
+    best_of: Choice(1, 2, text="The smaller ``d`` counts.", name="Draws for one number") = 1
+    multiplies: Flag(
+        "The platform's multiplier cells make the products, if it has some; otherwise logic does."
+    ) = False
 
     #: Cycles from a draw to its number.
     LATENCY = 5
 
-    def __init__(self, *, total, count, draw_bits, first=0, best_of=1, multiplies=False):
-        if total < 2:
-            raise ValueError(f"Total must be 2 or more, not {total!r}")
-        if not 1 <= count <= total:
-            raise ValueError(f"Count must be from 1 to {total}, not {count!r}")
-        if draw_bits < 2:
-            raise ValueError(f"Width of a draw must be 2 bits or more, not {draw_bits!r}")
-        if first < 0:
-            raise ValueError(f"First number must be 0 or more, not {first!r}")
-        if best_of not in (1, 2):
-            raise ValueError(f"Draws for one number must be 1 or 2, not {best_of!r}")
-
-        self.total = total
-        self.count = count
-        self.draw_bits = draw_bits
-        self.first = first
-        self.best_of = best_of
-        self.multiplies = multiplies
-        super().__init__(
-            {
-                "clear": In(1),
-                "take": In(1),
-                "bits": In(data.ArrayLayout(draw_bits, best_of)),
-                "numbers": Out(data.ArrayLayout(range(first + total), count)),
-            }
-        )
+    def interface(self):
+        return {
+            "clear": In(1),
+            "take": In(1),
+            "bits": In(data.ArrayLayout(self.draw_bits, self.best_of)),
+            "numbers": Out(data.ArrayLayout(range(self.first + self.total), self.count)),
+        }
 
     def elaborate(self, platform):
         m = Module()

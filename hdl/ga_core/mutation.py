@@ -1,7 +1,7 @@
 """Mutation unit: perturbs, inserts and deletes waypoints of children while they are bred."""
 
 from amaranth import *
-from amaranth.lib import data, wiring
+from amaranth.lib import data
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.config import CheckerBuild, Config, MutationKind
@@ -10,6 +10,7 @@ from pathgene.hdl.ga_core.mutation_plan import MutationPlan
 from pathgene.hdl.ga_core.mutator import Mutator
 from pathgene.hdl.ga_core.terrain_aware_sampler import TerrainAwareSampler
 from pathgene.hdl.ga_core.waypoint_perturber import WaypointPerturber
+from pathgene.hdl.primitives.unit import InstanceOf, Unit
 from pathgene.hdl.protocol.random_words import RandomWordLayout
 
 
@@ -28,7 +29,7 @@ _MAP_OUTPUTS = (
 )
 
 
-class Mutation(wiring.Component):
+class Mutation(Unit):
     """All mutators of the chip, which work at the same time.
 
     They plan before a generation: ``planned`` is high :attr:`latency` cycles after ``start``. A
@@ -44,10 +45,6 @@ class Mutation(wiring.Component):
     applied, and counted in ``left_out``.
 
     Source: *allaire-2008*, section 4.6.
-
-    Parameters
-    ----------
-    config : Config
 
     Members
     -------
@@ -103,18 +100,12 @@ class Mutation(wiring.Component):
     latency : int
         Cycles from ``start`` to ``planned``. With a map, there are as many more as the population
         is not ``settled`` after the planning.
-
-    Raises
-    ------
-    TypeError
-        If ``config`` is not a Config.
     """
 
-    def __init__(self, config):
-        if not isinstance(config, Config):
-            raise TypeError(f"Config must be a Config, not {config!r}")
+    config: InstanceOf(Config)
 
-        self.config = config
+    def interface(self):
+        config = self.config
         self.avoids_ground = config.checker is not CheckerBuild.NONE
         self.limits_layout = limits_layout(config.coordinate_bits, config.altitude_bits)
         self.offset_layout = offset_layout(config.box_cells, config.box_steps)
@@ -144,25 +135,23 @@ class Mutation(wiring.Component):
                 "carrying": In(1),
                 "position": In(config.index_bits),
             }
-        super().__init__(
-            {
-                "start": In(1),
-                "clear": In(1),
-                "children": In(data.ArrayLayout(config.child_bits, config.mutators)),
-                "draws": In(data.ArrayLayout(RandomWordLayout.OFFSET_BITS, config.mutators)),
-                "lengths": In(config.length_bits).array(config.crossovers),
-                "planned": Out(1),
-                "limits": In(self.limits_layout),
-                "waypoints": In(config.waypoint_bits).array(config.crossovers),
-                "on": In(1),
-                "done": Out(1),
-                "results": Out(record).array(config.mutators),
-                "mutations": Out(record).array(config.mutators),
-                "patches": Out(config.waypoint_bits).array(config.patches),
-                "refused": Out(range(config.mutators + 1)),
-                **members,
-            }
-        )
+        return {
+            "start": In(1),
+            "clear": In(1),
+            "children": In(data.ArrayLayout(config.child_bits, config.mutators)),
+            "draws": In(data.ArrayLayout(RandomWordLayout.OFFSET_BITS, config.mutators)),
+            "lengths": In(config.length_bits).array(config.crossovers),
+            "planned": Out(1),
+            "limits": In(self.limits_layout),
+            "waypoints": In(config.waypoint_bits).array(config.crossovers),
+            "on": In(1),
+            "done": Out(1),
+            "results": Out(record).array(config.mutators),
+            "mutations": Out(record).array(config.mutators),
+            "patches": Out(config.waypoint_bits).array(config.patches),
+            "refused": Out(range(config.mutators + 1)),
+            **members,
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,12 +1,12 @@
 """Plans of the mutators: child, waypoint, and where that waypoint passes."""
 
 from amaranth import *
-from amaranth.lib import data, wiring
+from amaranth.lib import data
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import ceil_log2
 
-from pathgene.hdl.primitives.arguments import check_integer
 from pathgene.hdl.primitives.multiplexer import multiplex, one_hot_multiplex
+from pathgene.hdl.primitives.unit import Count, Unit
 from pathgene.hdl.protocol.random_words import RandomWordLayout
 
 
@@ -30,20 +30,11 @@ def plan_layout(crossovers: int, max_waypoints: int) -> data.StructLayout:
     )
 
 
-class MutationPlan(wiring.Component):
+class MutationPlan(Unit):
     """Plans the mutators' work, one mutator per cycle, from the draws and the parents' lengths.
 
     It is a pipeline, so one multiplier and one multiplexer of lengths serve all mutators. The plan
     of mutator ``i`` is valid ``i + 8`` cycles after ``start``.
-
-    Parameters
-    ----------
-    mutators : int
-        Mutators, 1 or more.
-    crossovers : int
-        Crossover modules, 2 or more. Each has a parent and breeds two children.
-    max_waypoints : int
-        Waypoints of the longest path, 3 or more.
 
     Members
     -------
@@ -61,38 +52,28 @@ class MutationPlan(wiring.Component):
     number : Out(range(mutators))
         While ``valid``: the mutator that ``plan`` belongs to.
     plan : Out(plan_layout)
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
+
+    mutators: Count(1)
+    crossovers: Count(2, text="Crossover modules. Each has a parent and breeds two children.")
+    max_waypoints: Count(3, text="Waypoints of the longest path.")
 
     @staticmethod
     def latency_of(mutators: int) -> int:
         """Return the cycles from ``start`` to the last plan."""
         return mutators + 7
 
-    def __init__(self, *, mutators, crossovers, max_waypoints):
-        check_integer("Mutators", mutators, 1)
-        check_integer("Crossovers", crossovers, 2)
-        check_integer("Max waypoints", max_waypoints, 3)
-
-        self.mutators = mutators
-        self.crossovers = crossovers
-        self.max_waypoints = max_waypoints
-        super().__init__(
-            {
-                "start": In(1),
-                "clear": In(1),
-                "children": In(data.ArrayLayout(range(2 * crossovers), mutators)),
-                "draws": In(data.ArrayLayout(RandomWordLayout.OFFSET_BITS, mutators)),
-                "lengths": In(range(max_waypoints + 1)).array(crossovers),
-                "valid": Out(1),
-                "number": Out(range(mutators)),
-                "plan": Out(plan_layout(crossovers, max_waypoints)),
-            }
-        )
+    def interface(self):
+        return {
+            "start": In(1),
+            "clear": In(1),
+            "children": In(data.ArrayLayout(range(2 * self.crossovers), self.mutators)),
+            "draws": In(data.ArrayLayout(RandomWordLayout.OFFSET_BITS, self.mutators)),
+            "lengths": In(range(self.max_waypoints + 1)).array(self.crossovers),
+            "valid": Out(1),
+            "number": Out(range(self.mutators)),
+            "plan": Out(plan_layout(self.crossovers, self.max_waypoints)),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,32 +1,21 @@
 """Mutator: the plan of one mutation, and its result."""
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.config import MutationKind
 from pathgene.hdl.ga_core.layouts import mutation_layout
 from pathgene.hdl.ga_core.mutation_plan import plan_layout
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Count, Given, Unit, Width
 
 
 __all__ = ["Mutator"]
 
 
-class Mutator(wiring.Component):
+class Mutator(Unit):
     """Keeps its plan, and records at the end of a mutation whether it was applied.
 
     Source: *allaire-2008*, section 4.6.
-
-    Parameters
-    ----------
-    kind : MutationKind
-    crossovers : int
-        Crossover modules, 2 or more. Each has a parent and breeds two children.
-    waypoint_bits : int
-        Width of a waypoint.
-    min_waypoints, max_waypoints : int
-        Waypoints of the shortest path, 1 or more, and of the longest, 3 or more.
 
     Members
     -------
@@ -50,43 +39,33 @@ class Mutator(wiring.Component):
         Result of the latest mutation. Like ``patch``, it changes with ``store`` only.
     patch : Out(waypoint_bits)
         New waypoint of the latest mutation, or 0 if that was not applied.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, kind, *, crossovers, waypoint_bits, min_waypoints, max_waypoints):
-        self.kind = MutationKind(kind)
-        check_integer("Crossovers", crossovers, 2)
-        check_integer("Waypoint width", waypoint_bits, 1)
-        check_integer("Min waypoints", min_waypoints, 1)
-        check_integer("Max waypoints", max_waypoints, 3)
+    kind: Given("MutationKind")
+    crossovers: Count(2, text="Crossover modules. Each has a parent and breeds two children.")
+    waypoint_bits: Width(1)
+    min_waypoints: Count(1, text="Waypoints of the shortest path.")
+    max_waypoints: Count(3, text="Waypoints of the longest path.")
 
-        self.crossovers = crossovers
-        self.waypoint_bits = waypoint_bits
-        self.min_waypoints = min_waypoints
-        self.max_waypoints = max_waypoints
-        plan = plan_layout(crossovers, max_waypoints)
-        record = mutation_layout(2 * crossovers, max_waypoints)
+    def interface(self):
+        self.kind = MutationKind(self.kind)
+        plan = plan_layout(self.crossovers, self.max_waypoints)
+        record = mutation_layout(2 * self.crossovers, self.max_waypoints)
         patch = {
             "made": In(1),
-            "waypoint": In(waypoint_bits),
-            "patch": Out(waypoint_bits),
+            "waypoint": In(self.waypoint_bits),
+            "patch": Out(self.waypoint_bits),
         }
-        super().__init__(
-            {
-                "planned": In(1),
-                "plan": In(plan),
-                "kept": Out(plan),
-                "allowed": Out(1),
-                "result": Out(record),
-                "store": In(1),
-                "record": Out(record),
-                **({} if self.kind is MutationKind.DELETE else patch),
-            }
-        )
+        return {
+            "planned": In(1),
+            "plan": In(plan),
+            "kept": Out(plan),
+            "allowed": Out(1),
+            "result": Out(record),
+            "store": In(1),
+            "record": Out(record),
+            **({} if self.kind is MutationKind.DELETE else patch),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,28 +1,20 @@
 """Copier of a path that is kept."""
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.ga_core.chromosome import half_signature
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Count, Unit, Width
 
 
 __all__ = ["PathCopier"]
 
 
-class PathCopier(wiring.Component):
+class PathCopier(Unit):
     """Writes a path that passes through a port to a slot, in order.
 
     ``valid`` and ``at`` belong to the next waypoint and depend on ``on``, ``position`` and
     ``length`` alone; ``waypoint`` is the one that passes now.
-
-    Parameters
-    ----------
-    waypoint_bits : int
-        Width of a waypoint.
-    max_waypoints : int
-        Waypoints of the longest path, 3 or more.
 
     Members
     -------
@@ -35,30 +27,21 @@ class PathCopier(wiring.Component):
     waypoint : In(waypoint_bits)
     head, tail : Out(half_signature)
         Combinational.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, waypoint_bits, max_waypoints):
-        check_integer("Waypoint width", waypoint_bits, 1)
-        check_integer("Max waypoints", max_waypoints, 3)
+    waypoint_bits: Width(1)
+    max_waypoints: Count(3, text="Waypoints of the longest path.")
 
-        self.waypoint_bits = waypoint_bits
-        self.max_waypoints = max_waypoints
-        half = half_signature(waypoint_bits, max_waypoints)
-        super().__init__(
-            {
-                "on": In(1),
-                "position": In(range(max_waypoints)),
-                "length": In(range(max_waypoints + 1)),
-                "waypoint": In(waypoint_bits),
-                "head": Out(half),
-                "tail": Out(half),
-            }
-        )
+    def interface(self):
+        half = half_signature(self.waypoint_bits, self.max_waypoints)
+        return {
+            "on": In(1),
+            "position": In(range(self.max_waypoints)),
+            "length": In(range(self.max_waypoints + 1)),
+            "waypoint": In(self.waypoint_bits),
+            "head": Out(half),
+            "tail": Out(half),
+        }
 
     def elaborate(self, platform):
         m = Module()

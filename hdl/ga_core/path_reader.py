@@ -1,17 +1,17 @@
 """Reader of paths for the host, one waypoint at a time."""
 
 from amaranth import *
-from amaranth.lib import stream, wiring
+from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.layouts import read_layout, waypoint_layout
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Count, Unit, Width
 
 
 __all__ = ["PathReader"]
 
 
-class PathReader(wiring.Component):
+class PathReader(Unit):
     """Turns the lock-step reading of the population into a stream of one path after another.
 
     It rewinds the reading before each path and after the last. A step moves the next waypoint of
@@ -19,15 +19,6 @@ class PathReader(wiring.Component):
 
     A waypoint that is not transferred moves aside, so that one more fits. A step thus does not
     depend on ``waypoints.ready`` of the same cycle, which would have to reach the whole population.
-
-    Parameters
-    ----------
-    slot_bits : int
-        Width of the number of a slot.
-    waypoint_bits : int
-        Width of a waypoint.
-    max_waypoints : int
-        Waypoints of the longest path, 3 or more.
 
     Members
     -------
@@ -48,35 +39,25 @@ class PathReader(wiring.Component):
     steps : Out(1)
         It steps in the next cycle.
     waypoint : In(waypoint_bits)
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, *, slot_bits, waypoint_bits, max_waypoints):
-        self.slot_bits = slot_bits
-        self.waypoint_bits = waypoint_bits
-        check_integer("Slot width", slot_bits, 1)
-        check_integer("Waypoint width", waypoint_bits, 1)
-        check_integer("Max waypoints", max_waypoints, 3)
+    slot_bits: Width(1)
+    waypoint_bits: Width(1)
+    max_waypoints: Count(3, text="Waypoints of the longest path.")
 
-        self.max_waypoints = max_waypoints
-        super().__init__(
-            {
-                "reads": In(stream.Signature(read_layout(slot_bits))),
-                "allow": In(1),
-                "waypoints": Out(stream.Signature(waypoint_layout(waypoint_bits))),
-                "active": Out(1),
-                "slot": Out(slot_bits),
-                "length": In(range(max_waypoints + 1)),
-                "rewind": Out(1),
-                "primes": In(1),
-                "steps": Out(1),
-                "waypoint": In(waypoint_bits),
-            }
-        )
+    def interface(self):
+        return {
+            "reads": In(stream.Signature(read_layout(self.slot_bits))),
+            "allow": In(1),
+            "waypoints": Out(stream.Signature(waypoint_layout(self.waypoint_bits))),
+            "active": Out(1),
+            "slot": Out(self.slot_bits),
+            "length": In(range(self.max_waypoints + 1)),
+            "rewind": Out(1),
+            "primes": In(1),
+            "steps": Out(1),
+            "waypoint": In(self.waypoint_bits),
+        }
 
     def elaborate(self, platform):
         m = Module()

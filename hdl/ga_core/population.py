@@ -1,7 +1,7 @@
 """The population: all chromosomes, which are read in lock step and updated in one cycle."""
 
 from amaranth import *
-from amaranth.lib import stream, wiring
+from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from pathgene.hdl.config import CheckerBuild, Config
@@ -20,6 +20,7 @@ from pathgene.hdl.layouts import read_layout, waypoint_layout, write_layout
 from pathgene.hdl.primitives.assign import assign_each
 from pathgene.hdl.primitives.fanout import fanout
 from pathgene.hdl.primitives.multiplexer import one_hot_multiplex
+from pathgene.hdl.primitives.unit import InstanceOf, Unit
 
 
 __all__ = ["Population"]
@@ -28,7 +29,7 @@ __all__ = ["Population"]
 _SLOTS_OF_PART = 4
 
 
-class Population(wiring.Component):
+class Population(Unit):
     """All chromosomes, and the ports through which their waypoints pass.
 
     The paths are read in lock step. After ``launch``, each port gets the next waypoint of its path
@@ -42,10 +43,6 @@ class Population(wiring.Component):
 
     Source: *allaire-2008*, section 4.4. Differs: children are written to their slots while elites
     and survivors are copied, so that the update is a change of banks.
-
-    Parameters
-    ----------
-    config : Config
 
     Members
     -------
@@ -88,50 +85,40 @@ class Population(wiring.Component):
         ``settled``, and stays high for all positions; the population is ``settled`` again 6 cycles
         after the last.
     peek_position : In(index_bits)
-
-    Raises
-    ------
-    TypeError
-        If ``config`` is not a Config.
     """
 
-    def __init__(self, config):
-        if not isinstance(config, Config):
-            raise TypeError(f"Config must be a Config, not {config!r}")
+    config: InstanceOf(Config)
 
-        self.config = config
+    def interface(self):
+        config = self.config
         self.kept = config.elites + config.survivors
         self.peeks_ahead = config.checker is not CheckerBuild.NONE
         ports = self.kept + config.crossovers
         carrier = carrier_layout(config.population, config.max_waypoints)
         mutation = mutation_layout(config.children, config.max_waypoints)
         peeks = {"peeks": In(1), "peek": In(1), "peek_position": In(config.index_bits)}
-        super().__init__(
-            {
-                "carried": In(carrier).array(ports),
-                "launch": In(1),
-                "waypoints": Out(config.waypoint_bits).array(ports),
-                "position": Out(config.index_bits),
-                "carrying": Out(1),
-                "done": Out(1),
-                "patches": In(config.waypoint_bits).array(config.patches),
-                "mutations": In(mutation).array(config.mutators),
-                "update": In(1),
-                "lengths": Out(config.length_bits, init=config.MIN_WAYPOINTS).array(
-                    config.population
-                ),
-                "settled": Out(1),
-                "allow": In(1),
-                "writes": In(
-                    stream.Signature(
-                        write_layout(config.slot_bits, config.index_bits, config.waypoint_bits)
-                    )
-                ),
-                "reads": In(stream.Signature(read_layout(config.slot_bits))),
-                "read_waypoints": Out(stream.Signature(waypoint_layout(config.waypoint_bits))),
-                **(peeks if self.peeks_ahead else {}),
-            }
-        )
+        return {
+            "carried": In(carrier).array(ports),
+            "launch": In(1),
+            "waypoints": Out(config.waypoint_bits).array(ports),
+            "position": Out(config.index_bits),
+            "carrying": Out(1),
+            "done": Out(1),
+            "patches": In(config.waypoint_bits).array(config.patches),
+            "mutations": In(mutation).array(config.mutators),
+            "update": In(1),
+            "lengths": Out(config.length_bits, init=config.MIN_WAYPOINTS).array(config.population),
+            "settled": Out(1),
+            "allow": In(1),
+            "writes": In(
+                stream.Signature(
+                    write_layout(config.slot_bits, config.index_bits, config.waypoint_bits)
+                )
+            ),
+            "reads": In(stream.Signature(read_layout(config.slot_bits))),
+            "read_waypoints": Out(stream.Signature(waypoint_layout(config.waypoint_bits))),
+            **(peeks if self.peeks_ahead else {}),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,27 +1,19 @@
 """Counter of the waypoints that pass the ports during a crossover."""
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Count, Unit
 
 
 __all__ = ["PositionCounter"]
 
 
-class PositionCounter(wiring.Component):
+class PositionCounter(Unit):
     """Counts positions until the longest path has passed.
 
     ``running`` and ``following`` lead the waypoints in the ports by a cycle. All outputs but
     ``goes_on`` are registers, since they reach the whole population.
-
-    Parameters
-    ----------
-    ports : int
-        Paths that pass at once, 1 or more.
-    max_waypoints : int
-        Waypoints of the longest path, 3 or more.
 
     Members
     -------
@@ -40,31 +32,22 @@ class PositionCounter(wiring.Component):
         ``running`` and ``following`` of the cycle before: the ports hold those waypoints.
     done : Out(1)
         High in the cycle after the last of ``running``.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, *, ports, max_waypoints):
-        check_integer("Ports", ports, 1)
-        check_integer("Max waypoints", max_waypoints, 3)
+    ports: Count(1, text="Paths that pass at once.")
+    max_waypoints: Count(3, text="Waypoints of the longest path.")
 
-        self.ports = ports
-        self.max_waypoints = max_waypoints
-        super().__init__(
-            {
-                "begin": In(1),
-                "lengths": In(range(max_waypoints + 1)).array(ports),
-                "goes_on": Out(1),
-                "running": Out(1),
-                "following": Out(range(max_waypoints)),
-                "carrying": Out(1),
-                "position": Out(range(max_waypoints)),
-                "done": Out(1),
-            }
-        )
+    def interface(self):
+        return {
+            "begin": In(1),
+            "lengths": In(range(self.max_waypoints + 1)).array(self.ports),
+            "goes_on": Out(1),
+            "running": Out(1),
+            "following": Out(range(self.max_waypoints)),
+            "carrying": Out(1),
+            "position": Out(range(self.max_waypoints)),
+            "done": Out(1),
+        }
 
     def elaborate(self, platform):
         m = Module()

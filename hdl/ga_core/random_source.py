@@ -1,17 +1,18 @@
 """The random source: Trivium generators side by side, 64 bits of each per step."""
 
 from amaranth import *
-from amaranth.lib import data, wiring
+from amaranth.lib import data
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import ceil_log2
 
+from pathgene.hdl.primitives.unit import Count, Unit
 from pathgene.hdl.protocol.random_words import LANES, SEED_BITS, WARM_UP_STEPS, WORD_BITS
 
 
 __all__ = ["RandomSource", "Trivium"]
 
 
-class Trivium(wiring.Component):
+class Trivium(Unit):
     """One generator: 288 bits of state, 64 steps of the cipher at once.
 
     The first of the 64 bits is the highest of ``word``; a path from state to state or to ``word``
@@ -20,11 +21,6 @@ class Trivium(wiring.Component):
     Source: De Canniere and Preneel, *Trivium specifications*, 2005. Equals
     :class:`pathgene.sim.model.random_source.Trivium` except for the warm-up, which is left to the
     user.
-
-    Parameters
-    ----------
-    iv : int
-        0..2**80 - 1, part of the loaded state.
 
     Members
     -------
@@ -36,24 +32,14 @@ class Trivium(wiring.Component):
         Advance.
     word : Out(64)
         Word of the step from the present state. Combinational.
-
-    Raises
-    ------
-    ValueError
-        If ``iv`` is out of range.
     """
+
+    iv: Count(0, "2**80 - 1", "Part of the loaded state.", name="IV")
 
     load: In(1)
     key: In(SEED_BITS)
     step: In(1)
     word: Out(WORD_BITS)
-
-    def __init__(self, iv):
-        if not isinstance(iv, int) or not 0 <= iv < 1 << 80:
-            raise ValueError(f"IV must be an integer from 0 to 2**80 - 1, not {iv!r}")
-
-        self.iv = iv
-        super().__init__()
 
     def elaborate(self, platform):
         m = Module()
@@ -87,7 +73,7 @@ class Trivium(wiring.Component):
         return m
 
 
-class RandomSource(wiring.Component):
+class RandomSource(Unit):
     """All lanes: lane ``i`` has the seed as its key and ``i`` as its IV.
 
     After ``load``, the source warms up by itself: it is ``ready`` again ``WARM_UP_STEPS + 1``, that

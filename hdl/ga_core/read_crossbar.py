@@ -1,11 +1,10 @@
 """The read ports of the population: each passes the waypoints of one slot."""
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.primitives.arguments import check_integer
 from pathgene.hdl.primitives.multiplexer import one_hot_multiplex_tree
+from pathgene.hdl.primitives.unit import Count, Unit, Width
 
 
 __all__ = ["ReadCrossbar"]
@@ -13,19 +12,10 @@ __all__ = ["ReadCrossbar"]
 _PORTS_OF_PART = 3
 
 
-class ReadCrossbar(wiring.Component):
+class ReadCrossbar(Unit):
     """One register per port, with a multiplexer of all slots: the largest unit of the chip.
 
     A port registers its choice too, since that reaches the whole multiplexer.
-
-    Parameters
-    ----------
-    ports : int
-        Ports, 1 or more.
-    population : int
-        Slots, 2 or more.
-    waypoint_bits : int
-        Width of a waypoint.
 
     Members
     -------
@@ -41,36 +31,26 @@ class ReadCrossbar(wiring.Component):
     written : In(waypoint_bits)
     waypoints : Out(waypoint_bits).array(ports)
         Waypoint that each port took in the cycle before; the first port, at its latest ``step``.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
+
+    ports: Count(1)
+    population: Count(2, text="Slots.")
+    waypoint_bits: Width(1)
 
     @staticmethod
     def parts_of(ports: int) -> int:
         """Return the number of parts into which the ports are divided for ``writing``."""
         return -(-ports // _PORTS_OF_PART)
 
-    def __init__(self, *, ports, population, waypoint_bits):
-        check_integer("Ports", ports, 1)
-        check_integer("Population", population, 2)
-        check_integer("Waypoint width", waypoint_bits, 1)
-
-        self.ports = ports
-        self.population = population
-        self.waypoint_bits = waypoint_bits
-        super().__init__(
-            {
-                "selects": In(population).array(ports),
-                "slots": In(waypoint_bits).array(population),
-                "step": In(1),
-                "writing": In(1).array(self.parts_of(ports)),
-                "written": In(waypoint_bits),
-                "waypoints": Out(waypoint_bits).array(ports),
-            }
-        )
+    def interface(self):
+        return {
+            "selects": In(self.population).array(self.ports),
+            "slots": In(self.waypoint_bits).array(self.population),
+            "step": In(1),
+            "writing": In(1).array(self.parts_of(self.ports)),
+            "written": In(self.waypoint_bits),
+            "waypoints": Out(self.waypoint_bits).array(self.ports),
+        }
 
     def elaborate(self, platform):
         m = Module()

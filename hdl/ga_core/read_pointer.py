@@ -1,11 +1,10 @@
 """Position of the lock-step reading of the population."""
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.primitives.arguments import check_integer
 from pathgene.hdl.primitives.fanout import fanout
+from pathgene.hdl.primitives.unit import Count, Flag, Unit
 
 
 __all__ = ["PEEK_LATENCY", "ReadPointer"]
@@ -14,21 +13,12 @@ __all__ = ["PEEK_LATENCY", "ReadPointer"]
 PEEK_LATENCY = 4
 
 
-class ReadPointer(wiring.Component):
+class ReadPointer(Unit):
     """Advances the reading of all slots, and rewinds it to their first waypoints.
 
     ``ahead`` is the position to be read next. The two cycles after a rewind fill the registers
     behind it: when it is 2, the slots have the waypoints of position 0. ``advance`` and ``step``
     are registers, since they enable the whole population.
-
-    Parameters
-    ----------
-    max_waypoints : int
-        Waypoints of the longest path, 3 or more.
-    parts : int
-        Parts of the slots, each of which has an ``advance``: 1 or more.
-    peeks : bool
-        The unit has the members for peeks.
 
     Members
     -------
@@ -57,38 +47,29 @@ class ReadPointer(wiring.Component):
         in flight.
     peeking : Out(1)
         A peek of an earlier cycle is in flight.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, *, max_waypoints, parts, peeks):
-        check_integer("Max waypoints", max_waypoints, 3)
-        check_integer("Parts", parts, 1)
+    max_waypoints: Count(3, text="Waypoints of the longest path.")
+    parts: Count(1, text="Parts of the slots, each of which has an ``advance``.")
+    peeks: Flag("The unit has the members for peeks.")
 
-        self.max_waypoints = max_waypoints
-        self.parts = parts
-        self.peeks = bool(peeks)
-        members = {"peek": In(1), "peek_position": In(range(max_waypoints))}
-        super().__init__(
-            {
-                "taken": In(1),
-                "writing": In(1),
-                "update": In(1),
-                "rewinds": In(1),
-                "begin": In(1).array(parts),
-                "passes": In(1),
-                "ahead": Out(range(max_waypoints)),
-                "advance": Out(1).array(parts),
-                "step": Out(1),
-                "primes": Out(1),
-                "primed": Out(1),
-                "peeking": Out(1),
-                **(members if self.peeks else {}),
-            }
-        )
+    def interface(self):
+        members = {"peek": In(1), "peek_position": In(range(self.max_waypoints))}
+        return {
+            "taken": In(1),
+            "writing": In(1),
+            "update": In(1),
+            "rewinds": In(1),
+            "begin": In(1).array(self.parts),
+            "passes": In(1),
+            "ahead": Out(range(self.max_waypoints)),
+            "advance": Out(1).array(self.parts),
+            "step": Out(1),
+            "primes": Out(1),
+            "primed": Out(1),
+            "peeking": Out(1),
+            **(members if self.peeks else {}),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,20 +1,21 @@
 """The selection unit: draws a whole set while the generation before it runs."""
 
 from amaranth import *
-from amaranth.lib import data, wiring
+from amaranth.lib import data
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.config import CheckerBuild, SurvivorSelection
+from pathgene.hdl.config import CheckerBuild, Config, SurvivorSelection
 from pathgene.hdl.ga_core.distinct_draw import DistinctDraw
 from pathgene.hdl.ga_core.layouts import offset_layout
 from pathgene.hdl.ga_core.random_source import RandomSource
+from pathgene.hdl.primitives.unit import InstanceOf, Unit
 from pathgene.hdl.protocol.random_words import SEED_BITS, RandomWordLayout
 
 
 __all__ = ["Selection"]
 
 
-class Selection(wiring.Component):
+class Selection(Unit):
     """Draws everything random about a generation.
 
     The draws of a set are those of :class:`pathgene.sim.model.selection.Selection`: crossover ranks
@@ -29,11 +30,6 @@ class Selection(wiring.Component):
     Source: *allaire-2008*, sections 4.1 and 4.4: a fixed roulette by rank. Differs: the paper's
     addresses change every cycle; here there is a set for each generation, so that a run can be
     repeated. The smaller of two uniform draws has exactly the roulette's distribution.
-
-    Parameters
-    ----------
-    config : Config
-        Sizes of the chip.
 
     Members
     -------
@@ -66,8 +62,10 @@ class Selection(wiring.Component):
         Cycles from ``next`` to ``ready``.
     """
 
-    def __init__(self, config):
-        self.config = config
+    config: InstanceOf(Config)
+
+    def interface(self):
+        config = self.config
         self.draw_layout = RandomWordLayout(config)
         self.latency = 2 + max(
             config.crossovers + 1,
@@ -79,20 +77,18 @@ class Selection(wiring.Component):
         offsets = data.ArrayLayout(
             offset_layout(config.box_cells, config.box_steps), config.patches * config.candidates
         )
-        super().__init__(
-            {
-                "seed": In(SEED_BITS),
-                "load": In(1),
-                "next": In(1),
-                "ready": Out(1),
-                "parents": Out(data.ArrayLayout(config.slot_bits, config.crossovers)),
-                "survivors": Out(data.ArrayLayout(config.slot_bits, config.survivors)),
-                "children": Out(data.ArrayLayout(config.child_bits, config.mutators)),
-                "waypoints": Out(data.ArrayLayout(RandomWordLayout.OFFSET_BITS, config.mutators)),
-                "offsets": Out(offsets),
-                **({} if config.checker is CheckerBuild.NONE else {"offset_taken": In(1)}),
-            }
-        )
+        return {
+            "seed": In(SEED_BITS),
+            "load": In(1),
+            "next": In(1),
+            "ready": Out(1),
+            "parents": Out(data.ArrayLayout(config.slot_bits, config.crossovers)),
+            "survivors": Out(data.ArrayLayout(config.slot_bits, config.survivors)),
+            "children": Out(data.ArrayLayout(config.child_bits, config.mutators)),
+            "waypoints": Out(data.ArrayLayout(RandomWordLayout.OFFSET_BITS, config.mutators)),
+            "offsets": Out(offsets),
+            **({} if config.checker is CheckerBuild.NONE else {"offset_taken": In(1)}),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,13 +1,13 @@
 """Mapping of drawn ranks to slots, made while the ranking arrives."""
 
 from amaranth import *
-from amaranth.lib import data, stream, wiring
+from amaranth.lib import data, stream
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import ceil_log2
 
 from pathgene.hdl.layouts import ranking_layout
-from pathgene.hdl.primitives.arguments import check_integer
 from pathgene.hdl.primitives.multiplexer import one_hot_multiplex
+from pathgene.hdl.primitives.unit import Count, Unit
 
 
 __all__ = ["SlotMapping", "carrier_layout"]
@@ -23,20 +23,11 @@ def carrier_layout(population: int, max_waypoints: int) -> data.StructLayout:
     )
 
 
-class SlotMapping(wiring.Component):
+class SlotMapping(Unit):
     """Gives each read port the slot and the length of the path of its rank.
 
     The ports are those of the elites, whose ranks are fixed, of the survivors and of the parents.
     One word of the ranking is accepted per cycle, and takes effect 4 cycles later.
-
-    Parameters
-    ----------
-    population : int
-        Slots, 2 or more.
-    elite_ports, survivor_ports, parent_ports : int
-        Ports of elites, of survivors and of parents, 1 or more of each.
-    max_waypoints : int
-        Waypoints of the longest path, 3 or more.
 
     Members
     -------
@@ -60,48 +51,28 @@ class SlotMapping(wiring.Component):
     ----------
     ports : int
         Ports of all kinds.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(
-        self,
-        *,
-        population,
-        elite_ports,
-        survivor_ports,
-        parent_ports,
-        max_waypoints,
-    ):
-        check_integer("Population", population, 2)
-        check_integer("Elite ports", elite_ports, 1)
-        check_integer("Survivor ports", survivor_ports, 1)
-        check_integer("Parent ports", parent_ports, 1)
-        check_integer("Max waypoints", max_waypoints, 3)
+    population: Count(2, text="Slots.")
+    elite_ports: Count(1)
+    survivor_ports: Count(1)
+    parent_ports: Count(1)
+    max_waypoints: Count(3, text="Waypoints of the longest path.")
 
-        self.population = population
-        self.elite_ports = elite_ports
-        self.survivor_ports = survivor_ports
-        self.parent_ports = parent_ports
-        self.max_waypoints = max_waypoints
-        self.ports = elite_ports + survivor_ports + parent_ports
-        self.carrier_layout = carrier_layout(population, max_waypoints)
-        rank = range(population)
-        super().__init__(
-            {
-                "ranking": In(stream.Signature(ranking_layout(ceil_log2(population)))),
-                "allow": In(1),
-                "clear": In(1),
-                "parents": In(data.ArrayLayout(rank, parent_ports)),
-                "survivors": In(data.ArrayLayout(rank, survivor_ports)),
-                "lengths": In(range(max_waypoints + 1)).array(population),
-                "carried": Out(self.carrier_layout).array(self.ports),
-                "mapped": Out(1),
-            }
-        )
+    def interface(self):
+        self.ports = self.elite_ports + self.survivor_ports + self.parent_ports
+        self.carrier_layout = carrier_layout(self.population, self.max_waypoints)
+        rank = range(self.population)
+        return {
+            "ranking": In(stream.Signature(ranking_layout(ceil_log2(self.population)))),
+            "allow": In(1),
+            "clear": In(1),
+            "parents": In(data.ArrayLayout(rank, self.parent_ports)),
+            "survivors": In(data.ArrayLayout(rank, self.survivor_ports)),
+            "lengths": In(range(self.max_waypoints + 1)).array(self.population),
+            "carried": Out(self.carrier_layout).array(self.ports),
+            "mapped": Out(1),
+        }
 
     def elaborate(self, platform):
         m = Module()

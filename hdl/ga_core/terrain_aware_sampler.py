@@ -1,20 +1,20 @@
 """Sampler of new waypoints above the ground, on a chip with a map."""
 
 from amaranth import *
-from amaranth.lib import data, wiring
+from amaranth.lib import data
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.ga_core.mutation_plan import plan_layout
 from pathgene.hdl.ga_core.read_pointer import PEEK_LATENCY
 from pathgene.hdl.ga_core.waypoint_perturber import within
-from pathgene.hdl.primitives.arguments import check_integer
 from pathgene.hdl.primitives.multiplexer import multiplex, one_hot_multiplex
+from pathgene.hdl.primitives.unit import Count, Given, Unit
 
 
 __all__ = ["TerrainAwareSampler"]
 
 
-class TerrainAwareSampler(wiring.Component):
+class TerrainAwareSampler(Unit):
     """Makes new waypoints that are above the ground, with one lookup in the map per cycle.
 
     Before a generation, as soon as the mutators have planned, their waypoints are read ahead
@@ -28,21 +28,6 @@ class TerrainAwareSampler(wiring.Component):
     cycles after ``run`` rose.
 
     Source: none; *allaire-2008*, section 4.6, mutates without regard to the ground.
-
-    Parameters
-    ----------
-    patch_count : int
-        New waypoints of the children, 1 or more.
-    candidates : int
-        Draws of each new waypoint, 1 or more.
-    crossovers : int
-        Crossover modules, 2 or more. Each has a parent.
-    max_waypoints : int
-        Waypoints of the longest path, 3 or more.
-    limits_layout, offset_layout : StructLayout
-        With ``x``, ``y`` and ``altitude``: see :mod:`pathgene.hdl.ga_core.layouts`.
-    lookup_latency : int
-        Cycles from a cell to its altitude, 1 or more.
 
     Members
     -------
@@ -84,69 +69,53 @@ class TerrainAwareSampler(wiring.Component):
         The new waypoints that have been found.
     redrawn : Out(range(patch_count * candidates))
         Candidates that replaced one in the ground.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
+
+    patch_count: Count(1, text="New waypoints of the children.")
+    candidates: Count(1, text="Draws of each new waypoint.")
+    crossovers: Count(2, text="Crossover modules. Each has a parent.")
+    max_waypoints: Count(3, text="Waypoints of the longest path.")
+    limits_layout: Given(
+        "StructLayout",
+        "With ``x``, ``y`` and ``altitude``: see :mod:`pathgene.hdl.ga_core.layouts`.",
+    )
+    offset_layout: Given(
+        "StructLayout",
+        "With ``x``, ``y`` and ``altitude``: see :mod:`pathgene.hdl.ga_core.layouts`.",
+    )
+    lookup_latency: Count(1, text="Cycles from a cell to its altitude.")
 
     @staticmethod
     def latency_of(patch_count: int) -> int:
         """Return the cycles from ``fetch`` to ``fetched``."""
         return patch_count + PEEK_LATENCY + 1
 
-    def __init__(
-        self,
-        *,
-        patch_count,
-        candidates,
-        crossovers,
-        max_waypoints,
-        limits_layout,
-        offset_layout,
-        lookup_latency,
-    ):
-        check_integer("Patch count", patch_count, 1)
-        check_integer("Candidates", candidates, 1)
-        check_integer("Crossovers", crossovers, 2)
-        check_integer("Max waypoints", max_waypoints, 3)
-        check_integer("Lookup latency", lookup_latency, 1)
-
-        self.patch_count = patch_count
-        self.candidates = candidates
-        self.crossovers = crossovers
-        self.max_waypoints = max_waypoints
-        self.limits_layout = limits_layout
-        self.offset_layout = offset_layout
-        self.lookup_latency = lookup_latency
-        super().__init__(
-            {
-                "plans": In(plan_layout(crossovers, max_waypoints)).array(patch_count),
-                "needed": In(patch_count),
-                "fetch": In(1),
-                "clear": In(1),
-                "settled": In(1),
-                "peeks": Out(1),
-                "peek": Out(1),
-                "peek_position": Out(range(max_waypoints)),
-                "waypoints": In(limits_layout.size).array(crossovers),
-                "fetched": Out(1),
-                "run": In(1),
-                "offset": In(offset_layout),
-                "offset_taken": Out(1),
-                "limits": In(limits_layout),
-                "avoid": In(1),
-                "lookup_valid": Out(1),
-                "lookup_x": Out(limits_layout["x"].shape),
-                "lookup_y": Out(limits_layout["y"].shape),
-                "lookup_altitude": In(limits_layout["altitude"].shape),
-                "decided": Out(1),
-                "found": Out(patch_count),
-                "patches": Out(limits_layout.size).array(patch_count),
-                "redrawn": Out(range(patch_count * candidates)),
-            }
-        )
+    def interface(self):
+        return {
+            "plans": In(plan_layout(self.crossovers, self.max_waypoints)).array(self.patch_count),
+            "needed": In(self.patch_count),
+            "fetch": In(1),
+            "clear": In(1),
+            "settled": In(1),
+            "peeks": Out(1),
+            "peek": Out(1),
+            "peek_position": Out(range(self.max_waypoints)),
+            "waypoints": In(self.limits_layout.size).array(self.crossovers),
+            "fetched": Out(1),
+            "run": In(1),
+            "offset": In(self.offset_layout),
+            "offset_taken": Out(1),
+            "limits": In(self.limits_layout),
+            "avoid": In(1),
+            "lookup_valid": Out(1),
+            "lookup_x": Out(self.limits_layout["x"].shape),
+            "lookup_y": Out(self.limits_layout["y"].shape),
+            "lookup_altitude": In(self.limits_layout["altitude"].shape),
+            "decided": Out(1),
+            "found": Out(self.patch_count),
+            "patches": Out(self.limits_layout.size).array(self.patch_count),
+            "redrawn": Out(range(self.patch_count * self.candidates)),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,12 +1,11 @@
 """Perturber of a waypoint that passes, on a chip without a map."""
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.ga_core.mutation_plan import plan_layout
-from pathgene.hdl.primitives.arguments import check_integer
 from pathgene.hdl.primitives.multiplexer import multiplex
+from pathgene.hdl.primitives.unit import Count, Given, Unit
 
 
 __all__ = ["WaypointPerturber", "within"]
@@ -24,22 +23,13 @@ def within(m: Module, total: Value, limit: Value) -> Signal:
     return value
 
 
-class WaypointPerturber(wiring.Component):
+class WaypointPerturber(Unit):
     """Takes the waypoint of a mutator while it passes the port of its parent, and moves it.
 
     ``moved`` follows 2 cycles later: the waypoint is registered in the first and moved in the
     second. The limits apply without a register.
 
     Source: *allaire-2008*, section 4.6.
-
-    Parameters
-    ----------
-    crossovers : int
-        Crossover modules, 2 or more. Each has a parent.
-    max_waypoints : int
-        Waypoints of the longest path, 3 or more.
-    limits_layout, offset_layout : StructLayout
-        With ``x``, ``y`` and ``altitude``: see :mod:`pathgene.hdl.ga_core.layouts`.
 
     Members
     -------
@@ -53,32 +43,29 @@ class WaypointPerturber(wiring.Component):
         While ``carrying``: waypoint of each parent at ``position``.
     moved : Out(waypoint_bits)
         A waypoint has the width of ``limits_layout``.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, *, crossovers, max_waypoints, limits_layout, offset_layout):
-        check_integer("Crossovers", crossovers, 2)
-        check_integer("Max waypoints", max_waypoints, 3)
+    crossovers: Count(2, text="Crossover modules. Each has a parent.")
+    max_waypoints: Count(3, text="Waypoints of the longest path.")
+    limits_layout: Given(
+        "StructLayout",
+        "With ``x``, ``y`` and ``altitude``: see :mod:`pathgene.hdl.ga_core.layouts`.",
+    )
+    offset_layout: Given(
+        "StructLayout",
+        "With ``x``, ``y`` and ``altitude``: see :mod:`pathgene.hdl.ga_core.layouts`.",
+    )
 
-        self.crossovers = crossovers
-        self.max_waypoints = max_waypoints
-        self.limits_layout = limits_layout
-        self.offset_layout = offset_layout
-        super().__init__(
-            {
-                "plan": In(plan_layout(crossovers, max_waypoints)),
-                "offset": In(offset_layout),
-                "limits": In(limits_layout),
-                "carrying": In(1),
-                "position": In(range(max_waypoints)),
-                "waypoints": In(limits_layout.size).array(crossovers),
-                "moved": Out(limits_layout.size),
-            }
-        )
+    def interface(self):
+        return {
+            "plan": In(plan_layout(self.crossovers, self.max_waypoints)),
+            "offset": In(self.offset_layout),
+            "limits": In(self.limits_layout),
+            "carrying": In(1),
+            "position": In(range(self.max_waypoints)),
+            "waypoints": In(self.limits_layout.size).array(self.crossovers),
+            "moved": Out(self.limits_layout.size),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,35 +1,24 @@
 """Decoder of the waypoints that the host writes to the population."""
 
 from amaranth import *
-from amaranth.lib import stream, wiring
+from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import ceil_log2
 
 from pathgene.hdl.ga_core.chromosome import place_shape
 from pathgene.hdl.layouts import write_layout
-from pathgene.hdl.primitives.arguments import check_integer
 from pathgene.hdl.primitives.fanout import fanout
+from pathgene.hdl.primitives.unit import Count, Unit, Width
 
 
 __all__ = ["WriteDecoder"]
 
 
-class WriteDecoder(wiring.Component):
+class WriteDecoder(Unit):
     """Accepts waypoints for the population, one per cycle, and decodes the place of each.
 
     All outputs but ``taken`` are registers, since they reach all slots. They belong to the waypoint
     that was taken in the cycle before.
-
-    Parameters
-    ----------
-    population : int
-        Slots, 2 or more.
-    waypoint_bits : int
-        Width of a waypoint.
-    max_waypoints : int
-        Waypoints of the longest path, 3 or more.
-    parts : int
-        Parts of the chip that get ``writing`` from a register of each, 1 or more.
 
     Members
     -------
@@ -52,38 +41,29 @@ class WriteDecoder(wiring.Component):
         Place of the waypoint in its half.
     length : Out(range(max_waypoints + 1))
         Waypoints of the path if this one ends it.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, *, population, waypoint_bits, max_waypoints, parts):
-        check_integer("Population", population, 2)
-        check_integer("Waypoint width", waypoint_bits, 1)
-        check_integer("Max waypoints", max_waypoints, 3)
-        check_integer("Parts", parts, 1)
+    population: Count(2, text="Slots.")
+    waypoint_bits: Width(1)
+    max_waypoints: Count(3, text="Waypoints of the longest path.")
+    parts: Count(1, text="Parts of the chip that get ``writing``, each from a register.")
 
-        self.population = population
-        self.waypoint_bits = waypoint_bits
-        self.max_waypoints = max_waypoints
-        self.parts = parts
-        write = write_layout(ceil_log2(population), ceil_log2(max_waypoints), waypoint_bits)
-        super().__init__(
-            {
-                "writes": In(stream.Signature(write)),
-                "allow": In(1),
-                "taken": Out(1),
-                "writing": Out(1).array(parts),
-                "waypoint": Out(waypoint_bits),
-                "slots": Out(population),
-                "completed": Out(population),
-                "in_tail": Out(1),
-                "at": Out(place_shape(max_waypoints)),
-                "length": Out(range(max_waypoints + 1)),
-            }
+    def interface(self):
+        write = write_layout(
+            ceil_log2(self.population), ceil_log2(self.max_waypoints), self.waypoint_bits
         )
+        return {
+            "writes": In(stream.Signature(write)),
+            "allow": In(1),
+            "taken": Out(1),
+            "writing": Out(1).array(self.parts),
+            "waypoint": Out(self.waypoint_bits),
+            "slots": Out(self.population),
+            "completed": Out(self.population),
+            "in_tail": Out(1),
+            "at": Out(place_shape(self.max_waypoints)),
+            "length": Out(range(self.max_waypoints + 1)),
+        }
 
     def elaborate(self, platform):
         m = Module()

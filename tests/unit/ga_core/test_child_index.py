@@ -8,7 +8,6 @@ import pytest
 from pathgene.hdl.config import MutationKind
 from pathgene.hdl.ga_core.child_index import ChildIndex
 from tests.support.gateware.streams import simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 
 
 MOST = 7
@@ -99,11 +98,3 @@ def test_rewritten_path_lies_in_order():
                 assert await sources(ctx, dut, length) == order[:length]
 
     simulate(dut, bench)
-
-
-def test_sizes():
-    check_sizes(
-        ChildIndex,
-        SIZES,
-        {"min_waypoints": ("Min waypoints", 1), "max_waypoints": ("Max waypoints", 3)},
-    )

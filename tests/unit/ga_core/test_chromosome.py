@@ -8,7 +8,6 @@ from amaranth.sim import Simulator
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.ga_core.chromosome import Chromosome, ReadIndex
-from tests.support.gateware.wrong_sizes import check_sizes
 
 
 CONFIG = Config(max_waypoints=7)
@@ -132,15 +131,3 @@ def test_patches_stand_in_for_the_halves():
         assert ctx.get(dut.waypoint) == 100 + CONFIG.patches - 1
 
     simulate(dut, testbench)
-
-
-INDEX_RULES = {
-    "max_waypoints": ("Max waypoints", 3),
-    "patch_count": ("Patch count", 1),
-}
-
-
-def test_sizes():
-    check_sizes(ReadIndex, INDEX_SIZES, INDEX_RULES)
-    rules = {"waypoint_bits": ("Waypoint width", 1), **INDEX_RULES}
-    check_sizes(Chromosome, SIZES, rules)

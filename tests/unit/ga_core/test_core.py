@@ -10,7 +10,6 @@ import pytest
 from amaranth.hdl import Value
 
 from pathgene.hdl.config import SurvivorSelection
-from pathgene.hdl.ga_core.core import PaperCore
 from pathgene.hdl.protocol import ChipState, Counter
 from tests.support.gateware.chips import TINY
 from tests.support.gateware.core_driver import Driver, fill, ranked_after, shuffled, simulate
@@ -161,8 +160,3 @@ def test_nothing_is_accepted_during_a_generation():
         assert ctx.get(dut.start_requests.ready)
 
     simulate(TINY, bench)
-
-
-def test_wrong_config():
-    with pytest.raises(TypeError, match=r"^Config must be a Config, not 32$"):
-        PaperCore(32)

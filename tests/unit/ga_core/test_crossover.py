@@ -9,7 +9,6 @@ from amaranth.sim import Simulator
 from pathgene.hdl.config import Config
 from pathgene.hdl.ga_core.crossover import Crossover, parents_of
 from pathgene.hdl.protocol.breeding import crossover
-from tests.support.gateware.wrong_sizes import check_sizes
 
 
 def breed(config, pairs):
@@ -69,14 +68,3 @@ def test_parents_are_a_ring_and_used_twice():
     for child, path in enumerate(crossover(paths)):
         head, tail = parents_of(child, config.crossovers)
         assert path == [paths[head][0], paths[tail][1]]
-
-
-def test_sizes():
-    check_sizes(
-        Crossover,
-        {"waypoint_bits": 30, "max_waypoints": 16},
-        {
-            "waypoint_bits": ("Waypoint width", 1),
-            "max_waypoints": ("Max waypoints", 3),
-        },
-    )

@@ -117,19 +117,3 @@ def test_latency():
     dut = DistinctDraw(total=6, count=1, draw_bits=4)
     seen = run(dut, [(15,), *[IDLE] * LATENCY])
     assert seen == [(0,)] * LATENCY + [(5,)]
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"total": 1}, "Total must be 2 or more, not 1"),
-        ({"count": 0}, "Count must be from 1 to 22, not 0"),
-        ({"count": 23}, "Count must be from 1 to 22, not 23"),
-        ({"draw_bits": 1}, "Width of a draw must be 2 bits or more, not 1"),
-        ({"first": -1}, "First number must be 0 or more, not -1"),
-        ({"best_of": 3}, "Draws for one number must be 1 or 2, not 3"),
-    ],
-)
-def test_refuses_bad_parameters(changes, message):
-    with pytest.raises(ValueError, match=f"^{message}$"):
-        DistinctDraw(**{"total": 22, "count": 5, "draw_bits": 24} | changes)

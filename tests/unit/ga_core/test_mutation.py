@@ -215,8 +215,3 @@ def test_results_stay_while_the_next_are_planned():
             check(ctx, dut, case)
 
     simulate(SMALL, bench)
-
-
-def test_wrong_config():
-    with pytest.raises(TypeError, match=r"^Config must be a Config, not 'big'$"):
-        Mutation("big")

@@ -5,7 +5,6 @@ import random
 from pathgene.hdl.ga_core.crossover import parents_of
 from pathgene.hdl.ga_core.mutation_plan import MutationPlan
 from tests.support.gateware.streams import simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 
 
 MUTATORS, CROSSOVERS, MAX_WAYPOINTS = 5, 3, 9
@@ -74,15 +73,3 @@ def test_clear_in_every_cycle():
                 await ctx.tick()
 
     simulate(dut, bench)
-
-
-def test_sizes():
-    check_sizes(
-        MutationPlan,
-        SIZES,
-        {
-            "mutators": ("Mutators", 1),
-            "crossovers": ("Crossovers", 2),
-            "max_waypoints": ("Max waypoints", 3),
-        },
-    )

@@ -8,7 +8,6 @@ import pytest
 from pathgene.hdl.config import MutationKind
 from pathgene.hdl.ga_core.mutator import Mutator
 from tests.support.gateware.streams import simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 
 
 SIZES = {
@@ -63,16 +62,3 @@ def test_only_a_deleting_mutator_makes_no_waypoint(kind):
     dut = Mutator(**{**SIZES, "kind": kind})
     for name in ("made", "waypoint", "patch"):
         assert hasattr(dut, name) == (kind is not MutationKind.DELETE)
-
-
-def test_sizes():
-    check_sizes(
-        Mutator,
-        SIZES,
-        {
-            "crossovers": ("Crossovers", 2),
-            "waypoint_bits": ("Waypoint width", 1),
-            "min_waypoints": ("Min waypoints", 1),
-            "max_waypoints": ("Max waypoints", 3),
-        },
-    )

@@ -4,7 +4,6 @@ import pytest
 from amaranth.sim import Simulator
 
 from pathgene.hdl.ga_core.path_copier import PathCopier
-from tests.support.gateware.wrong_sizes import check_sizes
 
 
 @pytest.mark.parametrize("most", [3, 5, 8])
@@ -34,11 +33,3 @@ def test_every_length_lies_in_order(most):
     simulator = Simulator(dut)
     simulator.add_testbench(testbench)
     simulator.run()
-
-
-def test_sizes():
-    check_sizes(
-        PathCopier,
-        {"waypoint_bits": 12, "max_waypoints": 5},
-        {"waypoint_bits": ("Waypoint width", 1), "max_waypoints": ("Max waypoints", 3)},
-    )

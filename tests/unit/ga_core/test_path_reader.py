@@ -8,7 +8,6 @@ import pytest
 from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.hdl.ga_core.path_reader import PathReader
 from tests.support.gateware.streams import simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 
 
 CONFIG = Config(
@@ -141,15 +140,3 @@ def test_no_read_is_accepted_unless_allowed():
             assert not ctx.get(dut.rewind)
 
     simulate(dut, bench)
-
-
-def test_sizes():
-    check_sizes(
-        PathReader,
-        SIZES,
-        {
-            "slot_bits": ("Slot width", 1),
-            "waypoint_bits": ("Waypoint width", 1),
-            "max_waypoints": ("Max waypoints", 3),
-        },
-    )

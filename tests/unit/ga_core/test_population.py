@@ -417,8 +417,3 @@ def test_reset_discards_mutations(cycles):
         assert await read(ctx, dut, 0, SMALL.population) == paths
 
     simulate(ResetInserter(rst)(dut), testbench)
-
-
-def test_wrong_config():
-    with pytest.raises(TypeError, match=r"^Config must be a Config, not \{\}$"):
-        Population({})

@@ -7,7 +7,6 @@ import pytest
 
 from pathgene.hdl.ga_core.position_counter import PositionCounter
 from tests.support.gateware.streams import simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 
 
 @pytest.mark.parametrize("most", [3, 6, 16, 20])
@@ -46,14 +45,3 @@ def test_as_many_cycles_as_the_longest_path_has_waypoints(most):
             await ctx.tick()
 
     simulate(dut, bench)
-
-
-def test_sizes():
-    check_sizes(
-        PositionCounter,
-        {"ports": 21, "max_waypoints": 16},
-        {
-            "ports": ("Ports", 1),
-            "max_waypoints": ("Max waypoints", 3),
-        },
-    )

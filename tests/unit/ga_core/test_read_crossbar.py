@@ -7,7 +7,6 @@ import pytest
 
 from pathgene.hdl.ga_core.read_crossbar import ReadCrossbar
 from tests.support.gateware.streams import simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 
 
 POPULATION, WAYPOINT_BITS = 8, 13
@@ -81,18 +80,6 @@ def test_the_first_port_waits_for_a_step_and_all_take_writes(step):
         assert {ctx.get(port) for port in dut.waypoints} == {0x123}
 
     simulate(dut, bench)
-
-
-def test_sizes():
-    check_sizes(
-        ReadCrossbar,
-        SIZES,
-        {
-            "ports": ("Ports", 1),
-            "population": ("Population", 2),
-            "waypoint_bits": ("Waypoint width", 1),
-        },
-    )
 
 
 @pytest.mark.parametrize(("ports", "parts"), [(1, 1), (3, 1), (4, 2), (6, 2), (20, 7)])

@@ -7,7 +7,6 @@ import pytest
 
 from pathgene.hdl.ga_core.read_pointer import PEEK_LATENCY, ReadPointer
 from tests.support.gateware.streams import simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 
 
 MAX_WAYPOINTS = 16
@@ -118,17 +117,6 @@ def test_peeks(count):
             assert await registers.settle() <= 6 - PEEK_LATENCY + 1
 
     simulate(dut, bench)
-
-
-def test_sizes():
-    check_sizes(
-        ReadPointer,
-        SIZES,
-        {
-            "max_waypoints": ("Max waypoints", 3),
-            "parts": ("Parts", 1),
-        },
-    )
 
 
 def test_members_for_peeks():

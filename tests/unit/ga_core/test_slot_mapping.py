@@ -7,7 +7,6 @@ from amaranth.sim import Simulator
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.ga_core.slot_mapping import SlotMapping
-from tests.support.gateware.wrong_sizes import check_sizes
 
 
 CONFIG = Config()
@@ -118,17 +117,3 @@ def test_nothing_is_accepted_unless_allowed():
             await ctx.tick()
 
     simulate(bench)
-
-
-def test_sizes():
-    check_sizes(
-        SlotMapping,
-        SIZES,
-        {
-            "population": ("Population", 2),
-            "elite_ports": ("Elite ports", 1),
-            "survivor_ports": ("Survivor ports", 1),
-            "parent_ports": ("Parent ports", 1),
-            "max_waypoints": ("Max waypoints", 3),
-        },
-    )

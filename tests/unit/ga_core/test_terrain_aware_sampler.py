@@ -11,7 +11,6 @@ from pathgene.hdl.ga_core.layouts import limits_layout, offset_layout
 from pathgene.hdl.ga_core.read_pointer import PEEK_LATENCY
 from pathgene.hdl.ga_core.terrain_aware_sampler import TerrainAwareSampler
 from tests.support.gateware.streams import simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 
 
 SMALL = Config(
@@ -302,17 +301,3 @@ def test_nothing_outlives_its_generation():
             await unit.run(avoid=True)
 
     bench_of(bench)
-
-
-def test_sizes():
-    check_sizes(
-        TerrainAwareSampler,
-        sizes_of(SMALL),
-        {
-            "patch_count": ("Patch count", 1),
-            "candidates": ("Candidates", 1),
-            "crossovers": ("Crossovers", 2),
-            "max_waypoints": ("Max waypoints", 3),
-            "lookup_latency": ("Lookup latency", 1),
-        },
-    )

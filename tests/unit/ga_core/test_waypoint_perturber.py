@@ -7,7 +7,6 @@ from pathgene.hdl.ga_core.layouts import limits_layout, offset_layout
 from pathgene.hdl.ga_core.waypoint_perturber import WaypointPerturber
 from pathgene.sim.model.mutation import clamp
 from tests.support.gateware.streams import simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 
 
 AXES = ("x", "y", "altitude")
@@ -53,14 +52,3 @@ def test_moves_the_waypoint_of_its_plan_within_the_limits():
                 assert moved[axis] == clamp(base[axis] + offset[axis], limits[axis])
 
     simulate(dut, bench)
-
-
-def test_sizes():
-    check_sizes(
-        WaypointPerturber,
-        SIZES,
-        {
-            "crossovers": ("Crossovers", 2),
-            "max_waypoints": ("Max waypoints", 3),
-        },
-    )

@@ -6,7 +6,6 @@ import pytest
 
 from pathgene.hdl.ga_core.write_decoder import WriteDecoder
 from tests.support.gateware.streams import simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 
 
 POPULATION = 8
@@ -44,16 +43,3 @@ def test_outputs_belong_to_the_waypoint_of_the_cycle_before(max_waypoints):
                 assert ctx.get(dut.at) == (index if index < head_size else index - head_size)
 
     simulate(dut, bench)
-
-
-def test_sizes():
-    check_sizes(
-        WriteDecoder,
-        SIZES,
-        {
-            "population": ("Population", 2),
-            "waypoint_bits": ("Waypoint width", 1),
-            "max_waypoints": ("Max waypoints", 3),
-            "parts": ("Parts", 1),
-        },
-    )

@@ -1,7 +1,7 @@
 """Control of the collision checker: runs the checks that the host asks for."""
 
 from amaranth import *
-from amaranth.lib import data, stream, wiring
+from amaranth.lib import data, stream
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from pathgene.hdl.config import CheckerBuild, Config
@@ -19,6 +19,7 @@ from pathgene.hdl.layouts import (
 )
 from pathgene.hdl.primitives.skid_buffer import SkidBuffer
 from pathgene.hdl.primitives.stream_register import StreamRegister
+from pathgene.hdl.primitives.unit import InstanceOf, Unit
 from pathgene.hdl.protocol import COUNTER_BITS, Counter, check_reply
 
 
@@ -34,17 +35,12 @@ check_counters_layout = data.StructLayout(
 )
 
 
-class CheckController(wiring.Component):
+class CheckController(Unit):
     """Gives the checker its points, and keeps its results until the next check.
 
     It is done two cycles after the last verdict and the last of its entries. Neither the link nor
     the population slows the checker down: it is offered a point in every cycle, and its results are
     always taken.
-
-    Parameters
-    ----------
-    config : Config
-        Has a checker.
 
     Members
     -------
@@ -69,21 +65,14 @@ class CheckController(wiring.Component):
         Paths of the latest check.
     totals : Out, result_reads : In(stream), records : Out(stream)
         Its results; see :class:`pathgene.hdl.feasibility.result_store.ResultStore`.
-
-    Raises
-    ------
-    TypeError
-        If ``config`` is not a Config.
-    ValueError
-        If ``config`` has no checker.
     """
 
-    def __init__(self, config: Config):
-        if not isinstance(config, Config):
-            raise TypeError(f"Config must be a Config, not {config!r}")
+    config: InstanceOf(Config)
+
+    def interface(self):
+        config = self.config
         if config.checker is CheckerBuild.NONE:
             raise ValueError(f"Config.checker must name a build, not {config.checker.value!r}")
-        self.config = config
         self.verdict_layout = verdict_layout(
             config.coordinate_bits, config.segment_bits, config.path_cells_bits
         )
@@ -93,25 +82,23 @@ class CheckController(wiring.Component):
             "reads": Out(stream.Signature(read_layout(config.slot_bits))),
             "waypoints": In(stream.Signature(waypoint_layout(config.waypoint_bits))),
         }
-        super().__init__(
-            {
-                "on": In(1),
-                "done": Out(1),
-                "checks": In(check_layout(config.waypoint_bits)),
-                "forget": In(1),
-                "points": In(stream.Signature(points)),
-                **(population if config.paper_core else {}),
-                "counting": Out(1),
-                "paths": Out(stream.Signature(points)),
-                "verdicts": In(stream.Signature(self.verdict_layout)),
-                "counts": In(stream.Signature(self.count_layout)),
-                "counters": Out(check_counters_layout),
-                "checked": Out(9),
-                "totals": Out(struct(check_reply(config))),
-                "result_reads": In(stream.Signature(result_read_layout)),
-                "records": Out(stream.Signature(record_layout)),
-            }
-        )
+        return {
+            "on": In(1),
+            "done": Out(1),
+            "checks": In(check_layout(config.waypoint_bits)),
+            "forget": In(1),
+            "points": In(stream.Signature(points)),
+            **(population if config.paper_core else {}),
+            "counting": Out(1),
+            "paths": Out(stream.Signature(points)),
+            "verdicts": In(stream.Signature(self.verdict_layout)),
+            "counts": In(stream.Signature(self.count_layout)),
+            "counters": Out(check_counters_layout),
+            "checked": Out(9),
+            "totals": Out(struct(check_reply(config))),
+            "result_reads": In(stream.Signature(result_read_layout)),
+            "records": Out(stream.Signature(record_layout)),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,7 +1,7 @@
 """The collision checker: paths in, verdicts out."""
 
 from amaranth import *
-from amaranth.lib import stream, wiring
+from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from pathgene.hdl.config import CheckerBuild, Config
@@ -11,12 +11,13 @@ from pathgene.hdl.feasibility.queue_depths import count_depth
 from pathgene.hdl.feasibility.result_collector import VERDICT_PLACES, ResultCollector
 from pathgene.hdl.feasibility.two_tier.walker import TwoTierWalker
 from pathgene.hdl.layouts import cell_layout, point_layout
+from pathgene.hdl.primitives.unit import InstanceOf, Unit
 
 
 __all__ = ["Checker"]
 
 
-class Checker(wiring.Component):
+class Checker(Unit):
     """Compares the segments of paths with the map (*allaire two-tier*, section 3).
 
     A segment has as many cells as its longer side, both ends included. Cell k of n + 1 lies k/n of
@@ -28,11 +29,6 @@ class Checker(wiring.Component):
     Paths may follow each other without a gap and are checked without one; the verdict on one does
     not wait for the next. The verdict is offered one cycle after the walker's step that decides the
     path. The walkers state their latencies.
-
-    Parameters
-    ----------
-    config : Config
-        Has a checker.
 
     Members
     -------
@@ -63,44 +59,34 @@ class Checker(wiring.Component):
         write or the next one.
     lookup_altitude : Out(altitude_bits)
         The ground there, ``config.lookup_latency`` cycles later.
-
-    Raises
-    ------
-    TypeError
-        If ``config`` is not a Config.
-    ValueError
-        If ``config`` has no checker.
     """
 
-    def __init__(self, config):
-        if not isinstance(config, Config):
-            raise TypeError(f"Config must be a Config, not {config!r}")
+    config: InstanceOf(Config)
+
+    def interface(self):
+        config = self.config
         if config.checker is CheckerBuild.NONE:
             raise ValueError(f"Config.checker must name a build, not {config.checker.value!r}")
-
-        self.config = config
         verdicts = verdict_layout(
             config.coordinate_bits, config.segment_bits, config.path_cells_bits
         )
         counts = count_layout(config.coordinate_bits, config.segment_bits)
         points = point_layout(config.coordinate_bits, config.altitude_bits)
         cells = cell_layout(config.coordinate_bits, config.altitude_bits)
-        super().__init__(
-            {
-                "count": In(1),
-                "points": In(stream.Signature(points)),
-                "verdicts": Out(stream.Signature(verdicts)),
-                "counts": Out(stream.Signature(counts)),
-                "busy": Out(1),
-                "collision": Out(1),
-                "clear": Out(1),
-                "writes": In(stream.Signature(cells)),
-                "lookup_valid": In(1),
-                "lookup_x": In(config.coordinate_bits),
-                "lookup_y": In(config.coordinate_bits),
-                "lookup_altitude": Out(config.altitude_bits),
-            }
-        )
+        return {
+            "count": In(1),
+            "points": In(stream.Signature(points)),
+            "verdicts": Out(stream.Signature(verdicts)),
+            "counts": Out(stream.Signature(counts)),
+            "busy": Out(1),
+            "collision": Out(1),
+            "clear": Out(1),
+            "writes": In(stream.Signature(cells)),
+            "lookup_valid": In(1),
+            "lookup_x": In(config.coordinate_bits),
+            "lookup_y": In(config.coordinate_bits),
+            "lookup_altitude": Out(config.altitude_bits),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,7 +1,7 @@
 """Feasibility check of a path in memory, with the interface of *allaire two-tier*."""
 
 from amaranth import *
-from amaranth.lib import data, stream, wiring
+from amaranth.lib import data, stream
 from amaranth.lib.wiring import In, Out, connect, flipped
 from amaranth.utils import ceil_log2
 
@@ -9,6 +9,7 @@ from pathgene.hdl.config import Config
 from pathgene.hdl.feasibility.checker import Checker
 from pathgene.hdl.feasibility.layouts import count_layout, verdict_layout
 from pathgene.hdl.layouts import cell_layout
+from pathgene.hdl.primitives.unit import InstanceOf, Unit
 
 
 __all__ = ["Feasibility", "place_layout"]
@@ -25,7 +26,7 @@ def place_layout(config: Config) -> data.StructLayout:
     )
 
 
-class Feasibility(wiring.Component):
+class Feasibility(Unit):
     """Checks the path in a path memory, one at a time.
 
     The checker gets the aircraft in the cycle of ``enable`` and a point in each cycle after it. The
@@ -33,11 +34,6 @@ class Feasibility(wiring.Component):
 
     Source: *allaire two-tier*, section 3.1. Differs: the verdict besides the flags, the counts, and
     a way to write the map.
-
-    Parameters
-    ----------
-    config : Config
-        Has a checker.
 
     Members
     -------
@@ -66,18 +62,13 @@ class Feasibility(wiring.Component):
     writes : In(stream.Signature(cell_layout))
         Cells to write into the map, ``last`` with the last cell of a rectangle. A check that is
         enabled after that cell waits until the coarse map is up to date.
-
-    Raises
-    ------
-    TypeError
-        If ``config`` is not a Config.
-    ValueError
-        If ``config`` has no checker.
     """
 
-    def __init__(self, config: Config):
+    config: InstanceOf(Config)
+
+    def interface(self):
+        config = self.config
         self.checker = Checker(config)
-        self.config = config
         place = place_layout(config)
         self.verdict_layout = verdict_layout(
             config.coordinate_bits, config.segment_bits, config.path_cells_bits
@@ -85,24 +76,22 @@ class Feasibility(wiring.Component):
         counts = count_layout(config.coordinate_bits, config.segment_bits)
         cells = cell_layout(config.coordinate_bits, config.altitude_bits)
         self.address_bits = ceil_log2(config.population * config.max_waypoints)
-        super().__init__(
-            {
-                "enable": In(1),
-                "aircraft": In(place),
-                "goal": In(place),
-                "waypoint_count": In(config.length_bits),
-                "path_address": In(self.address_bits),
-                "read_address": Out(self.address_bits),
-                "waypoint": In(place),
-                "count": In(1),
-                "busy": Out(1),
-                "collision": Out(1),
-                "clear": Out(1),
-                "verdict": Out(self.verdict_layout),
-                "counts": Out(stream.Signature(counts)),
-                "writes": In(stream.Signature(cells)),
-            }
-        )
+        return {
+            "enable": In(1),
+            "aircraft": In(place),
+            "goal": In(place),
+            "waypoint_count": In(config.length_bits),
+            "path_address": In(self.address_bits),
+            "read_address": Out(self.address_bits),
+            "waypoint": In(place),
+            "count": In(1),
+            "busy": Out(1),
+            "collision": Out(1),
+            "clear": Out(1),
+            "verdict": Out(self.verdict_layout),
+            "counts": Out(stream.Signature(counts)),
+            "writes": In(stream.Signature(cells)),
+        }
 
     def elaborate(self, platform):
         m = Module()

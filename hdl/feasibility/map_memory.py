@@ -1,17 +1,17 @@
 """Memory of altitudes, for a map or a part of one."""
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.utils import ceil_log2
 
 from pathgene.hdl.primitives.block_memory import BlockMemory, memory_members
 from pathgene.hdl.primitives.multiplexer import multiplex
+from pathgene.hdl.primitives.unit import Choice, Given, PowerOfTwo, Unit, Width
 
 
 __all__ = ["MapMemory"]
 
 
-class MapMemory(wiring.Component):
+class MapMemory(Unit):
     """Memory that is read through one or two ports, and written through the first.
 
     Rows are read in every cycle. Data read while a row is written are undefined, in all rows; rows
@@ -21,48 +21,27 @@ class MapMemory(wiring.Component):
     port with the first reader. With a latency of 2, registers directly follow the block RAMs of up
     to 16384 rows each; memories of more rows add only a multiplexer of these registers.
 
-    Parameters
-    ----------
-    rows : int
-        A power of two, 2 or more.
-    width : int
-        Bits of a row.
-    latency : int
-        Cycles from an address to its data, 1 or 2.
-    ports : int
-        Ports, 1 or 2.
-    number : int or None
-        Number of the bank in its map, from which a family's cells may choose its place on the
-        device.
-
     Members
     -------
     a, b
         See :func:`pathgene.hdl.primitives.block_memory.memory_members`.
-
-    Raises
-    ------
-    ValueError
-        If a parameter is out of its range.
     """
+
+    rows: PowerOfTwo(2)
+    width: Width(1, text="Bits of a row.")
+    latency: Choice(1, 2, text="Cycles from an address to its data.")
+    ports: Choice(1, 2)
+    number: Given(
+        "int or None",
+        "Number of the bank in its map, from which a family's cells may choose its place on "
+        "the device.",
+    ) = None
 
     #: Rows of the deepest block RAM: 16384 of one bit.
     BLOCK_ROWS = 1 << 14
 
-    def __init__(self, *, rows, width, latency, ports, number=None):
-        if rows < 2 or rows & (rows - 1):
-            raise ValueError(f"Rows must be a power of two from 2 on, not {rows!r}")
-        if latency not in (1, 2):
-            raise ValueError(f"Latency must be 1 or 2, not {latency!r}")
-        if ports not in (1, 2):
-            raise ValueError(f"Ports must be 1 or 2, not {ports!r}")
-
-        self.rows = rows
-        self.width = width
-        self.latency = latency
-        self.ports = ports
-        self.number = number
-        super().__init__(memory_members(rows=rows, width=width, ports=ports))
+    def interface(self):
+        return memory_members(rows=self.rows, width=self.width, ports=self.ports)
 
     def elaborate(self, platform):
         m = Module()

@@ -1,18 +1,18 @@
 """Source of points for the collision checker: one path, or paths of the population."""
 
 from amaranth import *
-from amaranth.lib import stream, wiring
+from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from pathgene.hdl.layouts import check_layout, point_layout, read_layout, waypoint_layout
-from pathgene.hdl.primitives.arguments import check_integer
 from pathgene.hdl.primitives.commit_ring import CommitRing
+from pathgene.hdl.primitives.unit import Count, Unit, Width
 
 
 __all__ = ["PathSource"]
 
 
-class PathSource(wiring.Component):
+class PathSource(Unit):
     """Offers the checker a point in every cycle, from the first to the last of a check.
 
     Between two paths, the population's reader pauses for a cycle, besides the two for the goal and
@@ -23,15 +23,6 @@ class PathSource(wiring.Component):
     ``13 + count * 5 / 4`` cycles at most.
 
     Without a population there is no batch. The buffer is one block RAM on the target.
-
-    Parameters
-    ----------
-    coordinate_bits, altitude_bits : int
-        Widths of a coordinate and of an altitude, 1 or more.
-    max_waypoints : int
-        Waypoints of the longest path, 1 or more.
-    population : int or None
-        Paths of the population, 2..256; None on a chip without one.
 
     Attributes
     ----------
@@ -54,50 +45,33 @@ class PathSource(wiring.Component):
         Their waypoints.
     paths : Out(stream.Signature(point_layout))
         Points for the checker; ``last`` marks each goal.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a size is not an integer, or out of its range.
     """
 
-    def __init__(
-        self,
-        coordinate_bits: int,
-        altitude_bits: int,
-        max_waypoints: int,
-        population: int | None,
-    ):
-        check_integer("Coordinate width", coordinate_bits, 1)
-        check_integer("Altitude width", altitude_bits, 1)
-        check_integer("Max waypoints", max_waypoints, 1)
-        if population is not None:
-            check_integer("Population", population, 2, 256)
-        self.coordinate_bits = coordinate_bits
-        self.altitude_bits = altitude_bits
-        self.max_waypoints = max_waypoints
-        self.population = population
-        self.point_layout = point_layout(coordinate_bits, altitude_bits)
-        waypoint_bits = 2 * coordinate_bits + altitude_bits
+    coordinate_bits: Width(1)
+    altitude_bits: Width(1)
+    max_waypoints: Count(1, text="Waypoints of the longest path.")
+    population: Count(2, 256, "None on a chip without a population.", also=(None,))
+
+    def interface(self):
+        self.point_layout = point_layout(self.coordinate_bits, self.altitude_bits)
+        waypoint_bits = 2 * self.coordinate_bits + self.altitude_bits
         # Room for one path, and for twice the backlog of a batch.
-        rows = max(2 * (population or 1), max_waypoints + 2)
+        rows = max(2 * (self.population or 1), self.max_waypoints + 2)
         self.depth = 1 << (rows - 1).bit_length()
         reader = {}
-        if population is not None:
+        if self.population is not None:
             reader = {
-                "reads": Out(stream.Signature(read_layout((population - 1).bit_length()))),
+                "reads": Out(stream.Signature(read_layout((self.population - 1).bit_length()))),
                 "waypoints": In(stream.Signature(waypoint_layout(waypoint_bits))),
             }
-        super().__init__(
-            {
-                "forget": In(1),
-                "points": In(stream.Signature(self.point_layout)),
-                "on": In(1),
-                "checks": In(check_layout(waypoint_bits)),
-                **reader,
-                "paths": Out(stream.Signature(self.point_layout)),
-            }
-        )
+        return {
+            "forget": In(1),
+            "points": In(stream.Signature(self.point_layout)),
+            "on": In(1),
+            "checks": In(check_layout(waypoint_bits)),
+            **reader,
+            "paths": Out(stream.Signature(self.point_layout)),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,13 +1,13 @@
 """From the steps of a walker to verdicts and counts."""
 
 from amaranth import *
-from amaranth.lib import data, stream, wiring
+from amaranth.lib import data, stream
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from pathgene.hdl.feasibility.layouts import CYCLES_BITS, count_layout, verdict_layout
 from pathgene.hdl.feasibility.result_queue import ResultQueue
 from pathgene.hdl.feasibility.walker_signature import step_layout
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Count, Unit, Width
 
 
 __all__ = ["VERDICT_PLACES", "ResultCollector"]
@@ -17,7 +17,7 @@ __all__ = ["VERDICT_PLACES", "ResultCollector"]
 VERDICT_PLACES = 8
 
 
-class ResultCollector(wiring.Component):
+class ResultCollector(Unit):
     """Sums up the steps of each path, and queues verdicts and counts.
 
     A path is decided by its first step that hits or, when counting, by its last step. Its verdict
@@ -30,17 +30,6 @@ class ResultCollector(wiring.Component):
     is later, with the one after the previous path's last. They end with the one in which the
     verdict is offered if no earlier one waits. The sum over all verdicts is therefore the number of
     cycles with a path in flight.
-
-    Parameters
-    ----------
-    coordinate_bits : int
-        Width of a coordinate, 1 or more.
-    segment_bits : int
-        Width of the number of a segment in its path, 1 or more.
-    path_cells_bits : int
-        Width of a number of cells of a path, 1 or more.
-    verdict_places, count_places : int
-        Verdicts and counts that can wait, 1 or more.
 
     Members
     -------
@@ -58,49 +47,30 @@ class ResultCollector(wiring.Component):
         First hit of a path, and end of a path without one: in the cycle of the step.
     verdicts : Out(stream.Signature(verdict_layout))
     counts : Out(stream.Signature(count_layout))
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(
-        self,
-        coordinate_bits: int,
-        segment_bits: int,
-        path_cells_bits: int,
-        *,
-        verdict_places: int,
-        count_places: int,
-    ):
-        check_integer("Coordinate width", coordinate_bits, 1)
-        check_integer("Segment width", segment_bits, 1)
-        check_integer("Width of a path's cells", path_cells_bits, 1)
-        check_integer("Places for verdicts", verdict_places, 1)
-        check_integer("Places for counts", count_places, 1)
-        self.coordinate_bits = coordinate_bits
-        self.segment_bits = segment_bits
-        self.path_cells_bits = path_cells_bits
-        self.verdict_places = verdict_places
-        self.count_places = count_places
-        sizes = (coordinate_bits, segment_bits, path_cells_bits)
-        super().__init__(
-            {
-                "count": In(1),
-                "taken": In(1),
-                "begins": In(1),
-                "segment_begins": In(1),
-                "room": Out(1, init=1),
-                "segment_room": Out(1, init=1),
-                "step": In(step_layout(*sizes)),
-                "drop": Out(1),
-                "hit": Out(1),
-                "free": Out(1),
-                "verdicts": Out(stream.Signature(verdict_layout(*sizes))),
-                "counts": Out(stream.Signature(count_layout(coordinate_bits, segment_bits))),
-            }
-        )
+    coordinate_bits: Width(1)
+    segment_bits: Width(1, text="Number of a segment in its path.")
+    path_cells_bits: Width(1, text="Cells of a path.", name="Width of a path's cells")
+    verdict_places: Count(1, text="Verdicts that can wait.", name="Places for verdicts")
+    count_places: Count(1, text="Counts that can wait.", name="Places for counts")
+
+    def interface(self):
+        sizes = (self.coordinate_bits, self.segment_bits, self.path_cells_bits)
+        return {
+            "count": In(1),
+            "taken": In(1),
+            "begins": In(1),
+            "segment_begins": In(1),
+            "room": Out(1, init=1),
+            "segment_room": Out(1, init=1),
+            "step": In(step_layout(*sizes)),
+            "drop": Out(1),
+            "hit": Out(1),
+            "free": Out(1),
+            "verdicts": Out(stream.Signature(verdict_layout(*sizes))),
+            "counts": Out(stream.Signature(count_layout(self.coordinate_bits, self.segment_bits))),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,26 +1,21 @@
 """Queue of results, with registers at its output."""
 
 from amaranth import *
-from amaranth.lib import memory, stream, wiring
+from amaranth.lib import memory, stream
 from amaranth.lib.wiring import In, Out
+
+from pathgene.hdl.primitives.unit import Count, Given, Unit
 
 
 __all__ = ["ResultQueue"]
 
 
-class ResultQueue(wiring.Component):
+class ResultQueue(Unit):
     """First-in, first-out queue; a word is offered in the cycle after it is put in.
 
     ``valid`` and ``payload`` are registers. An incoming word goes to two registers and no memory: a
     word that cannot be offered at once enters the memory a cycle later. Timing therefore allows a
     long path to ``word``, and another from ``words``.
-
-    Parameters
-    ----------
-    shape : ShapeLike
-        Shape of a word.
-    depth : int
-        Words that fit, 1 or more. A further word is lost.
 
     Members
     -------
@@ -30,10 +25,11 @@ class ResultQueue(wiring.Component):
     words : Out(stream.Signature(shape))
     """
 
-    def __init__(self, shape, depth):
-        self.shape = shape
-        self.depth = depth
-        super().__init__({"put": In(1), "word": In(shape), "words": Out(stream.Signature(shape))})
+    shape: Given("ShapeLike", "Shape of a word.")
+    depth: Count(1, text="Words that fit; a further word is lost.")
+
+    def interface(self):
+        return {"put": In(1), "word": In(self.shape), "words": Out(stream.Signature(self.shape))}
 
     def elaborate(self, platform):
         m = Module()

@@ -3,13 +3,13 @@
 from dataclasses import dataclass
 
 from amaranth import *
-from amaranth.lib import data, memory, stream, wiring
+from amaranth.lib import data, memory, stream
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.layouts import record_layout, result_read_layout, struct
-from pathgene.hdl.primitives.arguments import check_integer
 from pathgene.hdl.primitives.delay_line import delay_line
+from pathgene.hdl.primitives.unit import Count, Given, Unit
 from pathgene.hdl.protocol import Layout, check_reply, entry_record, hit_record, path_record
 
 
@@ -43,7 +43,7 @@ class RecordLayouts:
         )
 
 
-class ResultStore(wiring.Component):
+class ResultStore(Unit):
     """Keeps the checker's verdicts and counts of a check, and serves them byte by byte.
 
     Verdicts and counts are taken in every cycle, so that the link never holds the checker up: there
@@ -53,16 +53,6 @@ class ResultStore(wiring.Component):
     On a target, counts take a block RAM for each 1024 rows of 18 bits (two for 32 paths of 17
     segments). Verdicts take ``checked_paths`` rows of two to four more block RAMs, or of
     distributed memory, as synthesis decides.
-
-    Parameters
-    ----------
-    checked_paths : int
-        Most paths of a check, 1 or more.
-    max_segments : int
-        Segments of the longest path, 1 or more.
-    verdict_layout, count_layout : data.StructLayout
-        See :mod:`pathgene.hdl.feasibility.layouts`.
-    record_layouts : RecordLayouts
 
     Members
     -------
@@ -83,41 +73,26 @@ class ResultStore(wiring.Component):
         Their results in the format of :mod:`pathgene.hdl.protocol.results`. The first byte is
         offered 3 cycles after a read is taken; then a byte a cycle, with 2 cycles before each entry
         and path.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a size is not an integer, or out of its range.
     """
 
-    def __init__(
-        self,
-        checked_paths: int,
-        max_segments: int,
-        verdict_layout: data.StructLayout,
-        count_layout: data.StructLayout,
-        record_layouts: RecordLayouts,
-    ):
-        check_integer("Paths of a check", checked_paths, 1)
-        check_integer("Segments of a path", max_segments, 1)
-        self.checked_paths = checked_paths
-        self.max_segments = max_segments
-        self.verdict_layout = verdict_layout
-        self.count_layout = count_layout
-        self.record_layouts = record_layouts
-        self.totals_layout = struct(record_layouts.totals)
-        super().__init__(
-            {
-                "clear": In(1),
-                "verdicts": In(stream.Signature(verdict_layout)),
-                "counts": In(stream.Signature(count_layout)),
-                "paths": Out(9),
-                "complete": Out(1),
-                "totals": Out(self.totals_layout),
-                "reads": In(stream.Signature(result_read_layout)),
-                "records": Out(stream.Signature(record_layout)),
-            }
-        )
+    checked_paths: Count(1, text="Maximum paths of a check.", name="Paths of a check")
+    max_segments: Count(1, text="Segments of the longest path.", name="Segments of a path")
+    verdict_layout: Given("data.StructLayout", "See :mod:`pathgene.hdl.feasibility.layouts`.")
+    count_layout: Given("data.StructLayout", "See :mod:`pathgene.hdl.feasibility.layouts`.")
+    record_layouts: Given("RecordLayouts")
+
+    def interface(self):
+        self.totals_layout = struct(self.record_layouts.totals)
+        return {
+            "clear": In(1),
+            "verdicts": In(stream.Signature(self.verdict_layout)),
+            "counts": In(stream.Signature(self.count_layout)),
+            "paths": Out(9),
+            "complete": Out(1),
+            "totals": Out(self.totals_layout),
+            "reads": In(stream.Signature(result_read_layout)),
+            "records": Out(stream.Signature(record_layout)),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,30 +1,22 @@
 """First colliding cell of a group."""
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
 from pathgene.hdl.feasibility.parallel.lanes import group_layout
 from pathgene.hdl.feasibility.parallel.terrain_memory import lane_row_bits
-from pathgene.hdl.primitives.arguments import check_integer, check_power_of_two
+from pathgene.hdl.primitives.unit import PowerOfTwo, Unit, Width
 
 
 __all__ = ["HitLocator"]
 
 
-class HitLocator(wiring.Component):
+class HitLocator(Unit):
     """Finds the first colliding cell of a group, and counts all that collide; one cycle later.
 
     Along a segment the lanes follow each other from that of the group's first cell on, wrapping
     around to the one before it, or in the opposite order if the segment descends.
-
-    Parameters
-    ----------
-    lanes : int
-        Cells of a group: a power of two, at most the cells along an edge of the map.
-    coordinate_bits : int
-        Width of a coordinate, 1 or more.
 
     Members
     -------
@@ -36,31 +28,23 @@ class HitLocator(wiring.Component):
     x, y : Out(coordinate_bits)
     terrain, nofly : Out(range(lanes + 1))
         See :func:`pathgene.hdl.feasibility.walker_signature.step_layout`.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, lanes: int, coordinate_bits: int):
-        check_integer("Coordinate width", coordinate_bits, 1)
-        check_power_of_two("Lanes", lanes, 1, 1 << coordinate_bits)
-        self.lanes = lanes
-        self.coordinate_bits = coordinate_bits
-        super().__init__(
-            {
-                "group": In(group_layout(lanes, coordinate_bits)),
-                "hits": In(lanes),
-                "blocked": In(lanes),
-                "hit": Out(1),
-                "until": Out(range(lanes + 1)),
-                "x": Out(coordinate_bits),
-                "y": Out(coordinate_bits),
-                "terrain": Out(range(lanes + 1)),
-                "nofly": Out(range(lanes + 1)),
-            }
-        )
+    lanes: PowerOfTwo(1, "1 << coordinate_bits", "Cells of a group.")
+    coordinate_bits: Width(1)
+
+    def interface(self):
+        return {
+            "group": In(group_layout(self.lanes, self.coordinate_bits)),
+            "hits": In(self.lanes),
+            "blocked": In(self.lanes),
+            "hit": Out(1),
+            "until": Out(range(self.lanes + 1)),
+            "x": Out(self.coordinate_bits),
+            "y": Out(self.coordinate_bits),
+            "terrain": Out(range(self.lanes + 1)),
+            "nofly": Out(range(self.lanes + 1)),
+        }
 
     def elaborate(self, platform):
         m = Module()

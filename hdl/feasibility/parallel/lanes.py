@@ -1,7 +1,7 @@
 """Lanes, which walk a group of neighbouring cells of a segment each cycle."""
 
 from amaranth import *
-from amaranth.lib import data, wiring
+from amaranth.lib import data
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
@@ -9,7 +9,7 @@ from pathgene.hdl.feasibility.parallel.reciprocal import Precision
 from pathgene.hdl.feasibility.parallel.segment_setup import segment_layout, token_layout
 from pathgene.hdl.feasibility.parallel.slopes import motion_layout
 from pathgene.hdl.feasibility.parallel.terrain_memory import lane_layout, lane_row_bits
-from pathgene.hdl.primitives.arguments import check_integer, check_power_of_two
+from pathgene.hdl.primitives.unit import Flag, PowerOfTwo, Unit, Width
 
 
 __all__ = ["Lanes", "group_layout"]
@@ -32,7 +32,7 @@ def group_layout(lanes: int, coordinate_bits: int) -> data.StructLayout:
     )
 
 
-class Lanes(wiring.Component):
+class Lanes(Unit):
     """Walks segments, ``lane_count`` cells of one each cycle.
 
     Lane c has the cells whose major coordinate is c mod ``lane_count``. Its cell in the first group
@@ -45,19 +45,6 @@ class Lanes(wiring.Component):
     Source: *allaire two-tier*, section 5.3. Differs: its reference has several walkers, each with a
     part of the segment.
 
-    Parameters
-    ----------
-    lane_count : int
-        Cells walked in a cycle: a power of two, at most the cells along an edge of the map.
-    coordinate_bits, altitude_bits : int
-        Widths of a coordinate and of an altitude, 1 or more.
-    segment_bits : int
-        Width of the number of a segment in its path, 1 or more.
-    half_steps : bool
-        Each ``ceiling`` is the lowest altitude within half a step of the cell, rounded down, and
-        never below the lower end. Of all cells only that at the lower end can lie below it, which
-        so takes the altitude of the end.
-
     Members
     -------
     launched : In(token_layout)
@@ -69,43 +56,30 @@ class Lanes(wiring.Component):
         ``launched``, a cycle later.
     group : Out(group_layout)
     lanes : Out(lane_layout).array(lane_count)
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(
-        self,
-        lane_count: int,
-        coordinate_bits: int,
-        altitude_bits: int,
-        segment_bits: int,
-        half_steps: bool = False,
-    ):
-        check_integer("Coordinate width", coordinate_bits, 1)
-        check_power_of_two("Lanes", lane_count, 1, 1 << coordinate_bits)
-        check_integer("Altitude width", altitude_bits, 1)
-        check_integer("Segment width", segment_bits, 1)
-        self.lane_count = lane_count
-        self.coordinate_bits = coordinate_bits
-        self.altitude_bits = altitude_bits
-        self.segment_bits = segment_bits
-        self.half_steps = half_steps
-        sizes = (lane_count, coordinate_bits, altitude_bits)
-        token, motion = token_layout(segment_bits), motion_layout(*sizes, half_steps)
-        super().__init__(
-            {
-                "launched": In(token),
-                "segment": In(segment_layout(*sizes, half_steps)),
-                "origins": In(motion).array(lane_count),
-                "step": In(motion),
-                "token": Out(token),
-                "group": Out(group_layout(lane_count, coordinate_bits)),
-                "lanes": Out(lane_layout(*sizes)).array(lane_count),
-            }
-        )
+    lane_count: PowerOfTwo(1, "1 << coordinate_bits", "Cells walked in a cycle.", name="Lanes")
+    coordinate_bits: Width(1)
+    altitude_bits: Width(1)
+    segment_bits: Width(1, text="Number of a segment in its path.")
+    half_steps: Flag(
+        "Each ``ceiling`` is the lowest altitude within half a step of the cell, rounded "
+        "down, and never below the lower end. Only the cell at the lower end can lie below "
+        "it: that cell takes the altitude of the end."
+    ) = False
+
+    def interface(self):
+        sizes = (self.lane_count, self.coordinate_bits, self.altitude_bits)
+        token, motion = token_layout(self.segment_bits), motion_layout(*sizes, self.half_steps)
+        return {
+            "launched": In(token),
+            "segment": In(segment_layout(*sizes, self.half_steps)),
+            "origins": In(motion).array(self.lane_count),
+            "step": In(motion),
+            "token": Out(token),
+            "group": Out(group_layout(self.lane_count, self.coordinate_bits)),
+            "lanes": Out(lane_layout(*sizes)).array(self.lane_count),
+        }
 
     def elaborate(self, platform):
         m = Module()

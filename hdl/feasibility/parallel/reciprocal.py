@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 
 from amaranth import *
-from amaranth.lib import memory, wiring
+from amaranth.lib import memory
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import InstanceOf, Unit, Width
 
 
 __all__ = ["Precision", "Reciprocals"]
@@ -85,19 +85,13 @@ class Precision:
         return ((1 << self.reciprocal) - 1) // length if length else 0
 
 
-class Reciprocals(wiring.Component):
+class Reciprocals(Unit):
     """Table of reciprocals: one of two lengths, 2 cycles after they are given.
 
     The addresses are signed differences, straight from a subtraction, so that no other logic
     delays them; the rows hold the reciprocals of their absolute values.
 
     On a target it is one memory of dual-port block RAMs.
-
-    Parameters
-    ----------
-    coordinate_bits : int
-        Width of a coordinate, 1 or more: lengths are below two to its power.
-    precision : Precision
 
     Members
     -------
@@ -110,26 +104,19 @@ class Reciprocals(wiring.Component):
         Put the reciprocal of the selected one in ``reciprocal``.
     reciprocal : Out(Precision.reciprocal)
         In units of 2^-``Precision.reciprocal``.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a size is not an integer, or out of its range.
     """
 
-    def __init__(self, coordinate_bits: int, precision: Precision):
-        check_integer("Coordinate width", coordinate_bits, 1)
-        self.coordinate_bits = coordinate_bits
-        self.precision = precision
-        super().__init__(
-            {
-                "differences": In(signed(coordinate_bits + 1)).array(2),
-                "load": In(1),
-                "second": In(1),
-                "move": In(1),
-                "reciprocal": Out(self.precision.reciprocal),
-            }
-        )
+    coordinate_bits: Width(1, text="Lengths are below two to its power.")
+    precision: InstanceOf(Precision)
+
+    def interface(self):
+        return {
+            "differences": In(signed(self.coordinate_bits + 1)).array(2),
+            "load": In(1),
+            "second": In(1),
+            "move": In(1),
+            "reciprocal": Out(self.precision.reciprocal),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -3,16 +3,16 @@
 from typing import NamedTuple
 
 from amaranth import *
-from amaranth.lib import data, stream, wiring
+from amaranth.lib import data, stream
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
 from pathgene.hdl.feasibility.parallel.reciprocal import Precision, Reciprocals
 from pathgene.hdl.layouts import point_layout
-from pathgene.hdl.primitives.arguments import check_integer, check_power_of_two
 from pathgene.hdl.primitives.fanout import fanout
 from pathgene.hdl.primitives.multiplexer import multiplex
 from pathgene.hdl.primitives.skid_buffer import SkidBuffer
+from pathgene.hdl.primitives.unit import PowerOfTwo, Unit, Width
 
 
 __all__ = ["TAG_BITS", "SegmentSetup", "SegmentShaper", "segment_layout", "token_layout"]
@@ -78,7 +78,7 @@ def token_layout(segment_bits: int) -> data.StructLayout:
     )
 
 
-class SegmentShaper(wiring.Component):
+class SegmentShaper(Unit):
     """Stages that derive the shape of a segment from its ends: the base of what launches segments.
 
     First differences, their signs, and the major axis; then small multiples of the differences,
@@ -86,15 +86,13 @@ class SegmentShaper(wiring.Component):
 
     Attributes
     ----------
-    lanes, coordinate_bits, altitude_bits : int
-        Sizes.
     half_steps : bool
         See :func:`segment_layout`.
     """
 
-    lanes: int
-    coordinate_bits: int
-    altitude_bits: int
+    lanes: PowerOfTwo(1, "1 << coordinate_bits", "Cells or corners in a group.")
+    coordinate_bits: Width(1)
+    altitude_bits: Width(1)
     half_steps = False
 
     def _measure(self, m, load, before, point, turns, reciprocals, identity):
@@ -215,15 +213,6 @@ class SegmentSetup(SegmentShaper):
     In the cycle of ``drop`` all of that path is discarded; its points to come are taken and
     discarded.
 
-    Parameters
-    ----------
-    lanes : int
-        Cells in a group: a power of two, at most the cells along an edge of the map.
-    coordinate_bits, altitude_bits : int
-        Widths of a coordinate and of an altitude, 1 or more.
-    segment_bits : int
-        Width of the number of a segment in its path, 1 or more.
-
     Members
     -------
     points : In(stream.Signature(point_layout))
@@ -237,39 +226,26 @@ class SegmentSetup(SegmentShaper):
         The group that is launched.
     segment : Out(segment_layout)
         With ``token.starts_segment``.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, lanes: int, coordinate_bits: int, altitude_bits: int, segment_bits: int):
-        check_integer("Coordinate width", coordinate_bits, 1)
-        check_power_of_two("Lanes", lanes, 1, 1 << coordinate_bits)
-        check_integer("Altitude width", altitude_bits, 1)
-        check_integer("Segment width", segment_bits, 1)
-        self.lanes = lanes
-        self.coordinate_bits = coordinate_bits
-        self.altitude_bits = altitude_bits
-        self.segment_bits = segment_bits
-        self.point_layout = point_layout(coordinate_bits, altitude_bits)
+    segment_bits: Width(1, text="Number of a segment in its path.")
+
+    def interface(self):
+        self.point_layout = point_layout(self.coordinate_bits, self.altitude_bits)
         self.identity_layout = data.StructLayout(
-            {"tag": TAG_BITS, "first": 1, "ends_path": 1, "segment": segment_bits}
+            {"tag": TAG_BITS, "first": 1, "ends_path": 1, "segment": self.segment_bits}
         )
-        super().__init__(
-            {
-                "points": In(stream.Signature(self.point_layout)),
-                "room": In(1),
-                "segment_room": In(1),
-                "begins": Out(1),
-                "segment_begins": Out(1),
-                "drop": In(1),
-                "drop_tag": In(TAG_BITS),
-                "token": Out(token_layout(segment_bits)),
-                "segment": Out(segment_layout(lanes, coordinate_bits, altitude_bits)),
-            }
-        )
+        return {
+            "points": In(stream.Signature(self.point_layout)),
+            "room": In(1),
+            "segment_room": In(1),
+            "begins": Out(1),
+            "segment_begins": Out(1),
+            "drop": In(1),
+            "drop_tag": In(TAG_BITS),
+            "token": Out(token_layout(self.segment_bits)),
+            "segment": Out(segment_layout(self.lanes, self.coordinate_bits, self.altitude_bits)),
+        }
 
     def elaborate(self, platform):
         m = Module()

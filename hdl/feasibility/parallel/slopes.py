@@ -1,15 +1,15 @@
 """First cells of the lanes on a segment, and their gain in a cycle."""
 
 from amaranth import *
-from amaranth.lib import data, wiring
+from amaranth.lib import data
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
 from pathgene.hdl.feasibility.parallel.reciprocal import Precision
 from pathgene.hdl.feasibility.parallel.segment_setup import segment_layout
-from pathgene.hdl.primitives.arguments import check_integer, check_power_of_two
 from pathgene.hdl.primitives.delay_line import delay_line
 from pathgene.hdl.primitives.multiplier import Multiplier
+from pathgene.hdl.primitives.unit import Flag, PowerOfTwo, Unit, Width
 
 
 __all__ = ["Slopes", "motion_layout"]
@@ -37,23 +37,13 @@ def motion_layout(
     )
 
 
-class Slopes(wiring.Component):
+class Slopes(Unit):
     """Multiplies differences by the reciprocal of the length, a segment a cycle.
 
     A lane's first cell comes from a separate product, of a multiple of the difference, and so needs
     no sum of slopes. ``origins`` and ``step`` follow ``segment`` by 1 cycle, for one cycle:
     products of registers go to registers, and the sums of their parts to the lanes in the same
     cycle. On a target the registers are those of the multipliers.
-
-    Parameters
-    ----------
-    lanes : int
-        Cells walked in a cycle: a power of two, at most the cells along an edge of the map.
-    coordinate_bits, altitude_bits : int
-        Widths of a coordinate and of an altitude, 1 or more.
-    half_steps : bool
-        Altitudes are the lowest within half a step of each cell, see
-        :class:`pathgene.hdl.feasibility.parallel.reciprocal.Precision`.
 
     Members
     -------
@@ -62,33 +52,25 @@ class Slopes(wiring.Component):
         First cell of each lane, even if it lies past the end of the segment.
     step : Out(motion_layout)
         Gain of every lane in a cycle.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(
-        self, lanes: int, coordinate_bits: int, altitude_bits: int, half_steps: bool = False
-    ):
-        check_integer("Coordinate width", coordinate_bits, 1)
-        check_power_of_two("Lanes", lanes, 1, 1 << coordinate_bits)
-        check_integer("Altitude width", altitude_bits, 1)
-        self.lanes = lanes
-        self.coordinate_bits = coordinate_bits
-        self.altitude_bits = altitude_bits
-        self.half_steps = half_steps
-        sizes = (lanes, coordinate_bits, altitude_bits, half_steps)
+    lanes: PowerOfTwo(1, "1 << coordinate_bits", "Cells walked in a cycle.")
+    coordinate_bits: Width(1)
+    altitude_bits: Width(1)
+    half_steps: Flag(
+        "Altitudes are the lowest within half a step of each cell, see "
+        ":class:`pathgene.hdl.feasibility.parallel.reciprocal.Precision`."
+    ) = False
+
+    def interface(self):
+        sizes = (self.lanes, self.coordinate_bits, self.altitude_bits, self.half_steps)
         self.precision = Precision.of(*sizes)
         motion = motion_layout(*sizes)
-        super().__init__(
-            {
-                "segment": In(segment_layout(*sizes)),
-                "origins": Out(motion).array(lanes),
-                "step": Out(motion),
-            }
-        )
+        return {
+            "segment": In(segment_layout(*sizes)),
+            "origins": Out(motion).array(self.lanes),
+            "step": Out(motion),
+        }
 
     def elaborate(self, platform):
         m = Module()

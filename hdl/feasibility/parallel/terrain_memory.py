@@ -1,14 +1,14 @@
 """The detailed map in banks, with comparators for the cells of the lanes."""
 
 from amaranth import *
-from amaranth.lib import data, wiring
+from amaranth.lib import data
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
 from pathgene.hdl.feasibility.map_memory import MapMemory
-from pathgene.hdl.primitives.arguments import check_integer, check_power_of_two
 from pathgene.hdl.primitives.delay_line import delay_line
 from pathgene.hdl.primitives.multiplexer import multiplex
+from pathgene.hdl.primitives.unit import Count, Flag, PowerOfTwo, Unit, Width
 
 
 __all__ = ["TerrainMemory", "lane_layout", "lane_row_bits"]
@@ -37,7 +37,7 @@ def lane_layout(lanes: int, coordinate_bits: int, altitude_bits: int) -> data.St
     )
 
 
-class TerrainMemory(wiring.Component):
+class TerrainMemory(Unit):
     """Map in which each lane tests a cell every cycle.
 
     Cell (x, y) lies in bank (x mod B, y mod B), with B = ``bank_edge``. Lane c has cells whose
@@ -57,19 +57,6 @@ class TerrainMemory(wiring.Component):
     Each bank has registers for its addresses, with nothing but wires from there to its block RAMs.
 
     Source: *allaire two-tier*, section 5.3.
-
-    Parameters
-    ----------
-    lane_count : int
-        Cells compared in a cycle: a power of two, at most the cells along an edge of the map.
-    coordinate_bits : int
-        Width of x and of y, 1 or more; the map has two to their power cells along each edge.
-    altitude_bits : int
-        Width of an altitude, 1 or more. The top value marks ground that no path may cross.
-    memory_latency : int
-        Cycles from an address to its data, 1 or 2.
-    compare : bool
-        The banks compare; else ``grounds`` takes the place of ``hits`` and ``blocked``.
 
     Attributes
     ----------
@@ -103,55 +90,40 @@ class TerrainMemory(wiring.Component):
     lookup_altitude : Out(altitude_bits)
         Its altitude, ``memory_latency + 2`` cycles later, one small multiplexer behind
         registers. Writes and look-ups reach the memory one cycle after they are given.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(
-        self,
-        lane_count: int,
-        coordinate_bits: int,
-        altitude_bits: int,
-        memory_latency: int,
-        compare: bool = True,
-    ):
-        check_integer("Coordinate width", coordinate_bits, 1)
-        check_power_of_two("Lanes", lane_count, 1, 1 << coordinate_bits)
-        check_integer("Altitude width", altitude_bits, 1)
-        check_integer("Memory latency", memory_latency, 1, 2)
-        self.lane_count = lane_count
-        self.coordinate_bits = coordinate_bits
-        self.altitude_bits = altitude_bits
-        self.memory_latency = memory_latency
-        self.compare = compare
-        self.bank_edge = max(1, lane_count // 2)
-        lane = lane_layout(lane_count, coordinate_bits, altitude_bits)
-        xy, z = coordinate_bits, altitude_bits
+    lane_count: PowerOfTwo(1, "1 << coordinate_bits", "Cells compared in a cycle.", name="Lanes")
+    coordinate_bits: Width(1, text="The map has two to their power cells along each edge.")
+    altitude_bits: Width(1, text="The top value marks ground that no path may cross.")
+    memory_latency: Count(1, 2, "Cycles from an address to its data.")
+    compare: Flag(
+        "The banks compare; else ``grounds`` takes the place of ``hits`` and ``blocked``."
+    ) = True
+
+    def interface(self):
+        self.bank_edge = max(1, self.lane_count // 2)
+        lane = lane_layout(self.lane_count, self.coordinate_bits, self.altitude_bits)
+        xy, z = self.coordinate_bits, self.altitude_bits
         lookup = {
             "lookup_valid": In(1),
             "lookup_x": In(xy),
             "lookup_y": In(xy),
             "lookup_altitude": Out(z),
         }
-        row = {"row_x": In(lane_row_bits(lane_count, xy)), "row_y": In(xy)}
-        compared = {"hits": Out(lane_count), "blocked": Out(lane_count)}
-        given = {"grounds": Out(z).array(lane_count)}
-        super().__init__(
-            {
-                "steep": In(1),
-                "lanes": In(lane).array(lane_count),
-                "walking": In(1),
-                **(compared if compare else given),
-                "write_enable": In(1),
-                "write_x": In(xy),
-                "write_y": In(xy),
-                "write_altitude": In(z),
-                **(lookup if compare else row),
-            }
-        )
+        row = {"row_x": In(lane_row_bits(self.lane_count, xy)), "row_y": In(xy)}
+        compared = {"hits": Out(self.lane_count), "blocked": Out(self.lane_count)}
+        given = {"grounds": Out(z).array(self.lane_count)}
+        return {
+            "steep": In(1),
+            "lanes": In(lane).array(self.lane_count),
+            "walking": In(1),
+            **(compared if self.compare else given),
+            "write_enable": In(1),
+            "write_x": In(xy),
+            "write_y": In(xy),
+            "write_altitude": In(z),
+            **(lookup if self.compare else row),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,7 +1,7 @@
 """Walker of the parallel build: every segment in the detailed map, several cells a cycle."""
 
 from amaranth import *
-from amaranth.lib import memory, wiring
+from amaranth.lib import memory
 from amaranth.lib.wiring import connect, flipped
 
 from pathgene.hdl.config import Config
@@ -12,12 +12,13 @@ from pathgene.hdl.feasibility.parallel.slopes import Slopes
 from pathgene.hdl.feasibility.parallel.terrain_memory import TerrainMemory
 from pathgene.hdl.feasibility.walker_signature import walker_signature
 from pathgene.hdl.primitives.delay_line import delay_line
+from pathgene.hdl.primitives.unit import InstanceOf, Unit
 
 
 __all__ = ["ParallelWalker"]
 
 
-class ParallelWalker(wiring.Component):
+class ParallelWalker(Unit):
     """Walks all segments in the detailed map, ``lanes`` cells a cycle.
 
     A segment of n cells takes n / ``lanes`` cycles, rounded up. Segments and paths follow each
@@ -33,18 +34,15 @@ class ParallelWalker(wiring.Component):
 
     Source: *allaire two-tier*, section 5.3.
 
-    Parameters
-    ----------
-    config : Config
-
     Members
     -------
     Those of :func:`pathgene.hdl.feasibility.walker_signature.walker_signature`.
     """
 
-    def __init__(self, config: Config):
-        self.config = config
-        super().__init__(walker_signature(config))
+    config: InstanceOf(Config)
+
+    def interface(self):
+        return walker_signature(self.config)
 
     def elaborate(self, platform):
         m = Module()

@@ -1,11 +1,11 @@
 """Comparison of a path's exact altitude with the ground, cell by cell."""
 
 from amaranth import *
-from amaranth.lib import data, wiring
+from amaranth.lib import data
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.feasibility.two_tier.cell_walker import level_layout, visit_layout
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Count, Unit, Width
 
 
 __all__ = ["AltitudeComparator", "tested_layout"]
@@ -30,21 +30,11 @@ def tested_layout(coordinate_bits: int, segment_bits: int, latency: int) -> data
     )
 
 
-class AltitudeComparator(wiring.Component):
+class AltitudeComparator(Unit):
     """Tests one cell a cycle, ``memory_latency + 3`` cycles after it was visited.
 
     A cell is hit when ``z0 n + k dz <= ground * n``: multiplication and comparison take a cycle
     each, and nothing is rounded.
-
-    Parameters
-    ----------
-    coordinate_bits, altitude_bits : int
-        Widths of a coordinate and of an altitude, 1 or more. The top altitude marks ground that no
-        path may cross.
-    segment_bits : int
-        Width of the number of a segment in its path, 1 or more.
-    memory_latency : int
-        Cycles from an address to its data, 1 or 2.
 
     Attributes
     ----------
@@ -64,36 +54,24 @@ class AltitudeComparator(wiring.Component):
         Discard cells visited after the tested one, that of this cycle included.
     valid : Out(1)
     tested : Out(tested_layout)
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(
-        self, coordinate_bits: int, altitude_bits: int, segment_bits: int, memory_latency: int
-    ):
-        check_integer("Coordinate width", coordinate_bits, 1)
-        check_integer("Altitude width", altitude_bits, 1)
-        check_integer("Segment width", segment_bits, 1)
-        check_integer("Memory latency", memory_latency, 1, 2)
-        self.coordinate_bits = coordinate_bits
-        self.altitude_bits = altitude_bits
-        self.segment_bits = segment_bits
-        self.memory_latency = memory_latency
-        self.latency = memory_latency + 3
-        super().__init__(
-            {
-                "visiting": In(1),
-                "visit": In(visit_layout(coordinate_bits, segment_bits)),
-                "level": In(level_layout(coordinate_bits, altitude_bits)),
-                "ground": In(altitude_bits),
-                "drop": In(1),
-                "valid": Out(1),
-                "tested": Out(tested_layout(coordinate_bits, segment_bits, self.latency)),
-            }
-        )
+    coordinate_bits: Width(1)
+    altitude_bits: Width(1, text="The top altitude marks ground that no path may cross.")
+    segment_bits: Width(1, text="Number of a segment in its path.")
+    memory_latency: Count(1, 2, "Cycles from an address to its data.")
+
+    def interface(self):
+        self.latency = self.memory_latency + 3
+        return {
+            "visiting": In(1),
+            "visit": In(visit_layout(self.coordinate_bits, self.segment_bits)),
+            "level": In(level_layout(self.coordinate_bits, self.altitude_bits)),
+            "ground": In(self.altitude_bits),
+            "drop": In(1),
+            "valid": Out(1),
+            "tested": Out(tested_layout(self.coordinate_bits, self.segment_bits, self.latency)),
+        }
 
     def elaborate(self, platform):
         m = Module()

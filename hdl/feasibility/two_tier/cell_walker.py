@@ -1,11 +1,11 @@
 """Bresenham walker of the two-tier build: one cell a cycle, without a divider."""
 
 from amaranth import *
-from amaranth.lib import data, stream, wiring
+from amaranth.lib import data, stream
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.feasibility.two_tier.segment_setup import segment_layout
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Unit, Width
 
 
 __all__ = ["CellWalker", "level_layout", "visit_layout"]
@@ -35,7 +35,7 @@ def level_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
     return data.StructLayout({"scaled": altitude_bits + coordinate_bits, "steps": coordinate_bits})
 
 
-class CellWalker(wiring.Component):
+class CellWalker(Unit):
     """Visits every cell of segments, both ends included, in walking order.
 
     Cell k of a segment of n steps is ``x0 + floor((2 k dx + n) / (2 n))``, y likewise. Each step
@@ -49,13 +49,6 @@ class CellWalker(wiring.Component):
     segment is taken in the last of these cycles, so that none is lost.
 
     Source: *allaire two-tier*, section 3.2.3. Differs: the next segment is set up during the walk.
-
-    Parameters
-    ----------
-    coordinate_bits, altitude_bits : int
-        Widths of a coordinate and of an altitude, 1 or more.
-    segment_bits : int
-        Width of the number of a segment in its path, 1 or more.
 
     Members
     -------
@@ -78,34 +71,25 @@ class CellWalker(wiring.Component):
         A register.
     level : Out(level_layout)
         Altitude at the cell that was visited in the cycle before.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, coordinate_bits: int, altitude_bits: int, segment_bits: int):
-        check_integer("Coordinate width", coordinate_bits, 1)
-        check_integer("Altitude width", altitude_bits, 1)
-        check_integer("Segment width", segment_bits, 1)
-        self.coordinate_bits = coordinate_bits
-        self.altitude_bits = altitude_bits
-        self.segment_bits = segment_bits
-        segments = segment_layout(coordinate_bits, altitude_bits, segment_bits)
-        super().__init__(
-            {
-                "segments": In(stream.Signature(segments)),
-                "room": In(1),
-                "segment_room": In(1),
-                "begins": Out(1),
-                "segment_begins": Out(1),
-                "drop": In(1),
-                "visiting": Out(1),
-                "visit": Out(visit_layout(coordinate_bits, segment_bits)),
-                "level": Out(level_layout(coordinate_bits, altitude_bits)),
-            }
-        )
+    coordinate_bits: Width(1)
+    altitude_bits: Width(1)
+    segment_bits: Width(1, text="Number of a segment in its path.")
+
+    def interface(self):
+        segments = segment_layout(self.coordinate_bits, self.altitude_bits, self.segment_bits)
+        return {
+            "segments": In(stream.Signature(segments)),
+            "room": In(1),
+            "segment_room": In(1),
+            "begins": Out(1),
+            "segment_begins": Out(1),
+            "drop": In(1),
+            "visiting": Out(1),
+            "visit": Out(visit_layout(self.coordinate_bits, self.segment_bits)),
+            "level": Out(level_layout(self.coordinate_bits, self.altitude_bits)),
+        }
 
     def elaborate(self, platform):
         m = Module()

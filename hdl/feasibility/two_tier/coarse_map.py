@@ -1,18 +1,18 @@
 """Coarse map: the highest cell of every block of the detailed map, kept up to date."""
 
 from amaranth import *
-from amaranth.lib import data, stream, wiring
+from amaranth.lib import data, stream
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.feasibility.map_memory import MapMemory
 from pathgene.hdl.layouts import cell_layout
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Count, Unit, Width
 
 
 __all__ = ["CoarseMap"]
 
 
-class CoarseMap(wiring.Component):
+class CoarseMap(Unit):
     """Memory of the maxima of square blocks of cells.
 
     Cells written to the detailed map pass through this unit, which records the blocks that they
@@ -22,19 +22,6 @@ class CoarseMap(wiring.Component):
     last cell on.
 
     Source: *allaire two-tier*, section 3.1.1.
-
-    Parameters
-    ----------
-    coordinate_bits : int
-        Width of x and of y in cells, 2 or more.
-    coarse_bits : int
-        Width of x and of y in blocks, from 1 to ``coordinate_bits - 1``.
-    altitude_bits : int
-        Width of an altitude, 1 or more.
-    memory_latency : int
-        Cycles from a block to its maximum, 1 or 2.
-    scan_latency : int
-        Cycles from ``scanning`` to its ``scanned``, 1 or more.
 
     Members
     -------
@@ -55,46 +42,29 @@ class CoarseMap(wiring.Component):
     altitude : Out(altitude_bits)
         Its maximum, ``memory_latency`` cycles later; undefined until the block was scanned. See
         :class:`pathgene.hdl.feasibility.map_memory.MapMemory`.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(
-        self,
-        coordinate_bits: int,
-        coarse_bits: int,
-        altitude_bits: int,
-        *,
-        memory_latency: int,
-        scan_latency: int,
-    ):
-        check_integer("Coordinate width", coordinate_bits, 2)
-        check_integer("Coarse width", coarse_bits, 1, coordinate_bits - 1)
-        check_integer("Altitude width", altitude_bits, 1)
-        check_integer("Memory latency", memory_latency, 1, 2)
-        check_integer("Latency of a scan", scan_latency, 1)
-        self.coordinate_bits = coordinate_bits
-        self.coarse_bits = coarse_bits
-        self.altitude_bits = altitude_bits
-        self.memory_latency = memory_latency
-        self.scan_latency = scan_latency
-        super().__init__(
-            {
-                "writes": In(stream.Signature(cell_layout(coordinate_bits, altitude_bits))),
-                "written": Out(1),
-                "busy": Out(1),
-                "scanning": Out(1),
-                "scan_x": Out(coordinate_bits),
-                "scan_y": Out(coordinate_bits),
-                "scanned": In(altitude_bits),
-                "x": In(coarse_bits),
-                "y": In(coarse_bits),
-                "altitude": Out(altitude_bits),
-            }
-        )
+    coordinate_bits: Width(2, text="In cells.")
+    coarse_bits: Width(1, "coordinate_bits - 1", "Width of a coordinate in blocks.")
+    altitude_bits: Width(1)
+    memory_latency: Count(1, 2, "Cycles from a block to its maximum.")
+    scan_latency: Count(
+        1, text="Cycles from ``scanning`` to its ``scanned``.", name="Latency of a scan"
+    )
+
+    def interface(self):
+        return {
+            "writes": In(stream.Signature(cell_layout(self.coordinate_bits, self.altitude_bits))),
+            "written": Out(1),
+            "busy": Out(1),
+            "scanning": Out(1),
+            "scan_x": Out(self.coordinate_bits),
+            "scan_y": Out(self.coordinate_bits),
+            "scanned": In(self.altitude_bits),
+            "x": In(self.coarse_bits),
+            "y": In(self.coarse_bits),
+            "altitude": Out(self.altitude_bits),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,11 +1,11 @@
 """Set-up of segments for the walker of the two-tier build."""
 
 from amaranth import *
-from amaranth.lib import data, stream, wiring
+from amaranth.lib import data, stream
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.layouts import point_layout
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Count, Unit, Width
 
 
 __all__ = ["TwoTierSegmentSetup", "segment_layout"]
@@ -39,7 +39,7 @@ def segment_layout(
     )
 
 
-class TwoTierSegmentSetup(wiring.Component):
+class TwoTierSegmentSetup(Unit):
     """Makes segments of points: differences, sides in order of length, and the map.
 
     The first ``detailed_segments`` of a path are for the detailed map, all others for the coarse
@@ -49,57 +49,28 @@ class TwoTierSegmentSetup(wiring.Component):
     A pipeline of two stages, which takes a point and offers a segment every cycle: the segment is
     offered 2 cycles after its second point is taken. With ``segments`` stalled, two wait here.
 
-    Parameters
-    ----------
-    coordinate_bits : int
-        Width of x and of y in cells of the detailed map, 2 or more.
-    coarse_bits : int
-        Width of x and of y in cells of the coarse map, from 1 to ``coordinate_bits - 1``.
-    altitude_bits : int
-        Width of an altitude, 1 or more.
-    segment_bits : int
-        Width of the number of a segment in its path, 1 or more.
-    detailed_segments : int
-        Segments of a path for the detailed map, 1 or more.
-
     Members
     -------
     points : In(stream.Signature(point_layout))
         Paths of two points or more, one after the other.
     segments : Out(stream.Signature(segment_layout))
         One segment fewer than points, path by path.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(
-        self,
-        coordinate_bits: int,
-        coarse_bits: int,
-        altitude_bits: int,
-        segment_bits: int,
-        detailed_segments: int,
-    ):
-        check_integer("Coordinate width", coordinate_bits, 2)
-        check_integer("Coarse width", coarse_bits, 1, coordinate_bits - 1)
-        check_integer("Altitude width", altitude_bits, 1)
-        check_integer("Segment width", segment_bits, 1)
-        check_integer("Detailed segments", detailed_segments, 1)
-        self.coordinate_bits = coordinate_bits
-        self.coarse_bits = coarse_bits
-        self.altitude_bits = altitude_bits
-        self.segment_bits = segment_bits
-        self.detailed_segments = detailed_segments
-        segments = segment_layout(coordinate_bits, altitude_bits, segment_bits)
-        super().__init__(
-            {
-                "points": In(stream.Signature(point_layout(coordinate_bits, altitude_bits))),
-                "segments": Out(stream.Signature(segments)),
-            }
-        )
+    coordinate_bits: Width(2, text="In cells of the detailed map.")
+    coarse_bits: Width(
+        1, "coordinate_bits - 1", "Width of a coordinate in cells of the coarse map."
+    )
+    altitude_bits: Width(1)
+    segment_bits: Width(1, text="Number of a segment in its path.")
+    detailed_segments: Count(1, text="Segments of a path for the detailed map.")
+
+    def interface(self):
+        segments = segment_layout(self.coordinate_bits, self.altitude_bits, self.segment_bits)
+        return {
+            "points": In(stream.Signature(point_layout(self.coordinate_bits, self.altitude_bits))),
+            "segments": Out(stream.Signature(segments)),
+        }
 
     def elaborate(self, platform):
         m = Module()

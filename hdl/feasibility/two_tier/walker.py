@@ -1,21 +1,22 @@
 """Walker of the two-tier build: a cell a cycle, in the detailed map, then in the coarse one."""
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.lib.wiring import connect, flipped
 
+from pathgene.hdl.config import Config
 from pathgene.hdl.feasibility.map_memory import MapMemory
 from pathgene.hdl.feasibility.two_tier.altitude_comparator import AltitudeComparator
 from pathgene.hdl.feasibility.two_tier.cell_walker import CellWalker
 from pathgene.hdl.feasibility.two_tier.coarse_map import CoarseMap
 from pathgene.hdl.feasibility.two_tier.segment_setup import TwoTierSegmentSetup
 from pathgene.hdl.feasibility.walker_signature import walker_signature
+from pathgene.hdl.primitives.unit import InstanceOf, Unit
 
 
 __all__ = ["TwoTierWalker"]
 
 
-class TwoTierWalker(wiring.Component):
+class TwoTierWalker(Unit):
     """Walks the first two segments of a path in the detailed map, all others in the coarse one.
 
     With a source that always has the next point, the first cell of a path is visited 4 cycles after
@@ -33,18 +34,15 @@ class TwoTierWalker(wiring.Component):
     Source: *allaire two-tier*, section 3. Differs: the set-up of segments and paths overlaps the
     walk, and altitudes are compared exactly.
 
-    Parameters
-    ----------
-    config : Config
-
     Members
     -------
     Those of :func:`pathgene.hdl.feasibility.walker_signature.walker_signature`.
     """
 
-    def __init__(self, config):
-        self.config = config
-        super().__init__(walker_signature(config))
+    config: InstanceOf(Config)
+
+    def interface(self):
+        return walker_signature(self.config)
 
     def elaborate(self, platform):
         m = Module()

@@ -39,16 +39,3 @@ def test_reads_what_was_written(latency, ports, block_rows, monkeypatch):
             rows[:] = [rng.randrange(32) for _ in range(16)]
 
     simulate(dut, bench)
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"rows": 12}, "Rows must be a power of two from 2 on, not 12"),
-        ({"latency": 3}, "Latency must be 1 or 2, not 3"),
-        ({"ports": 0}, "Ports must be 1 or 2, not 0"),
-    ],
-)
-def test_wrong_parameters(change, message):
-    with pytest.raises(ValueError, match=f"^{message}$"):
-        MapMemory(**{"rows": 16, "width": 5, "latency": 1, "ports": 1, **change})

@@ -13,7 +13,6 @@ from pathgene.hdl.feasibility.path_source import PathSource
 from pathgene.hdl.ga_core.core import PaperCore
 from tests.support.gateware.chips import random_path
 from tests.support.gateware.streams import put, simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 
 
 CONFIG = Config(
@@ -188,17 +187,6 @@ def test_a_read_waits_until_it_is_taken():
             await ctx.tick()
 
     simulate(source, bench)
-
-
-def test_sizes():
-    sizes = {"coordinate_bits": 4, "altitude_bits": 4, "max_waypoints": 5, "population": 16}
-    limits = {
-        "coordinate_bits": ("Coordinate width", 1),
-        "altitude_bits": ("Altitude width", 1),
-        "max_waypoints": ("Max waypoints", 1),
-        "population": ("Population", 2, 256),
-    }
-    check_sizes(PathSource, sizes, limits)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,6 @@ from pathgene.hdl.feasibility.layouts import count_layout, verdict_layout
 from pathgene.hdl.feasibility.result_store import RecordLayouts, ResultStore
 from pathgene.hdl.protocol import PathResult, pack_results
 from tests.support.gateware.streams import collect, put, simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 
 
 CONFIG = Config(
@@ -158,15 +157,3 @@ def test_cycles():
         entries = sum(len(result.entries) for result, _ in batch)
         # The bench notices a cycle after it came.
         assert cycles - 1 == len(body) + 2 * (len(batch) + entries)
-
-
-def test_sizes():
-    sizes = {
-        "checked_paths": 8,
-        "max_segments": 7,
-        "verdict_layout": verdict_layout(5, 3, 8),
-        "count_layout": count_layout(5, 3),
-        "record_layouts": RecordLayouts.of(CONFIG),
-    }
-    limits = {"checked_paths": ("Paths of a check", 1), "max_segments": ("Segments of a path", 1)}
-    check_sizes(ResultStore, sizes, limits)

@@ -3,19 +3,19 @@
 from math import gcd
 
 from amaranth import *
-from amaranth.lib import data, stream, wiring
+from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.command.layouts import payload_members
 from pathgene.hdl.layouts import cell_layout
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Given, Unit, Width
 from pathgene.hdl.protocol import Status
 
 
 __all__ = ["CellParser"]
 
 
-class CellParser(wiring.Component):
+class CellParser(Unit):
     """Writes the cells of a rectangle, row by row from its south-western cell.
 
     The parser takes ``gcd(8, altitude_bits)`` bits in a cycle, and one more cycle for each cell: 4
@@ -26,13 +26,6 @@ class CellParser(wiring.Component):
     A cell is held until the next cell is complete, so that the last cell is marked even in a
     request that is too short. A request that is too short or too long is refused.
 
-    Parameters
-    ----------
-    coordinate_bits, altitude_bits : int
-        Widths of a coordinate and of an altitude, 1 or more.
-    rectangle_layout : data.StructLayout
-        Fields of a MAP: ``x``, ``y``, ``width`` and ``height``, in cells.
-
     Members
     -------
     on, repeated, bytes, ended, done, status
@@ -42,29 +35,21 @@ class CellParser(wiring.Component):
     writes : Out(stream of x, y, altitude, last)
         Cells for the checker; registers. After the ``last`` cell, not ready until the checker has
         applied the rectangle.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a size is not an integer, or out of its range.
     """
 
-    def __init__(
-        self, coordinate_bits: int, altitude_bits: int, rectangle_layout: data.StructLayout
-    ):
-        check_integer("Coordinate width", coordinate_bits, 1)
-        check_integer("Altitude width", altitude_bits, 1)
-        self.coordinate_bits = coordinate_bits
-        self.altitude_bits = altitude_bits
-        self.rectangle_layout = rectangle_layout
-        self.cell_layout = cell_layout(coordinate_bits, altitude_bits)
-        super().__init__(
-            {
-                **payload_members(),
-                "rectangle": In(rectangle_layout),
-                "writes": Out(stream.Signature(self.cell_layout)),
-            }
-        )
+    coordinate_bits: Width(1)
+    altitude_bits: Width(1)
+    rectangle_layout: Given(
+        "data.StructLayout", "Fields of a MAP: ``x``, ``y``, ``width`` and ``height``, in cells."
+    )
+
+    def interface(self):
+        self.cell_layout = cell_layout(self.coordinate_bits, self.altitude_bits)
+        return {
+            **payload_members(),
+            "rectangle": In(self.rectangle_layout),
+            "writes": Out(stream.Signature(self.cell_layout)),
+        }
 
     def elaborate(self, platform):
         m = Module()

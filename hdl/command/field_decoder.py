@@ -1,14 +1,14 @@
 """Decoder of the fixed fields of a request, which also checks their values."""
 
 from amaranth import *
-from amaranth.lib import data, wiring
+from amaranth.lib import data
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
 from pathgene.hdl.command.layouts import AnswerKind
 from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.hdl.layouts import check_layout, struct
-from pathgene.hdl.primitives.arguments import check_integer, check_power_of_two
+from pathgene.hdl.primitives.unit import Count, Given, PowerOfTwo, Unit, Width
 from pathgene.hdl.protocol import (
     CheckFlag,
     Command,
@@ -77,24 +77,11 @@ def payload_commands(config: Config) -> list[Command]:
     return [command for command in FOLLOWED if command in request_fields(config)]
 
 
-class FieldDecoder(wiring.Component):
+class FieldDecoder(Unit):
     """Decodes and checks the fixed fields of a request.
 
     ``status`` follows its inputs 2 cycles later, ``checks`` 1 cycle later; all other outputs are
     combinational.
-
-    Parameters
-    ----------
-    fields : dict of Command to Layout
-        Fixed fields of each numbered request of the chip: see :func:`request_fields`.
-    population : int
-        Slots, 2..256.
-    children : int
-        Paths made each generation, from 1 to ``population - 1``; they are in the last slots.
-    map_size : int
-        Cells along each edge of the map, a power of two, 2..65536.
-    altitude_bits : int
-        Width of an altitude, 1..16. A new waypoint is always below the top altitude.
 
     Members
     -------
@@ -143,31 +130,19 @@ class FieldDecoder(wiring.Component):
         A run goes on, for whose end MAP, PROBLEM, RUN, BEST and BLOCK must wait.
     has_problem, has_population : In(1)
         There is a problem, and a population for a warm run.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a size is not an integer, or out of its range.
     """
 
-    def __init__(
-        self,
-        fields: dict[Command, Layout],
-        population: int,
-        children: int,
-        map_size: int,
-        altitude_bits: int,
-    ):
-        check_integer("Population", population, 2, 256)
-        check_integer("Children", children, 1, population - 1)
-        check_power_of_two("Map size", map_size, 2, 1 << 16)
-        check_integer("Altitude width", altitude_bits, 1, 16)
-        self.fields = fields
-        self.population = population
-        self.children = children
-        self.map_size = map_size
-        self.altitude_bits = altitude_bits
-        self.size = max(layout.size for layout in fields.values())
+    fields: Given(
+        "dict of Command to Layout",
+        "Fixed fields of each numbered request of the chip: see :func:`request_fields`.",
+    )
+    population: Count(2, 256, "Slots.")
+    children: Count(1, "population - 1", "Paths made each generation, in the last slots.")
+    map_size: PowerOfTwo(2, 1 << 16, "Cells along each edge of the map.")
+    altitude_bits: Width(1, 16, "A new waypoint is always below the top altitude.")
+
+    def interface(self):
+        self.size = max(layout.size for layout in self.fields.values())
         # The bytes of the fields, the last one highest.
         self._packed = Signal(8 * self.size)
         members = {
@@ -180,28 +155,28 @@ class FieldDecoder(wiring.Component):
             "slot": Out(8),
             "count": Out(9),
         }
-        if Command.START in fields:
+        if Command.START in self.fields:
             members |= {
-                "start": Out(struct(fields[Command.START])),
+                "start": Out(struct(self.fields[Command.START])),
                 "write_slot": Out(8),
                 "identity": Out(1),
             }
-        if Command.MAP in fields:
-            members["rectangle"] = Out(struct(fields[Command.MAP]))
-        if Command.CHECK in fields:
-            waypoint_bits = 2 * exact_log2(map_size) + altitude_bits
+        if Command.MAP in self.fields:
+            members["rectangle"] = Out(struct(self.fields[Command.MAP]))
+        if Command.CHECK in self.fields:
+            waypoint_bits = 2 * exact_log2(self.map_size) + self.altitude_bits
             members |= {"checks": Out(check_layout(waypoint_bits)), "checked": In(9)}
-        if Command.RUN in fields:
+        if Command.RUN in self.fields:
             members |= {
-                "problem": Out(struct(fields[Command.PROBLEM])),
-                "run": Out(struct(fields[Command.RUN])),
-                "shape": Out(struct(fields[Command.BLOCK])),
+                "problem": Out(struct(self.fields[Command.PROBLEM])),
+                "run": Out(struct(self.fields[Command.RUN])),
+                "shape": Out(struct(self.fields[Command.BLOCK])),
                 "repeated": In(1),
                 "running": In(1),
                 "has_problem": In(1),
                 "has_population": In(1),
             }
-        super().__init__(members)
+        return members
 
     def elaborate(self, platform):
         m = Module()

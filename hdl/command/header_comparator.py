@@ -1,14 +1,15 @@
 """Comparison of a request's header with the open session and the expected sequence number."""
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
+
+from pathgene.hdl.primitives.unit import Unit
 
 
 __all__ = ["HeaderComparator"]
 
 
-class HeaderComparator(wiring.Component):
+class HeaderComparator(Unit):
     """Compares a header with what the chip expects, by the rules of :mod:`pathgene.hdl.protocol`.
 
     Every output is a register and follows its inputs 1 cycle later: the comparison of one byte is

@@ -1,33 +1,24 @@
 """Parser of the paths of a WRITE."""
 
 from amaranth import *
-from amaranth.lib import stream, wiring
+from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from pathgene.hdl.command.layouts import payload_members
 from pathgene.hdl.command.waypoint_assembler import WaypointAssembler
 from pathgene.hdl.layouts import write_layout
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Count, Unit, Width
 from pathgene.hdl.protocol import Status
 
 
 __all__ = ["PathParser"]
 
 
-class PathParser(wiring.Component):
+class PathParser(Unit):
     """Writes paths into consecutive slots.
 
     The parser is done in the cycle after the last waypoint is written. Paths of a wrong length, or
     past the last slot, are refused; the waypoints before the error have been written by then.
-
-    Parameters
-    ----------
-    population : int
-        Slots, 2..256.
-    waypoint_bits : int
-        Width of a waypoint, 1 or more.
-    min_waypoints, max_waypoints : int
-        Waypoints of the shortest and of the longest path, 1 or more, and 2 or more.
 
     Members
     -------
@@ -37,31 +28,22 @@ class PathParser(wiring.Component):
         The first slot; steady from the cycle before ``on``.
     writes : Out(stream of slot, index, waypoint, last)
         Waypoints for the present population; ``valid`` is a register.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, population: int, waypoint_bits: int, min_waypoints: int, max_waypoints: int):
-        check_integer("Population", population, 2, 256)
-        check_integer("Waypoint width", waypoint_bits, 1)
-        check_integer("Min waypoints", min_waypoints, 1)
-        check_integer("Max waypoints", max_waypoints, 2)
-        self.population = population
-        self.waypoint_bits = waypoint_bits
-        self.min_waypoints = min_waypoints
-        self.max_waypoints = max_waypoints
-        slot_bits, index_bits = (population - 1).bit_length(), (max_waypoints - 1).bit_length()
-        self.write_layout = write_layout(slot_bits, index_bits, waypoint_bits)
-        super().__init__(
-            {
-                **payload_members(),
-                "slot": In(8),
-                "writes": Out(stream.Signature(self.write_layout)),
-            }
-        )
+    population: Count(2, 256, "Slots.")
+    waypoint_bits: Width(1)
+    min_waypoints: Count(1, text="Waypoints of the shortest path.")
+    max_waypoints: Count(2, text="Waypoints of the longest path.")
+
+    def interface(self):
+        slot_bits = (self.population - 1).bit_length()
+        index_bits = (self.max_waypoints - 1).bit_length()
+        self.write_layout = write_layout(slot_bits, index_bits, self.waypoint_bits)
+        return {
+            **payload_members(),
+            "slot": In(8),
+            "writes": Out(stream.Signature(self.write_layout)),
+        }
 
     def elaborate(self, platform):
         m = Module()

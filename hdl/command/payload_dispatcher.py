@@ -4,7 +4,7 @@ from functools import reduce
 from operator import or_
 
 from amaranth import *
-from amaranth.lib import stream, wiring
+from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from pathgene.hdl.command.cell_parser import CellParser
@@ -13,21 +13,18 @@ from pathgene.hdl.command.point_parser import PointParser
 from pathgene.hdl.command.ranking_parser import RankingParser
 from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.hdl.layouts import cell_layout, point_layout, ranking_layout, struct, write_layout
+from pathgene.hdl.primitives.unit import InstanceOf, Unit
 from pathgene.hdl.protocol import Command, map_request
 
 
 __all__ = ["PayloadDispatcher"]
 
 
-class PayloadDispatcher(wiring.Component):
+class PayloadDispatcher(Unit):
     """The parsers of all commands with a payload of variable length, one of which is on at a time.
 
     The parser is chosen by the code well before it is turned on, and turned on by a separate
     register: neither the code nor the state of the receiver lies on a path through a parser.
-
-    Parameters
-    ----------
-    config : Config
 
     Members
     -------
@@ -55,18 +52,13 @@ class PayloadDispatcher(wiring.Component):
     cells : Out(stream)
         ``writes`` of :class:`pathgene.hdl.command.cell_parser.CellParser`.
     points : Out(stream)
-        Only without the planner core: of :class:`pathgene.hdl.command.point_parser.PointParser`.
-
-    Raises
-    ------
-    TypeError
-        If ``config`` is not a Config.
+        Only without a streaming core: of :class:`pathgene.hdl.command.point_parser.PointParser`.
     """
 
-    def __init__(self, config: Config):
-        if not isinstance(config, Config):
-            raise TypeError(f"Config must be a Config, not {config!r}")
-        self.config = config
+    config: InstanceOf(Config)
+
+    def interface(self):
+        config = self.config
         self.has_checker = config.checker is not CheckerBuild.NONE
         members = {
             "code": In(8),
@@ -95,7 +87,7 @@ class PayloadDispatcher(wiring.Component):
         if config.checks_paths:
             points = point_layout(config.coordinate_bits, config.altitude_bits)
             members["points"] = Out(stream.Signature(points))
-        super().__init__(members)
+        return members
 
     def elaborate(self, platform):
         m = Module()

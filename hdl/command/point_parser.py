@@ -1,31 +1,24 @@
 """Parser of the points of a CHECK."""
 
 from amaranth import *
-from amaranth.lib import stream, wiring
+from amaranth.lib import stream
 from amaranth.lib.wiring import Out, connect, flipped
 
 from pathgene.hdl.command.layouts import payload_members
 from pathgene.hdl.command.waypoint_assembler import WaypointAssembler
 from pathgene.hdl.layouts import point_layout
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Count, Unit, Width
 from pathgene.hdl.protocol import Status
 
 
 __all__ = ["PointParser"]
 
 
-class PointParser(wiring.Component):
+class PointParser(Unit):
     """Passes on the points of one path, 2 to ``max_waypoints + 2`` of them.
 
     The parser is done in the cycle after the last point is accepted. Any other number of points is
     refused; the points before the error have been passed on by then.
-
-    Parameters
-    ----------
-    coordinate_bits, altitude_bits : int
-        Widths of a coordinate and of an altitude, 1 or more.
-    max_waypoints : int
-        Waypoints of the longest path, without its two ends, 1 or more.
 
     Members
     -------
@@ -33,22 +26,15 @@ class PointParser(wiring.Component):
         See :func:`pathgene.hdl.command.layouts.payload_members`.
     points : Out(stream of x, y, altitude, last)
         At most as many as a path may have, and none after the ``last``; ``valid`` is a register.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, coordinate_bits: int, altitude_bits: int, max_waypoints: int):
-        check_integer("Coordinate width", coordinate_bits, 1)
-        check_integer("Altitude width", altitude_bits, 1)
-        check_integer("Max waypoints", max_waypoints, 1)
-        self.coordinate_bits = coordinate_bits
-        self.altitude_bits = altitude_bits
-        self.max_waypoints = max_waypoints
-        self.point_layout = point_layout(coordinate_bits, altitude_bits)
-        super().__init__({**payload_members(), "points": Out(stream.Signature(self.point_layout))})
+    coordinate_bits: Width(1)
+    altitude_bits: Width(1)
+    max_waypoints: Count(1, text="Waypoints of the longest path, without its two ends.")
+
+    def interface(self):
+        self.point_layout = point_layout(self.coordinate_bits, self.altitude_bits)
+        return {**payload_members(), "points": Out(stream.Signature(self.point_layout))}
 
     def elaborate(self, platform):
         m = Module()

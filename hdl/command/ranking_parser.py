@@ -1,28 +1,23 @@
 """Parser of the order of the slots of a GENERATE."""
 
 from amaranth import *
-from amaranth.lib import stream, wiring
+from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.command.layouts import payload_members
 from pathgene.hdl.layouts import ranking_layout
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Count, Unit
 from pathgene.hdl.protocol import Status
 
 
 __all__ = ["RankingParser"]
 
 
-class RankingParser(wiring.Component):
+class RankingParser(Unit):
     """Passes the order of the slots to the core, and waits until the core has applied it.
 
     The parser takes a byte every second cycle while the core accepts ranks. An order that is not a
     permutation of the slots is refused.
-
-    Parameters
-    ----------
-    population : int
-        Slots, 2..256.
 
     Members
     -------
@@ -34,25 +29,18 @@ class RankingParser(wiring.Component):
         The slots from the best path to the worst; registers.
     ranked : In(1)
         The core has applied the ranking.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, population: int):
-        check_integer("Population", population, 2, 256)
-        self.population = population
-        self.ranking_layout = ranking_layout((population - 1).bit_length())
-        super().__init__(
-            {
-                **payload_members(),
-                "identity": In(1),
-                "ranking": Out(stream.Signature(self.ranking_layout)),
-                "ranked": In(1),
-            }
-        )
+    population: Count(2, 256, "Slots.")
+
+    def interface(self):
+        self.ranking_layout = ranking_layout((self.population - 1).bit_length())
+        return {
+            **payload_members(),
+            "identity": In(1),
+            "ranking": Out(stream.Signature(self.ranking_layout)),
+            "ranked": In(1),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,7 +1,7 @@
 """Command receiver: takes one request at a time and feeds the core or the checker."""
 
 from amaranth import *
-from amaranth.lib import stream, wiring
+from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from pathgene.hdl.command.field_decoder import FieldDecoder, payload_commands, request_fields
@@ -21,6 +21,7 @@ from pathgene.hdl.layouts import (
 )
 from pathgene.hdl.link.frame import body_layout
 from pathgene.hdl.planner.layouts import problem_layout, shape_layout
+from pathgene.hdl.primitives.unit import InstanceOf, Unit
 from pathgene.hdl.protocol import Command, Status, StickyError
 from pathgene.hdl.protocol.runs import run_request
 
@@ -28,7 +29,7 @@ from pathgene.hdl.protocol.runs import run_request
 __all__ = ["CommandReceiver"]
 
 
-class CommandReceiver(wiring.Component):
+class CommandReceiver(Unit):
     """Takes requests and judges them by the rules of :mod:`pathgene.hdl.protocol`.
 
     The receiver reads the header, compares it with the open session and the expected sequence
@@ -44,10 +45,6 @@ class CommandReceiver(wiring.Component):
 
     Source: *allaire-2008*, section 4.3. Differs: the sequence numbers, and the order of the slots
     instead of the population itself.
-
-    Parameters
-    ----------
-    config : Config
 
     Members
     -------
@@ -111,19 +108,13 @@ class CommandReceiver(wiring.Component):
         A run goes on; high from the cycle after its transfer on.
     has_problem, has_population : In(1)
         There is a problem, and a population for a warm run.
-
-    Raises
-    ------
-    TypeError
-        If ``config`` is not a Config.
     """
 
-    def __init__(self, config: Config):
-        if not isinstance(config, Config):
-            raise TypeError(f"Config must be a Config, not {config!r}")
-        self.config = config
-        self.has_checker = config.checker is not CheckerBuild.NONE
+    config: InstanceOf(Config)
 
+    def interface(self):
+        config = self.config
+        self.has_checker = config.checker is not CheckerBuild.NONE
         members = {
             "on": In(1),
             "done": Out(1),
@@ -170,7 +161,7 @@ class CommandReceiver(wiring.Component):
                 "has_problem": In(1),
                 "has_population": In(1),
             }
-        super().__init__(members)
+        return members
 
     def elaborate(self, platform):
         m = Module()

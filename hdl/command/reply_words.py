@@ -4,10 +4,10 @@ from functools import reduce
 from operator import or_
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.command.layouts import AnswerKind
+from pathgene.hdl.primitives.unit import Given, Unit
 
 
 __all__ = ["WORD_BYTES", "ReplyWords"]
@@ -18,19 +18,11 @@ WORD_BYTES = 6
 _GROUP = 8
 
 
-class ReplyWords(wiring.Component):
+class ReplyWords(Unit):
     """Presents the words of an answer one after the other.
 
     The words are many, and their sources are spread over the chip. A shift register with one bit
     per word therefore chooses the word, and two registered stages combine the candidates.
-
-    Parameters
-    ----------
-    header : Value
-        First word of every answer.
-    replies : dict of tuple of AnswerKind to list of Value
-        Fields of the answers, by kind, in one part or several: a part begins with a word of its
-        own. Header and parts are whole bytes.
 
     Members
     -------
@@ -49,10 +41,17 @@ class ReplyWords(wiring.Component):
         The word is the last of its kind of answer; valid with it.
     """
 
-    def __init__(self, header: Value, replies: dict[tuple[AnswerKind, ...], list[Value]]):
+    header: Given("Value", "First word of every answer.")
+    replies: Given(
+        "dict of tuple of AnswerKind to list of Value",
+        "Fields of the answers, by kind, in one part or several: a part begins with a word "
+        "of its own. Header and parts are whole bytes.",
+    )
+
+    def interface(self):
         self._firsts = {}
-        self._words = [(header, len(header) // 8, False)]
-        for kinds, parts in replies.items():
+        self._words = [(self.header, len(self.header) // 8, False)]
+        for kinds, parts in self.replies.items():
             self._firsts[kinds] = len(self._words)
             for part in parts:
                 size, rest = divmod(len(part), 8)
@@ -64,16 +63,14 @@ class ReplyWords(wiring.Component):
                     end = min(size, at + WORD_BYTES)
                     final = part is parts[-1] and end == size
                     self._words.append((part[8 * at : 8 * end], end - at, final))
-        super().__init__(
-            {
-                "kind": In(AnswerKind),
-                "begin": In(1),
-                "next": In(1),
-                "word": Out(8 * WORD_BYTES),
-                "size": Out(range(WORD_BYTES + 1)),
-                "final": Out(1),
-            }
-        )
+        return {
+            "kind": In(AnswerKind),
+            "begin": In(1),
+            "next": In(1),
+            "word": Out(8 * WORD_BYTES),
+            "size": Out(range(WORD_BYTES + 1)),
+            "final": Out(1),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,7 +1,7 @@
 """Reply transmitter: sends one answer at a time."""
 
 from amaranth import *
-from amaranth.lib import data, enum, stream, wiring
+from amaranth.lib import data, enum, stream
 from amaranth.lib.crc.catalog import CRC32_ISO_HDLC
 from amaranth.lib.wiring import In, Out
 
@@ -16,6 +16,7 @@ from pathgene.hdl.layouts import (
     waypoint_layout,
 )
 from pathgene.hdl.link.frame import body_layout
+from pathgene.hdl.primitives.unit import InstanceOf, Unit
 from pathgene.hdl.protocol import (
     Counter,
     Layout,
@@ -43,7 +44,7 @@ class _After(enum.Enum, shape=3):
     BEST = RESULTS
 
 
-class ReplyTransmitter(wiring.Component):
+class ReplyTransmitter(Unit):
     """Sends the answer that the command receiver has chosen, as a body without CRC.
 
     The first byte is offered 3 cycles after the transmitter is turned on, then one byte per cycle
@@ -55,10 +56,6 @@ class ReplyTransmitter(wiring.Component):
     does. A recipe waits for the CRC of the population, one cycle per waypoint and a few more.
 
     Source: *allaire-2008*, section 4.7. Differs: only what the host requested is sent.
-
-    Parameters
-    ----------
-    config : Config
 
     Members
     -------
@@ -96,18 +93,12 @@ class ReplyTransmitter(wiring.Component):
         Pulse: the paths of the latest run are to be served.
     records : In(stream of record_layout)
         Their bytes, after ``best``.
-
-    Raises
-    ------
-    TypeError
-        If ``config`` is not a Config.
     """
 
-    def __init__(self, config: Config):
-        if not isinstance(config, Config):
-            raise TypeError(f"Config must be a Config, not {config!r}")
-        self.config = config
+    config: InstanceOf(Config)
 
+    def interface(self):
+        config = self.config
         self.status_layout = struct(status_reply(config))
         self.counters_layout = struct(counters_reply(config))
         members = {
@@ -146,7 +137,7 @@ class ReplyTransmitter(wiring.Component):
                 "best": Out(1),
                 "records": In(stream.Signature(record_layout)),
             }
-        super().__init__(members)
+        return members
 
     def elaborate(self, platform):
         m = Module()

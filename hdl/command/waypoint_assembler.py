@@ -1,25 +1,20 @@
 """Assembler of waypoints from the bytes of the link."""
 
 from amaranth import *
-from amaranth.lib import data, stream, wiring
+from amaranth.lib import data, stream
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Unit, Width
 
 
 __all__ = ["WaypointAssembler"]
 
 
-class WaypointAssembler(wiring.Component):
+class WaypointAssembler(Unit):
     """Assembles waypoints from bytes: one cycle per byte, and two more for each waypoint.
 
     In the first of these two cycles the user says whether the waypoint is wrong, in the second one
     the waypoint is offered, so that ``valid`` is a register.
-
-    Parameters
-    ----------
-    waypoint_bits : int
-        Width of a waypoint, without its ``last`` flag, 1 or more.
 
     Members
     -------
@@ -41,30 +36,23 @@ class WaypointAssembler(wiring.Component):
         The payload is steady while ``busy``.
     passes : Out(1)
         A waypoint that is not wrong leaves, whether it was offered or ``repeated``.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, waypoint_bits: int):
-        check_integer("Waypoint width", waypoint_bits, 1)
-        self.waypoint_bits = waypoint_bits
-        self.word_layout = data.StructLayout({"waypoint": waypoint_bits, "last": 1})
-        super().__init__(
-            {
-                "on": In(1),
-                "bytes": In(stream.Signature(8)),
-                "partial": Out(1),
-                "busy": Out(1),
-                "judge": Out(1),
-                "wrong": In(1),
-                "repeated": In(1),
-                "words": Out(stream.Signature(self.word_layout)),
-                "passes": Out(1),
-            }
-        )
+    waypoint_bits: Width(1, text="Without the ``last`` flag.")
+
+    def interface(self):
+        self.word_layout = data.StructLayout({"waypoint": self.waypoint_bits, "last": 1})
+        return {
+            "on": In(1),
+            "bytes": In(stream.Signature(8)),
+            "partial": Out(1),
+            "busy": Out(1),
+            "judge": Out(1),
+            "wrong": In(1),
+            "repeated": In(1),
+            "words": Out(stream.Signature(self.word_layout)),
+            "passes": Out(1),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -11,7 +11,6 @@ from pathgene.hdl.layouts import struct
 from pathgene.hdl.protocol import Status, map_request, pack_cells
 from tests.support.gateware.payloads import hand_over
 from tests.support.gateware.streams import collect
-from tests.support.gateware.wrong_sizes import check_sizes
 
 
 PAUSES = pytest.mark.parametrize("pauses", [(0,), (0, 3, 1, 0, 7)], ids=["steady", "stalled"])
@@ -138,13 +137,3 @@ def test_it_waits_for_the_map():
     assert done_at == [0] * busy_cycles
     # A cell is a byte here: each takes 2 cycles, and the last is held for one.
     assert outcomes[0][1] == 2 * 6 + busy_cycles + 4
-
-
-def test_sizes():
-    sizes = {
-        "coordinate_bits": 5,
-        "altitude_bits": 8,
-        "rectangle_layout": struct(map_request(config_of(8))),
-    }
-    limits = {"coordinate_bits": ("Coordinate width", 1), "altitude_bits": ("Altitude width", 1)}
-    check_sizes(CellParser, sizes, limits)

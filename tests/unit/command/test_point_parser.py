@@ -10,7 +10,6 @@ from pathgene.hdl.config import Config
 from pathgene.hdl.protocol import Status, pack_paths
 from tests.support.gateware.payloads import hand_over
 from tests.support.gateware.streams import collect
-from tests.support.gateware.wrong_sizes import check_sizes
 
 
 CONFIG = Config(max_waypoints=5)
@@ -81,13 +80,3 @@ def test_repeated_hands_nothing_on():
     outcomes, points = taken([pack_paths(CONFIG, [path_of(4)])], repeated=True)
     assert outcomes[0][0] is Status.OK
     assert points == []
-
-
-def test_sizes():
-    sizes = {"coordinate_bits": 9, "altitude_bits": 12, "max_waypoints": 5}
-    limits = {
-        "coordinate_bits": ("Coordinate width", 1),
-        "altitude_bits": ("Altitude width", 1),
-        "max_waypoints": ("Max waypoints", 1),
-    }
-    check_sizes(PointParser, sizes, limits)

@@ -4,7 +4,6 @@
 import pytest
 
 from pathgene.hdl.command.layouts import AnswerKind
-from pathgene.hdl.command.receiver import CommandReceiver
 from pathgene.hdl.protocol import (
     Command,
     LinkMode,
@@ -199,7 +198,5 @@ def test_sequence_numbers_wrap():
     assert {outcome[0] for outcome in outcomes} == {Status.OK}
 
 
-def test_configuration_is_checked():
-    with pytest.raises(TypeError, match=r"^Config must be a Config, not 16$"):
-        CommandReceiver(16)
+def test_a_request_of_the_ranking_has_nine_bytes():
     assert generate_request(CONFIG, LinkMode.RANK).size == 9

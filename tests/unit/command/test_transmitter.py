@@ -163,11 +163,6 @@ def test_recipe_sums_up_the_whole_population(pauses):
     assert reads == [(0, 8)] * 2
 
 
-def test_configuration_is_checked():
-    with pytest.raises(TypeError, match=r"^Config must be a Config, not None$"):
-        ReplyTransmitter(None)
-
-
 def checked_answers(kind, *, checked, slot=0, count=0, pauses=(0,)):
     """Return two bodies sent for ``kind``, the totals, and the requests for results."""
     rng = random.Random(3)

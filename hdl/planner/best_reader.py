@@ -1,13 +1,13 @@
 """Reader of the best paths of a run."""
 
 from amaranth import *
-from amaranth.lib import stream, wiring
+from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.layouts import record_layout
 from pathgene.hdl.planner.population_layouts import member_layout, waypoint_layout
 from pathgene.hdl.planner.population_memory import place_layout
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Count, Unit, Width
 from pathgene.hdl.protocol.runs import RETURNED
 
 
@@ -16,24 +16,13 @@ __all__ = ["BestReader"]
 _KEY_BYTES = 4
 
 
-class BestReader(wiring.Component):
+class BestReader(Unit):
     """Sends paths of different keys as bytes, the best first.
 
     The bytes are those of :func:`pathgene.hdl.protocol.runs.pack_best`: of each path its key, then
     its waypoints. Members are read by their ranks, so that those of one key follow each other; of
     these the first is sent. Bytes follow each other in consecutive cycles, but for a cycle before
     each key and 3 before each waypoint, 5 for each member after the first that is read, and 2 more.
-
-    Parameters
-    ----------
-    slots : int
-        Paths in the memory, 2 or more.
-    population : int
-        Members, 2 or more.
-    max_waypoints : int
-        Waypoints of the longest path, 2 or more.
-    coordinate_bits, altitude_bits : int
-        Widths of a coordinate and of an altitude, 1 or more.
 
     Members
     -------
@@ -52,38 +41,26 @@ class BestReader(wiring.Component):
         Contents of ``read`` of 2 cycles before.
     records : Out(stream.Signature(record_layout))
         ``last`` ends the paths.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, slots, population, max_waypoints, coordinate_bits, altitude_bits):
-        check_integer("Slots", slots, 2)
-        check_integer("Population", population, 2)
-        check_integer("Max waypoints", max_waypoints, 2)
-        check_integer("Coordinate width", coordinate_bits, 1)
-        check_integer("Altitude width", altitude_bits, 1)
+    slots: Count(2, text="Paths in the memory.")
+    population: Count(2, text="Members.")
+    max_waypoints: Count(2, text="Waypoints of the longest path.")
+    coordinate_bits: Width(1)
+    altitude_bits: Width(1)
 
-        self.slots = slots
-        self.population = population
-        self.max_waypoints = max_waypoints
-        self.coordinate_bits = coordinate_bits
-        self.altitude_bits = altitude_bits
-        member = member_layout((slots - 1).bit_length(), max_waypoints.bit_length())
-        super().__init__(
-            {
-                "count": In(range(RETURNED + 1)),
-                "best": In(1),
-                "busy": Out(1),
-                "rank": Out(range(population)),
-                "member": In(member),
-                "read": Out(place_layout(slots, max_waypoints)),
-                "waypoint": In(waypoint_layout(coordinate_bits, altitude_bits)),
-                "records": Out(stream.Signature(record_layout)),
-            }
-        )
+    def interface(self):
+        member = member_layout((self.slots - 1).bit_length(), self.max_waypoints.bit_length())
+        return {
+            "count": In(range(RETURNED + 1)),
+            "best": In(1),
+            "busy": Out(1),
+            "rank": Out(range(self.population)),
+            "member": In(member),
+            "read": Out(place_layout(self.slots, self.max_waypoints)),
+            "waypoint": In(waypoint_layout(self.coordinate_bits, self.altitude_bits)),
+            "records": Out(stream.Signature(record_layout)),
+        }
 
     def elaborate(self, platform):
         m = Module()

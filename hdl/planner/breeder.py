@@ -1,15 +1,17 @@
 """Breeder: the children of a generation, one after another."""
 
 from amaranth import *
-from amaranth.lib import data, stream, wiring
+from amaranth.lib import data, stream
 from amaranth.lib.wiring import In, Out, connect, flipped
 
+from pathgene.hdl.config import Config
 from pathgene.hdl.ga_core.distinct_draw import DistinctDraw
 from pathgene.hdl.planner.child_builder import ChildBuilder
 from pathgene.hdl.planner.child_planner import ChildPlanner
 from pathgene.hdl.planner.memory_queue import MemoryQueue
 from pathgene.hdl.planner.parent_draw import ParentDraw
 from pathgene.hdl.planner.population_layouts import path_layout, slot_count
+from pathgene.hdl.primitives.unit import Count, InstanceOf, Unit
 from pathgene.hdl.protocol.planner_breeding import SURVIVOR_BITS
 from pathgene.hdl.protocol.random_words import LANES, WORD_BITS
 
@@ -17,7 +19,7 @@ from pathgene.hdl.protocol.random_words import LANES, WORD_BITS
 __all__ = ["Breeder"]
 
 
-class Breeder(wiring.Component):
+class Breeder(Unit):
     """Plans the children of a generation at a constant pace, and builds them as they are taken.
 
     Planning draws parents, mutations and survivors; each child takes a step of the random source,
@@ -26,12 +28,6 @@ class Breeder(wiring.Component):
     Plans of two generations fit into the queue. Children are built in their order, as slots,
     children and points are taken: see :class:`pathgene.hdl.planner.child_builder.ChildBuilder`.
     Equals :func:`pathgene.sim.model.planner.definition.breeder.breed`.
-
-    Parameters
-    ----------
-    config : Config
-    islands : int
-        Islands whose populations have slots, 1 or more.
 
     Members
     -------
@@ -67,10 +63,12 @@ class Breeder(wiring.Component):
         Points of the children, start and goal included; ``last`` marks the goal.
     """
 
-    def __init__(self, config, islands):
-        self.config = config
-        self.islands = islands
-        self.slot_count = slot_count(config, islands)
+    config: InstanceOf(Config)
+    islands: Count(1, text="Islands whose populations have slots.")
+
+    def interface(self):
+        config = self.config
+        self.slot_count = slot_count(config, self.islands)
         self.builder = ChildBuilder(
             self.slot_count,
             config.max_waypoints,
@@ -83,19 +81,17 @@ class Breeder(wiring.Component):
         self.parent_layout = path_layout(slot_bits, config.length_bits)
         self.child_layout = data.StructLayout({"slot": slot_bits, "parity": 1})
         passed = self.builder.signature.members
-        super().__init__(
-            {
-                "begin": In(1),
-                "words": In(stream.Signature(data.ArrayLayout(WORD_BITS, LANES))),
-                "rank": Out(config.slot_bits),
-                "parent": In(self.parent_layout),
-                "planning": Out(1),
-                "parity": Out(1),
-                "survivors": Out(data.ArrayLayout(config.slot_bits, config.survivors)),
-                **{name: passed[name] for name in _PASSED},
-                "children": Out(stream.Signature(self.child_layout)),
-            }
-        )
+        return {
+            "begin": In(1),
+            "words": In(stream.Signature(data.ArrayLayout(WORD_BITS, LANES))),
+            "rank": Out(config.slot_bits),
+            "parent": In(self.parent_layout),
+            "planning": Out(1),
+            "parity": Out(1),
+            "survivors": Out(data.ArrayLayout(config.slot_bits, config.survivors)),
+            **{name: passed[name] for name in _PASSED},
+            "children": Out(stream.Signature(self.child_layout)),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,7 +1,7 @@
 """Builder of children: from the plan of a child to its points and waypoints."""
 
 from amaranth import *
-from amaranth.lib import data, stream, wiring
+from amaranth.lib import data, stream
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.feasibility.result_queue import ResultQueue
@@ -10,8 +10,8 @@ from pathgene.hdl.layouts import point_layout
 from pathgene.hdl.planner.child_planner import plan_layout
 from pathgene.hdl.planner.population_layouts import corner_layout, waypoint_layout
 from pathgene.hdl.planner.population_memory import place_layout, write_layout
-from pathgene.hdl.primitives.arguments import check_integer
 from pathgene.hdl.primitives.delay_line import delay_line
+from pathgene.hdl.primitives.unit import Count, Unit, Width
 
 
 __all__ = ["ChildBuilder"]
@@ -23,7 +23,7 @@ _STAGES = 7
 _AXES = ("x", "y", "altitude")
 
 
-class ChildBuilder(wiring.Component):
+class ChildBuilder(Unit):
     """Reads the waypoints of a child's parents, mutates one of them, and writes the child.
 
     Each cycle makes a point: the start, the child's waypoints, the goal. A child of ``n`` waypoints
@@ -36,17 +36,6 @@ class ChildBuilder(wiring.Component):
     is moved from the middle between its neighbours, and of a settled one. The others keep theirs.
     Equals the waypoints of ``cross`` and ``mutate`` of
     :mod:`pathgene.sim.model.planner.definition.breeder`.
-
-    Parameters
-    ----------
-    slot_count : int
-        Paths in the memory, 2 or more.
-    max_waypoints : int
-        Waypoints of the longest path, 3 or more.
-    coordinate_bits, altitude_bits : int
-        Widths of a coordinate and of an altitude, 1 or more.
-    box_cells, box_steps : int
-        Greatest gains of a moved waypoint, 1 or more.
 
     Members
     -------
@@ -64,35 +53,24 @@ class ChildBuilder(wiring.Component):
         Slot of each child, offered with the plan and taken with it.
     points : Out(stream.Signature(point_layout))
         ``last`` marks the goal.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(
-        self, slot_count, max_waypoints, coordinate_bits, altitude_bits, box_cells, box_steps
-    ):
-        check_integer("Slots", slot_count, 2)
-        check_integer("Max waypoints", max_waypoints, 3)
-        check_integer("Coordinate width", coordinate_bits, 1)
-        check_integer("Altitude width", altitude_bits, 1)
-        check_integer("Box width", box_cells, 1)
-        check_integer("Box height", box_steps, 1)
+    slot_count: Count(2, text="Paths in the memory.", name="Slots")
+    max_waypoints: Count(3, text="Waypoints of the longest path.")
+    coordinate_bits: Width(1)
+    altitude_bits: Width(1)
+    box_cells: Count(1, text="Maximum gain of a moved waypoint in x and in y.", name="Box width")
+    box_steps: Count(1, text="Maximum gain of a moved waypoint in altitude.", name="Box height")
 
-        self.slot_count = slot_count
-        self.max_waypoints = max_waypoints
-        self.coordinate_bits = coordinate_bits
-        self.altitude_bits = altitude_bits
-        self.box_cells = box_cells
-        self.box_steps = box_steps
-        slot_bits = (slot_count - 1).bit_length()
-        self.plan_layout = plan_layout(slot_bits, max_waypoints, box_cells, box_steps)
-        self.corner_layout = corner_layout(coordinate_bits, altitude_bits)
-        self.waypoint_layout = waypoint_layout(coordinate_bits, altitude_bits)
-        self.point_layout = point_layout(coordinate_bits, altitude_bits)
-        self.place_layout = place_layout(slot_count, max_waypoints)
+    def interface(self):
+        slot_bits = (self.slot_count - 1).bit_length()
+        self.plan_layout = plan_layout(
+            slot_bits, self.max_waypoints, self.box_cells, self.box_steps
+        )
+        self.corner_layout = corner_layout(self.coordinate_bits, self.altitude_bits)
+        self.waypoint_layout = waypoint_layout(self.coordinate_bits, self.altitude_bits)
+        self.point_layout = point_layout(self.coordinate_bits, self.altitude_bits)
+        self.place_layout = place_layout(self.slot_count, self.max_waypoints)
         self._step_layout = data.StructLayout(
             {
                 "is_start": 1,
@@ -104,20 +82,18 @@ class ChildBuilder(wiring.Component):
                 "place": self.place_layout,
             }
         )
-        super().__init__(
-            {
-                "plans": In(stream.Signature(self.plan_layout)),
-                "slots": In(stream.Signature(range(slot_count))),
-                "limits": In(self.corner_layout),
-                "start": In(self.corner_layout),
-                "goal": In(self.corner_layout),
-                "read": Out(self.place_layout),
-                "waypoint": In(self.waypoint_layout),
-                "write": Out(write_layout(slot_count, max_waypoints, self.waypoint_layout)),
-                "children": Out(stream.Signature(range(slot_count))),
-                "points": Out(stream.Signature(self.point_layout)),
-            }
-        )
+        return {
+            "plans": In(stream.Signature(self.plan_layout)),
+            "slots": In(stream.Signature(range(self.slot_count))),
+            "limits": In(self.corner_layout),
+            "start": In(self.corner_layout),
+            "goal": In(self.corner_layout),
+            "read": Out(self.place_layout),
+            "waypoint": In(self.waypoint_layout),
+            "write": Out(write_layout(self.slot_count, self.max_waypoints, self.waypoint_layout)),
+            "children": Out(stream.Signature(range(self.slot_count))),
+            "points": Out(stream.Signature(self.point_layout)),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,14 +1,14 @@
 """Plan of a child: where its waypoints come from, and what is mutated."""
 
 from amaranth import *
-from amaranth.lib import data, stream, wiring
+from amaranth.lib import data, stream
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.planner.parent_draw import draw_layout
 from pathgene.hdl.planner.population_layouts import path_layout
-from pathgene.hdl.primitives.arguments import check_integer
 from pathgene.hdl.primitives.multiplier import Multiplier
+from pathgene.hdl.primitives.unit import Count, Unit, Width
 from pathgene.hdl.protocol.planner_breeding import (
     CUT,
     DELETE,
@@ -65,24 +65,13 @@ def plan_layout(slot_bits, max_waypoints, box_cells, box_steps):
     )
 
 
-class ChildPlanner(wiring.Component):
+class ChildPlanner(Unit):
     """Looks the parents of a child up, and decodes its mutation.
 
     A parent is read in the first cycle of a draw, the other one in the second, and the plan is
     offered 8 cycles after the first. The next draw begins in the cycle in which the plan is taken,
     so plans follow each other every 8 cycles. Equals ``cross`` and ``mutate`` of
     :mod:`pathgene.sim.model.planner.definition.breeder`, waypoints apart.
-
-    Parameters
-    ----------
-    rank_bits : int
-        Width of a rank, from 1 to 5.
-    slot_bits : int
-        Width of a slot, 1 or more.
-    max_waypoints : int
-        Waypoints of the longest path, 3 or more.
-    box_cells, box_steps : int
-        Greatest gains of a moved waypoint, 1 or more.
 
     Members
     -------
@@ -92,35 +81,25 @@ class ChildPlanner(wiring.Component):
     parent : In(path_layout)
         Slot and length of the member that was at ``rank`` in the cycle before.
     plans : Out(stream.Signature(plan_layout))
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, rank_bits, slot_bits, max_waypoints, box_cells, box_steps):
-        check_integer("Rank width", rank_bits, 1, 5)
-        check_integer("Slot width", slot_bits, 1)
-        check_integer("Max waypoints", max_waypoints, 3)
-        check_integer("Box width", box_cells, 1)
-        check_integer("Box height", box_steps, 1)
+    rank_bits: Width(1, 5)
+    slot_bits: Width(1)
+    max_waypoints: Count(3, text="Waypoints of the longest path.")
+    box_cells: Count(1, text="Maximum gain of a moved waypoint in x and in y.", name="Box width")
+    box_steps: Count(1, text="Maximum gain of a moved waypoint in altitude.", name="Box height")
 
-        self.rank_bits = rank_bits
-        self.slot_bits = slot_bits
-        self.max_waypoints = max_waypoints
-        self.box_cells = box_cells
-        self.box_steps = box_steps
-        self.plan_layout = plan_layout(slot_bits, max_waypoints, box_cells, box_steps)
-        self.parent_layout = path_layout(slot_bits, max_waypoints.bit_length())
-        super().__init__(
-            {
-                "draws": In(stream.Signature(draw_layout(rank_bits))),
-                "rank": Out(rank_bits),
-                "parent": In(self.parent_layout),
-                "plans": Out(stream.Signature(self.plan_layout)),
-            }
+    def interface(self):
+        self.plan_layout = plan_layout(
+            self.slot_bits, self.max_waypoints, self.box_cells, self.box_steps
         )
+        self.parent_layout = path_layout(self.slot_bits, self.max_waypoints.bit_length())
+        return {
+            "draws": In(stream.Signature(draw_layout(self.rank_bits))),
+            "rank": Out(self.rank_bits),
+            "parent": In(self.parent_layout),
+            "plans": Out(stream.Signature(self.plan_layout)),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,18 +1,18 @@
 """Collector: the next population of an island, from those that stay and those that come."""
 
 from amaranth import *
-from amaranth.lib import data, stream, wiring
+from amaranth.lib import data, stream
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.planner.population_layouts import member_layout
 from pathgene.hdl.planner.ranking import Ranking
-from pathgene.hdl.primitives.arguments import check_integer, check_power_of_two
+from pathgene.hdl.primitives.unit import Count, PowerOfTwo, Unit, Width
 
 
 __all__ = ["Collector"]
 
 
-class Collector(wiring.Component):
+class Collector(Unit):
     """Collects populations, sorts them, and holds those of every island by their ranks.
 
     A generation is collected in a pass over the population and by the children that come. The pass
@@ -34,17 +34,6 @@ class Collector(wiring.Component):
     First populations come from ``evaluated`` too. The best of them stay; a slot becomes free 2
     cycles after one too many is taken. ``store`` ends them: N cycles from the one after it on, or
     from that in which the sorter is free, ``evaluated`` is ready again, and ``busy`` falls.
-
-    Parameters
-    ----------
-    population : int
-        Members of an island: a power of two, 2 to 256.
-    elites, survivors : int
-        Members that stay, 0 or more and 1 or more; the other ones are children, 1 or more.
-    islands : int
-        1 or 2.
-    slot_bits, length_bits : int
-        Widths of a slot and of a length, 1 or more.
 
     Members
     -------
@@ -79,48 +68,37 @@ class Collector(wiring.Component):
         While not ``busy``: the member that was at ``rank`` in the cycle before.
     feasible : Out(1)
         While not ``busy``: the best path of the population that was stored last is feasible.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, population, elites, survivors, islands, slot_bits, length_bits):
-        check_power_of_two("Population", population, 2, 256)
-        check_integer("Elites", elites, 0, population - 2)
-        check_integer("Survivors", survivors, 1, population - elites - 1)
-        check_integer("Islands", islands, 1, 2)
-        check_integer("Slot width", slot_bits, 1)
-        check_integer("Length width", length_bits, 1)
+    population: PowerOfTwo(2, 256, "Members of an island.")
+    elites: Count(0, "population - 2", "Best members, which stay.")
+    survivors: Count(
+        1, "population - elites - 1", "Drawn members that stay; the other members are children."
+    )
+    islands: Count(1, 2)
+    slot_bits: Width(1)
+    length_bits: Width(1)
 
-        self.population = population
-        self.children = population - elites - survivors
-        self.elites = elites
-        self.survivors = survivors
-        self.islands = islands
-        self.slot_bits = slot_bits
-        self.length_bits = length_bits
-        self.member_layout = member_layout(slot_bits, length_bits)
-        self.freed_layout = data.StructLayout({"valid": 1, "slot": slot_bits})
-        super().__init__(
-            {
-                "fills": In(1),
-                "store": In(1),
-                "collect": In(1),
-                "merge": In(1),
-                "island": In(range(islands)),
-                "stay": In(data.ArrayLayout(range(population), survivors)),
-                "busy": Out(1),
-                "sorting": Out(1),
-                "stored": Out(1),
-                "evaluated": In(stream.Signature(self.member_layout)),
-                "freed": Out(self.freed_layout),
-                "rank": In(range(population)),
-                "member": Out(self.member_layout),
-                "feasible": Out(1),
-            }
-        )
+    def interface(self):
+        self.children = self.population - self.elites - self.survivors
+        self.member_layout = member_layout(self.slot_bits, self.length_bits)
+        self.freed_layout = data.StructLayout({"valid": 1, "slot": self.slot_bits})
+        return {
+            "fills": In(1),
+            "store": In(1),
+            "collect": In(1),
+            "merge": In(1),
+            "island": In(range(self.islands)),
+            "stay": In(data.ArrayLayout(range(self.population), self.survivors)),
+            "busy": Out(1),
+            "sorting": Out(1),
+            "stored": Out(1),
+            "evaluated": In(stream.Signature(self.member_layout)),
+            "freed": Out(self.freed_layout),
+            "rank": In(range(self.population)),
+            "member": Out(self.member_layout),
+            "feasible": Out(1),
+        }
 
     def elaborate(self, platform):
         m = Module()

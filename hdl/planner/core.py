@@ -1,7 +1,7 @@
 """The planner: map, problem and runs, behind the commands."""
 
 from amaranth import *
-from amaranth.lib import stream, wiring
+from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from pathgene.hdl.config import Config
@@ -19,6 +19,7 @@ from pathgene.hdl.planner.run_status import RunStatus, run_status_layout
 from pathgene.hdl.planner.shape_drawer import ShapeDrawer
 from pathgene.hdl.planner.wavefront.seed_source import SeedSource
 from pathgene.hdl.primitives.fanout import fanout
+from pathgene.hdl.primitives.unit import InstanceOf, PowerOfTwo, Unit
 from pathgene.hdl.protocol.planner import MEMO_ROWS
 from pathgene.hdl.protocol.runs import ISLANDS, run_request
 
@@ -28,19 +29,12 @@ __all__ = ["PlannerCore"]
 _AXES = "x", "y", "altitude"
 
 
-class PlannerCore(wiring.Component):
+class PlannerCore(Unit):
     """Plans paths: a run breeds, scores, walks and sorts by itself, from seeds along routes.
 
     Cells, shapes, problems and runs are taken while no run goes on. A problem voids the paths of
     the run before; a warm run goes on from them nevertheless. Equals
     :func:`pathgene.sim.model.planner.definition.run.plan`, cycles included.
-
-    Parameters
-    ----------
-    config : Config
-        Has the planner core.
-    memo_rows : int
-        Rows of the memo of segments: 0, or a power of two from 2 on.
 
     Members
     -------
@@ -66,27 +60,27 @@ class PlannerCore(wiring.Component):
         See :class:`pathgene.hdl.planner.best_reader.BestReader`.
     """
 
-    def __init__(self, config: Config, memo_rows: int = MEMO_ROWS):
-        self.config = config
-        self.memo_rows = memo_rows
+    config: InstanceOf(Config)
+    memo_rows: PowerOfTwo(2, 1 << 16, "Segments of the memo.", name="Rows", also=(0,)) = MEMO_ROWS
+
+    def interface(self):
+        config = self.config
         sizes = config.coordinate_bits, config.altitude_bits
-        super().__init__(
-            {
-                "cells": In(stream.Signature(cell_layout(*sizes))),
-                "shapes": In(stream.Signature(shape_layout(config.coordinate_bits))),
-                "problems": In(stream.Signature(problem_layout(config))),
-                "runs": In(stream.Signature(struct(run_request(config)))),
-                "stop": In(1),
-                "running": Out(1),
-                "has_problem": Out(1),
-                "has_population": Out(1),
-                "has_best": Out(1),
-                "bred": Out(1),
-                "status": Out(run_status_layout()),
-                "best": In(1),
-                "records": Out(stream.Signature(record_layout)),
-            }
-        )
+        return {
+            "cells": In(stream.Signature(cell_layout(*sizes))),
+            "shapes": In(stream.Signature(shape_layout(config.coordinate_bits))),
+            "problems": In(stream.Signature(problem_layout(config))),
+            "runs": In(stream.Signature(struct(run_request(config)))),
+            "stop": In(1),
+            "running": Out(1),
+            "has_problem": Out(1),
+            "has_population": Out(1),
+            "has_best": Out(1),
+            "bred": Out(1),
+            "status": Out(run_status_layout()),
+            "best": In(1),
+            "records": Out(stream.Signature(record_layout)),
+        }
 
     def elaborate(self, platform):
         m = Module()

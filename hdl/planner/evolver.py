@@ -1,15 +1,16 @@
 """Evolver: the populations of a run, generation after generation; evaluation is elsewhere."""
 
 from amaranth import *
-from amaranth.lib import data, stream, wiring
+from amaranth.lib import data, stream
 from amaranth.lib.wiring import In, Out, connect, flipped
 
+from pathgene.hdl.config import Config
 from pathgene.hdl.planner.breeder import Breeder
 from pathgene.hdl.planner.collector import Collector
 from pathgene.hdl.planner.population_layouts import KEY_BITS, corner_layout, head_layout, slot_count
 from pathgene.hdl.planner.population_memory import PopulationMemory, write_layout
 from pathgene.hdl.planner.slot_pool import SlotPool
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Count, InstanceOf, Unit
 from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
 from pathgene.hdl.protocol.random_words import LANES, WORD_BITS
 
@@ -19,7 +20,7 @@ __all__ = ["Evolver"]
 _AXES = ("x", "y", "altitude")
 
 
-class Evolver(wiring.Component):
+class Evolver(Unit):
     """Holds the populations of all islands and breeds their next generations.
 
     Two generations overlap, so that units do not wait for each other: while the children of one are
@@ -44,12 +45,6 @@ class Evolver(wiring.Component):
     each member read by its rank, written anew in its slot, and evaluated. Nothing has to be cleared
     before an island gets another population in this way: a run may go on from that of island 0
     after ``finish`` or ``merge``, and the other island be filled anew.
-
-    Parameters
-    ----------
-    config : Config
-    islands : int
-        1 or 2.
 
     Members
     -------
@@ -114,21 +109,16 @@ class Evolver(wiring.Component):
         While not ``pending``: place of a waypoint to be read.
     waypoint : Out(waypoint_layout)
         While not ``pending``: the waypoint at ``read`` of 2 cycles before.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If ``islands`` is not an integer, or out of its range.
     """
 
-    def __init__(self, config, islands):
-        check_integer("Islands", islands, 1, 2)
+    config: InstanceOf(Config)
+    islands: Count(1, 2)
 
-        self.config = config
-        self.islands = islands
-        self.slot_count = slot_count(config, islands)
+    def interface(self):
+        config = self.config
+        self.slot_count = slot_count(config, self.islands)
         self.slot_bits = (self.slot_count - 1).bit_length()
-        self.breeder = Breeder(config, islands)
+        self.breeder = Breeder(config, self.islands)
         self.memory = PopulationMemory(
             self.slot_count, config.max_waypoints, config.coordinate_bits, config.altitude_bits
         )
@@ -136,7 +126,7 @@ class Evolver(wiring.Component):
             config.population,
             config.elites,
             config.survivors,
-            islands,
+            self.islands,
             self.slot_bits,
             config.length_bits,
         )
@@ -144,37 +134,35 @@ class Evolver(wiring.Component):
         self.head_layout = head_layout(self.slot_bits)
         bred = self.breeder.signature.members
         corner = corner_layout(config.coordinate_bits, config.altitude_bits)
-        super().__init__(
-            {
-                "clear": In(1),
-                "fills": In(1),
-                "store": In(1),
-                "begin": In(1),
-                "finish": In(1),
-                "merge": In(1),
-                "island": In(range(islands)),
-                "ready": Out(1),
-                "pending": Out(1),
-                "planning": Out(1),
-                "sorting": Out(1),
-                "give_up_rank": In(config.slot_bits),
-                "best": Out(KEY_BITS),
-                "feasible": Out(1),
-                "words": In(stream.Signature(data.ArrayLayout(WORD_BITS, LANES))),
-                **{name: bred[name] for name in ("limits", "start", "goal")},
-                "slots": Out(stream.Signature(range(self.slot_count))),
-                "write": In(write_layout(self.slot_count, config.max_waypoints, corner)),
-                "children": Out(stream.Signature(self.head_layout)),
-                "points": bred["points"],
-                "decided": In(self.memory.decided_layout),
-                "margin": In(self.memory.margin_layout),
-                "evaluated": In(stream.Signature(self.member_layout)),
-                "rank": In(config.slot_bits),
-                "member": Out(self.member_layout),
-                "read": In(self.memory.place_layout),
-                "waypoint": Out(self.memory.waypoint_layout),
-            }
-        )
+        return {
+            "clear": In(1),
+            "fills": In(1),
+            "store": In(1),
+            "begin": In(1),
+            "finish": In(1),
+            "merge": In(1),
+            "island": In(range(self.islands)),
+            "ready": Out(1),
+            "pending": Out(1),
+            "planning": Out(1),
+            "sorting": Out(1),
+            "give_up_rank": In(config.slot_bits),
+            "best": Out(KEY_BITS),
+            "feasible": Out(1),
+            "words": In(stream.Signature(data.ArrayLayout(WORD_BITS, LANES))),
+            **{name: bred[name] for name in ("limits", "start", "goal")},
+            "slots": Out(stream.Signature(range(self.slot_count))),
+            "write": In(write_layout(self.slot_count, config.max_waypoints, corner)),
+            "children": Out(stream.Signature(self.head_layout)),
+            "points": bred["points"],
+            "decided": In(self.memory.decided_layout),
+            "margin": In(self.memory.margin_layout),
+            "evaluated": In(stream.Signature(self.member_layout)),
+            "rank": In(config.slot_bits),
+            "member": Out(self.member_layout),
+            "read": In(self.memory.place_layout),
+            "waypoint": Out(self.memory.waypoint_layout),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,7 +1,7 @@
 """First paths of a run: seeds, lifted paths, and those of an earlier run."""
 
 from amaranth import *
-from amaranth.lib import data, enum, stream, wiring
+from amaranth.lib import data, enum, stream
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.feasibility.result_queue import ResultQueue
@@ -14,7 +14,7 @@ from pathgene.hdl.planner.population_layouts import (
 )
 from pathgene.hdl.planner.population_memory import place_layout, write_layout
 from pathgene.hdl.planner.wavefront.layouts import found_layout
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Count, Unit, Width
 
 
 __all__ = ["FirstPathKind", "FirstPaths"]
@@ -33,7 +33,7 @@ class FirstPathKind(enum.Enum, shape=2):
     REVIVED = 2
 
 
-class FirstPaths(wiring.Component):
+class FirstPaths(Unit):
     """Makes the paths of a first population one by one, and writes them.
 
     A path is a seed, or the member of the next rank. Its slot is given, then its points are: the
@@ -41,17 +41,6 @@ class FirstPaths(wiring.Component):
     one before is taken. Its first point is offered a constant number of cycles later, plus one for
     each waypoint that a revived path loses; each other point in the cycle after the one before it
     is taken. :mod:`pathgene.sim.model.planner.first_paths_cycles` has the numbers.
-
-    Parameters
-    ----------
-    slots : int
-        Paths in the memory, 2 or more.
-    population : int
-        Members, 2 or more.
-    max_waypoints : int
-        Waypoints of the longest path, 2 or more.
-    coordinate_bits, altitude_bits : int
-        Widths of a coordinate and of an altitude, 1 or more.
 
     Members
     -------
@@ -86,45 +75,40 @@ class FirstPaths(wiring.Component):
         Slot of each path, before its points.
     points : Out(stream.Signature(point_layout))
         Points of the paths, start and goal included; ``last`` marks the goal.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, slots, population, max_waypoints, coordinate_bits, altitude_bits):
-        check_integer("Population", population, 2)
-        self.slots = slots
-        self.population = population
-        self.max_waypoints = max_waypoints
-        self.coordinate_bits = coordinate_bits
-        self.altitude_bits = altitude_bits
-        sizes = coordinate_bits, altitude_bits
-        self._reader = MemberReader(slots, max_waypoints, *sizes)
+    slots: Count(2, text="Paths in the memory.")
+    population: Count(2, text="Members.")
+    max_waypoints: Count(2, text="Waypoints of the longest path.")
+    coordinate_bits: Width(1)
+    altitude_bits: Width(1)
+
+    def interface(self):
+        sizes = self.coordinate_bits, self.altitude_bits
+        self._reader = MemberReader(self.slots, self.max_waypoints, *sizes)
         self.corner_layout = corner_layout(*sizes)
-        super().__init__(
-            {
-                "launch": In(1),
-                "kind": In(FirstPathKind),
-                "count": In(16),
-                "busy": Out(1),
-                "start": In(self.corner_layout),
-                "goal": In(self.corner_layout),
-                "altitude_limit": In(altitude_bits),
-                "begin_seed": Out(1),
-                "seed_busy": In(1),
-                "seed": In(found_layout(*sizes)),
-                "free_slots": In(stream.Signature(range(slots))),
-                "rank": Out(range(population)),
-                "member": In(member_layout((slots - 1).bit_length(), max_waypoints.bit_length())),
-                "read": Out(place_layout(slots, max_waypoints)),
-                "waypoint": In(waypoint_layout(*sizes)),
-                "write": Out(write_layout(slots, max_waypoints, self.corner_layout)),
-                "paths": Out(stream.Signature(range(slots))),
-                "points": Out(stream.Signature(point_layout(*sizes))),
-            }
-        )
+        return {
+            "launch": In(1),
+            "kind": In(FirstPathKind),
+            "count": In(16),
+            "busy": Out(1),
+            "start": In(self.corner_layout),
+            "goal": In(self.corner_layout),
+            "altitude_limit": In(self.altitude_bits),
+            "begin_seed": Out(1),
+            "seed_busy": In(1),
+            "seed": In(found_layout(*sizes)),
+            "free_slots": In(stream.Signature(range(self.slots))),
+            "rank": Out(range(self.population)),
+            "member": In(
+                member_layout((self.slots - 1).bit_length(), self.max_waypoints.bit_length())
+            ),
+            "read": Out(place_layout(self.slots, self.max_waypoints)),
+            "waypoint": In(waypoint_layout(*sizes)),
+            "write": Out(write_layout(self.slots, self.max_waypoints, self.corner_layout)),
+            "paths": Out(stream.Signature(range(self.slots))),
+            "points": Out(stream.Signature(point_layout(*sizes))),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,16 +1,15 @@
 """Reader of the members of a population, as they begin the next run."""
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.planner.population_layouts import corner_layout, waypoint_layout
 from pathgene.hdl.planner.population_memory import place_layout
 from pathgene.hdl.planner.wavefront.layouts import found_layout
-from pathgene.hdl.primitives.arguments import check_integer
 from pathgene.hdl.primitives.delay_line import delay_line
 from pathgene.hdl.primitives.multiplier import Multiplier
+from pathgene.hdl.primitives.unit import Count, Unit, Width
 
 
 __all__ = ["MemberReader"]
@@ -19,7 +18,7 @@ __all__ = ["MemberReader"]
 _STAGES = 5
 
 
-class MemberReader(wiring.Component):
+class MemberReader(Unit):
     """Reads the waypoints of a path, one per cycle; lifts them, or drops those behind the start.
 
     The first waypoint is given 6 cycles after ``begin``, each other a cycle after the one before;
@@ -28,15 +27,6 @@ class MemberReader(wiring.Component):
     With ``lifts``, a waypoint with a negative margin is raised by it, up to the limit of altitudes.
     Otherwise the first waypoints are dropped as far as they lie behind the start, but for the last
     two of a path: what is left equals :func:`pathgene.sim.model.planner.definition.warm.ahead`.
-
-    Parameters
-    ----------
-    slots : int
-        Paths in the memory, 2 or more.
-    max_waypoints : int
-        Waypoints of the longest path, 2 or more.
-    coordinate_bits, altitude_bits : int
-        Widths of a coordinate and of an altitude, 1 or more.
 
     Members
     -------
@@ -53,38 +43,27 @@ class MemberReader(wiring.Component):
     waypoint : In(waypoint_layout)
         Contents of ``read`` of 2 cycles before.
     found : Out(found_layout)
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, slots, max_waypoints, coordinate_bits, altitude_bits):
-        check_integer("Slots", slots, 2)
-        check_integer("Max waypoints", max_waypoints, 2)
-        check_integer("Coordinate width", coordinate_bits, 1)
-        check_integer("Altitude width", altitude_bits, 1)
+    slots: Count(2, text="Paths in the memory.")
+    max_waypoints: Count(2, text="Waypoints of the longest path.")
+    coordinate_bits: Width(1)
+    altitude_bits: Width(1)
 
-        self.slots = slots
-        self.max_waypoints = max_waypoints
-        self.coordinate_bits = coordinate_bits
-        self.altitude_bits = altitude_bits
-        sizes = coordinate_bits, altitude_bits
-        super().__init__(
-            {
-                "lifts": In(1),
-                "start": In(corner_layout(*sizes)),
-                "goal": In(corner_layout(*sizes)),
-                "altitude_limit": In(altitude_bits),
-                "begin": In(1),
-                "slot": In(range(slots)),
-                "length": In(range(max_waypoints + 1)),
-                "read": Out(place_layout(slots, max_waypoints)),
-                "waypoint": In(waypoint_layout(*sizes)),
-                "found": Out(found_layout(*sizes)),
-            }
-        )
+    def interface(self):
+        sizes = self.coordinate_bits, self.altitude_bits
+        return {
+            "lifts": In(1),
+            "start": In(corner_layout(*sizes)),
+            "goal": In(corner_layout(*sizes)),
+            "altitude_limit": In(self.altitude_bits),
+            "begin": In(1),
+            "slot": In(range(self.slots)),
+            "length": In(range(self.max_waypoints + 1)),
+            "read": Out(place_layout(self.slots, self.max_waypoints)),
+            "waypoint": In(waypoint_layout(*sizes)),
+            "found": Out(found_layout(*sizes)),
+        }
 
     def elaborate(self, platform):
         m = Module()

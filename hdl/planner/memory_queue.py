@@ -1,11 +1,11 @@
 """Queue in a memory."""
 
 from amaranth import *
-from amaranth.lib import memory, stream, wiring
+from amaranth.lib import memory, stream
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.primitives.arguments import check_integer
 from pathgene.hdl.primitives.cells import cells_of
+from pathgene.hdl.primitives.unit import Count, Given, Unit
 
 
 __all__ = ["MemoryQueue"]
@@ -14,17 +14,10 @@ __all__ = ["MemoryQueue"]
 _SHALLOW = 16
 
 
-class MemoryQueue(wiring.Component):
+class MemoryQueue(Unit):
     """First-in, first-out queue; a word is offered in the cycle after it is put in.
 
     On a target the memory consists of LUTs, unless it is deep and the platform prefers block RAMs.
-
-    Parameters
-    ----------
-    shape : ShapeLike
-        Shape of a word.
-    depth : int
-        Words that fit, 1 or more.
 
     Members
     -------
@@ -34,26 +27,18 @@ class MemoryQueue(wiring.Component):
         Put ``word`` in; not where ``depth`` words are inside.
     word : In(shape)
     words : Out(stream.Signature(shape))
-
-    Raises
-    ------
-    TypeError, ValueError
-        If ``depth`` is not an integer, or out of its range.
     """
 
-    def __init__(self, shape, depth):
-        check_integer("Depth", depth, 1)
+    shape: Given("ShapeLike", "Shape of a word.")
+    depth: Count(1, text="Words that fit.")
 
-        self.shape = shape
-        self.depth = depth
-        super().__init__(
-            {
-                "clear": In(1),
-                "put": In(1),
-                "word": In(shape),
-                "words": Out(stream.Signature(shape)),
-            }
-        )
+    def interface(self):
+        return {
+            "clear": In(1),
+            "put": In(1),
+            "word": In(self.shape),
+            "words": Out(stream.Signature(self.shape)),
+        }
 
     def elaborate(self, platform):
         m = Module()

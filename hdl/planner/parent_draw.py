@@ -1,10 +1,10 @@
 """Draw of a child's parents, ahead of the child."""
 
 from amaranth import *
-from amaranth.lib import data, stream, wiring
+from amaranth.lib import data, stream
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Unit, Width
 from pathgene.hdl.protocol.planner_breeding import PARENT_DRAWS, SURVIVOR_BITS
 from pathgene.hdl.protocol.random_words import LANES, WORD_BITS
 
@@ -20,17 +20,12 @@ def draw_layout(rank_bits: int) -> data.StructLayout:
     return data.StructLayout({"head": rank_bits, "tail": rank_bits, "mutation": WORD_BITS})
 
 
-class ParentDraw(wiring.Component):
+class ParentDraw(Unit):
     """Takes a step of the random source for each child, and ranks its parents.
 
     A parent is the best of :data:`PARENT_DRAWS` uniform draws of the selection word. A draw is
     offered 3 cycles after its words are taken; the next words are taken once it is accepted.
     Equals the draws of :func:`pathgene.sim.model.planner.definition.breeder.breed`.
-
-    Parameters
-    ----------
-    rank_bits : int
-        Width of a rank, from 1 to 5.
 
     Members
     -------
@@ -41,27 +36,18 @@ class ParentDraw(wiring.Component):
     survivor : Out(survivor_layout)
         ``valid``: words were taken in the cycle before. ``bits`` are those for a survivor.
     draws : Out(stream.Signature(draw_layout))
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, rank_bits):
-        most = (WORD_BITS - SURVIVOR_BITS) // (2 * PARENT_DRAWS)
-        check_integer("Rank width", rank_bits, 1, most)
+    rank_bits: Width(1, (WORD_BITS - SURVIVOR_BITS) // (2 * PARENT_DRAWS))
 
-        self.rank_bits = rank_bits
+    def interface(self):
         self.survivor_layout = data.StructLayout({"valid": 1, "bits": SURVIVOR_BITS})
-        super().__init__(
-            {
-                "on": In(1),
-                "words": In(stream.Signature(data.ArrayLayout(WORD_BITS, LANES))),
-                "survivor": Out(self.survivor_layout),
-                "draws": Out(stream.Signature(draw_layout(rank_bits))),
-            }
-        )
+        return {
+            "on": In(1),
+            "words": In(stream.Signature(data.ArrayLayout(WORD_BITS, LANES))),
+            "survivor": Out(self.survivor_layout),
+            "draws": Out(stream.Signature(draw_layout(self.rank_bits))),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,17 +1,17 @@
 """Memory of the waypoints of all paths."""
 
 from amaranth import *
-from amaranth.lib import data, memory, wiring
+from amaranth.lib import data, memory
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.planner.population_layouts import waypoint_layout
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Count, Unit, Width
 
 
 __all__ = ["PopulationMemory", "decided_layout", "margin_layout", "place_layout", "write_layout"]
 
 
-class PopulationMemory(wiring.Component):
+class PopulationMemory(Unit):
     """Waypoints by slot and place, each with the margin that counts.
 
     A waypoint is written with the margin that it inherits. The margins that the walk of a path
@@ -29,15 +29,6 @@ class PopulationMemory(wiring.Component):
     Each of the two memories has one port for writes and one for reads, so block RAMs take both: on
     an ECP5, with 108 slots of 18 waypoints, corners of 9 bits and altitudes of 11 or 12, five for
     waypoints and two for margins. Flags are LUT RAM.
-
-    Parameters
-    ----------
-    slots : int
-        Paths, 2 or more.
-    max_waypoints : int
-        Waypoints of the longest path, 2 or more.
-    coordinate_bits, altitude_bits : int
-        Widths of a coordinate and of an altitude, 1 or more.
 
     Attributes
     ----------
@@ -57,39 +48,28 @@ class PopulationMemory(wiring.Component):
         ``walked``, else those inherited.
     margin : In(margin_layout)
         ``valid``: the walk of a path finds this ``margin`` at ``place``.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, slots, max_waypoints, coordinate_bits, altitude_bits):
-        check_integer("Slots", slots, 2)
-        check_integer("Max waypoints", max_waypoints, 2)
-        check_integer("Coordinate width", coordinate_bits, 1)
-        check_integer("Altitude width", altitude_bits, 1)
+    slots: Count(2, text="Paths in the memory.")
+    max_waypoints: Count(2, text="Waypoints of the longest path.")
+    coordinate_bits: Width(1)
+    altitude_bits: Width(1)
 
-        self.slots = slots
-        self.max_waypoints = max_waypoints
-        self.coordinate_bits = coordinate_bits
-        self.altitude_bits = altitude_bits
-        self._rows = _Rows(slots, max_waypoints)
+    def interface(self):
+        self._rows = _Rows(self.slots, self.max_waypoints)
         self.depth = self._rows.depth
-        self.waypoint_layout = waypoint_layout(coordinate_bits, altitude_bits)
-        self.place_layout = place_layout(slots, max_waypoints)
-        self.write_layout = write_layout(slots, max_waypoints, self.waypoint_layout)
-        self.decided_layout = decided_layout(slots)
-        self.margin_layout = margin_layout(slots, max_waypoints, altitude_bits)
-        super().__init__(
-            {
-                "read": In(self.place_layout),
-                "waypoint": Out(self.waypoint_layout),
-                "write": In(self.write_layout),
-                "decided": In(self.decided_layout),
-                "margin": In(self.margin_layout),
-            }
-        )
+        self.waypoint_layout = waypoint_layout(self.coordinate_bits, self.altitude_bits)
+        self.place_layout = place_layout(self.slots, self.max_waypoints)
+        self.write_layout = write_layout(self.slots, self.max_waypoints, self.waypoint_layout)
+        self.decided_layout = decided_layout(self.slots)
+        self.margin_layout = margin_layout(self.slots, self.max_waypoints, self.altitude_bits)
+        return {
+            "read": In(self.place_layout),
+            "waypoint": Out(self.waypoint_layout),
+            "write": In(self.write_layout),
+            "decided": In(self.decided_layout),
+            "margin": In(self.margin_layout),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,35 +1,26 @@
 """Ranking: the members of each island's population by their ranks."""
 
 from amaranth import *
-from amaranth.lib import data, memory, stream, wiring
+from amaranth.lib import data, memory, stream
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.planner.population_layouts import KEY_BITS, member_layout, path_layout
 from pathgene.hdl.planner.sorter import Sorter
-from pathgene.hdl.primitives.arguments import check_integer, check_power_of_two
 from pathgene.hdl.primitives.cells import cells_of
+from pathgene.hdl.primitives.unit import PowerOfTwo, Unit, Width
 from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
 
 
 __all__ = ["Ranking"]
 
 
-class Ranking(wiring.Component):
+class Ranking(Unit):
     """Sorts the members of a population, and holds those of every island by their ranks.
 
     The sorter receives the next population of an island while the present one is read from a
     memory, from which its parents are drawn. ``store`` moves the next one there. That takes
     ``population`` cycles, from the one after ``store`` on, or from that in which the last member is
     inserted, if this is later. Then members enter again, and ``busy`` falls.
-
-    Parameters
-    ----------
-    population : int
-        Members of an island: a power of two, 2 to 256.
-    islands : int
-        A power of two, 1 to 16.
-    slot_bits, length_bits : int
-        Widths of a slot and of a length, 1 or more.
 
     Members
     -------
@@ -52,39 +43,30 @@ class Ranking(wiring.Component):
         The member that was at ``read`` in the cycle before.
     feasible : Out(1)
         The best path of the population that was moved last is feasible. While not ``busy``.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, population, islands, slot_bits, length_bits):
-        check_power_of_two("Population", population, 2, 256)
-        check_power_of_two("Islands", islands, 1, 16)
-        check_integer("Slot width", slot_bits, 1)
-        check_integer("Length width", length_bits, 1)
+    population: PowerOfTwo(2, 256, "Members of an island.")
+    islands: PowerOfTwo(1, 16)
+    slot_bits: Width(1)
+    length_bits: Width(1)
 
-        self.population = population
-        self.islands = islands
-        self.slot_bits = slot_bits
-        self.length_bits = length_bits
-        self.member_layout = member_layout(slot_bits, length_bits)
+    def interface(self):
+        self.member_layout = member_layout(self.slot_bits, self.length_bits)
         self.sorted_layout = data.StructLayout({"member": self.member_layout, "late": 1})
-        self.read_layout = data.StructLayout({"island": range(islands), "rank": range(population)})
-        self.dropped_layout = data.StructLayout({"valid": 1, "slot": slot_bits})
-        super().__init__(
-            {
-                "members": In(stream.Signature(self.sorted_layout)),
-                "store": In(1),
-                "island": In(range(islands)),
-                "busy": Out(1),
-                "dropped": Out(self.dropped_layout),
-                "read": In(self.read_layout),
-                "member": Out(self.member_layout),
-                "feasible": Out(1),
-            }
+        self.read_layout = data.StructLayout(
+            {"island": range(self.islands), "rank": range(self.population)}
         )
+        self.dropped_layout = data.StructLayout({"valid": 1, "slot": self.slot_bits})
+        return {
+            "members": In(stream.Signature(self.sorted_layout)),
+            "store": In(1),
+            "island": In(range(self.islands)),
+            "busy": Out(1),
+            "dropped": Out(self.dropped_layout),
+            "read": In(self.read_layout),
+            "member": Out(self.member_layout),
+            "feasible": Out(1),
+        }
 
     def elaborate(self, platform):
         m = Module()

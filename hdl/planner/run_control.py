@@ -1,20 +1,21 @@
 """Control of a run: its steps, from the blocks of the map to the last generation."""
 
 from amaranth import *
-from amaranth.lib import stream, wiring
+from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.layouts import struct
 from pathgene.hdl.planner.first_paths import FirstPathKind
 from pathgene.hdl.planner.run_limits import RunLimits
+from pathgene.hdl.primitives.unit import InstanceOf, Unit
 from pathgene.hdl.protocol.runs import ISLANDS, SLOPE_BITS, run_request
 
 
 __all__ = ["RunControl"]
 
 
-class RunControl(wiring.Component):
+class RunControl(Unit):
     """Goes through the steps of a run, each when the one before is over.
 
     Blocks are scanned while the random source warms up and the memo is emptied. On a warm run the
@@ -28,10 +29,6 @@ class RunControl(wiring.Component):
     of that, or the run had been stopped; then the last generation is finished instead. All other
     numbers of cycles are in :mod:`pathgene.sim.model.planner.run_control_cycles`. A run ends if the
     units do: ``make formal PROOF=run_control``.
-
-    Parameters
-    ----------
-    config : Config
 
     Members
     -------
@@ -87,45 +84,44 @@ class RunControl(wiring.Component):
         With ``evolver_ready``: the best path of the population is feasible.
     """
 
+    config: InstanceOf(Config)
+
     #: Width of counters, and of the share of an island.
     COUNTER_BITS, SHARE_BITS = 32, 5
 
-    def __init__(self, config: Config):
-        self.config = config
-        options = struct(run_request(config))
-        super().__init__(
-            {
-                "runs": In(stream.Signature(options)),
-                "stop": In(1),
-                "running": Out(1),
-                "ends": Out(1),
-                "phase": Out(1),
-                "options": Out(options),
-                "cycles": Out(self.COUNTER_BITS),
-                "generations": Out(self.COUNTER_BITS),
-                "launch": Out(1),
-                "clear": Out(1),
-                "source_ready": In(1),
-                "memo_busy": In(1),
-                "seeds_busy": In(1),
-                "find_route": Out(1),
-                "slope": Out(SLOPE_BITS),
-                "spreading": Out(1),
-                "make_paths": Out(1),
-                "kind": Out(FirstPathKind),
-                "count": Out(16),
-                "paths_busy": In(1),
-                "evaluator_idle": In(1),
-                "fills": Out(1),
-                "store": Out(1),
-                "begin": Out(1),
-                "finish": Out(1),
-                "merge": Out(1),
-                "island": Out(range(ISLANDS)),
-                "evolver_ready": In(1),
-                "feasible": In(1),
-            }
-        )
+    def interface(self):
+        options = struct(run_request(self.config))
+        return {
+            "runs": In(stream.Signature(options)),
+            "stop": In(1),
+            "running": Out(1),
+            "ends": Out(1),
+            "phase": Out(1),
+            "options": Out(options),
+            "cycles": Out(self.COUNTER_BITS),
+            "generations": Out(self.COUNTER_BITS),
+            "launch": Out(1),
+            "clear": Out(1),
+            "source_ready": In(1),
+            "memo_busy": In(1),
+            "seeds_busy": In(1),
+            "find_route": Out(1),
+            "slope": Out(SLOPE_BITS),
+            "spreading": Out(1),
+            "make_paths": Out(1),
+            "kind": Out(FirstPathKind),
+            "count": Out(16),
+            "paths_busy": In(1),
+            "evaluator_idle": In(1),
+            "fills": Out(1),
+            "store": Out(1),
+            "begin": Out(1),
+            "finish": Out(1),
+            "merge": Out(1),
+            "island": Out(range(ISLANDS)),
+            "evolver_ready": In(1),
+            "feasible": In(1),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,27 +1,21 @@
 """Limits of a run: its cycles and generations, and those of an island."""
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Unit, Width
 
 
 __all__ = ["RunLimits"]
 
 
-class RunLimits(wiring.Component):
+class RunLimits(Unit):
     """Counts the cycles and generations of a run, and says when to breed no further one.
 
     ``split`` takes what an island may have: of the cycles that are left, and of the generations of
     the run, the part ``share / 2**share_bits``, rounded down. ``aim`` sets limits: those of the
     run, or those of an island, which are its parts above the numbers of now, and at most the
     greatest.
-
-    Parameters
-    ----------
-    counter_bits, share_bits : int
-        Widths of a counter and of a share, 1 or more.
 
     Members
     -------
@@ -52,37 +46,29 @@ class RunLimits(wiring.Component):
         Number of this cycle; afterwards, cycles of the run. Stays at its greatest value.
     generations : Out(counter_bits)
         Bred before this cycle.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a width is not an integer, or less than 1.
     """
 
-    def __init__(self, counter_bits, share_bits):
-        check_integer("Counter width", counter_bits, 1)
-        check_integer("Share width", share_bits, 1)
-        self.counter_bits = counter_bits
-        self.share_bits = share_bits
-        super().__init__(
-            {
-                "launch": In(1),
-                "running": In(1),
-                "bred": In(1),
-                "stop": In(1),
-                "most_cycles": In(counter_bits),
-                "most_generations": In(counter_bits),
-                "share": In(share_bits),
-                "split": In(1),
-                "splitting": Out(1),
-                "aim": In(1),
-                "waits": In(1),
-                "final": In(1),
-                "reached": Out(1),
-                "cycles": Out(counter_bits),
-                "generations": Out(counter_bits),
-            }
-        )
+    counter_bits: Width(1)
+    share_bits: Width(1)
+
+    def interface(self):
+        return {
+            "launch": In(1),
+            "running": In(1),
+            "bred": In(1),
+            "stop": In(1),
+            "most_cycles": In(self.counter_bits),
+            "most_generations": In(self.counter_bits),
+            "share": In(self.share_bits),
+            "split": In(1),
+            "splitting": Out(1),
+            "aim": In(1),
+            "waits": In(1),
+            "final": In(1),
+            "reached": Out(1),
+            "cycles": Out(self.counter_bits),
+            "generations": Out(self.counter_bits),
+        }
 
     def elaborate(self, platform):
         m = Module()

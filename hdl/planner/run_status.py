@@ -1,10 +1,11 @@
 """Status of the latest run: its progress, and the cycles of its units."""
 
 from amaranth import *
-from amaranth.lib import data, wiring
+from amaranth.lib import data
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.planner.population_layouts import KEY_BITS
+from pathgene.hdl.primitives.unit import Unit
 from pathgene.hdl.protocol.codes import UNITS
 from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
 
@@ -20,7 +21,7 @@ def run_status_layout() -> data.StructLayout:
     return data.StructLayout({"running": 1, **dict.fromkeys(counters, _COUNTER_BITS)})
 
 
-class RunStatus(wiring.Component):
+class RunStatus(Unit):
     """Counts the cycles of the units of a run, and keeps the key of its best path.
 
     Members
@@ -48,18 +49,16 @@ class RunStatus(wiring.Component):
         ``void`` on.
     """
 
-    def __init__(self):
+    def interface(self):
         inputs = {name: In(_COUNTER_BITS) for name in ("generations", "cycles", "score", "walk")}
         flags = ("launch", "running", "planning", "sorting", "spreading", "bred", "is_first")
-        super().__init__(
-            {
-                **inputs,
-                **{name: In(1) for name in (*flags, "void")},
-                "best": In(KEY_BITS),
-                "first": In(KEY_BITS),
-                "status": Out(run_status_layout()),
-            }
-        )
+        return {
+            **inputs,
+            **{name: In(1) for name in (*flags, "void")},
+            "best": In(KEY_BITS),
+            "first": In(KEY_BITS),
+            "status": Out(run_status_layout()),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,20 +1,20 @@
 """Drawer of shapes: the corners in a shape become blocked."""
 
 from amaranth import *
-from amaranth.lib import stream, wiring
+from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.layouts import cell_layout
 from pathgene.hdl.planner.layouts import shape_layout
-from pathgene.hdl.primitives.arguments import check_integer
 from pathgene.hdl.primitives.fanout import fanout
+from pathgene.hdl.primitives.unit import Unit, Width
 from pathgene.hdl.protocol.planner import BEND_BITS, EDGE_BITS, EDGES
 
 
 __all__ = ["ShapeDrawer"]
 
 
-class ShapeDrawer(wiring.Component):
+class ShapeDrawer(Unit):
     """Looks at each corner of a shape's box, one a cycle, and writes those in the shape.
 
     The corners written are those of :func:`pathgene.sim.model.planner.definition.no_fly.drawn`, by
@@ -28,11 +28,6 @@ class ShapeDrawer(wiring.Component):
     offered in the cycle behind: see
     :attr:`pathgene.hdl.protocol.planner.NoFlyShape.drawing_cycles`.
 
-    Parameters
-    ----------
-    coordinate_bits, altitude_bits : int
-        Widths of a coordinate and of an altitude, 1 or more.
-
     Members
     -------
     shapes : In(stream.Signature(shape_layout))
@@ -40,24 +35,16 @@ class ShapeDrawer(wiring.Component):
     cells : Out(stream.Signature(cell_layout))
         Corners with the top altitude, ``last`` is low. Each is offered for one cycle; ``ready``
         must be high.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, coordinate_bits: int, altitude_bits: int):
-        check_integer("Coordinate width", coordinate_bits, 1)
-        check_integer("Altitude width", altitude_bits, 1)
-        self.coordinate_bits = coordinate_bits
-        self.altitude_bits = altitude_bits
-        super().__init__(
-            {
-                "shapes": In(stream.Signature(shape_layout(coordinate_bits))),
-                "cells": Out(stream.Signature(cell_layout(coordinate_bits, altitude_bits))),
-            }
-        )
+    coordinate_bits: Width(1)
+    altitude_bits: Width(1)
+
+    def interface(self):
+        return {
+            "shapes": In(stream.Signature(shape_layout(self.coordinate_bits))),
+            "cells": Out(stream.Signature(cell_layout(self.coordinate_bits, self.altitude_bits))),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,30 +1,23 @@
 """Pool of the slots that hold no path."""
 
 from amaranth import *
-from amaranth.lib import stream, wiring
+from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.planner.memory_queue import MemoryQueue
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Count, Unit
 
 
 __all__ = ["SlotPool"]
 
 
-class SlotPool(wiring.Component):
+class SlotPool(Unit):
     """Hands out free slots: unused ones first, then those put back, the oldest first.
 
     After ``clear`` all slots are unused, and handed out from 0 on. So no slot has to be written to
     start with, and a slot is handed out as late as possible after it was put back: whoever reads it
     still has until then. A slot is offered 2 cycles after the one before is taken, and 2 cycles or
     more after it is put back.
-
-    Parameters
-    ----------
-    total : int
-        Slots, 2 or more.
-    depth : int
-        Slots that have been put back and not handed out again, at most; 1 or more.
 
     Members
     -------
@@ -35,27 +28,20 @@ class SlotPool(wiring.Component):
     slot : In(range(total))
     slots : Out(stream.Signature(range(total)))
         Free slots, to be taken.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, total, depth):
-        check_integer("Slots", total, 2)
-        check_integer("Depth", depth, 1)
+    total: Count(2, name="Slots")
+    depth: Count(
+        1, text="Maximum number of slots that have been put back and not handed out again."
+    )
 
-        self.total = total
-        self.depth = depth
-        super().__init__(
-            {
-                "clear": In(1),
-                "put": In(1),
-                "slot": In(range(total)),
-                "slots": Out(stream.Signature(range(total))),
-            }
-        )
+    def interface(self):
+        return {
+            "clear": In(1),
+            "put": In(1),
+            "slot": In(range(self.total)),
+            "slots": Out(stream.Signature(range(self.total))),
+        }
 
     def elaborate(self, platform):
         m = Module()

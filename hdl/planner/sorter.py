@@ -1,16 +1,16 @@
 """Sorter: the members of a population in the order of their keys."""
 
 from amaranth import *
-from amaranth.lib import data, memory, stream, wiring
+from amaranth.lib import data, memory, stream
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Count, Unit, Width
 
 
 __all__ = ["Sorter"]
 
 
-class Sorter(wiring.Component):
+class Sorter(Unit):
     """Sorts members by their keys, by insertion, and keeps the best of them.
 
     Members lie in a memory by their ranks, the best in row 0. A new one is compared with the worst
@@ -20,15 +20,6 @@ class Sorter(wiring.Component):
     Of equal keys, those that are not ``late`` come first; of equals in that, too, the earlier. Once
     ``capacity`` members are inside, the worst is dropped for each further one, or that one itself
     if it passes none. A worst one that is dropped is passed, too.
-
-    Parameters
-    ----------
-    capacity : int
-        Members inside, 2 or more.
-    key_bits : int
-        Width of a key, 1 or more.
-    tag_bits : int
-        Width of what goes with a key, 1 or more.
 
     Members
     -------
@@ -44,35 +35,27 @@ class Sorter(wiring.Component):
         end with the one after ``emptying``. ``rank``, ``key`` and ``tag`` are its own.
     dropped : Out(dropped_layout)
         ``valid``: a member too many has left, 2 cycles after one was taken. ``tag`` is its own.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, capacity, key_bits, tag_bits):
-        check_integer("Capacity", capacity, 2)
-        check_integer("Key width", key_bits, 1)
-        check_integer("Tag width", tag_bits, 1)
+    capacity: Count(2, text="Members inside.")
+    key_bits: Width(1)
+    tag_bits: Width(1, text="The tag goes with the key.")
 
-        self.capacity = capacity
-        self.key_bits = key_bits
-        self.tag_bits = tag_bits
-        self.member_layout = data.StructLayout({"late": 1, "key": key_bits, "tag": tag_bits})
+    def interface(self):
+        self.member_layout = data.StructLayout(
+            {"late": 1, "key": self.key_bits, "tag": self.tag_bits}
+        )
         self.left_layout = data.StructLayout(
-            {"valid": 1, "rank": range(capacity), "key": key_bits, "tag": tag_bits}
+            {"valid": 1, "rank": range(self.capacity), "key": self.key_bits, "tag": self.tag_bits}
         )
-        self.dropped_layout = data.StructLayout({"valid": 1, "tag": tag_bits})
-        super().__init__(
-            {
-                "members": In(stream.Signature(self.member_layout)),
-                "empty": In(1),
-                "emptying": Out(1),
-                "left": Out(self.left_layout),
-                "dropped": Out(self.dropped_layout),
-            }
-        )
+        self.dropped_layout = data.StructLayout({"valid": 1, "tag": self.tag_bits})
+        return {
+            "members": In(stream.Signature(self.member_layout)),
+            "empty": In(1),
+            "emptying": Out(1),
+            "left": Out(self.left_layout),
+            "dropped": Out(self.dropped_layout),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,14 +1,14 @@
 """Keys of paths, from decisions and walks."""
 
 from amaranth import *
-from amaranth.lib import data, stream, wiring
+from amaranth.lib import data, stream
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.feasibility.result_queue import ResultQueue
 from pathgene.hdl.planner.evaluator.layouts import PLACES, decision_layout
 from pathgene.hdl.planner.population_layouts import member_layout
 from pathgene.hdl.planner.walker.path_reducer import result_layout
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Unit, Width
 from pathgene.hdl.protocol.planner import HIT_BITS, VALUE_BITS, PathClass
 
 
@@ -17,7 +17,7 @@ __all__ = ["KeyMaker"]
 #: A colliding corner counts in the penalty as four cells of length.
 
 
-class KeyMaker(wiring.Component):
+class KeyMaker(Unit):
     """Gives each path its key, in the order of the decisions.
 
     The key of a path follows its decision by 3 cycles, or the result of its walk if it is walked;
@@ -27,13 +27,6 @@ class KeyMaker(wiring.Component):
     walked is infeasible if it collides or has a penalty: its value is the penalty plus four cells
     for each corner that collides, at most the greatest. Else it is feasible, with its cost.
 
-    Parameters
-    ----------
-    slot_bits, length_bits : int
-        Widths of a slot and of a length, 1 or more.
-    hits_bits : int
-        Width of the hits of a path, 1 or more.
-
     Members
     -------
     decision : In(decision_layout)
@@ -41,27 +34,18 @@ class KeyMaker(wiring.Component):
     result : In(result_layout)
         Of each path that is walked, in the order of the decisions, and after them.
     evaluated : Out(stream.Signature(member_layout))
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, slot_bits: int, length_bits: int, hits_bits: int):
-        check_integer("Slot width", slot_bits, 1)
-        check_integer("Length width", length_bits, 1)
-        check_integer("Hits width", hits_bits, 1)
-        self.slot_bits = slot_bits
-        self.length_bits = length_bits
-        self.hits_bits = hits_bits
-        super().__init__(
-            {
-                "decision": In(decision_layout(slot_bits, length_bits)),
-                "result": In(result_layout(hits_bits)),
-                "evaluated": Out(stream.Signature(member_layout(slot_bits, length_bits))),
-            }
-        )
+    slot_bits: Width(1)
+    length_bits: Width(1)
+    hits_bits: Width(1)
+
+    def interface(self):
+        return {
+            "decision": In(decision_layout(self.slot_bits, self.length_bits)),
+            "result": In(result_layout(self.hits_bits)),
+            "evaluated": Out(stream.Signature(member_layout(self.slot_bits, self.length_bits))),
+        }
 
     def elaborate(self, platform):
         m = Module()

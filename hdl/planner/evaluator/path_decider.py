@@ -1,27 +1,21 @@
 """Decision on a path by its score: walked or not."""
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.planner.evaluator.layouts import decision_layout, kept_layout
 from pathgene.hdl.planner.scorer.scorer import score_layout
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Unit, Width
 
 
 __all__ = ["PathDecider"]
 
 
-class PathDecider(wiring.Component):
+class PathDecider(Unit):
     """Decides by the score of a path and by what came with it; its decision follows by a cycle.
 
     While the best path of its population is feasible, a path is not walked if it is infeasible by
     its score, or if its value is not below its limit. Every other path is walked.
-
-    Parameters
-    ----------
-    slot_bits, length_bits : int
-        Widths of a slot and of a length, 1 or more.
 
     Members
     -------
@@ -29,25 +23,17 @@ class PathDecider(wiring.Component):
     path : In(kept_layout)
         The path scored, with ``score.valid``.
     decision : Out(decision_layout)
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, slot_bits: int, length_bits: int):
-        check_integer("Slot width", slot_bits, 1)
-        check_integer("Length width", length_bits, 1)
-        self.slot_bits = slot_bits
-        self.length_bits = length_bits
-        super().__init__(
-            {
-                "score": In(score_layout()),
-                "path": In(kept_layout(slot_bits, length_bits)),
-                "decision": Out(decision_layout(slot_bits, length_bits)),
-            }
-        )
+    slot_bits: Width(1)
+    length_bits: Width(1)
+
+    def interface(self):
+        return {
+            "score": In(score_layout()),
+            "path": In(kept_layout(self.slot_bits, self.length_bits)),
+            "decision": Out(decision_layout(self.slot_bits, self.length_bits)),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,7 +1,7 @@
 """Evaluator of paths: from points to keys."""
 
 from amaranth import *
-from amaranth.lib import stream, wiring
+from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from pathgene.hdl.config import Config
@@ -17,7 +17,7 @@ from pathgene.hdl.planner.population_memory import decided_layout, margin_layout
 from pathgene.hdl.planner.scorer.scorer import Scorer
 from pathgene.hdl.planner.walker.path_walker import PathWalker
 from pathgene.hdl.planner.walker.segment_source import SegmentSource, queued_layout
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Count, InstanceOf, PowerOfTwo, Unit
 from pathgene.hdl.protocol.planner import MEMO_ROWS
 
 
@@ -30,7 +30,7 @@ _HEADS = 8
 _PASSED = ("clear", "busy", "writes", "row", "corners")
 
 
-class PathEvaluator(wiring.Component):
+class PathEvaluator(Unit):
     """Scores paths, walks those that are worth it, and gives the keys of all in their order.
 
     A path of m points, entry and exit included, takes 2 m cycles, and the next one follows at once.
@@ -46,14 +46,6 @@ class PathEvaluator(wiring.Component):
 
     3 cycles before the key of a path is offered, or earlier, the path is ``decided``, and its last
     ``margin`` is given if it is walked.
-
-    Parameters
-    ----------
-    config : Config
-    slots : int
-        Paths of the population, 2 or more.
-    memo_rows : int
-        Segments of the memo: 0, or a power of two from 2 on.
 
     Members
     -------
@@ -90,40 +82,34 @@ class PathEvaluator(wiring.Component):
     row : In(row_layout)
     corners : Out(config.altitude_bits).array(config.lanes)
         See :class:`pathgene.hdl.planner.walker.segment_walker.SegmentWalker`.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If ``slots`` or ``memo_rows`` is not an integer, or out of its range.
     """
 
-    def __init__(self, config: Config, slots: int, memo_rows: int = MEMO_ROWS):
-        check_integer("Slots", slots, 2)
-        self.config = config
-        self.slots = slots
-        self.memo_rows = memo_rows
-        self.slot_bits = (slots - 1).bit_length()
-        self.walker = PathWalker(config, memo_rows)
+    config: InstanceOf(Config)
+    slots: Count(2, text="Paths of the population.")
+    memo_rows: PowerOfTwo(2, 1 << 16, "Segments of the memo.", name="Rows", also=(0,)) = MEMO_ROWS
+
+    def interface(self):
+        config = self.config
+        self.slot_bits = (self.slots - 1).bit_length()
+        self.walker = PathWalker(config, self.memo_rows)
         self.scorer = Scorer(config)
         sizes = (config.coordinate_bits, config.altitude_bits)
         member = member_layout(self.slot_bits, config.length_bits)
         passed = self.walker.signature.members
-        super().__init__(
-            {
-                "problem": In(problem_layout(config)),
-                "phase": In(1),
-                "paths": In(stream.Signature(head_layout(self.slot_bits))),
-                "points": In(stream.Signature(point_layout(*sizes))),
-                "evaluated": Out(stream.Signature(member)),
-                "decided": Out(decided_layout(slots)),
-                "margin": Out(margin_layout(slots, config.max_waypoints, config.altitude_bits)),
-                "idle": Out(1),
-                "clear_counters": In(1),
-                "score": Out(32),
-                "walk": Out(32),
-                **{name: passed[name] for name in _PASSED},
-            }
-        )
+        return {
+            "problem": In(problem_layout(config)),
+            "phase": In(1),
+            "paths": In(stream.Signature(head_layout(self.slot_bits))),
+            "points": In(stream.Signature(point_layout(*sizes))),
+            "evaluated": Out(stream.Signature(member)),
+            "decided": Out(decided_layout(self.slots)),
+            "margin": Out(margin_layout(self.slots, config.max_waypoints, config.altitude_bits)),
+            "idle": Out(1),
+            "clear_counters": In(1),
+            "score": Out(32),
+            "walk": Out(32),
+            **{name: passed[name] for name in _PASSED},
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,7 +1,7 @@
 """Store of the paths inside the evaluator."""
 
 from amaranth import *
-from amaranth.lib import memory, wiring
+from amaranth.lib import memory
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.planner.evaluator.layouts import (
@@ -15,13 +15,13 @@ from pathgene.hdl.planner.evaluator.layouts import (
 from pathgene.hdl.planner.population_layouts import head_layout
 from pathgene.hdl.planner.scorer.scorer import chord_record_layout
 from pathgene.hdl.planner.walker.segment_source import read_layout
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Count, Unit, Width
 
 
 __all__ = ["PathStore"]
 
 
-class PathStore(wiring.Component):
+class PathStore(Unit):
     """Keeps points, chords and heads of the paths inside, in 16 places used in turn.
 
     Points come as the scorer takes them, records of chords as it makes them. A place has a row for
@@ -33,15 +33,6 @@ class PathStore(wiring.Component):
 
     On a target the rows are block RAMs: with 512 rows and 30 bits of a point, one for points and
     two for chords. They are read and written in the same cycle, but never the same row.
-
-    Parameters
-    ----------
-    max_waypoints : int
-        Waypoints of the longest path, 2 or more.
-    coordinate_bits, altitude_bits : int
-        Widths of a coordinate and of an altitude, 1 or more.
-    slot_bits : int
-        Width of a slot, 1 or more.
 
     Members
     -------
@@ -59,39 +50,27 @@ class PathStore(wiring.Component):
     read : In(read_layout)
     row : Out(stored_layout)
         The row read last, from the cycle after ``read.enable`` on.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(
-        self, max_waypoints: int, coordinate_bits: int, altitude_bits: int, slot_bits: int
-    ):
-        check_integer("Max waypoints", max_waypoints, 2)
-        check_integer("Coordinate width", coordinate_bits, 1)
-        check_integer("Altitude width", altitude_bits, 1)
-        check_integer("Slot width", slot_bits, 1)
-        self.max_waypoints = max_waypoints
-        self.coordinate_bits = coordinate_bits
-        self.altitude_bits = altitude_bits
-        self.slot_bits = slot_bits
-        self.row_bits = row_bits_of(max_waypoints)
-        self.length_bits = max_waypoints.bit_length()
-        sizes = (coordinate_bits, altitude_bits)
-        super().__init__(
-            {
-                "has_entry": In(1),
-                "head": In(head_layout(slot_bits)),
-                "taken": In(taken_layout(*sizes)),
-                "record": In(chord_record_layout(*sizes)),
-                "path": Out(kept_layout(slot_bits, self.length_bits)),
-                "scored": In(1),
-                "read": In(read_layout(PLACE_BITS, self.row_bits)),
-                "row": Out(stored_layout(*sizes)),
-            }
-        )
+    max_waypoints: Count(2, text="Waypoints of the longest path.")
+    coordinate_bits: Width(1)
+    altitude_bits: Width(1)
+    slot_bits: Width(1)
+
+    def interface(self):
+        self.row_bits = row_bits_of(self.max_waypoints)
+        self.length_bits = self.max_waypoints.bit_length()
+        sizes = (self.coordinate_bits, self.altitude_bits)
+        return {
+            "has_entry": In(1),
+            "head": In(head_layout(self.slot_bits)),
+            "taken": In(taken_layout(*sizes)),
+            "record": In(chord_record_layout(*sizes)),
+            "path": Out(kept_layout(self.slot_bits, self.length_bits)),
+            "scored": In(1),
+            "read": In(read_layout(PLACE_BITS, self.row_bits)),
+            "row": Out(stored_layout(*sizes)),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,10 +1,11 @@
 """Room for the arcs: which waypoints have one."""
 
 from amaranth import *
-from amaranth.lib import data, wiring
+from amaranth.lib import data
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.planner.scorer.widths import Widths
+from pathgene.hdl.primitives.unit import InstanceOf, Unit
 
 
 __all__ = ["ArcFitter", "fitted_layout", "turn_layout"]
@@ -51,7 +52,7 @@ def fitted_layout(widths: Widths) -> data.StructLayout:
     )
 
 
-class ArcFitter(wiring.Component):
+class ArcFitter(Unit):
     """Finds the arcs that fit.
 
     An arc fits where its tangent and those of its neighbours leave each of its two segments a
@@ -63,10 +64,6 @@ class ArcFitter(wiring.Component):
     second slot of a path must follow the first at once. Inputs are steady in both cycles of a slot.
 
     Source: step 2 of the score in ``docs/chip_planner.md``.
-
-    Parameters
-    ----------
-    widths : Widths
 
     Attributes
     ----------
@@ -87,20 +84,20 @@ class ArcFitter(wiring.Component):
     fitted : Out(fitted_layout)
     """
 
+    widths: InstanceOf(Widths)
+
     latency = 2
 
-    def __init__(self, widths: Widths):
-        self.widths = widths
-        super().__init__(
-            {
-                "phase": In(1),
-                "valid": In(1),
-                "turn": In(turn_layout(widths)),
-                "moves": Out(1),
-                "fitted_valid": Out(1),
-                "fitted": Out(fitted_layout(widths)),
-            }
-        )
+    def interface(self):
+        widths = self.widths
+        return {
+            "phase": In(1),
+            "valid": In(1),
+            "turn": In(turn_layout(widths)),
+            "moves": Out(1),
+            "fitted_valid": Out(1),
+            "fitted": Out(fitted_layout(widths)),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -3,13 +3,13 @@
 from itertools import pairwise
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.planner.scorer.schedule import Kind, Schedule, Timed
 from pathgene.hdl.planner.scorer.widths import TURN_BITS, Widths
 from pathgene.hdl.primitives.divider import Divider
 from pathgene.hdl.primitives.multiplexer import multiplex
+from pathgene.hdl.primitives.unit import InstanceOf, Unit
 from pathgene.hdl.primitives.wide_multiplier import WideMultiplier
 from pathgene.hdl.protocol.planner import (
     MAX_HALF_TURN,
@@ -31,16 +31,12 @@ _LAST_TURN = MAX_HALF_TURN << TURN_FRACTION - _REST_BITS
 _STEP_BITS = max(after - before for before, after in pairwise(_TURNS)).bit_length()
 
 
-class ArcMeasurer(wiring.Component):
+class ArcMeasurer(Unit):
     """Measures an arc in every slot.
 
     Where the tangent length is 0 or the arc does not fit, the numbers mean nothing.
 
     Source: step 3 of the score in ``docs/chip_planner.md``.
-
-    Parameters
-    ----------
-    widths : Widths
 
     Attributes
     ----------
@@ -61,8 +57,10 @@ class ArcMeasurer(wiring.Component):
     arc_length : Out(widths.arc)
     """
 
-    def __init__(self, widths: Widths):
-        self.widths = widths
+    widths: InstanceOf(Widths)
+
+    def interface(self):
+        widths = self.widths
         self.divider = Divider(widths.length, widths.share)
         self.step = WideMultiplier(_STEP_BITS, _REST_BITS, _REST_BITS)
         self.arc = WideMultiplier(RADIUS_BITS, TURN_BITS, TURN_FRACTION)
@@ -70,19 +68,17 @@ class ArcMeasurer(wiring.Component):
         # Two registers before the table, two behind it, and one behind the sum.
         arc = 5 + self.step.latency + self.arc.latency
         self.latency = (max(shares, arc) | 1) + 1
-        super().__init__(
-            {
-                "phase": In(1),
-                "half_turn": In(widths.half_turn),
-                "tangent": In(widths.length),
-                "length": In(widths.length),
-                "next_length": In(widths.length),
-                "radius": In(RADIUS_BITS),
-                "back": Out(widths.share),
-                "on": Out(widths.share),
-                "arc_length": Out(widths.arc),
-            }
-        )
+        return {
+            "phase": In(1),
+            "half_turn": In(widths.half_turn),
+            "tangent": In(widths.length),
+            "length": In(widths.length),
+            "next_length": In(widths.length),
+            "radius": In(RADIUS_BITS),
+            "back": Out(widths.share),
+            "on": Out(widths.share),
+            "arc_length": Out(widths.arc),
+        }
 
     def elaborate(self, platform):
         m = Module()

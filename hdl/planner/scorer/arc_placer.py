@@ -1,11 +1,12 @@
 """Altitudes at the ends of an arc, and its chord."""
 
 from amaranth import *
-from amaranth.lib import data, wiring
+from amaranth.lib import data
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.planner.scorer.schedule import Schedule, Timed
 from pathgene.hdl.planner.scorer.widths import Widths
+from pathgene.hdl.primitives.unit import InstanceOf, Unit
 from pathgene.hdl.primitives.wide_multiplier import WideMultiplier
 from pathgene.hdl.protocol.planner import ALTITUDE_FRACTION, SHARE_BITS
 
@@ -20,7 +21,7 @@ def corner_layout(widths: Widths) -> data.StructLayout:
     )
 
 
-class ArcPlacer(wiring.Component):
+class ArcPlacer(Unit):
     """Places an arc's ends on the two segments that meet at its waypoint.
 
     The window of three points moves on where
@@ -28,10 +29,6 @@ class ArcPlacer(wiring.Component):
     in the middle.
 
     Source: steps 3 and, for chords, "The score" in ``docs/chip_planner.md``.
-
-    Parameters
-    ----------
-    widths : Widths
 
     Attributes
     ----------
@@ -59,8 +56,10 @@ class ArcPlacer(wiring.Component):
         Ends of the chord, where there is an arc.
     """
 
-    def __init__(self, widths: Widths):
-        self.widths = widths
+    widths: InstanceOf(Widths)
+
+    def interface(self):
+        widths = self.widths
         self.rises = WideMultiplier(signed(widths.part + 1), widths.share)
         self.across = {
             axis: WideMultiplier(signed(widths.coordinate + 1), widths.share) for axis in ("x", "y")
@@ -69,21 +68,19 @@ class ArcPlacer(wiring.Component):
         self.end_layout = data.StructLayout(
             {"x": widths.coordinate, "y": widths.coordinate, "altitude": widths.altitude}
         )
-        super().__init__(
-            {
-                "phase": In(1),
-                "moves": In(1),
-                "corner": In(corner_layout(widths)),
-                "curves": In(1),
-                "back": In(widths.share),
-                "on": In(widths.share),
-                "start_altitude": Out(widths.part),
-                "before": Out(widths.part),
-                "after": Out(widths.part),
-                "rise": Out(signed(widths.part + SHARE_BITS + 2)),
-                "ends": Out(self.end_layout).array(2),
-            }
-        )
+        return {
+            "phase": In(1),
+            "moves": In(1),
+            "corner": In(corner_layout(widths)),
+            "curves": In(1),
+            "back": In(widths.share),
+            "on": In(widths.share),
+            "start_altitude": Out(widths.part),
+            "before": Out(widths.part),
+            "after": Out(widths.part),
+            "rise": Out(signed(widths.part + SHARE_BITS + 2)),
+            "ends": Out(self.end_layout).array(2),
+        }
 
     def elaborate(self, platform):
         m = Module()

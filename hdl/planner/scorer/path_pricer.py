@@ -1,12 +1,13 @@
 """Cost of a path, as the value of its key."""
 
 from amaranth import *
-from amaranth.lib import data, wiring
+from amaranth.lib import data
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.planner.scorer.piece_pricer import PiecePricer
 from pathgene.hdl.planner.scorer.schedule import Kind, Schedule, Timed
 from pathgene.hdl.planner.scorer.widths import Widths
+from pathgene.hdl.primitives.unit import InstanceOf, Unit
 from pathgene.hdl.protocol.planner import BASE_BITS, DRAG_FRACTION, FUEL_BITS, RISE_BITS, VALUE_BITS
 
 
@@ -34,12 +35,8 @@ def laid_layout(widths: Widths) -> data.StructLayout:
     )
 
 
-class PathPricer(wiring.Component):
+class PathPricer(Unit):
     """Adds up what the pieces of a path cost: what arcs leave of its segments, and the arcs.
-
-    Parameters
-    ----------
-    widths : Widths
 
     Attributes
     ----------
@@ -63,25 +60,25 @@ class PathPricer(wiring.Component):
         The cost, shifted, from 0 to the greatest value.
     """
 
-    def __init__(self, widths: Widths):
-        self.widths = widths
+    widths: InstanceOf(Widths)
+
+    def interface(self):
+        widths = self.widths
         self.pieces = PiecePricer(widths)
         # A register before the pieces, the sums of the two pieces and of the path, and the value.
         self.latency = (3 + self.pieces.latency | 1) + 1 + 2 + 8
-        super().__init__(
-            {
-                "phase": In(1),
-                "valid": In(1),
-                "laid": In(laid_layout(widths)),
-                "rise": In(RISE_BITS),
-                "base": In(signed(BASE_BITS)),
-                "drag": In(DRAG_FRACTION),
-                "fuel": In(FUEL_BITS),
-                "fuel_shift": In(5),
-                "key_shift": In(6),
-                "value": Out(VALUE_BITS),
-            }
-        )
+        return {
+            "phase": In(1),
+            "valid": In(1),
+            "laid": In(laid_layout(widths)),
+            "rise": In(RISE_BITS),
+            "base": In(signed(BASE_BITS)),
+            "drag": In(DRAG_FRACTION),
+            "fuel": In(FUEL_BITS),
+            "fuel_shift": In(5),
+            "key_shift": In(6),
+            "value": Out(VALUE_BITS),
+        }
 
     def elaborate(self, platform):
         m = Module()

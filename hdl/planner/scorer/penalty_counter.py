@@ -1,11 +1,12 @@
 """Penalty of a path by its score."""
 
 from amaranth import *
-from amaranth.lib import data, wiring
+from amaranth.lib import data
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.planner.scorer.schedule import Schedule, Timed
 from pathgene.hdl.planner.scorer.widths import Widths
+from pathgene.hdl.primitives.unit import InstanceOf, Unit
 from pathgene.hdl.primitives.wide_multiplier import WideMultiplier
 from pathgene.hdl.protocol.planner import POSITION_FRACTION, STEEP, VALUE_BITS
 
@@ -39,17 +40,13 @@ def judged_layout(widths: Widths) -> data.StructLayout:
     )
 
 
-class PenaltyCounter(wiring.Component):
+class PenaltyCounter(Unit):
     """Adds up a path's penalty.
 
     A quarter of a cell and the excess count for each steep segment, an eighth of the path for each
     missing arc, and the length of each steep arc, at least a cell.
 
     Source: step 5 of the score in ``docs/chip_planner.md``.
-
-    Parameters
-    ----------
-    widths : Widths
 
     Attributes
     ----------
@@ -66,18 +63,18 @@ class PenaltyCounter(wiring.Component):
         Ends at its greatest value.
     """
 
-    def __init__(self, widths: Widths):
-        self.widths = widths
+    widths: InstanceOf(Widths)
+
+    def interface(self):
+        widths = self.widths
         self.sharp = WideMultiplier(widths.total, widths.count, _SHARE_SHIFT)
         self.latency = (2 + 3 + self.sharp.latency | 1) + 1
-        super().__init__(
-            {
-                "phase": In(1),
-                "valid": In(1),
-                "judged": In(judged_layout(widths)),
-                "penalty": Out(VALUE_BITS),
-            }
-        )
+        return {
+            "phase": In(1),
+            "valid": In(1),
+            "judged": In(judged_layout(widths)),
+            "penalty": Out(VALUE_BITS),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,12 +1,12 @@
 """Cost of a straight piece or an arc."""
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.planner.scorer.schedule import Kind, Schedule, Timed
 from pathgene.hdl.planner.scorer.widths import Widths
 from pathgene.hdl.primitives.square_root import SquareRoot
+from pathgene.hdl.primitives.unit import InstanceOf, Unit
 from pathgene.hdl.primitives.wide_multiplier import WideMultiplier
 from pathgene.hdl.protocol.planner import (
     BASE_BITS,
@@ -22,14 +22,10 @@ __all__ = ["PiecePricer"]
 _SHIFT_BITS = 5
 
 
-class PiecePricer(wiring.Component):
+class PiecePricer(Unit):
     """Prices a piece in every cycle: altitude times length, and fuel where the engine must pull.
 
     Source: step 4 of the score in ``docs/chip_planner.md``.
-
-    Parameters
-    ----------
-    widths : Widths
 
     Attributes
     ----------
@@ -49,8 +45,10 @@ class PiecePricer(wiring.Component):
     cost : Out(signed(widths.piece))
     """
 
-    def __init__(self, widths: Widths):
-        self.widths = widths
+    widths: InstanceOf(Widths)
+
+    def interface(self):
+        widths = self.widths
         up = signed(widths.part + 1 + RISE_BITS - RISE_FRACTION)
         self.climb = WideMultiplier(signed(widths.part + 1), RISE_BITS)
         self.up_square = WideMultiplier(up, up)
@@ -64,19 +62,17 @@ class PiecePricer(wiring.Component):
         flown = squares + 1 + self.root.latency + 1
         fuel = flown + self.drag_pull.latency + 2 + self.burn.latency + 3
         self.latency = max(fuel, flown + self.height.latency) + 1
-        super().__init__(
-            {
-                "before": In(widths.part),
-                "after": In(widths.part),
-                "length": In(widths.run),
-                "rise": In(RISE_BITS),
-                "base": In(signed(BASE_BITS)),
-                "drag": In(DRAG_FRACTION),
-                "fuel": In(FUEL_BITS),
-                "fuel_shift": In(_SHIFT_BITS),
-                "cost": Out(signed(widths.piece)),
-            }
-        )
+        return {
+            "before": In(widths.part),
+            "after": In(widths.part),
+            "length": In(widths.run),
+            "rise": In(RISE_BITS),
+            "base": In(signed(BASE_BITS)),
+            "drag": In(DRAG_FRACTION),
+            "fuel": In(FUEL_BITS),
+            "fuel_shift": In(_SHIFT_BITS),
+            "cost": Out(signed(widths.piece)),
+        }
 
     def elaborate(self, platform):
         m = Module()

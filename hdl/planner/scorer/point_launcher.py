@@ -1,12 +1,13 @@
 """Points of paths, one in every slot."""
 
 from amaranth import *
-from amaranth.lib import stream, wiring
+from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.layouts import point_layout
 from pathgene.hdl.planner.scorer.segment_measurer import place_layout
 from pathgene.hdl.planner.scorer.widths import Widths
+from pathgene.hdl.primitives.unit import InstanceOf, Unit
 from pathgene.hdl.protocol.planner import ALTITUDE_FRACTION, POSITION_FRACTION
 
 
@@ -16,7 +17,7 @@ __all__ = ["PointLauncher"]
 _HALF = 1 << POSITION_FRACTION - 1
 
 
-class PointLauncher(wiring.Component):
+class PointLauncher(Unit):
     """Launches a point in every slot, as long as points come: a path with its entry and exit.
 
     One point is kept. It leaves in the second cycle of a slot, and the next slot is its own; in
@@ -24,10 +25,6 @@ class PointLauncher(wiring.Component):
     entry, leaves if the point was taken in an earlier cycle, the second is offered, and there was
     room in the cycle before. The second is then in time for the slot behind; where a later one is
     not, slots without ``valid`` go before it.
-
-    Parameters
-    ----------
-    widths : Widths
 
     Members
     -------
@@ -54,32 +51,32 @@ class PointLauncher(wiring.Component):
     place : Out(place_layout)
     """
 
-    def __init__(self, widths: Widths):
-        self.widths = widths
+    widths: InstanceOf(Widths)
+
+    def interface(self):
+        widths = self.widths
         self.point_layout = point_layout(widths.coordinate, widths.altitude)
         place = place_layout(widths)
-        super().__init__(
-            {
-                "phase": In(1),
-                "points": In(stream.Signature(self.point_layout)),
-                "room": In(1),
-                "has_entry": In(1),
-                "has_exit": In(1),
-                "start": In(place),
-                "goal": In(place),
-                "entry": In(place),
-                "exit": In(place),
-                "x_limit": In(widths.coordinate),
-                "y_limit": In(widths.coordinate),
-                "launches": Out(1),
-                "valid": Out(1),
-                "first": Out(1),
-                "last": Out(1),
-                "x": Out(widths.coordinate),
-                "y": Out(widths.coordinate),
-                "place": Out(place),
-            }
-        )
+        return {
+            "phase": In(1),
+            "points": In(stream.Signature(self.point_layout)),
+            "room": In(1),
+            "has_entry": In(1),
+            "has_exit": In(1),
+            "start": In(place),
+            "goal": In(place),
+            "entry": In(place),
+            "exit": In(place),
+            "x_limit": In(widths.coordinate),
+            "y_limit": In(widths.coordinate),
+            "launches": Out(1),
+            "valid": Out(1),
+            "first": Out(1),
+            "last": Out(1),
+            "x": Out(widths.coordinate),
+            "y": Out(widths.coordinate),
+            "place": Out(place),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,7 +1,7 @@
 """Scores of paths: costs, penalties and chords."""
 
 from amaranth import *
-from amaranth.lib import data, stream, wiring
+from amaranth.lib import data, stream
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from pathgene.hdl.config import Config
@@ -20,6 +20,7 @@ from pathgene.hdl.planner.scorer.turn_measurer import TurnMeasurer
 from pathgene.hdl.planner.scorer.widths import Widths
 from pathgene.hdl.planner.walker.layouts import corner_layout
 from pathgene.hdl.primitives.fanout import fanout
+from pathgene.hdl.primitives.unit import InstanceOf, Unit
 from pathgene.hdl.protocol.planner import POSITION_FRACTION, SHARE_BITS, VALUE_BITS
 
 
@@ -62,7 +63,7 @@ def chord_record_layout(coordinate_bits: int, altitude_bits: int) -> data.Struct
     return data.StructLayout({"valid": 1, "last": 1, "present": 1, "start": corner, "stop": corner})
 
 
-class Scorer(wiring.Component):
+class Scorer(Unit):
     """Scores paths, a segment every two cycles.
 
     The entry of the record is the first point of every path, before those that come in, and the
@@ -88,10 +89,6 @@ class Scorer(wiring.Component):
     needs besides the walk.
 
     Source: ``docs/chip_planner.md``, "The score".
-
-    Parameters
-    ----------
-    config : Config
 
     Attributes
     ----------
@@ -120,8 +117,10 @@ class Scorer(wiring.Component):
         For each path, after all of its chords.
     """
 
-    def __init__(self, config: Config):
-        self.config = config
+    config: InstanceOf(Config)
+
+    def interface(self):
+        config = self.config
         self.widths = widths = Widths.of(config)
         sizes = config.coordinate_bits, config.altitude_bits
         self.launcher = PointLauncher(widths)
@@ -139,17 +138,15 @@ class Scorer(wiring.Component):
         self._fitting = self.segments.latency + self.turns.latency
         self.chord_latency = 7 + self._fitting + self.fitter.latency + laying
         self.score_latency = self.pricer.latency
-        super().__init__(
-            {
-                "problem": In(problem_layout(config)),
-                "phase": In(1),
-                "room": In(1),
-                "points": In(stream.Signature(point_layout(*sizes))),
-                "launches": Out(1),
-                "chord": Out(chord_record_layout(*sizes)),
-                "score": Out(score_layout()),
-            }
-        )
+        return {
+            "problem": In(problem_layout(config)),
+            "phase": In(1),
+            "room": In(1),
+            "points": In(stream.Signature(point_layout(*sizes))),
+            "launches": Out(1),
+            "chord": Out(chord_record_layout(*sizes)),
+            "score": Out(score_layout()),
+        }
 
     def elaborate(self, platform):
         m = Module()

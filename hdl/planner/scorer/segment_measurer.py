@@ -1,12 +1,13 @@
 """Sides, length and rise of a segment."""
 
 from amaranth import *
-from amaranth.lib import data, wiring
+from amaranth.lib import data
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.planner.scorer.schedule import Schedule, Timed
 from pathgene.hdl.planner.scorer.widths import Widths
 from pathgene.hdl.primitives.square_root import SquareRoot
+from pathgene.hdl.primitives.unit import InstanceOf, Unit
 from pathgene.hdl.primitives.wide_multiplier import WideMultiplier
 from pathgene.hdl.protocol.planner import SCALE_FRACTION
 
@@ -19,17 +20,13 @@ def place_layout(widths: Widths) -> data.StructLayout:
     return data.StructLayout({"x": widths.position, "y": widths.position, "altitude": widths.part})
 
 
-class SegmentMeasurer(wiring.Component):
+class SegmentMeasurer(Unit):
     """Measures the segment from the point before to each point.
 
     A place is taken in every slot in which ``valid`` is set; the others do not count. What is
     measured at the first point of a path is that of no segment.
 
     Source: step 1 of the score in ``docs/chip_planner.md``.
-
-    Parameters
-    ----------
-    widths : Widths
 
     Attributes
     ----------
@@ -50,27 +47,27 @@ class SegmentMeasurer(wiring.Component):
     rise : Out(signed(widths.part + 1))
     """
 
-    def __init__(self, widths: Widths):
-        self.widths = widths
+    widths: InstanceOf(Widths)
+
+    def interface(self):
+        widths = self.widths
         self.root = SquareRoot(widths.length)
         self.square = WideMultiplier(signed(widths.side), signed(widths.side))
         scale = SCALE_FRACTION + 1
         self.scaled = WideMultiplier(signed(widths.side), scale)
         latency = 4 + self.scaled.latency + self.square.latency + self.root.latency
         self.latency = (latency | 1) + 1
-        super().__init__(
-            {
-                "phase": In(1),
-                "valid": In(1),
-                "place": In(place_layout(widths)),
-                "x_scale": In(scale),
-                "y_scale": In(scale),
-                "dx": Out(signed(widths.side)),
-                "dy": Out(signed(widths.side)),
-                "length": Out(widths.length),
-                "rise": Out(signed(widths.part + 1)),
-            }
-        )
+        return {
+            "phase": In(1),
+            "valid": In(1),
+            "place": In(place_layout(widths)),
+            "x_scale": In(scale),
+            "y_scale": In(scale),
+            "dx": Out(signed(widths.side)),
+            "dy": Out(signed(widths.side)),
+            "length": Out(widths.length),
+            "rise": Out(signed(widths.part + 1)),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,10 +1,10 @@
 """Comparison of a slope with its limits."""
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.planner.scorer.schedule import Kind, Schedule, Timed
+from pathgene.hdl.primitives.unit import Count, Unit, Width
 from pathgene.hdl.primitives.wide_multiplier import WideMultiplier
 from pathgene.hdl.protocol.planner import EXCESS_BITS, SLOPE_BITS, SLOPE_FRACTION
 
@@ -12,15 +12,8 @@ from pathgene.hdl.protocol.planner import EXCESS_BITS, SLOPE_BITS, SLOPE_FRACTIO
 __all__ = ["SlopeComparator"]
 
 
-class SlopeComparator(wiring.Component):
+class SlopeComparator(Unit):
     """Tells whether what rises by ``rise`` over ``length`` is too steep, and by how much.
-
-    Parameters
-    ----------
-    length_bits, rise_bits : int
-        Widths; that of the rise includes its sign.
-    fraction : int
-        Bits of the rise below the part.
 
     Attributes
     ----------
@@ -41,23 +34,22 @@ class SlopeComparator(wiring.Component):
         down.
     """
 
-    def __init__(self, length_bits: int, rise_bits: int, fraction: int):
-        self.length_bits = length_bits
-        self.rise_bits = rise_bits
-        self.fraction = fraction
-        self.grade = WideMultiplier(length_bits, SLOPE_BITS)
+    length_bits: Width(1)
+    rise_bits: Width("fraction + 1", text="Its sign included.")
+    fraction: Count(0, text="Bits of the rise below the part.")
+
+    def interface(self):
+        self.grade = WideMultiplier(self.length_bits, SLOPE_BITS)
         self.latency = (3 + self.grade.latency | 1) + 1
-        super().__init__(
-            {
-                "phase": In(1),
-                "length": In(length_bits),
-                "rise": In(signed(rise_bits)),
-                "climb": In(SLOPE_BITS),
-                "descent": In(SLOPE_BITS),
-                "steep": Out(1),
-                "excess": Out(rise_bits - fraction + EXCESS_BITS),
-            }
-        )
+        return {
+            "phase": In(1),
+            "length": In(self.length_bits),
+            "rise": In(signed(self.rise_bits)),
+            "climb": In(SLOPE_BITS),
+            "descent": In(SLOPE_BITS),
+            "steep": Out(1),
+            "excess": Out(self.rise_bits - self.fraction + EXCESS_BITS),
+        }
 
     def elaborate(self, platform):
         m = Module()

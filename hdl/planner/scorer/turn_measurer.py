@@ -1,12 +1,12 @@
 """Tangent of half the turn between two segments, and the tangent length of its arc."""
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.planner.scorer.schedule import Kind, Schedule, Timed
 from pathgene.hdl.planner.scorer.widths import Widths
 from pathgene.hdl.primitives.divider import Divider
+from pathgene.hdl.primitives.unit import InstanceOf, Unit
 from pathgene.hdl.primitives.wide_multiplier import WideMultiplier
 from pathgene.hdl.protocol.planner import RADIUS_BITS, SHARPEST_BITS, TURN_FRACTION
 
@@ -14,7 +14,7 @@ from pathgene.hdl.protocol.planner import RADIUS_BITS, SHARPEST_BITS, TURN_FRACT
 __all__ = ["TurnMeasurer"]
 
 
-class TurnMeasurer(wiring.Component):
+class TurnMeasurer(Unit):
     """Measures the turn from each segment's predecessor into the segment.
 
     A segment is taken in every slot in which ``valid`` is set; the others do not count. The first
@@ -22,10 +22,6 @@ class TurnMeasurer(wiring.Component):
     the second none before it.
 
     Source: step 2 of the score in ``docs/chip_planner.md``.
-
-    Parameters
-    ----------
-    widths : Widths
 
     Attributes
     ----------
@@ -48,8 +44,10 @@ class TurnMeasurer(wiring.Component):
         Length; with the highest bit set where no segment has room for it.
     """
 
-    def __init__(self, widths: Widths):
-        self.widths = widths
+    widths: InstanceOf(Widths)
+
+    def interface(self):
+        widths = self.widths
         side = signed(widths.side)
         self.cross = WideMultiplier(side, side)
         self.dot = WideMultiplier(side, side)
@@ -59,19 +57,17 @@ class TurnMeasurer(wiring.Component):
         self.tangents = WideMultiplier(RADIUS_BITS, widths.half_turn)
         latency = 7 + self.cross.latency + self.divider.latency + self.tangents.latency
         self.latency = (latency | 1) + 1
-        super().__init__(
-            {
-                "phase": In(1),
-                "valid": In(1),
-                "first": In(1),
-                "dx": In(side),
-                "dy": In(side),
-                "length": In(widths.length),
-                "radius": In(RADIUS_BITS),
-                "half_turn": Out(widths.half_turn),
-                "tangent": Out(widths.tangent),
-            }
-        )
+        return {
+            "phase": In(1),
+            "valid": In(1),
+            "first": In(1),
+            "dx": In(side),
+            "dy": In(side),
+            "length": In(widths.length),
+            "radius": In(RADIUS_BITS),
+            "half_turn": Out(widths.half_turn),
+            "tangent": Out(widths.tangent),
+        }
 
     def elaborate(self, platform):
         m = Module()

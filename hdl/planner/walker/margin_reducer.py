@@ -1,14 +1,13 @@
 """Hits and least margin of a segment, from its corners."""
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
 from pathgene.hdl.planner.walker.layouts import identity_layout, walked_layout
 from pathgene.hdl.planner.walker.segment_launcher import launch_layout
-from pathgene.hdl.primitives.arguments import check_integer, check_power_of_two
 from pathgene.hdl.primitives.delay_line import delay_line
+from pathgene.hdl.primitives.unit import PowerOfTwo, Unit, Width
 
 
 __all__ = ["MarginReducer", "reduction_latency"]
@@ -23,22 +22,13 @@ def reduction_latency(lanes: int) -> int:
     return 2 + exact_log2(lanes)
 
 
-class MarginReducer(wiring.Component):
+class MarginReducer(Unit):
     """Counts the corners of a segment that collide, and finds its least margin.
 
     The margin of a corner is the altitude of the segment above the ground there. A corner whose
     ground has the top altitude is blocked: it collides and has no margin. A segment without any has
     the top altitude as its margin. ``walked`` follows the last group of its segment by
     :func:`reduction_latency`.
-
-    Parameters
-    ----------
-    lanes : int
-        Corners of a group, a power of two up to 16.
-    coordinate_bits, altitude_bits : int
-        Widths of a coordinate and of an altitude, 1 or more.
-    row_bits : int
-        Width of a row of the memo, 1 or more.
 
     Members
     -------
@@ -48,33 +38,23 @@ class MarginReducer(wiring.Component):
     altitudes, grounds : In(altitude_bits).array(lanes)
         Of each lane's corner: altitude of the segment, and ground.
     walked : Out(walked_layout)
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, lanes: int, coordinate_bits: int, altitude_bits: int, row_bits: int):
-        check_integer("Coordinate width", coordinate_bits, 1)
-        check_power_of_two("Lanes", lanes, 1, 16)
-        check_integer("Altitude width", altitude_bits, 1)
-        check_integer("Row width", row_bits, 1)
-        self.lanes = lanes
-        self.coordinate_bits = coordinate_bits
-        self.altitude_bits = altitude_bits
-        self.row_bits = row_bits
-        identity = identity_layout(row_bits)
-        each = In(altitude_bits).array(lanes)
-        super().__init__(
-            {
-                "token": In(launch_layout(identity)),
-                "valid": In(lanes),
-                "altitudes": each,
-                "grounds": each,
-                "walked": Out(walked_layout(coordinate_bits, altitude_bits, identity)),
-            }
-        )
+    lanes: PowerOfTwo(1, 16, "Corners of a group.")
+    coordinate_bits: Width(1)
+    altitude_bits: Width(1)
+    row_bits: Width(1, text="Row of the memo.")
+
+    def interface(self):
+        identity = identity_layout(self.row_bits)
+        each = In(self.altitude_bits).array(self.lanes)
+        return {
+            "token": In(launch_layout(identity)),
+            "valid": In(self.lanes),
+            "altitudes": each,
+            "grounds": each,
+            "walked": Out(walked_layout(self.coordinate_bits, self.altitude_bits, identity)),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -14,7 +14,7 @@ from functools import reduce
 from operator import xor
 
 from amaranth import *
-from amaranth.lib import data, memory, stream, wiring
+from amaranth.lib import data, memory, stream
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
@@ -25,9 +25,9 @@ from pathgene.hdl.planner.walker.layouts import (
     segment_request_layout,
     walked_layout,
 )
-from pathgene.hdl.primitives.arguments import check_integer, check_power_of_two
 from pathgene.hdl.primitives.block_memory import BlockMemory
 from pathgene.hdl.primitives.delay_line import delay_line
+from pathgene.hdl.primitives.unit import PowerOfTwo, Unit, Width
 
 
 __all__ = ["Memo", "row_bits_of"]
@@ -38,7 +38,7 @@ def row_bits_of(rows: int) -> int:
     return max(1, exact_log2(rows)) if rows else 1
 
 
-class Memo(wiring.Component):
+class Memo(Unit):
     """Direct-mapped table of segments, with whole tags: it never answers for another segment.
 
     A segment is looked up each cycle, and found 3 cycles after it is taken. If ``answered``, its
@@ -50,16 +50,6 @@ class Memo(wiring.Component):
 
     On a target the table is block RAMs: with 512 rows and 60 bits of ends, two for tags and one for
     values.
-
-    Parameters
-    ----------
-    rows : int
-        Segments: 0, or a power of two from 2 to 65536. With 0 no segment is answered; the cycles
-        are the same.
-    coordinate_bits, altitude_bits : int
-        Widths of a coordinate and of an altitude, 1 or more.
-    epoch_bits : int
-        Width of an epoch, 1 or more; with 1, each ``clear`` makes all rows void.
 
     Attributes
     ----------
@@ -79,39 +69,30 @@ class Memo(wiring.Component):
     walked : In(walked_layout)
     results : Out(walked_layout)
         With their marks.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, rows: int, coordinate_bits: int, altitude_bits: int, epoch_bits: int = 8):
-        if rows != 0:
-            check_power_of_two("Rows", rows, 2, 1 << 16)
-        check_integer("Coordinate width", coordinate_bits, 1)
-        check_integer("Altitude width", altitude_bits, 1)
-        check_integer("Epoch width", epoch_bits, 1)
-        self.rows = rows
-        self.coordinate_bits = coordinate_bits
-        self.altitude_bits = altitude_bits
-        self.epoch_bits = epoch_bits
-        self.row_bits = row_bits_of(rows)
-        corner = corner_layout(coordinate_bits, altitude_bits)
+    rows: PowerOfTwo(
+        2, 1 << 16, "Segments. With 0, no segment is answered; the cycles are the same.", also=(0,)
+    )
+    coordinate_bits: Width(1)
+    altitude_bits: Width(1)
+    epoch_bits: Width(1, text="With 1, each ``clear`` makes all rows void.") = 8
+
+    def interface(self):
+        self.row_bits = row_bits_of(self.rows)
+        corner = corner_layout(self.coordinate_bits, self.altitude_bits)
         ends = data.StructLayout({"start": corner, "stop": corner})
         self.stage_layout = data.StructLayout({"ends": ends, "marks": MARKS, "row": self.row_bits})
-        self.tag_layout = data.StructLayout({"ends": ends, "epoch": epoch_bits})
-        sizes, identity = (coordinate_bits, altitude_bits), identity_layout(self.row_bits)
-        super().__init__(
-            {
-                "clear": In(1),
-                "busy": Out(1),
-                "segments": In(stream.Signature(segment_request_layout(*sizes, MARKS))),
-                "found": Out(stream.Signature(segment_request_layout(*sizes, identity))),
-                "walked": In(walked_layout(*sizes, identity)),
-                "results": Out(walked_layout(*sizes, MARKS)),
-            }
-        )
+        self.tag_layout = data.StructLayout({"ends": ends, "epoch": self.epoch_bits})
+        sizes, identity = (self.coordinate_bits, self.altitude_bits), identity_layout(self.row_bits)
+        return {
+            "clear": In(1),
+            "busy": Out(1),
+            "segments": In(stream.Signature(segment_request_layout(*sizes, MARKS))),
+            "found": Out(stream.Signature(segment_request_layout(*sizes, identity))),
+            "walked": In(walked_layout(*sizes, identity)),
+            "results": Out(walked_layout(*sizes, MARKS)),
+        }
 
     def elaborate(self, platform):
         m = Module()

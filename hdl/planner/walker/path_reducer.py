@@ -1,11 +1,11 @@
 """Hits of paths, and margins of their waypoints, from those of their segments and chords."""
 
 from amaranth import *
-from amaranth.lib import data, wiring
+from amaranth.lib import data
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.planner.walker.layouts import MARKS, walked_layout
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Unit, Width
 
 
 __all__ = ["PathReducer", "margin_layout", "result_layout"]
@@ -27,21 +27,12 @@ def result_layout(hits_bits: int) -> data.StructLayout:
     return data.StructLayout({"valid": 1, "hits": hits_bits})
 
 
-class PathReducer(wiring.Component):
+class PathReducer(Unit):
     """Adds up the hits of a path, and gives the margin of each of its waypoints.
 
     The margin of a waypoint is the least of its two segments and its chord; it is given with the
     segment behind it. With ``first``, hits behind the first segment or chord that collides do not
     count; margins always do. Outputs follow ``walked`` by a cycle.
-
-    Parameters
-    ----------
-    coordinate_bits, altitude_bits : int
-        Widths of a coordinate and of an altitude, 1 or more.
-    index_bits : int
-        Width of the position of a waypoint, 1 or more.
-    hits_bits : int
-        Width of the hits of a path, 1 or more.
 
     Members
     -------
@@ -50,29 +41,19 @@ class PathReducer(wiring.Component):
     margin : Out(margin_layout)
     result : Out(result_layout)
         Of each path, with its last margin or later.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, coordinate_bits: int, altitude_bits: int, index_bits: int, hits_bits: int):
-        check_integer("Coordinate width", coordinate_bits, 1)
-        check_integer("Altitude width", altitude_bits, 1)
-        check_integer("Index width", index_bits, 1)
-        check_integer("Hits width", hits_bits, 1)
-        self.coordinate_bits = coordinate_bits
-        self.altitude_bits = altitude_bits
-        self.index_bits = index_bits
-        self.hits_bits = hits_bits
-        super().__init__(
-            {
-                "walked": In(walked_layout(coordinate_bits, altitude_bits, MARKS)),
-                "margin": Out(margin_layout(altitude_bits, index_bits)),
-                "result": Out(result_layout(hits_bits)),
-            }
-        )
+    coordinate_bits: Width(1)
+    altitude_bits: Width(1)
+    index_bits: Width(1, text="Position of a waypoint.")
+    hits_bits: Width(1)
+
+    def interface(self):
+        return {
+            "walked": In(walked_layout(self.coordinate_bits, self.altitude_bits, MARKS)),
+            "margin": Out(margin_layout(self.altitude_bits, self.index_bits)),
+            "result": Out(result_layout(self.hits_bits)),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,7 +1,7 @@
 """Walker of paths: hits and margins, segment by segment, with a memo."""
 
 from amaranth import *
-from amaranth.lib import stream, wiring
+from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from pathgene.hdl.config import Config
@@ -11,14 +11,14 @@ from pathgene.hdl.planner.walker.layouts import MARKS, segment_request_layout
 from pathgene.hdl.planner.walker.memo import Memo
 from pathgene.hdl.planner.walker.path_reducer import PathReducer, margin_layout, result_layout
 from pathgene.hdl.planner.walker.segment_walker import SegmentWalker
-from pathgene.hdl.primitives.arguments import check_power_of_two
+from pathgene.hdl.primitives.unit import InstanceOf, PowerOfTwo, Unit
 from pathgene.hdl.protocol.planner import MEMO_ROWS
 
 
 __all__ = ["PathWalker"]
 
 
-class PathWalker(wiring.Component):
+class PathWalker(Unit):
     """Walks paths: corners that collide, and the margins of the waypoints.
 
     A segment or chord takes a cycle if the memo answers for it, else n / ``config.lanes`` cycles
@@ -29,12 +29,6 @@ class PathWalker(wiring.Component):
     A segment is launched 5 cycles after it is offered, or later if segments before it are still
     launched. ``result`` follows the last group of a path by ``latency`` cycles. See
     :mod:`pathgene.sim.model.planner.walker_cycles`.
-
-    Parameters
-    ----------
-    config : Config
-    memo_rows : int
-        Segments of the memo: 0, or a power of two from 2 on.
 
     Attributes
     ----------
@@ -64,37 +58,30 @@ class PathWalker(wiring.Component):
     row : In(row_layout)
     corners : Out(config.altitude_bits).array(config.lanes)
         See :class:`pathgene.hdl.planner.walker.segment_walker.SegmentWalker`.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If ``memo_rows`` is not an integer, or neither 0 nor such a power.
     """
 
-    def __init__(self, config: Config, memo_rows: int = MEMO_ROWS):
-        if memo_rows != 0:
-            check_power_of_two("Rows", memo_rows, 2, 1 << 16)
-        self.config = config
-        self.memo_rows = memo_rows
+    config: InstanceOf(Config)
+    memo_rows: PowerOfTwo(2, 1 << 16, "Segments of the memo.", name="Rows", also=(0,)) = MEMO_ROWS
+
+    def interface(self):
+        config = self.config
         sizes = (config.coordinate_bits, config.altitude_bits)
         self.hits_bits = ((2 * config.max_segments + 1) * config.map_size).bit_length()
-        self.memo = Memo(memo_rows, *sizes)
+        self.memo = Memo(self.memo_rows, *sizes)
         self.walker = SegmentWalker(config.lanes, *sizes, self.memo.row_bits, config.memory_latency)
         self.latency = self.walker.latency + 3
         self.row_latency = self.walker.row_latency
-        super().__init__(
-            {
-                "segments": In(stream.Signature(segment_request_layout(*sizes, MARKS))),
-                "margin": Out(margin_layout(config.altitude_bits, config.index_bits)),
-                "result": Out(result_layout(self.hits_bits)),
-                "launching": Out(1),
-                "clear": In(1),
-                "busy": Out(1),
-                "writes": In(stream.Signature(cell_layout(*sizes))),
-                "row": In(row_layout(config.lanes, config.coordinate_bits)),
-                "corners": Out(config.altitude_bits).array(config.lanes),
-            }
-        )
+        return {
+            "segments": In(stream.Signature(segment_request_layout(*sizes, MARKS))),
+            "margin": Out(margin_layout(config.altitude_bits, config.index_bits)),
+            "result": Out(result_layout(self.hits_bits)),
+            "launching": Out(1),
+            "clear": In(1),
+            "busy": Out(1),
+            "writes": In(stream.Signature(cell_layout(*sizes))),
+            "row": In(row_layout(config.lanes, config.coordinate_bits)),
+            "corners": Out(config.altitude_bits).array(config.lanes),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -12,8 +12,8 @@ from pathgene.hdl.planner.walker.layouts import (
     identity_layout,
     segment_request_layout,
 )
-from pathgene.hdl.primitives.arguments import check_integer, check_power_of_two
 from pathgene.hdl.primitives.fanout import fanout
+from pathgene.hdl.primitives.unit import Width
 
 
 __all__ = ["SegmentLauncher", "launch_layout"]
@@ -38,15 +38,6 @@ class SegmentLauncher(SegmentShaper):
     the next segment. Nothing behind this unit waits. A segment is launched 2 cycles after it is
     taken, or later if it is not yet its turn.
 
-    Parameters
-    ----------
-    lanes : int
-        Corners in a group: a power of two, at most the corners along an edge of the map.
-    coordinate_bits, altitude_bits : int
-        Widths of a coordinate and of an altitude, 1 or more.
-    row_bits : int
-        Width of a row of the memo, 1 or more.
-
     Members
     -------
     segments : In(stream.Signature(segment_request_layout))
@@ -54,35 +45,22 @@ class SegmentLauncher(SegmentShaper):
         The group that is launched.
     segment : Out(segment_layout)
         With ``token.starts_segment``.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
+
+    row_bits: Width(1, text="Row of the memo.")
 
     half_steps = True
 
-    def __init__(self, lanes: int, coordinate_bits: int, altitude_bits: int, row_bits: int):
-        check_integer("Coordinate width", coordinate_bits, 1)
-        check_power_of_two("Lanes", lanes, 1, 1 << coordinate_bits)
-        check_integer("Altitude width", altitude_bits, 1)
-        check_integer("Row width", row_bits, 1)
-        self.lanes = lanes
-        self.coordinate_bits = coordinate_bits
-        self.altitude_bits = altitude_bits
-        self.row_bits = row_bits
-        self.point_layout = corner_layout(coordinate_bits, altitude_bits)
-        self.identity_layout = identity_layout(row_bits)
-        sizes = (coordinate_bits, altitude_bits)
+    def interface(self):
+        self.point_layout = corner_layout(self.coordinate_bits, self.altitude_bits)
+        self.identity_layout = identity_layout(self.row_bits)
+        sizes = (self.coordinate_bits, self.altitude_bits)
         request = segment_request_layout(*sizes, self.identity_layout)
-        super().__init__(
-            {
-                "segments": In(stream.Signature(request)),
-                "token": Out(launch_layout(self.identity_layout)),
-                "segment": Out(segment_layout(lanes, *sizes, half_steps=True)),
-            }
-        )
+        return {
+            "segments": In(stream.Signature(request)),
+            "token": Out(launch_layout(self.identity_layout)),
+            "segment": Out(segment_layout(self.lanes, *sizes, half_steps=True)),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,7 +1,7 @@
 """Segments and chords of stored paths, in the order in which they are walked."""
 
 from amaranth import *
-from amaranth.lib import data, stream, wiring
+from amaranth.lib import data, stream
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.layouts import point_layout
@@ -11,7 +11,7 @@ from pathgene.hdl.planner.walker.layouts import (
     corner_layout,
     segment_request_layout,
 )
-from pathgene.hdl.primitives.arguments import check_integer
+from pathgene.hdl.primitives.unit import Unit, Width
 
 
 __all__ = ["SegmentSource", "queued_layout", "read_layout"]
@@ -31,7 +31,7 @@ def read_layout(place_bits: int, row_bits: int) -> data.StructLayout:
     return data.StructLayout({"enable": 1, "place": place_bits, "row": row_bits})
 
 
-class SegmentSource(wiring.Component):
+class SegmentSource(Unit):
     """Reads stored paths, and makes segments of their points: each path without a gap.
 
     A row is a point and the chord there, row 0 that of the start. Every other row makes the segment
@@ -41,13 +41,6 @@ class SegmentSource(wiring.Component):
 
     The first segment of a path is offered 2 cycles after the path, or later if those before it are
     not taken. After that a segment is offered in every cycle, and the next path follows at once.
-
-    Parameters
-    ----------
-    coordinate_bits, altitude_bits : int
-        Widths of a coordinate and of an altitude, 1 or more.
-    place_bits, row_bits : int
-        Widths of a place, and of a row there, 1 or more.
 
     Members
     -------
@@ -60,33 +53,23 @@ class SegmentSource(wiring.Component):
         The row read last, from the cycle after ``read.enable`` on.
     segments : Out(stream.Signature(segment_request_layout))
         With their marks.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, coordinate_bits: int, altitude_bits: int, place_bits: int, row_bits: int):
-        check_integer("Coordinate width", coordinate_bits, 1)
-        check_integer("Altitude width", altitude_bits, 1)
-        check_integer("Place width", place_bits, 1)
-        check_integer("Row width", row_bits, 1)
-        self.coordinate_bits = coordinate_bits
-        self.altitude_bits = altitude_bits
-        self.place_bits = place_bits
-        self.row_bits = row_bits
-        sizes = (coordinate_bits, altitude_bits)
+    coordinate_bits: Width(1)
+    altitude_bits: Width(1)
+    place_bits: Width(1)
+    row_bits: Width(1, text="Row of a place.")
+
+    def interface(self):
+        sizes = (self.coordinate_bits, self.altitude_bits)
         row = {"point": point_layout(*sizes), "chord": chord_layout(*sizes)}
-        super().__init__(
-            {
-                "start": In(corner_layout(*sizes)),
-                "paths": In(stream.Signature(queued_layout(place_bits, row_bits))),
-                "read": Out(read_layout(place_bits, row_bits)),
-                "row": In(data.StructLayout(row)),
-                "segments": Out(stream.Signature(segment_request_layout(*sizes, MARKS))),
-            }
-        )
+        return {
+            "start": In(corner_layout(*sizes)),
+            "paths": In(stream.Signature(queued_layout(self.place_bits, self.row_bits))),
+            "read": Out(read_layout(self.place_bits, self.row_bits)),
+            "row": In(data.StructLayout(row)),
+            "segments": Out(stream.Signature(segment_request_layout(*sizes, MARKS))),
+        }
 
     def elaborate(self, platform):
         m = Module()

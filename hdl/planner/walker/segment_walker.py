@@ -1,7 +1,7 @@
 """Walker of segments: how many corners collide, and the least margin."""
 
 from amaranth import *
-from amaranth.lib import stream, wiring
+from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from pathgene.hdl.feasibility.parallel.lanes import Lanes
@@ -16,14 +16,14 @@ from pathgene.hdl.planner.walker.layouts import (
 )
 from pathgene.hdl.planner.walker.margin_reducer import MarginReducer, reduction_latency
 from pathgene.hdl.planner.walker.segment_launcher import SegmentLauncher
-from pathgene.hdl.primitives.arguments import check_integer, check_power_of_two
 from pathgene.hdl.primitives.delay_line import delay_line
+from pathgene.hdl.primitives.unit import Count, PowerOfTwo, Unit, Width
 
 
 __all__ = ["SegmentWalker"]
 
 
-class SegmentWalker(wiring.Component):
+class SegmentWalker(Unit):
     """Walks segments over the lattice of corners, ``lanes`` corners a cycle.
 
     Corners, altitudes, hits and margin are those of
@@ -38,19 +38,6 @@ class SegmentWalker(wiring.Component):
     lanes' ports give a row of neighbouring corners a cycle.
 
     Source: *allaire two-tier*, section 5.3. Differs: corners, half steps, and margins.
-
-    Parameters
-    ----------
-    lanes : int
-        Corners walked in a cycle: a power of two, at most 16 and the corners along an edge of the
-        map.
-    coordinate_bits, altitude_bits : int
-        Widths of a coordinate and of an altitude, 1 or more. The top altitude marks blocked
-        corners.
-    row_bits : int
-        Width of a row of the memo, 1 or more.
-    memory_latency : int
-        Cycles from an address to the data of the map's memory, 1 or 2.
 
     Attributes
     ----------
@@ -69,43 +56,25 @@ class SegmentWalker(wiring.Component):
     corners : Out(altitude_bits).array(lanes)
         Their altitudes, ``row_latency`` cycles later: a cycle to the map, and
         ``memory_latency + 3`` for the ground.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(
-        self,
-        lanes: int,
-        coordinate_bits: int,
-        altitude_bits: int,
-        row_bits: int,
-        memory_latency: int,
-    ):
-        check_integer("Coordinate width", coordinate_bits, 1)
-        check_power_of_two("Lanes", lanes, 1, min(16, 1 << coordinate_bits))
-        check_integer("Altitude width", altitude_bits, 1)
-        check_integer("Row width", row_bits, 1)
-        check_integer("Memory latency", memory_latency, 1, 2)
-        self.lanes = lanes
-        self.coordinate_bits = coordinate_bits
-        self.altitude_bits = altitude_bits
-        self.row_bits = row_bits
-        self.memory_latency = memory_latency
-        self.latency = 2 + memory_latency + 3 + reduction_latency(lanes)
-        self.row_latency = 1 + memory_latency + 3
-        sizes, identity = (coordinate_bits, altitude_bits), identity_layout(row_bits)
-        super().__init__(
-            {
-                "segments": In(stream.Signature(segment_request_layout(*sizes, identity))),
-                "walked": Out(walked_layout(*sizes, identity)),
-                "writes": In(stream.Signature(cell_layout(*sizes))),
-                "row": In(row_layout(lanes, coordinate_bits)),
-                "corners": Out(altitude_bits).array(lanes),
-            }
-        )
+    lanes: PowerOfTwo(1, "min(16, 1 << coordinate_bits)", "Corners walked in a cycle.")
+    coordinate_bits: Width(1)
+    altitude_bits: Width(1, text="The top altitude marks blocked corners.")
+    row_bits: Width(1, text="Row of the memo.")
+    memory_latency: Count(1, 2, "Cycles from an address to the data of the map's memory.")
+
+    def interface(self):
+        self.latency = 2 + self.memory_latency + 3 + reduction_latency(self.lanes)
+        self.row_latency = 1 + self.memory_latency + 3
+        sizes, identity = (self.coordinate_bits, self.altitude_bits), identity_layout(self.row_bits)
+        return {
+            "segments": In(stream.Signature(segment_request_layout(*sizes, identity))),
+            "walked": Out(walked_layout(*sizes, identity)),
+            "writes": In(stream.Signature(cell_layout(*sizes))),
+            "row": In(row_layout(self.lanes, self.coordinate_bits)),
+            "corners": Out(self.altitude_bits).array(self.lanes),
+        }
 
     def elaborate(self, platform):
         m = Module()

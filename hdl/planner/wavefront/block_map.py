@@ -1,7 +1,7 @@
 """Blocks of the map: least ground and lowest corners, kept from run to run."""
 
 from amaranth import *
-from amaranth.lib import data, memory, wiring
+from amaranth.lib import data, memory
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
@@ -10,15 +10,15 @@ from pathgene.hdl.planner.population_layouts import corner_layout
 from pathgene.hdl.planner.wavefront.layouts import block_layout, place_layout
 from pathgene.hdl.planner.wavefront.lowest_corner import LowestCorner
 from pathgene.hdl.planner.wavefront.widths import BLOCK_BITS, INDEX_BITS, shift_limit
-from pathgene.hdl.primitives.arguments import check_integer, check_power_of_two
 from pathgene.hdl.primitives.delay_line import delay_line
+from pathgene.hdl.primitives.unit import Count, PowerOfTwo, Unit, Width
 from pathgene.hdl.protocol.planner import BLOCKS
 
 
 __all__ = ["BlockMap"]
 
 
-class BlockMap(wiring.Component):
+class BlockMap(Unit):
     """Least ground and lowest corner of each block, scanned again where the map has changed.
 
     A write to the map marks its block. A scan reads the marked blocks, a row of ``lanes`` corners
@@ -27,15 +27,6 @@ class BlockMap(wiring.Component):
     :func:`pathgene.sim.model.planner.wavefront_cycles.scanning` says. Equals ``least`` and
     ``lowest`` of :func:`pathgene.sim.model.planner.definition.wavefront.blocks_of`; corners beyond
     the map are blocked.
-
-    Parameters
-    ----------
-    lanes : int
-        Corners in a row, a power of two from 1 to 64 and at most those of an edge of the map.
-    coordinate_bits, altitude_bits : int
-        Widths of a coordinate and of an altitude, 1 or more. The top altitude is blocked.
-    read_latency : int
-        Cycles from ``row`` to ``corners``, 1 or more.
 
     Members
     -------
@@ -60,42 +51,31 @@ class BlockMap(wiring.Component):
         Block to be read while not ``busy``: 32 y + x.
     block : Out(block_layout)
         That block, 2 cycles later.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, lanes, coordinate_bits, altitude_bits, read_latency):
-        check_integer("Coordinate width", coordinate_bits, 1)
-        check_power_of_two("Lanes", lanes, 1, min(64, 1 << coordinate_bits))
-        check_integer("Altitude width", altitude_bits, 1)
-        check_integer("Read latency", read_latency, 1)
+    lanes: PowerOfTwo(1, "min(64, 1 << coordinate_bits)", "Corners in a row.")
+    coordinate_bits: Width(1)
+    altitude_bits: Width(1, text="The top altitude is blocked.")
+    read_latency: Count(1, text="Cycles from ``row`` to ``corners``.")
 
-        self.lanes = lanes
-        self.coordinate_bits = coordinate_bits
-        self.altitude_bits = altitude_bits
-        self.read_latency = read_latency
-        xy, corner = coordinate_bits, corner_layout(coordinate_bits, altitude_bits)
-        self.row_layout = row_layout(lanes, xy)
-        self.block_layout = block_layout(xy, altitude_bits)
-        super().__init__(
-            {
-                "block_shift": In(max(1, shift_limit(xy).bit_length())),
-                "start": In(corner),
-                "goal": In(corner),
-                "write": In(data.StructLayout({"valid": 1, "x": xy, "y": xy})),
-                "launch": In(1),
-                "busy": Out(1),
-                "row": Out(self.row_layout),
-                "corners": In(altitude_bits).array(lanes),
-                "start_block": Out(place_layout),
-                "goal_block": Out(place_layout),
-                "number": In(INDEX_BITS),
-                "block": Out(self.block_layout),
-            }
-        )
+    def interface(self):
+        xy, corner = self.coordinate_bits, corner_layout(self.coordinate_bits, self.altitude_bits)
+        self.row_layout = row_layout(self.lanes, xy)
+        self.block_layout = block_layout(xy, self.altitude_bits)
+        return {
+            "block_shift": In(max(1, shift_limit(xy).bit_length())),
+            "start": In(corner),
+            "goal": In(corner),
+            "write": In(data.StructLayout({"valid": 1, "x": xy, "y": xy})),
+            "launch": In(1),
+            "busy": Out(1),
+            "row": Out(self.row_layout),
+            "corners": In(self.altitude_bits).array(self.lanes),
+            "start_block": Out(place_layout),
+            "goal_block": Out(place_layout),
+            "number": In(INDEX_BITS),
+            "block": Out(self.block_layout),
+        }
 
     def elaborate(self, platform):
         m = Module()

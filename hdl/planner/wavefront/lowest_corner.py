@@ -1,12 +1,12 @@
 """Lowest corner of a few neighbours."""
 
 from amaranth import *
-from amaranth.lib import data, wiring
+from amaranth.lib import data
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
-from pathgene.hdl.primitives.arguments import check_integer, check_power_of_two
 from pathgene.hdl.primitives.delay_line import delay_line
+from pathgene.hdl.primitives.unit import PowerOfTwo, Unit, Width
 
 
 __all__ = ["LowestCorner", "lowest_layout"]
@@ -19,17 +19,10 @@ def lowest_layout(lanes, altitude_bits):
     )
 
 
-class LowestCorner(wiring.Component):
+class LowestCorner(Unit):
     """First of the lowest corners in a row, by halving the row in every cycle.
 
     ``lowest`` follows :attr:`latency` cycles after the corners. Its ``none`` is high without one.
-
-    Parameters
-    ----------
-    lanes : int
-        Corners in a row, a power of two from 1 to 64.
-    altitude_bits : int
-        Width of an altitude, 1 or more; the top value marks a blocked corner.
 
     Attributes
     ----------
@@ -41,27 +34,18 @@ class LowestCorner(wiring.Component):
     counts : In(lanes)
         Lanes that have a corner to be counted.
     lowest : Out(lowest_layout)
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, lanes, altitude_bits):
-        check_power_of_two("Lanes", lanes, 1, 64)
-        check_integer("Altitude width", altitude_bits, 1)
+    lanes: PowerOfTwo(1, 64, "Corners in a row.")
+    altitude_bits: Width(1, text="The top value marks a blocked corner.")
 
-        self.lanes = lanes
-        self.altitude_bits = altitude_bits
-        self.latency = 1 + exact_log2(lanes)
-        super().__init__(
-            {
-                "corners": In(altitude_bits).array(lanes),
-                "counts": In(lanes),
-                "lowest": Out(lowest_layout(lanes, altitude_bits)),
-            }
-        )
+    def interface(self):
+        self.latency = 1 + exact_log2(self.lanes)
+        return {
+            "corners": In(self.altitude_bits).array(self.lanes),
+            "counts": In(self.lanes),
+            "lowest": Out(lowest_layout(self.lanes, self.altitude_bits)),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -6,14 +6,14 @@ comparison beside one sum.
 """
 
 from amaranth import *
-from amaranth.lib import data, memory, wiring
+from amaranth.lib import data, memory
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.planner.wavefront.layouts import step_constants_layout
 from pathgene.hdl.planner.wavefront.step_pricer import StepPricer
 from pathgene.hdl.planner.wavefront.widths import BLOCK_BITS, COST_BITS, INDEX_BITS
-from pathgene.hdl.primitives.arguments import check_integer
 from pathgene.hdl.primitives.delay_line import delay_line
+from pathgene.hdl.primitives.unit import Unit, Width
 from pathgene.hdl.protocol.planner import BLOCKS
 
 
@@ -34,7 +34,7 @@ def surface_layout(altitude_bits: int) -> data.StructLayout:
     return data.StructLayout({"free": 1, "altitude": altitude_bits})
 
 
-class Relaxer(wiring.Component):
+class Relaxer(Unit):
     """Lowers the cost of each free block to what it is by way of a neighbour.
 
     A pass takes 1,024 cycles and those of the pipeline: ``busy`` is high for
@@ -45,11 +45,6 @@ class Relaxer(wiring.Component):
     Equals half a sweep of ``spread`` of :mod:`pathgene.sim.model.planner.definition.wavefront`; and
     of ``limit_slopes``, where costs are depths below the top altitude, and each step costs its
     fall.
-
-    Parameters
-    ----------
-    altitude_bits : int
-        Width of an altitude, 1 or more.
 
     Members
     -------
@@ -75,37 +70,29 @@ class Relaxer(wiring.Component):
         Altitudes of a step to be priced between passes.
     prices : Out(31).array(3)
         Its cost in x, in y, and across, ``StepPricer.latency`` cycles later.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the width is not an integer, or less than 1.
     """
+
+    altitude_bits: Width(1)
 
     #: Cycles from one ``launch`` to the next.
     pass_cycles = BLOCKS**2 + _WRITTEN + 2
 
-    def __init__(self, altitude_bits):
-        check_integer("Altitude width", altitude_bits, 1)
-
-        self.altitude_bits = altitude_bits
-        super().__init__(
-            {
-                "launch": In(1),
-                "backwards": In(1),
-                "constants": In(step_constants_layout),
-                "surface_block": Out(INDEX_BITS),
-                "surface": In(surface_layout(altitude_bits)),
-                "cost_block": Out(INDEX_BITS),
-                "cost": In(COST_BITS),
-                "write": Out(cost_write_layout),
-                "busy": Out(1),
-                "changed": Out(1),
-                "before": In(altitude_bits),
-                "after": In(altitude_bits),
-                "prices": Out(COST_BITS).array(len(set(_WAYS))),
-            }
-        )
+    def interface(self):
+        return {
+            "launch": In(1),
+            "backwards": In(1),
+            "constants": In(step_constants_layout),
+            "surface_block": Out(INDEX_BITS),
+            "surface": In(surface_layout(self.altitude_bits)),
+            "cost_block": Out(INDEX_BITS),
+            "cost": In(COST_BITS),
+            "write": Out(cost_write_layout),
+            "busy": Out(1),
+            "changed": Out(1),
+            "before": In(self.altitude_bits),
+            "after": In(self.altitude_bits),
+            "prices": Out(COST_BITS).array(len(set(_WAYS))),
+        }
 
     def elaborate(self, platform):
         m = Module()

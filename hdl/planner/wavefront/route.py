@@ -1,15 +1,15 @@
 """Route from the start to the goal, over the blocks."""
 
 from amaranth import *
-from amaranth.lib import memory, wiring
+from amaranth.lib import memory
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.planner.wavefront.layouts import place_layout
 from pathgene.hdl.planner.wavefront.relaxer import surface_layout
 from pathgene.hdl.planner.wavefront.step_pricer import StepPricer
 from pathgene.hdl.planner.wavefront.widths import BLOCK_BITS, COST_BITS, INDEX_BITS
-from pathgene.hdl.primitives.arguments import check_integer
 from pathgene.hdl.primitives.delay_line import delay_line
+from pathgene.hdl.primitives.unit import Unit, Width
 from pathgene.hdl.protocol.planner import BLOCKS, FAR
 
 
@@ -30,18 +30,13 @@ _PRICED = _READ + 1 + StepPricer.latency
 _SUMMED = _PRICED + 1
 
 
-class Route(wiring.Component):
+class Route(Unit):
     """Follows the least costs from the start to the goal, and keeps the blocks.
 
     Of the eight neighbours by rows, the first with the least cost follows; one is read in a cycle.
     Where the start has no way, the route is a straight line of 64 blocks. ``busy`` is high for as
     many cycles as :func:`pathgene.sim.model.planner.wavefront_cycles.routing` says. Equals
     ``descend`` of :mod:`pathgene.sim.model.planner.definition.wavefront`.
-
-    Parameters
-    ----------
-    altitude_bits : int
-        Width of an altitude, 1 or more.
 
     Members
     -------
@@ -65,37 +60,29 @@ class Route(wiring.Component):
         Number of a block of the route, to be read while not ``busy``.
     place : Out(place_layout)
         That block, 2 cycles later.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the width is not an integer, or less than 1.
     """
+
+    altitude_bits: Width(1)
 
     #: Cycles for a block of the route with a way to the goal; for the last one as well.
     step_cycles = len(_STEPS) + _SUMMED + 1
 
-    def __init__(self, altitude_bits):
-        check_integer("Altitude width", altitude_bits, 1)
-
-        self.altitude_bits = altitude_bits
-        super().__init__(
-            {
-                "start": In(place_layout),
-                "goal": In(place_layout),
-                "launch": In(1),
-                "busy": Out(1),
-                "length": Out(INDEX_BITS + 1),
-                "read_block": Out(INDEX_BITS),
-                "surface": In(surface_layout(altitude_bits)),
-                "cost": In(COST_BITS),
-                "before": Out(altitude_bits),
-                "after": Out(altitude_bits),
-                "prices": In(COST_BITS).array(3),
-                "number": In(INDEX_BITS),
-                "place": Out(place_layout),
-            }
-        )
+    def interface(self):
+        return {
+            "start": In(place_layout),
+            "goal": In(place_layout),
+            "launch": In(1),
+            "busy": Out(1),
+            "length": Out(INDEX_BITS + 1),
+            "read_block": Out(INDEX_BITS),
+            "surface": In(surface_layout(self.altitude_bits)),
+            "cost": In(COST_BITS),
+            "before": Out(self.altitude_bits),
+            "after": Out(self.altitude_bits),
+            "prices": In(COST_BITS).array(3),
+            "number": In(INDEX_BITS),
+            "place": Out(place_layout),
+        }
 
     def elaborate(self, platform):
         m = Module()

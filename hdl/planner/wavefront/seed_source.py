@@ -1,7 +1,6 @@
 """First paths of an island, from the map to their waypoints."""
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.config import Config
@@ -12,24 +11,19 @@ from pathgene.hdl.planner.wavefront.route import Route
 from pathgene.hdl.planner.wavefront.seeder import Seeder
 from pathgene.hdl.planner.wavefront.step_constants import LIMIT_BITS
 from pathgene.hdl.planner.wavefront.wavefront import Wavefront
+from pathgene.hdl.primitives.unit import Count, InstanceOf, Unit
 
 
 __all__ = ["SeedSource"]
 
 
-class SeedSource(wiring.Component):
+class SeedSource(Unit):
     """Scans the map's blocks; finds a route over a surface, and seeds paths along it one by one.
 
     The blocks are scanned before the first ``launch`` of a run; every further launch takes another
     limit of slopes. A launch is a wavefront, then a route, then a path for each ``begin``. ``busy``
     is high for as many cycles as ``scanned``, ``launched`` and ``seeded`` of
     :mod:`pathgene.sim.model.planner.wavefront_cycles` say.
-
-    Parameters
-    ----------
-    config : Config
-    read_latency : int
-        Cycles from ``row`` to ``corners``, 1 or more.
 
     Members
     -------
@@ -60,32 +54,32 @@ class SeedSource(wiring.Component):
         See :class:`pathgene.hdl.planner.wavefront.seeder.Seeder`.
     """
 
-    def __init__(self, config: Config, read_latency):
-        self.config = config
-        self.read_latency = read_latency
+    config: InstanceOf(Config)
+    read_latency: Count(1, text="Cycles from ``row`` to ``corners``.")
+
+    def interface(self):
+        config = self.config
         xy, z = config.coordinate_bits, config.altitude_bits
-        self._blocks = BlockMap(config.lanes, xy, z, read_latency)
+        self._blocks = BlockMap(config.lanes, xy, z, self.read_latency)
         self._wavefront = Wavefront(config)
         self._seeder = Seeder(config)
         members = self._blocks.signature.members
-        super().__init__(
-            {
-                "problem": In(problem_layout(config)),
-                "start": In(corner_layout(xy, z)),
-                "goal": In(corner_layout(xy, z)),
-                **{name: members[name] for name in ("write", "row", "corners")},
-                "scan": In(1),
-                "launch": In(1),
-                "limit": In(LIMIT_BITS),
-                "begin": In(1),
-                "busy": Out(1),
-                "passes": self._wavefront.signature.members["passes"],
-                "word": self._seeder.signature.members["word"],
-                "word_ready": In(1),
-                "step": Out(1),
-                "found": self._seeder.signature.members["found"],
-            }
-        )
+        return {
+            "problem": In(problem_layout(config)),
+            "start": In(corner_layout(xy, z)),
+            "goal": In(corner_layout(xy, z)),
+            **{name: members[name] for name in ("write", "row", "corners")},
+            "scan": In(1),
+            "launch": In(1),
+            "limit": In(LIMIT_BITS),
+            "begin": In(1),
+            "busy": Out(1),
+            "passes": self._wavefront.signature.members["passes"],
+            "word": self._seeder.signature.members["word"],
+            "word_ready": In(1),
+            "step": Out(1),
+            "found": self._seeder.signature.members["found"],
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,7 +1,6 @@
 """First paths: waypoints along a route."""
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.config import Config
@@ -12,6 +11,7 @@ from pathgene.hdl.planner.wavefront.widths import INDEX_BITS
 from pathgene.hdl.primitives.delay_line import delay_line
 from pathgene.hdl.primitives.divider import Divider
 from pathgene.hdl.primitives.multiplier import Multiplier
+from pathgene.hdl.primitives.unit import InstanceOf, Unit
 from pathgene.hdl.protocol.planner import seed_waypoints
 
 
@@ -23,17 +23,13 @@ _PHASE_BITS = 8
 _OFFSET_BITS = 16
 
 
-class Seeder(wiring.Component):
+class Seeder(Unit):
     """A path of waypoints at even distances along the route, at random heights above the surface.
 
     Takes a word of the random source in every cycle from the one after ``launch`` on: one for the
     path, then one for each waypoint of the longest seed. A waypoint follows its word by
     :attr:`latency` cycles. Equals ``seed_path`` of
     :mod:`pathgene.sim.model.planner.definition.seeds`.
-
-    Parameters
-    ----------
-    config : Config
 
     Attributes
     ----------
@@ -69,29 +65,29 @@ class Seeder(wiring.Component):
         The path, a waypoint a cycle.
     """
 
+    config: InstanceOf(Config)
+
     #: Registers from a word to the quotient, then route, block, and two for the waypoint.
     latency = 2 + INDEX_BITS + 2 + 2 + 2
 
-    def __init__(self, config: Config):
-        self.config = config
+    def interface(self):
+        config = self.config
         xy, z = config.coordinate_bits, config.altitude_bits
-        super().__init__(
-            {
-                "limits": In(corner_layout(xy, z)),
-                "length": In(INDEX_BITS + 1),
-                "launch": In(1),
-                "busy": Out(1),
-                "word": In(_SHIFT.stop),
-                "word_ready": In(1),
-                "step": Out(1),
-                "number": Out(INDEX_BITS),
-                "place": In(place_layout),
-                "read_block": Out(INDEX_BITS),
-                "block": In(block_layout(xy, z)),
-                "surface": In(surface_layout(z)),
-                "found": Out(found_layout(xy, z)),
-            }
-        )
+        return {
+            "limits": In(corner_layout(xy, z)),
+            "length": In(INDEX_BITS + 1),
+            "launch": In(1),
+            "busy": Out(1),
+            "word": In(_SHIFT.stop),
+            "word_ready": In(1),
+            "step": Out(1),
+            "number": Out(INDEX_BITS),
+            "place": In(place_layout),
+            "read_block": Out(INDEX_BITS),
+            "block": In(block_layout(xy, z)),
+            "surface": In(surface_layout(z)),
+            "found": Out(found_layout(xy, z)),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -3,7 +3,6 @@
 import enum
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.planner.wavefront.layouts import step_constants_layout
@@ -15,8 +14,8 @@ from pathgene.hdl.planner.wavefront.widths import (
     factor_fraction,
     least_unit,
 )
-from pathgene.hdl.primitives.arguments import check_integer
 from pathgene.hdl.primitives.delay_line import delay_line
+from pathgene.hdl.primitives.unit import Given, Unit, Width
 from pathgene.hdl.protocol.planner import (
     ALTITUDE_FRACTION,
     POSITION_FRACTION,
@@ -65,7 +64,7 @@ _WAYS = {
 }
 
 
-class StepConstants(wiring.Component):
+class StepConstants(Unit):
     """Constants of the costs of steps between blocks, or their falls, one after another.
 
     One adder makes all products, a bit of a factor in a cycle, from the lowest on; so each cycle
@@ -73,13 +72,6 @@ class StepConstants(wiring.Component):
     :meth:`cycles` cycles after ``launch``. Equals ``prices_of`` of
     :mod:`pathgene.sim.model.planner.definition.wavefront`; with ``falls``, levels are the falls of
     ``limit_slopes``, except that a fall may be 0, and all other constants are 0.
-
-    Parameters
-    ----------
-    problem_layout : StructLayout
-        Layout of the problem: see :func:`pathgene.hdl.planner.layouts.problem_layout`.
-    coordinate_bits, altitude_bits : int
-        Widths of a coordinate of the map and of an altitude, 1 or more.
 
     Attributes
     ----------
@@ -99,31 +91,25 @@ class StepConstants(wiring.Component):
     done : Out(1)
         The constants are those of the latest ``launch``.
     constants : Out(step_constants_layout)
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a width is not an integer, or less than 1.
     """
 
-    def __init__(self, problem_layout, coordinate_bits, altitude_bits):
-        check_integer("Coordinate width", coordinate_bits, 1)
-        check_integer("Altitude width", altitude_bits, 1)
+    problem_layout: Given(
+        "StructLayout",
+        "Layout of the problem: see :func:`pathgene.hdl.planner.layouts.problem_layout`.",
+    )
+    coordinate_bits: Width(1)
+    altitude_bits: Width(1)
 
-        self.problem_layout = problem_layout
-        self.coordinate_bits = coordinate_bits
-        self.altitude_bits = altitude_bits
+    def interface(self):
         self.most_cycles = self.cycles(falls=False, fuel_shift=31, key_shift=63)
-        super().__init__(
-            {
-                "problem": In(self.problem_layout),
-                "limit": In(LIMIT_BITS),
-                "falls": In(1),
-                "launch": In(1),
-                "done": Out(1),
-                "constants": Out(step_constants_layout),
-            }
-        )
+        return {
+            "problem": In(self.problem_layout),
+            "limit": In(LIMIT_BITS),
+            "falls": In(1),
+            "launch": In(1),
+            "done": Out(1),
+            "constants": Out(step_constants_layout),
+        }
 
     def cycles(self, *, falls, fuel_shift, key_shift):
         """Return the cycles from ``launch`` to the first one of ``done``."""

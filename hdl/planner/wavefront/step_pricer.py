@@ -1,7 +1,6 @@
 """Costs of steps between neighbouring blocks."""
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.planner.wavefront.layouts import way_layout
@@ -11,15 +10,15 @@ from pathgene.hdl.planner.wavefront.widths import (
     FACTOR_BITS,
     factor_fraction,
 )
-from pathgene.hdl.primitives.arguments import check_integer
 from pathgene.hdl.primitives.delay_line import delay_line
 from pathgene.hdl.primitives.multiplier import Multiplier
+from pathgene.hdl.primitives.unit import Unit, Width
 
 
 __all__ = ["StepPricer"]
 
 
-class StepPricer(wiring.Component):
+class StepPricer(Unit):
     """Cost of a step between two blocks in every cycle.
 
     ``cost`` follows :attr:`latency` cycles after the altitudes. Equals ``cost`` of
@@ -28,11 +27,6 @@ class StepPricer(wiring.Component):
 
     Altitude and fuel each take one product of 18 bits and one sum. No sum wraps: altitudes add less
     than 2**23, and the base, a climb and level flight less than 2**28 each.
-
-    Parameters
-    ----------
-    altitude_bits : int
-        Width of an altitude, 1 or more.
 
     Members
     -------
@@ -45,30 +39,22 @@ class StepPricer(wiring.Component):
         There is such a step. Of altitudes ``latency`` - 1 cycles ago.
     cost : Out(31)
         1 to 2**30. A register.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the width is not an integer, or less than 1.
     """
+
+    altitude_bits: Width(1)
 
     #: Cycles from altitudes to their cost.
     latency = 5
 
-    def __init__(self, altitude_bits):
-        check_integer("Altitude width", altitude_bits, 1)
-
-        self.altitude_bits = altitude_bits
-        super().__init__(
-            {
-                "way": In(way_layout),
-                "climb": In(FACTOR_BITS),
-                "before": In(altitude_bits),
-                "after": In(altitude_bits),
-                "leads": In(1),
-                "cost": Out(COST_BITS),
-            }
-        )
+    def interface(self):
+        return {
+            "way": In(way_layout),
+            "climb": In(FACTOR_BITS),
+            "before": In(self.altitude_bits),
+            "after": In(self.altitude_bits),
+            "leads": In(1),
+            "cost": Out(COST_BITS),
+        }
 
     def elaborate(self, platform):
         m = Module()

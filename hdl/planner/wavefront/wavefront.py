@@ -1,7 +1,7 @@
 """Surfaces of the blocks, and the cost from each block to the goal."""
 
 from amaranth import *
-from amaranth.lib import memory, wiring
+from amaranth.lib import memory
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.config import Config
@@ -11,6 +11,7 @@ from pathgene.hdl.planner.wavefront.relaxer import Relaxer, surface_layout
 from pathgene.hdl.planner.wavefront.step_constants import LIMIT_BITS, StepConstants
 from pathgene.hdl.planner.wavefront.widths import COST_BITS, INDEX_BITS
 from pathgene.hdl.primitives.delay_line import delay_line
+from pathgene.hdl.primitives.unit import InstanceOf, Unit
 from pathgene.hdl.protocol.planner import BLOCKS, FAR, SWEEPS
 
 
@@ -20,7 +21,7 @@ __all__ = ["Wavefront"]
 _PASSES = 2 * SWEEPS
 
 
-class Wavefront(wiring.Component):
+class Wavefront(Unit):
     """Makes a surface of the least ground, limits its slopes, and spreads costs from the goal.
 
     1. Every block is read and written to the surface. Meanwhile, the falls of the steps follow.
@@ -34,10 +35,6 @@ class Wavefront(wiring.Component):
     :func:`pathgene.sim.model.planner.wavefront_cycles.spreading` says. Equals
     ``limit_slopes`` and ``spread`` of :mod:`pathgene.sim.model.planner.definition.wavefront`; costs
     beyond 2**30 are none.
-
-    Parameters
-    ----------
-    config : Config
 
     Members
     -------
@@ -67,32 +64,32 @@ class Wavefront(wiring.Component):
         See :class:`pathgene.hdl.planner.wavefront.relaxer.Relaxer`.
     """
 
+    config: InstanceOf(Config)
+
     #: Cycles that one filling of the memories takes.
     fill_cycles = BLOCKS**2 + 2
 
-    def __init__(self, config: Config):
-        self.config = config
+    def interface(self):
+        config = self.config
         z = config.altitude_bits
         self.block_layout = block_layout(config.coordinate_bits, z)
         self.surface_layout = surface_layout(z)
-        super().__init__(
-            {
-                "problem": In(problem_layout(config)),
-                "limit": In(LIMIT_BITS),
-                "goal": In(INDEX_BITS),
-                "launch": In(1),
-                "busy": Out(1),
-                "passes": Out(range(2 * _PASSES + 1)),
-                "map_block": Out(INDEX_BITS),
-                "block": In(self.block_layout),
-                "read_block": In(INDEX_BITS),
-                "surface": Out(self.surface_layout),
-                "cost": Out(COST_BITS),
-                "before": In(z),
-                "after": In(z),
-                "prices": Out(COST_BITS).array(3),
-            }
-        )
+        return {
+            "problem": In(problem_layout(config)),
+            "limit": In(LIMIT_BITS),
+            "goal": In(INDEX_BITS),
+            "launch": In(1),
+            "busy": Out(1),
+            "passes": Out(range(2 * _PASSES + 1)),
+            "map_block": Out(INDEX_BITS),
+            "block": In(self.block_layout),
+            "read_block": In(INDEX_BITS),
+            "surface": Out(self.surface_layout),
+            "cost": Out(COST_BITS),
+            "before": In(z),
+            "after": In(z),
+            "prices": Out(COST_BITS).array(3),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -7,7 +7,6 @@ import pytest
 from pathgene.hdl.planner.best_reader import BestReader
 from pathgene.hdl.protocol.runs import RETURNED, pack_best
 from tests.support.gateware.streams import collect, simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 from tests.support.planner.cases import LARGE, SMALL, USUAL
 from tests.support.planner.population import corner, population
 
@@ -93,21 +92,3 @@ def test_bytes_of_the_best(config, keys, pauses, count):
         seen = firsts[-1] if len(firsts) == count else config.population - 1
         waypoints = sum(len(paths[rank]) for rank in firsts)
         assert cycles == [len(expected) + len(firsts) + 3 * waypoints + 5 * seen + 2] * 2
-
-
-def test_sizes():
-    sizes = {
-        "slots": 16,
-        "population": 8,
-        "max_waypoints": 5,
-        "coordinate_bits": 6,
-        "altitude_bits": 8,
-    }
-    limits = {
-        "slots": ("Slots", 2),
-        "population": ("Population", 2),
-        "max_waypoints": ("Max waypoints", 2),
-        "coordinate_bits": ("Coordinate width", 1),
-        "altitude_bits": ("Altitude width", 1),
-    }
-    check_sizes(BestReader, sizes, limits)

@@ -7,7 +7,6 @@ import pytest
 from pathgene.hdl.planner.child_builder import ChildBuilder
 from pathgene.sim.model.planner.definition.breeder import cross, mutate
 from tests.support.gateware.streams import simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 from tests.support.planner.cases import SMALL
 from tests.support.planner.population import Words, corner, plan_of, population, problem
 
@@ -161,21 +160,6 @@ def test_everything_stalls():
 
     bench.run(60 * 40, control)
     bench.check()
-
-
-def test_sizes():
-    check_sizes(
-        ChildBuilder,
-        SIZES,
-        {
-            "slot_count": ("Slots", 2),
-            "max_waypoints": ("Max waypoints", 3),
-            "coordinate_bits": ("Coordinate width", 1),
-            "altitude_bits": ("Altitude width", 1),
-            "box_cells": ("Box width", 1),
-            "box_steps": ("Box height", 1),
-        },
-    )
 
 
 @pytest.mark.parametrize(("slots", "bits"), [(15, 4), (16, 4), (17, 5)])

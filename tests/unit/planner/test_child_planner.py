@@ -8,7 +8,6 @@ import pytest
 
 from pathgene.hdl.planner.child_planner import ChildPlanner
 from tests.support.gateware.streams import simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 from tests.support.planner.population import Words, plan_of
 
 
@@ -69,17 +68,3 @@ def test_plans(sizes):
             ctx.set(dut.plans.ready, 1)
 
     simulate(dut, bench)
-
-
-def test_sizes():
-    check_sizes(
-        ChildPlanner,
-        SIZES,
-        {
-            "rank_bits": ("Rank width", 1, 5),
-            "slot_bits": ("Slot width", 1),
-            "max_waypoints": ("Max waypoints", 3),
-            "box_cells": ("Box width", 1),
-            "box_steps": ("Box height", 1),
-        },
-    )

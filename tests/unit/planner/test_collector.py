@@ -9,7 +9,6 @@ import pytest
 from pathgene.hdl.planner.collector import Collector
 from pathgene.sim.model.planner.definition.sorting import Sorting
 from tests.support.gateware.streams import put, simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 
 
 SIZES = {
@@ -183,21 +182,3 @@ def test_populations(islands):
 
     simulate(bench.dut, run, background=[bench.watch])
     assert [cycle.outputs for cycle in bench.cycles] == list(bench.expected())
-
-
-def test_sizes():
-    check_sizes(
-        Collector,
-        SIZES,
-        {
-            "survivors": ("Survivors", 1, 5),
-            "islands": ("Islands", 1, 2),
-            "slot_bits": ("Slot width", 1),
-            "length_bits": ("Length width", 1),
-        },
-    )
-    check_sizes(Collector, SIZES | {"survivors": 1}, {"elites": ("Elites", 0, 6)})
-    with pytest.raises(
-        ValueError, match=r"^Population must be a power of two from 2 to 256, not 6$"
-    ):
-        Collector(**SIZES | {"population": 6})

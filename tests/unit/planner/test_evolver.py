@@ -5,7 +5,6 @@ import itertools
 
 import pytest
 
-from pathgene.hdl.planner.evolver import Evolver
 from pathgene.hdl.planner.population_layouts import slot_count
 from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
 from pathgene.sim.model.planner import evolver_cycles
@@ -250,9 +249,3 @@ def test_slots():
     """Populations, and the children of two generations or the seeds on their way."""
     assert [slot_count(USUAL, islands) for islands in (1, 2)] == [76, 108]
     assert [slot_count(SMALL, islands) for islands in (1, 2)] == [26, 34]
-
-
-def test_islands():
-    for wrong in (0, 3):
-        with pytest.raises(ValueError, match=f"^Islands must be from 1 to 2, not {wrong}$"):
-            Evolver(SMALL, wrong)

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from pathgene.hdl.planner.first_paths import FirstPathKind, FirstPaths
-from pathgene.hdl.planner.member_reader import MemberReader
 from pathgene.hdl.protocol.planner import seed_waypoints
 from pathgene.sim.model.planner.definition.score import corner_of
 from pathgene.sim.model.planner.definition.warm import ahead
@@ -19,9 +18,8 @@ from pathgene.sim.model.planner.first_paths_cycles import (
     seed_offered,
 )
 from pathgene.sim.model.planner.wavefront_cycles import WAYPOINT, seeded
+from tests import planner_cases
 from tests.support.gateware.streams import simulate
-from tests.support.gateware.wrong_sizes import check_sizes
-from tests.support.planner import cases as planner_cases
 from tests.support.planner.cases import LARGE, SMALL, USUAL
 from tests.support.planner.population import corner, population
 
@@ -223,15 +221,3 @@ def test_revived_members(config, share):
             assert bench.offers == list(map(member_offered, frees, dropped))
 
     simulate(bench.dut, run)
-
-
-def test_sizes():
-    sizes = {"slots": 16, "max_waypoints": 5, "coordinate_bits": 6, "altitude_bits": 8}
-    limits = {
-        "slots": ("Slots", 2),
-        "max_waypoints": ("Max waypoints", 2),
-        "coordinate_bits": ("Coordinate width", 1),
-        "altitude_bits": ("Altitude width", 1),
-    }
-    check_sizes(MemberReader, sizes, limits)
-    check_sizes(FirstPaths, {**sizes, "population": 8}, {**limits, "population": ("Population", 2)})

@@ -9,7 +9,6 @@ from amaranth import Elaboratable
 from pathgene.hdl.boards.ecp5_cells import Ecp5Cells
 from pathgene.hdl.planner.memory_queue import MemoryQueue
 from tests.support.gateware.streams import simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 
 
 class SavesLogic:
@@ -62,7 +61,3 @@ def test_random_traffic(depth, platform):
         assert most == depth
 
     simulate(OnPlatform(dut, platform), bench)
-
-
-def test_sizes():
-    check_sizes(MemoryQueue, {"shape": 8, "depth": 4}, {"depth": ("Depth", 1)})

@@ -7,7 +7,6 @@ import pytest
 from pathgene.hdl.planner.nearest_corner import NearestCorner
 from pathgene.sim.model.planner.definition.score import corner_of
 from tests.support.gateware.streams import simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 from tests.support.planner.cases import LARGE, SMALL, any_record
 from tests.support.planner.population import corner
 
@@ -35,11 +34,3 @@ def test_matches_the_definition(config):
 
     simulate(dut, bench)
     assert 0 < clamped < 600
-
-
-def test_sizes():
-    check_sizes(
-        NearestCorner,
-        {"coordinate_bits": 5, "altitude_bits": 8},
-        {"coordinate_bits": ("Coordinate width", 1), "altitude_bits": ("Altitude width", 1)},
-    )

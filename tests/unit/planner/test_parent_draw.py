@@ -7,7 +7,6 @@ import pytest
 from pathgene.hdl.planner.parent_draw import ParentDraw
 from pathgene.sim.model.planner.definition.breeder import bits
 from tests.support.gateware.streams import simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 from tests.support.planner.population import Words
 
 
@@ -46,7 +45,3 @@ def test_draws(rank_bits):
             ctx.set(dut.draws.ready, 0)
 
     simulate(dut, bench)
-
-
-def test_sizes():
-    check_sizes(ParentDraw, {"rank_bits": 5}, {"rank_bits": ("Rank width", 1, 5)})

@@ -7,7 +7,6 @@ import pytest
 
 from pathgene.hdl.planner.population_memory import PopulationMemory
 from tests.support.gateware.streams import simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 
 
 SIZES = {"slots": 11, "max_waypoints": 5, "coordinate_bits": 5, "altitude_bits": 8}
@@ -89,16 +88,3 @@ def test_random_traffic(longest):
 def test_depth(slots, longest, depth):
     """Long paths need fewer rows than the next power of two for each, or that."""
     assert PopulationMemory(slots, longest, 2, 2).depth == depth
-
-
-def test_sizes():
-    check_sizes(
-        PopulationMemory,
-        SIZES,
-        {
-            "slots": ("Slots", 2),
-            "max_waypoints": ("Max waypoints", 2),
-            "coordinate_bits": ("Coordinate width", 1),
-            "altitude_bits": ("Altitude width", 1),
-        },
-    )

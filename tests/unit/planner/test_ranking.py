@@ -9,7 +9,6 @@ import pytest
 from pathgene.hdl.planner.ranking import Ranking
 from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
 from tests.support.gateware.streams import put, simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 
 
 SIZES = {"population": 8, "islands": 4, "slot_bits": 6, "length_bits": 3}
@@ -83,15 +82,3 @@ def test_populations(is_first):
 
     simulate(dut, bench, background=[watch])
     assert seen_classes == {0, 1}
-
-
-def test_sizes():
-    check_sizes(
-        Ranking, SIZES, {"slot_bits": ("Slot width", 1), "length_bits": ("Length width", 1)}
-    )
-    for name, thing, most in (("population", "Population", 256), ("islands", "Islands", 16)):
-        least = 2 if name == "population" else 1
-        for wrong in (0, 3, 2 * most):
-            message = f"^{thing} must be a power of two from {least} to {most}, not {wrong}$"
-            with pytest.raises(ValueError, match=message):
-                Ranking(**{**SIZES, name: wrong})

@@ -7,7 +7,6 @@ import pytest
 
 from pathgene.hdl.planner.run_limits import RunLimits
 from tests.support.gateware.streams import simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 
 
 SHARE_BITS = 5
@@ -109,11 +108,3 @@ def test_limits_of_the_run():
             assert ctx.get(dut.cycles) == min(number, 255)
 
     simulate(dut, run)
-
-
-def test_sizes():
-    check_sizes(
-        RunLimits,
-        {"counter_bits": 8, "share_bits": 5},
-        {"counter_bits": ("Counter width", 1), "share_bits": ("Share width", 1)},
-    )

@@ -11,7 +11,6 @@ from pathgene.hdl.planner.shape_drawer import ShapeDrawer
 from pathgene.hdl.protocol.planner import BEND_BITS, EDGE_BITS, EDGES, NoFlyShape, no_fly_request
 from pathgene.sim.model.planner.definition.no_fly import drawn
 from tests.support.gateware.streams import put, simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 from tests.support.planner.cases import LARGE, SMALL, USUAL
 from tests.support.planner.cases import shape as any_shape
 
@@ -170,8 +169,3 @@ def test_layout():
         assert [(name, getattr(shape, "width", shape)) for name, shape in fields] == list(request)
         signs = {name.rpartition("_")[0] for name, shape in fields if not isinstance(shape, int)}
         assert signs == {"at", "east", "north"}
-
-
-def test_sizes():
-    limits = {"coordinate_bits": ("Coordinate width", 1), "altitude_bits": ("Altitude width", 1)}
-    check_sizes(ShapeDrawer, {"coordinate_bits": 5, "altitude_bits": 4}, limits)

@@ -7,7 +7,6 @@ import pytest
 
 from pathgene.hdl.planner.slot_pool import SlotPool
 from tests.support.gateware.streams import simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 
 
 @pytest.mark.parametrize(("total", "depth"), [(2, 1), (12, 4), (150, 22)])
@@ -49,9 +48,3 @@ def test_random_traffic(total, depth):
             ctx.set(dut.clear, 0)
 
     simulate(dut, bench)
-
-
-def test_sizes():
-    check_sizes(
-        SlotPool, {"total": 54, "depth": 22}, {"total": ("Slots", 2), "depth": ("Depth", 1)}
-    )

@@ -9,7 +9,6 @@ import pytest
 
 from pathgene.hdl.planner.sorter import Sorter
 from tests.support.gateware.streams import simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 
 
 SIZES = {"capacity": 5, "key_bits": 4, "tag_bits": 8}
@@ -161,11 +160,3 @@ def test_cycles():
     assert taken == [0, 2, 5, 9]
     assert bench.dropped == {7: 5, 11: 6}
     assert bench.left == {12: (0, 3, 3), 13: (1, 4, 4)}
-
-
-def test_sizes():
-    check_sizes(
-        Sorter,
-        SIZES,
-        {"capacity": ("Capacity", 2), "key_bits": ("Key width", 1), "tag_bits": ("Tag width", 1)},
-    )

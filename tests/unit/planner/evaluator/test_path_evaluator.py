@@ -4,13 +4,9 @@
 import numpy as np
 import pytest
 
-from pathgene.hdl.planner.evaluator.key_maker import KeyMaker
-from pathgene.hdl.planner.evaluator.path_decider import PathDecider
 from pathgene.hdl.planner.evaluator.path_evaluator import PathEvaluator
-from pathgene.hdl.planner.evaluator.path_store import PathStore
 from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
 from pathgene.sim.model.planner.evaluator_cycles import PLACES
-from tests.support.gateware.wrong_sizes import check_sizes
 from tests.support.planner.cases import SMALL, ground
 from tests.support.planner.evaluator_bench import run
 from tests.support.planner.evaluator_cases import (
@@ -91,26 +87,5 @@ def test_reset_discards_all_paths():
     check(run(PathEvaluator(SMALL, SLOTS, 64), evaluator, paths, resets=resets), expected)
 
 
-def test_sizes():
-    with pytest.raises(ValueError, match=r"^Slots must be 2 or more, not 1$"):
-        PathEvaluator(SMALL, 1)
-    with pytest.raises(ValueError, match=r"^Rows must be a power of two from 2 to 65536, not 3$"):
-        PathEvaluator(SMALL, 2, 3)
-    widths = {"slot_bits": ("Slot width", 1), "length_bits": ("Length width", 1)}
-    check_sizes(PathDecider, {"slot_bits": 5, "length_bits": 3}, widths)
-    check_sizes(
-        KeyMaker,
-        {"slot_bits": 5, "length_bits": 3, "hits_bits": 9},
-        {**widths, "hits_bits": ("Hits width", 1)},
-    )
-    check_sizes(
-        PathStore,
-        {"max_waypoints": 4, "coordinate_bits": 5, "altitude_bits": 6, "slot_bits": 7},
-        {
-            "max_waypoints": ("Max waypoints", 2),
-            "coordinate_bits": ("Coordinate width", 1),
-            "altitude_bits": ("Altitude width", 1),
-            "slot_bits": ("Slot width", 1),
-        },
-    )
+def test_places():
     assert PLACES == 16

@@ -10,7 +10,6 @@ from pathgene.hdl.config import Config
 from pathgene.hdl.planner.walker.memo import Memo
 from pathgene.sim.model.planner.definition.memo import Memo as DefinedMemo
 from tests.support.gateware.streams import put, simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 from tests.support.planner.walker_cases import any_point, corner
 
 
@@ -178,14 +177,5 @@ def test_a_look_up_each_cycle():
     assert seen == [(cycle, (cycle - 3) % 8) for cycle in range(3, 20)]
 
 
-def test_sizes():
-    sizes = {"rows": 8, "coordinate_bits": 5, "altitude_bits": 4, "epoch_bits": 2}
-    limits = {
-        "coordinate_bits": ("Coordinate width", 1),
-        "altitude_bits": ("Altitude width", 1),
-        "epoch_bits": ("Epoch width", 1),
-    }
-    check_sizes(Memo, sizes, limits)
-    assert Memo(**{**sizes, "rows": 0}).row_bits == 1
-    with pytest.raises(ValueError, match=r"^Rows must be a power of two from 2 to 65536, not 1$"):
-        Memo(**{**sizes, "rows": 1})
+def test_a_memo_without_rows():
+    assert Memo(0, 5, 4, 2).row_bits == 1

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.planner.walker.path_reducer import PathReducer
 from pathgene.hdl.planner.walker.path_walker import PathWalker
 from pathgene.hdl.protocol.planner import POSITION_FRACTION, SLOPE_BITS, PathClass
 from pathgene.sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator, key_of
@@ -19,7 +18,6 @@ from pathgene.sim.model.planner.definition.memo import Memo
 from pathgene.sim.model.planner.definition.score import score
 from pathgene.sim.model.planner.walker_cycles import back, cost, walked
 from tests.support.gateware.streams import put, simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 from tests.support.planner.cases import ground, path, record
 from tests.support.planner.walker_cases import corner, segments_of, upload
 
@@ -136,15 +134,3 @@ def test_cycles_of_a_lone_path():
     assert cost((0, 0, 5), (16, 9, 5), False, 8) == 3
     assert cost((0, 0, 5), (16, 9, 5), True, 8) == 1
     assert cost((3, 3, 5), (3, 3, 9), False, 8) == 1
-
-
-def test_sizes():
-    with pytest.raises(ValueError, match=r"^Rows must be a power of two from 2 to 65536, not 3$"):
-        PathWalker(CONFIG, 3)
-    sizes = {"coordinate_bits": 5, "altitude_bits": 4}
-    limits = {"coordinate_bits": ("Coordinate width", 1), "altitude_bits": ("Altitude width", 1)}
-    check_sizes(
-        PathReducer,
-        {**sizes, "index_bits": 3, "hits_bits": 8},
-        {**limits, "index_bits": ("Index width", 1), "hits_bits": ("Hits width", 1)},
-    )

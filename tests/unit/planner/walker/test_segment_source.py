@@ -10,7 +10,6 @@ from amaranth.lib import memory
 
 from pathgene.hdl.planner.walker.segment_source import SegmentSource
 from tests.support.gateware.streams import collect, put, simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 from tests.support.planner.walker_cases import corner, segments_of
 
 
@@ -131,10 +130,3 @@ def test_a_late_path():
         for place in late:
             begins = offered[place] + 2
             assert cycles[begins - 1 : begins + 1] == [0, 1]
-
-
-def test_sizes():
-    names = ("Coordinate width", "Altitude width", "Place width", "Row width")
-    check_sizes(
-        SegmentSource, SIZES, {name: (text, 1) for name, text in zip(SIZES, names, strict=True)}
-    )

@@ -15,7 +15,6 @@ from pathgene.hdl.planner.walker.segment_walker import SegmentWalker
 from pathgene.sim.model.planner.definition.walk import walk
 from pathgene.sim.model.planner.walker_cycles import walking
 from tests.support.gateware.streams import put, simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 from tests.support.planner.walker_cases import any_point, corner, heights_of, upload
 
 
@@ -192,23 +191,8 @@ def test_rows(lanes, latency):
     simulate(dut, bench)
 
 
-def test_sizes():
-    sizes = {
-        "lanes": 4,
-        "coordinate_bits": 5,
-        "altitude_bits": 4,
-        "row_bits": 2,
-        "memory_latency": 2,
-    }
-    limits = {
-        "altitude_bits": ("Altitude width", 1),
-        "row_bits": ("Row width", 1),
-        "memory_latency": ("Memory latency", 1, 2),
-    }
-    check_sizes(SegmentWalker, sizes, limits)
-    with pytest.raises(ValueError, match=r"^Lanes must be a power of two from 1 to 16, not 32$"):
-        SegmentWalker(**{**sizes, "lanes": 32})
-    with pytest.raises(ValueError, match=r"^Lanes must be a power of two from 1 to 2, not 4$"):
-        SegmentWalker(**{**sizes, "coordinate_bits": 1})
-    with pytest.raises(ValueError, match=r"^Coordinate width must be 1 or more, not 0$"):
-        SegmentWalker(**{**sizes, "coordinate_bits": 0})
+@pytest.mark.parametrize(("lanes", "coordinate_bits", "limit"), [(32, 5, 16), (4, 1, 2)])
+def test_lanes_are_within_the_map_and_sixteen(lanes, coordinate_bits, limit):
+    rule = f"^Lanes must be a power of two from 1 to {limit}, not {lanes}$"
+    with pytest.raises(ValueError, match=rule):
+        SegmentWalker(lanes, coordinate_bits, 4, 2, 2)

@@ -12,7 +12,6 @@ from pathgene.sim.model.planner.definition import wavefront
 from pathgene.sim.model.planner.definition.score import corner_of
 from pathgene.sim.model.planner.wavefront_cycles import scanning
 from tests.support.gateware.streams import put, simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 from tests.support.planner.cases import SMALL
 from tests.support.planner.walker_cases import upload
 from tests.support.planner.wavefront import blocks_of, corner, problem, terrain
@@ -195,11 +194,6 @@ def test_map_of_a_walker(config, lanes, latency):
     simulate(dut, bench)
 
 
-def test_sizes():
-    check_sizes(
-        BlockMap,
-        {"lanes": 8, "coordinate_bits": 9, "altitude_bits": 12, "read_latency": 4},
-        {"altitude_bits": ("Altitude width", 1), "read_latency": ("Read latency", 1)},
-    )
+def test_lanes_are_within_the_map():
     with pytest.raises(ValueError, match=r"^Lanes must be a power of two from 1 to 4, not 8$"):
         BlockMap(8, 2, 4, 1)

@@ -32,10 +32,3 @@ def test_random_rows(lanes):
         assert lowest.blocked == any(corner == 7 for corner, _ in counted)
         if counted:
             assert (lowest.altitude, lowest.lane) == min(counted)
-
-
-def test_sizes():
-    with pytest.raises(ValueError, match=r"^Lanes must be a power of two from 1 to 64, not 3$"):
-        LowestCorner(3, 4)
-    with pytest.raises(ValueError, match=r"^Altitude width must be 1 or more, not 0$"):
-        LowestCorner(2, 0)

@@ -11,7 +11,6 @@ from pathgene.hdl.protocol.planner import BLOCKS, FAR, VALUE_BITS
 from pathgene.sim.model.planner import wavefront_cycles
 from pathgene.sim.model.planner.definition.wavefront import prices_of
 from tests.support.gateware.streams import simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 from tests.support.planner.cases import USUAL
 from tests.support.planner.wavefront import distances_of, problem
 
@@ -114,7 +113,3 @@ def test_passes(config):
 def test_cycles_are_those_of_the_model():
     fills = wavefront_cycles.spreading(0, 0) - 1
     assert fills == 2 * Wavefront.fill_cycles
-
-
-def test_sizes():
-    check_sizes(Relaxer, {"altitude_bits": 12}, {"altitude_bits": ("Altitude width", 1)})

@@ -9,7 +9,6 @@ from pathgene.hdl.planner.wavefront.step_pricer import StepPricer
 from pathgene.hdl.protocol.planner import BLOCKS, FAR
 from pathgene.sim.model.planner.wavefront_cycles import routing
 from tests.support.gateware.streams import simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 
 
 def price(before, after, way):
@@ -106,7 +105,3 @@ def test_random_costs(seed):
                 assert (found.x, found.y) == place
 
     simulate(dut, bench)
-
-
-def test_sizes():
-    check_sizes(Route, {"altitude_bits": 12}, {"altitude_bits": ("Altitude width", 1)})

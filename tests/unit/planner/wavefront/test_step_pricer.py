@@ -26,7 +26,6 @@ from pathgene.hdl.protocol.planner import (
 )
 from pathgene.sim.model.planner.definition.wavefront import prices_of
 from tests.support.gateware.streams import simulate
-from tests.support.gateware.wrong_sizes import check_sizes
 from tests.support.planner.cases import LARGE, SMALL, USUAL
 from tests.support.planner.wavefront import distances_of, problem
 
@@ -211,16 +210,3 @@ def test_cycles_of_the_page():
     dut = Pricing(USUAL)
     assert dut.constants.most_cycles == 1009
     assert StepPricer.latency == 5
-
-
-def test_sizes():
-    check_sizes(
-        StepConstants,
-        {
-            "problem_layout": problem_layout(SMALL),
-            "coordinate_bits": SMALL.coordinate_bits,
-            "altitude_bits": SMALL.altitude_bits,
-        },
-        {"coordinate_bits": ("Coordinate width", 1), "altitude_bits": ("Altitude width", 1)},
-    )
-    check_sizes(StepPricer, {"altitude_bits": 12}, {"altitude_bits": ("Altitude width", 1)})

@@ -1,7 +1,6 @@
 """The whole chip: line, receiving and transmitting units, genetic core or checker, or both."""
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out, connect
 
 from pathgene.hdl.command.receiver import CommandReceiver
@@ -15,13 +14,14 @@ from pathgene.hdl.link.line import Line
 from pathgene.hdl.planner.core import PlannerCore
 from pathgene.hdl.primitives.skid_buffer import SkidBuffer
 from pathgene.hdl.primitives.stream_register import StreamRegister
+from pathgene.hdl.primitives.unit import InstanceOf, Unit
 from pathgene.hdl.protocol import Counter
 
 
 __all__ = ["Chip"]
 
 
-class Chip(wiring.Component):
+class Chip(Unit):
     """The chip behind its UART; :mod:`pathgene.hdl.protocol` says what it answers.
 
     Source: *allaire-2008*, figure 6; where ``config`` has a checker, with the processor of *allaire
@@ -29,33 +29,20 @@ class Chip(wiring.Component):
     waypoints. Where ``config`` has no genetic core, the checker is alone. The planner core has the
     map, and plans by itself: :class:`pathgene.hdl.planner.core.PlannerCore`.
 
-    Parameters
-    ----------
-    config : Config
-
     Members
     -------
     clk, rst : In(1)
         Clock, and reset, which acts one to three cycles later, for four cycles at least.
     rx, tx : In(1), Out(1)
         UART pins, 8N1, ``config.clocks_per_bit`` cycles per bit; high when idle.
-
-    Raises
-    ------
-    TypeError
-        If ``config`` is not a Config.
     """
+
+    config: InstanceOf(Config)
 
     clk: In(1)
     rst: In(1)
     rx: In(1, init=1)
     tx: Out(1, init=1)
-
-    def __init__(self, config: Config):
-        if not isinstance(config, Config):
-            raise TypeError(f"Config must be a Config, not {config!r}")
-        self.config = config
-        super().__init__()
 
     def elaborate(self, platform):
         m = Module()

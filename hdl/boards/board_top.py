@@ -1,32 +1,28 @@
 """The chip between the pins of a board."""
 
 from amaranth import *
-from amaranth.lib import io, wiring
+from amaranth.lib import io
 from amaranth.lib.cdc import FFSynchronizer
 
 from pathgene.hdl.boards.board import Board
+from pathgene.hdl.primitives.unit import InstanceOf, Unit
 from pathgene.hdl.top import Chip
 
 
 __all__ = ["BoardTop"]
 
 
-class BoardTop(wiring.Component):
+class BoardTop(Unit):
     """The whole bitstream: the board's PLL, a reset, and ``Chip`` at the UART.
 
     The chip is held in reset until the PLL has locked, and while the board's reset pin is high;
     reset ends in step with the clock.
-
-    Parameters
-    ----------
-    board : Board
     """
 
-    def __init__(self, board: Board):
-        if not isinstance(board, Board):
-            raise TypeError(f"Board must be a Board, not {board!r}")
-        self.board = board
-        super().__init__({})
+    board: InstanceOf(Board)
+
+    def interface(self):
+        return {}
 
     def elaborate(self, platform):
         m = Module()

@@ -1,29 +1,29 @@
 """Adder and subtractor of the ECP5 in one carry chain, which synthesis does not find."""
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
+
+from pathgene.hdl.primitives.unit import Unit, Width
 
 
 __all__ = ["Ecp5AddSubtract"]
 
 
-class Ecp5AddSubtract(wiring.Component):
+class Ecp5AddSubtract(Unit):
     """Twin of ``AddSubtract``, of the same parameter and members.
 
     Synthesis maps it by ``ecp5_arithmetic.v``.
     """
 
-    def __init__(self, width):
-        self.width = width
-        super().__init__(
-            {
-                "first": In(width),
-                "second": In(width),
-                "subtracts": In(1),
-                "total": Out(width),
-            }
-        )
+    width: Width(1)
+
+    def interface(self):
+        return {
+            "first": In(self.width),
+            "second": In(self.width),
+            "subtracts": In(1),
+            "total": Out(self.width),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -1,11 +1,11 @@
 """Block RAMs of the ECP5 with their output registers, which synthesis leaves unused."""
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.utils import exact_log2
 
 from pathgene.hdl.primitives.block_memory import memory_members
 from pathgene.hdl.primitives.delay_line import delay_line
+from pathgene.hdl.primitives.unit import Choice, Given, PowerOfTwo, Unit, Width
 
 
 __all__ = ["Ecp5Memory"]
@@ -14,7 +14,7 @@ __all__ = ["Ecp5Memory"]
 _WIDTHS = {14: 1, 13: 2, 12: 4, 11: 9, 10: 18}
 
 
-class Ecp5Memory(wiring.Component):
+class Ecp5Memory(Unit):
     """Memory of DP16KD primitives side by side, with registers at their outputs.
 
     Twin of :class:`pathgene.hdl.primitives.block_memory.BlockMemory` with a latency of 2: the same
@@ -23,38 +23,24 @@ class Ecp5Memory(wiring.Component):
     saves primitives, the memory is two of half the rows, and a multiplexer follows the registers:
     4,096 rows of 9 bits take two primitives of 2,048 rows instead of three.
 
-    Parameters
-    ----------
-    rows : int
-        A power of two, 2..16384.
-    width : int
-        Bits of a row.
-    ports : int
-        1 or 2.
-    sites : sequence of str
-        Sites of the first primitives, in order of their bits; the placer chooses for the others.
-
     Members
     -------
     a, b
         See :func:`pathgene.hdl.primitives.block_memory.memory_members`.
-
-    Raises
-    ------
-    ValueError
-        If there are too many rows.
     """
 
-    def __init__(self, *, rows, width, ports, sites=()):
-        if rows > 1 << 14:
-            raise ValueError(f"Rows of a block must be at most 16384, not {rows!r}")
+    rows: PowerOfTwo(2, 1 << 14, name="Rows of a block")
+    width: Width(1, text="Bits of a row.")
+    ports: Choice(1, 2)
+    sites: Given(
+        "sequence of str",
+        "Sites of the first primitives, in order of their bits; the placer chooses the rest.",
+    ) = ()
 
-        self.rows = rows
-        self.width = width
-        self.ports = ports
-        self.sites = tuple(sites)
-        self._row_bits = _row_bits(rows)
-        super().__init__(memory_members(rows=rows, width=width, ports=ports))
+    def interface(self):
+        self.sites = tuple(self.sites)
+        self._row_bits = _row_bits(self.rows)
+        return memory_members(rows=self.rows, width=self.width, ports=self.ports)
 
     @staticmethod
     def primitives(*, rows, width):

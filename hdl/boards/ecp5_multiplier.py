@@ -1,8 +1,9 @@
 """Multiplier of the ECP5 with its output register, which synthesis leaves unused."""
 
 from amaranth import *
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
+
+from pathgene.hdl.primitives.unit import Given, Unit
 
 
 __all__ = ["FACTOR_BITS", "Ecp5Multiplier"]
@@ -11,16 +12,11 @@ __all__ = ["FACTOR_BITS", "Ecp5Multiplier"]
 FACTOR_BITS = 18
 
 
-class Ecp5Multiplier(wiring.Component):
+class Ecp5Multiplier(Unit):
     """One MULT18X18D with a register at its output.
 
     Twin of :class:`pathgene.hdl.primitives.multiplier.Multiplier` at full width, without a shift:
     the same product in the same cycle.
-
-    Parameters
-    ----------
-    signs : (bool, bool)
-        The factors that have a sign.
 
     Members
     -------
@@ -29,15 +25,14 @@ class Ecp5Multiplier(wiring.Component):
         Of the cycle before. It has a sign if a factor has one.
     """
 
-    def __init__(self, signs):
-        self.signs = signs
-        super().__init__(
-            {
-                "first": In(Shape(FACTOR_BITS, signs[0])),
-                "second": In(Shape(FACTOR_BITS, signs[1])),
-                "product": Out(Shape(2 * FACTOR_BITS, any(signs))),
-            }
-        )
+    signs: Given("(bool, bool)", "The factors that have a sign.")
+
+    def interface(self):
+        return {
+            "first": In(Shape(FACTOR_BITS, self.signs[0])),
+            "second": In(Shape(FACTOR_BITS, self.signs[1])),
+            "product": Out(Shape(2 * FACTOR_BITS, any(self.signs))),
+        }
 
     def elaborate(self, platform):
         m = Module()

@@ -4,11 +4,13 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
+from pathgene.hdl.primitives.unit import InstanceOf, Unit
+
 
 __all__ = ["Harness"]
 
 
-class Harness(wiring.Component):
+class Harness(Unit):
     """Feeds every input of a unit from a register, and samples every output in one.
 
     The inputs are one long shift register that begins with ``scanned_in``; the outputs are folded,
@@ -16,23 +18,15 @@ class Harness(wiring.Component):
     therefore be routed, none of it is optimized away, and all measured paths run from register to
     register. Besides clock and reset, the harness needs a pin each way.
 
-    Parameters
-    ----------
-    unit : wiring.Component
-        In the domain ``sync``.
-
     Members
     -------
     scanned_in : In(1)
     folded : Out(1)
     """
 
+    unit: InstanceOf(wiring.Component, "In the domain ``sync``.")
     scanned_in: In(1)
     folded: Out(1)
-
-    def __init__(self, unit):
-        self.unit = unit
-        super().__init__()
 
     def elaborate(self, platform):
         m = Module()

@@ -52,7 +52,7 @@ class PayloadDispatcher(Unit):
     cells : Out(stream)
         ``writes`` of :class:`pathgene.hdl.command.cell_parser.CellParser`.
     points : Out(stream)
-        Only without a streaming core: of :class:`pathgene.hdl.command.point_parser.PointParser`.
+        Only without the planner core: of :class:`pathgene.hdl.command.point_parser.PointParser`.
     """
 
     config: InstanceOf(Config)

@@ -10,7 +10,6 @@ from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.boards import BOARDS, board_top, chips_of, find_board
 from pathgene.hdl.boards.board import Board, ChipKind
-from pathgene.hdl.boards.board_top import BoardTop
 from pathgene.hdl.boards.build import prepare
 from pathgene.hdl.boards.pll import Ecp5Pll, Ice40Pll, Series7Pll
 from pathgene.hdl.config import CheckerBuild, GeneticCore
@@ -121,11 +120,6 @@ def test_sources(name, kind, tmp_path, monkeypatch):
     netlist = (tmp_path / "chip.v").read_text()
     pll = {Ecp5Pll: "EHXPLLL", Ice40Pll: "SB_PLL40_PAD", Series7Pll: "PLLE2_BASE"}
     assert netlist.count(f" {pll[type(board.pll)]} #(") == 1
-
-
-def test_chip_refuses_what_is_not_a_board():
-    with pytest.raises(TypeError, match=r"^Board must be a Board, not 'ulx3s'$"):
-        BoardTop("ulx3s")
 
 
 def test_refuses_an_unknown_board():

@@ -182,8 +182,3 @@ def test_a_whole_map_has_all_sites(lanes):
     )
     assert "DP16KD" in other
     assert "BEL" not in other
-
-
-def test_refuses_too_many_rows():
-    with pytest.raises(ValueError, match=r"^Rows of a block must be at most 16384, not 32768$"):
-        Ecp5Memory(rows=32768, width=1, ports=1)

@@ -1,61 +1,28 @@
 # amaranth: UnusedElaboratable=no
 """Docstrings of components list their ports: all of them, with their directions and widths."""
 
-import gc
 import inspect
 import re
 import sys
-from functools import partial
 
 import pytest
-from amaranth.hdl import Fragment, Shape
-from amaranth.lib import wiring
+from amaranth.hdl import Shape
 
 from pathgene.hdl.command.layouts import payload_members
-from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.config import CheckerBuild
 from pathgene.hdl.layouts import generation_signature
-from pathgene.hdl.top import Chip
-from tests.support.gateware.chips import SMALL
+from tests.support.gateware.unit_pool import CHIPS, components_of_chips
 
 
-CHIPS = (
-    SMALL,
-    SMALL.replace(checker=CheckerBuild.TWO_TIER, lanes=1),
-    SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=4),
-    Config(core="none"),
-    SMALL.replace(core="planner", checker=CheckerBuild.PARALLEL, lanes=4),
-)
 #: Names of ports, then the type of all of them, or one for each.
 ENTRY = re.compile(r"(?P<names>\w+(?:, \w+)*)(?: : (?P<types>\S.*))?")
 TYPE = re.compile(r"(?P<flow>In|Out)(?:\((?P<shape>.*)\))?")
 
 
-def alive():
-    """Return the components of the gateware that exist now, by their identity.
-
-    By type: ``isinstance`` asks an object for its class, at which a weak proxy of a lost one fails.
-    """
-    return {
-        id(each): each
-        for each in gc.get_objects()
-        if issubclass(type(each), wiring.Component)
-        and type(each).__module__.startswith("pathgene.hdl.")
-    }
-
-
 @pytest.fixture(scope="module")
 def components():
     """Return the components of all chips by their class."""
-    found = {}
-    makers = [partial(Chip, config) for config in CHIPS]
-    for maker in makers:
-        others = alive()
-        fragment = Fragment.get(maker(), None)
-        for number, each in alive().items():
-            if number not in others:
-                found.setdefault(type(each), []).append(each)
-        del fragment
-    return found
+    return components_of_chips()
 
 
 def documented(kind):

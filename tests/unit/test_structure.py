@@ -281,7 +281,7 @@ def components(trees: dict[str, ast.Module]) -> dict[str, tuple[str, ast.ClassDe
         if path.startswith("hdl/")
         for node in ast.walk(tree)
         if isinstance(node, ast.ClassDef)
-        and any(ast.unparse(base) == "wiring.Component" for base in node.bases)
+        and any(ast.unparse(base) == "Unit" for base in node.bases)
     }
 
 
@@ -296,10 +296,9 @@ def leaves_with_config(trees: dict[str, ast.Module]) -> list[str]:
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
         }
         parameters = {
-            argument.arg
-            for function in component.body
-            if isinstance(function, ast.FunctionDef) and function.name == "__init__"
-            for argument in (*function.args.args, *function.args.kwonlyargs)
+            ast.unparse(statement.target)
+            for statement in component.body
+            if isinstance(statement, ast.AnnAssign)
         }
         if "config" in parameters and not made & found.keys():
             leaves.append(f"{path}: {name}")
@@ -313,22 +312,23 @@ def test_no_leaf_takes_the_configuration():
 
 def test_leaves_with_the_configuration_are_found():
     source = """
-class Owner(wiring.Component):
-    def __init__(self, config: Config):
-        self.config = config
+class Owner(Unit):
+    config: InstanceOf(Config)
     def elaborate(self, platform):
         m = Module()
         m.submodules.leaf = Leaf(self.config)
         return m
-class Leaf(wiring.Component):
-    def __init__(self, width, *, config):
-        super().__init__({"out": Out(width)})
-class Plain(wiring.Component):
-    def __init__(self, width):
-        super().__init__({"out": Out(width)})
-class NoComponent:
-    def __init__(self, config):
-        pass
+class Leaf(Unit):
+    config: InstanceOf(Config)
+    width: Width(1)
+    def interface(self):
+        return {"out": Out(self.width)}
+class Plain(Unit):
+    width: Width(1)
+    def interface(self):
+        return {"out": Out(self.width)}
+class NoUnit:
+    config: Config
 """
     assert leaves_with_config({"hdl/a.py": ast.parse(source)}) == ["hdl/a.py: Leaf"]
     assert leaves_with_config({"host/a.py": ast.parse(source)}) == []

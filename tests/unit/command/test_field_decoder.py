@@ -17,24 +17,24 @@ FIELDS = {
 
 
 @pytest.mark.parametrize(
-    ("genetic", "checker"),
+    ("design", "checker"),
     [
-        ("parallel", "none"),
+        ("paper", "none"),
         ("none", "parallel"),
-        ("parallel", "parallel"),
-        ("streaming", "parallel"),
+        ("paper", "parallel"),
+        ("planner", "parallel"),
     ],
 )
-def test_the_decoder_has_the_members_of_its_commands(genetic, checker):
-    fields = request_fields(Config(genetic=genetic, checker=checker, lanes=1))
+def test_the_decoder_has_the_members_of_its_commands(design, checker):
+    fields = request_fields(Config(core=design, checker=checker, lanes=1))
     members = set(FieldDecoder(**{**FIELDS, "fields": fields}).signature.members)
     common = {"code", "byte", "take", "ended", "status", "kind", "slot", "count"}
     core, checks = {"start", "write_slot", "identity"}, {"checks", "checked"}
     state = {"repeated", "running", "has_problem", "has_population"}
     runs = {"problem", "run", "shape"} | state
     assert members == common.union(
-        core if genetic == "parallel" else (),
+        core if design == "paper" else (),
         ["rectangle"] if checker == "parallel" else (),
-        checks if genetic != "streaming" and checker == "parallel" else (),
-        runs if genetic == "streaming" else (),
+        checks if design != "planner" and checker == "parallel" else (),
+        runs if design == "planner" else (),
     )

@@ -52,7 +52,12 @@ def test_random_steps():
 
 
 def sequencer(**changes):
-    arguments = {"initial": ChipState.LISTEN, "steps": STEPS, "history": 8, "history_entry_bits": 4}
+    arguments = {
+        "initial": ChipState.LISTEN,
+        "steps": STEPS,
+        "history_length": 8,
+        "history_entry_bits": 4,
+    }
     return OneHotSequencer(**{**arguments, **changes})
 
 

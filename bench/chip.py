@@ -33,7 +33,7 @@ from pathgene.host.errors import InputError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners import PLANNERS, make
 from pathgene.host.planners import base as planners
-from pathgene.host.planners.chip_schedule import ChipSchedule
+from pathgene.host.planners.chip.schedule import ChipSchedule
 from pathgene.host.problem.rules import Rules
 
 

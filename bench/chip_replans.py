@@ -23,7 +23,7 @@ from pathgene.host.errors import InputError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners import PLANNERS, make
 from pathgene.host.planners import base as planners
-from pathgene.host.planners.chip_time import chip_time
+from pathgene.host.planners.chip.chip_time import chip_time
 from pathgene.host.problem.changes import changed_problem
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
@@ -120,7 +120,7 @@ class Outcome:
     """Runs of one plan: ``feasible`` by the strict rule; ``fitness`` beside it.
 
     ``cycles`` are those of the runs, ``drawing`` those of the disc. ``whole_ms`` are milliseconds
-    of the plan: see :class:`pathgene.host.planners.chip_time.ChipTime`.
+    of the plan: see :class:`pathgene.host.planners.chip.chip_time.ChipTime`.
     """
 
     fitness: float

@@ -28,7 +28,7 @@ from pathgene.hdl.protocol.runs import RunOptions
 from pathgene.host.cores import available_cores
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners.base import choose
-from pathgene.host.planners.chip_problem import chip_ends, problem_record, whole_path
+from pathgene.host.planners.chip.problem_record import chip_ends, problem_record, whole_path
 from pathgene.host.problem.corner_map import CornerMap
 from pathgene.host.problem.rules import Rules
 from pathgene.sim.model.planner.run import plan

@@ -15,8 +15,8 @@ from pathgene.host.device.boards import open_board
 from pathgene.host.device.chip import Chip
 from pathgene.host.device.waypoints import unpack_waypoints
 from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners.allaire.ga_fpga import FpgaGeneticPlanner
 from pathgene.host.planners.base import Options
-from pathgene.host.planners.ga_fpga import FpgaGeneticPlanner
 from pathgene.host.problem import ChipMap
 
 

@@ -21,8 +21,8 @@ from bench.scenarios import missing, names, problem
 from pathgene.host.device.boards import open_board
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners import make
+from pathgene.host.planners.allaire.counting import CAUSES, refutation
 from pathgene.host.planners.base import Options, Planner
-from pathgene.host.planners.counting import CAUSES, refutation
 from pathgene.host.problem.problem import Problem
 
 

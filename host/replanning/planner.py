@@ -15,8 +15,8 @@ from pathgene.host.device.chip import Chip
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.memory import keep_memory
-from pathgene.host.planners.chip_time import chip_time, line_s
-from pathgene.host.planners.repairs import load_repairs
+from pathgene.host.planners.chip.chip_time import chip_time, line_s
+from pathgene.host.planners.chip.repairs import load_repairs
 from pathgene.host.planning import Plan, Search
 from pathgene.host.problem.problem import Problem
 

@@ -18,8 +18,8 @@ from pathgene.hdl.protocol import LinkMode
 from pathgene.host.device.boards import open_board
 from pathgene.host.device.chip import Chip
 from pathgene.host.device.link import Link
+from pathgene.host.planners.allaire.ga_fpga import FpgaGeneticPlanner
 from pathgene.host.planners.base import Options
-from pathgene.host.planners.ga_fpga import FpgaGeneticPlanner
 from pathgene.sim.board import SimulatedBoard, build_program
 from pathgene.sim.cache import BuildCache
 from pathgene.sim.exported import cached_verilog, exported_verilog

@@ -7,8 +7,8 @@ import pytest
 
 from pathgene.hdl.protocol import Command, LinkMode, Status, StickyError
 from pathgene.host.device.link import RefusedError
+from pathgene.host.planners.allaire.ga_fpga import FpgaGeneticPlanner
 from pathgene.host.planners.base import Options
-from pathgene.host.planners.ga_fpga import FpgaGeneticPlanner
 from tests.support.gateware.chips import CHECKERS, board_url, random_path, without_line_cycles
 from tests.support.gateware.fuzz import fuzz_simulated_board
 

@@ -150,6 +150,10 @@ FORBIDDEN = {
     "The gateware's layers": ("hdl/primitives/delay_line.py", "import pathgene.hdl.link.uart"),
     "only configuration and protocol": ("host/cli/plan.py", "import pathgene.hdl.verilog"),
     "The host's layers": ("host/terrain/load.py", "import pathgene.host.problem.problem"),
+    "The planners' layers": (
+        "host/planners/grid/astar.py",
+        "import pathgene.host.planners.chip.repairs",
+    ),
     "never by name": ("host/cli/board.py", "import pathgene.sim.cache"),
     "re-exports the host": ("pathgene/__init__.py", "import pathgene.sim.cache"),
     "imports the gateware alone": (

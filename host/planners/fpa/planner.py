@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners.airspace import Airspace
-from pathgene.host.planners.astar import DEFAULT_MAX_WAYPOINTS
 from pathgene.host.planners.base import Options, Progress, Result, Run, Stop
 from pathgene.host.planners.fpa.engines import CpuEngine, Engine, Setup
 from pathgene.host.planners.fpa.first import first_population
 from pathgene.host.planners.fpa.steps import Pollination
-from pathgene.host.planners.initial import astar_paths, check_init
+from pathgene.host.planners.grid.astar import DEFAULT_MAX_WAYPOINTS
+from pathgene.host.planners.grid.initial import astar_paths, check_init
 from pathgene.host.planners.options import ENGINES
 
 
@@ -66,7 +66,7 @@ class FlowerPollinationPlanner:
         give the same result to the last bit, the third rounds differently.
     init : str
         ``random``, or ``astar``: the first population is of
-        :func:`pathgene.host.planners.initial.astar_paths`.
+        :func:`pathgene.host.planners.grid.initial.astar_paths`.
     give_up : bool
         Give up a candidate once it cannot be better; the paths found do not depend on this.
 

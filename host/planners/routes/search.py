@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pathgene.host.errors import InputError
-from pathgene.host.planners.ga_pc import roulette
+from pathgene.host.planners.roulette import roulette
 from pathgene.host.planners.routes.field import (
     GOAL,
     MOST_POINTS,

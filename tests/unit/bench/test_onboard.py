@@ -5,7 +5,7 @@ import pytest
 from bench import onboard
 from bench.report import Options
 from pathgene.host.evaluation import Evaluator
-from pathgene.host.planners.counting import CAUSES
+from pathgene.host.planners.allaire.counting import CAUSES
 
 
 pytestmark = pytest.mark.ci  # Smoke test of a benchmark.

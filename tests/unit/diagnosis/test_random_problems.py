@@ -8,8 +8,8 @@ import pytest
 from pathgene.host.diagnosis import diagnose
 from pathgene.host.errors import InputError
 from pathgene.host.evaluation import Evaluator
-from pathgene.host.planners.astar import MOST_SEARCHES, AstarPlanner
 from pathgene.host.planners.base import Options
+from pathgene.host.planners.grid.astar import MOST_SEARCHES, AstarPlanner
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
 from pathgene.host.problem.zones import Circle, Polygon

@@ -10,8 +10,8 @@ from PIL import Image
 from pathgene.host.diagnosis import diagnose
 from pathgene.host.diagnosis.reason import CODES
 from pathgene.host.evaluation import Evaluator
-from pathgene.host.planners.astar import AstarPlanner
 from pathgene.host.planners.base import Options
+from pathgene.host.planners.grid.astar import AstarPlanner
 from pathgene.host.problem import Polygon, Problem
 from pathgene.host.report.diagnosis import _MEANINGS, _scene, write_diagnosis
 from pathgene.host.report.palette import TROUBLE

@@ -1,0 +1,1 @@
+"""``ga-chip``: plans by runs of the planner core."""

@@ -1,0 +1,156 @@
+"""The genetic algorithm as a run of the planner core; the host has the last word."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from dataclasses import replace
+
+import numpy as np
+
+from pathgene.hdl.config import Config, GeneticCore
+from pathgene.host.device.boards import entered, known_config, require_chip, url_of, with_core
+from pathgene.host.device.chip import Chip
+from pathgene.host.errors import InputError, JobError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners.base import Options, Progress, Result, Run, Stop
+from pathgene.host.planners.chip.problem_on_chip import ProblemOnChip
+from pathgene.host.planners.chip.problem_record import whole_path
+from pathgene.host.planners.chip.replanner import ChipReplanner
+from pathgene.host.planners.chip.runs import ChipRuns
+from pathgene.host.planners.chip.schedule import ChipSchedule
+from pathgene.host.planners.options import DEFAULT_BOARD
+from pathgene.host.problem.corner_map import CornerMap
+
+
+__all__ = ["MOST_CHIP_MS", "ChipGeneticPlanner"]
+
+#: Longest time on the chip, milliseconds.
+MOST_CHIP_MS = 20_000
+
+
+class ChipGeneticPlanner:
+    """Genetic algorithm that a chip runs by itself: first population, scores, sorting, loop.
+
+    The host sends map and problem, starts a run, and reads up to eight paths. It evaluates them in
+    full and reports the best that is feasible by the strict rule. Where none is, it starts another
+    run, with the next seed and other surfaces, up to eight in all. A long plan is cut into parts,
+    each of which goes on from the one before: see
+    :class:`pathgene.host.planners.chip.schedule.ChipSchedule`. docs/chip_planner.md defines a run;
+    all random numbers of it follow from the seed, so every board of the same sizes gives the same
+    result.
+
+    With ``polish``, each path of the last run, and of one without a feasible path, is also given
+    more waypoints on its straight pieces, up to 32 in all, and then the lowest altitudes that
+    ground and limits allow (:func:`~pathgene.host.planners.grid.altitudes.lowest_altitudes`): some
+    10 ms a path, which makes some paths feasible that are not.
+
+    Parameters
+    ----------
+    board : str or Chip
+        URL of the board, see :func:`pathgene.host.device.boards.open_board`, or an open one. A
+        simulated one is built with the planner core unless the URL names a core. On a board that
+        stays open, a changed problem is planned from the population of the run before: see
+        :class:`pathgene.host.planners.chip.replanner.ChipReplanner`.
+    chip_ms : int, optional
+        Most time of a plan by the chip's clock, if the first run finds a path: 1 to 20,000
+        milliseconds. By default only the generations limit it.
+    polish : str
+        ``on`` or ``off``.
+    open_board : callable, optional
+        As for :class:`pathgene.host.planners.allaire.ga_fpga.FpgaGeneticPlanner`.
+
+    Raises
+    ------
+    InputError
+        If ``chip_ms`` is outside its range, or ``polish`` is neither.
+    """
+
+    def __init__(
+        self,
+        *,
+        board: str | Chip = DEFAULT_BOARD,
+        chip_ms: int | None = None,
+        polish: str = "on",
+        open_board: Callable[[str], AbstractContextManager[Chip]] | None = None,
+    ) -> None:
+        if chip_ms is not None and not 1 <= chip_ms <= MOST_CHIP_MS:
+            raise InputError(
+                f"The time on the chip must be from 1 to {MOST_CHIP_MS} ms, not {chip_ms}."
+            )
+        if polish not in ("on", "off"):
+            raise InputError(f"The polish must be on or off, not {polish!r}.")
+        self.board = board
+        self.chip_ms = chip_ms
+        self.polishes = polish == "on"
+        self._open_board = open_board
+
+    def plan(
+        self,
+        evaluator: Evaluator,
+        options: Options,
+        progress: Progress | None = None,
+        stop: Stop | None = None,
+    ) -> Result:
+        """Search; see :class:`pathgene.host.planners.base.Planner`.
+
+        Generation 0 is the straight line, along the headings; a record follows after each run. The
+        generations of the options are those of a plan whose first run finds a path; a run ends
+        earlier at a time limit, which is also taken as the longest time by the chip's clock, and at
+        an interrupt. The target fitness counts between runs, as the chip knows no fitness.
+
+        ``hardware`` of the result has the cycles and generations of each run, the map from metres
+        to corners, and the bytes of both directions. ``seconds`` has ``link``, the time spent
+        waiting for the board, and ``board``, the time of the runs by its own clock.
+
+        Raises
+        ------
+        InputError
+            If nothing answers at the URL, the board has no planner core, or a population is given
+            that is not the chip's.
+        JobError
+            If the board cannot be started, or is lost before anything was evaluated.
+        """
+        # If the URL says enough, refuse what is wrong before a simulated board is built.
+        url = with_core(url_of(self.board), GeneticCore.PLANNER)
+        known = known_config(url) if self._open_board is None else None
+        grid = None if known is None else _map_for(known, evaluator, options)
+        with entered(self.board, self._open_board, core=GeneticCore.PLANNER) as chip:
+            if grid is None or chip.config != known:
+                grid = _map_for(chip.config, evaluator, options)
+            run = Run(evaluator, options, progress, stop)
+            problem = evaluator.problem
+            run.record(0, run.fitness([whole_path(problem, np.empty((0, 3)))]))
+            with run.phase("map"):
+                task = ProblemOnChip(chip, problem, grid)
+            runs = ChipRuns(task, run, polishes=self.polishes)
+            schedule = ChipSchedule(
+                config=chip.config,
+                seed=options.seed,
+                generations=options.generations,
+                chip_ms=_least_ms(self.chip_ms, options.time_limit_s),
+            )
+            try:
+                with run.search():
+                    runs.search(schedule.first(), schedule.further())
+                run.hardware = runs.hardware()
+                run.seconds["board"] = runs.cycles / chip.config.clock_hz
+            except JobError as error:
+                # The best path from before the loss of the board is reported.
+                run.failure = str(error)
+            result = run.result()
+        if task.is_warm:
+            result = replace(result, replanner=ChipReplanner(task))
+        return result
+
+
+def _least_ms(chip_ms: int | None, time_limit_s: float | None) -> float | None:
+    """Return the shorter of two limits, milliseconds; None without a limit."""
+    limits = [chip_ms, None if time_limit_s is None else 1000 * time_limit_s]
+    return min((limit for limit in limits if limit is not None), default=None)
+
+
+def _map_for(config: Config, evaluator: Evaluator, options: Options) -> CornerMap:
+    """Return the map of a chip of ``config``, or refuse what that chip cannot do."""
+    require_chip(config, GeneticCore.PLANNER, options.population)
+    return CornerMap(config, evaluator.problem)

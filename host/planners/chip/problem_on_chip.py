@@ -1,0 +1,291 @@
+"""A problem as a chip has it: map of corners, record, and runs on them."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Callable, Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pathgene.hdl.protocol.planner import NoFlyShape
+from pathgene.hdl.protocol.runs import RunOptions
+from pathgene.host.device.chip import Chip
+from pathgene.host.device.map_copy import drawn_corners
+from pathgene.host.device.runs import BestPaths, RunStatus
+from pathgene.host.device.waypoints import unpack_waypoints
+from pathgene.host.planners.chip.problem_record import chip_ends, problem_record, whole_path
+from pathgene.host.problem.corner_map import EASES, CornerMap
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Zone
+
+
+__all__ = ["LINE_BITS", "ProblemOnChip", "Waits", "pause_s"]
+
+#: Bits of a byte on the line.
+LINE_BITS = 10
+
+#: Time between two looks at a run: seconds at most, and so many looks in a run at least.
+_LOOK_S, _LOOKS = 0.001, 100
+#: Seconds between two reports of what a run has done so far, at least.
+_REPORT_S = 0.01
+#: Share of the corners drawn for a zone that may lie outside of it, before they are set free.
+_MOST_EXCESS = 0.05
+
+
+def pause_s(limit_s: float, passed_s: float, look_s: float) -> float:
+    """Return the seconds until the next look at a run that goes on.
+
+    A look shortly before the limit of the run would delay the one that finds it over.
+
+    Parameters
+    ----------
+    limit_s : float
+        Most seconds of the run by the chip's clock.
+    passed_s : float
+        Seconds since its beginning.
+    look_s : float
+        Seconds that a look takes.
+    """
+    usual_s = min(_LOOK_S, limit_s / _LOOKS)
+    left_s = limit_s - passed_s
+    return left_s if 0 < left_s < usual_s + look_s else usual_s
+
+
+@dataclasses.dataclass(frozen=True)
+class Waits:
+    """Bytes on the line that the host waits for in a run.
+
+    The looks that find the run going on are left out: how many there are depends on the machine.
+
+    Parameters
+    ----------
+    exchanges : int
+        How often the host waits for an answer. All looks at the run count as one.
+    commands : int
+        Bytes of the commands up to RUN.
+    after_zones : int
+        The least number of them that follow the zones, and come while the chip draws.
+    answer : int
+        Bytes of the answer to RUN. The refusal of a BEST has as many.
+    request, paths : int
+        Bytes of BEST and of its answer, the paths.
+    status : int
+        Bytes of STATUS, which the host sends after BEST, and of its answer.
+    """
+
+    exchanges: int
+    commands: int
+    after_zones: int
+    answer: int
+    request: int
+    paths: int
+    status: int
+
+
+class ProblemOnChip:
+    """A problem on a chip: its corners with those lowered beside the ends, and its record.
+
+    Parameters
+    ----------
+    chip : Chip
+        An open chip with the planner core.
+    problem : Problem
+        The problem.
+    grid : CornerMap
+        Its map.
+
+    Attributes
+    ----------
+    drawing_cycles : int
+        Cycles in which the chip has drawn zones.
+    looks : int
+        How often the host asked for the paths of the latest run before it was over.
+    waits : Waits
+        Of the latest run.
+    eased : int
+        The ease of the corners beside ends that the problem before had not, and of all after
+        :meth:`ease`: a key of :data:`pathgene.host.problem.corner_map.EASES`.
+    """
+
+    def __init__(self, chip: Chip, problem: Problem, grid: CornerMap) -> None:
+        self._set(chip, problem, grid)
+        self._corners = grid.corners(self._ends)
+
+    def _set(self, chip: Chip, problem: Problem, grid: CornerMap) -> None:
+        self.chip, self.problem, self.grid = chip, problem, grid
+        self.eased = 0
+        self._record = problem_record(chip.config, problem, grid)
+        self._ends = chip_ends(problem)
+        self._eases = dict.fromkeys(self._ends, 0)
+        self._shapes: list[NoFlyShape] = []
+        self._runs_before: int | None = None
+        self._first: NDArray[np.integer] | None = None
+        self._is_sent = False
+        self.drawing_cycles = self.looks = 0
+        self.waits = Waits(0, 0, 0, 0, 0, 0, 0)
+
+    @property
+    def is_warm(self) -> bool:
+        """True if the population on the chip is that of the latest run on this problem.
+
+        A problem that has had no run goes on from the population of the problem before.
+        """
+        return not self.chip.closed and self._runs_before == self.chip.runs.started
+
+    def changed(self, problem: Problem) -> ProblemOnChip:
+        """Return another problem over the same terrain, to go on from this one.
+
+        The first run has the chip draw each new zone, and uploads what a drawing cannot do: the
+        corners of zones that are gone, those beside the ends, zones with heights or times, and
+        dents and holes of a zone. What is gone waits for :meth:`free` where a zone is new: a path
+        that keeps clear of both is safe, and comes sooner. Elsewhere the chip keeps the map that it
+        has: the corners beside an earlier end stay lowered, and those beside an end that stays
+        have the ease that the last :meth:`ease` has given them. Where an end lies off the steps of
+        that map, the other problem gets a new map, and its first run starts cold.
+        """
+        grid = self.grid.of_problem(problem)
+        if grid is None:
+            return ProblemOnChip(self.chip, problem, CornerMap(self.chip.config, problem))
+        other = ProblemOnChip.__new__(ProblemOnChip)
+        other._set(self.chip, problem, grid)
+        other._eases |= {end: ease for end, ease in self._eases.items() if end in other._ends}
+        other._corners = self._corners.copy()
+        gone = [zone for zone in self.problem.zones if zone not in problem.zones]
+        new = [zone for zone in problem.zones if zone not in self.problem.zones]
+        for zone in gone:
+            other._renew(*grid.around_zone(zone))
+        for zone in new:
+            other._add(zone)
+        changed = [grid.around_zone(zone) for zone in (*gone, *new)]
+        around_ends = []
+        for end, ease in other._eases.items():
+            part = grid.around(end)
+            if end not in self._ends or any(_meet(part, each) for each in changed):
+                other._renew(*part, ease)
+                around_ends.append(part)
+        if gone and new:
+            other._first = np.maximum(self._corners, other._corners)
+            for part in around_ends:
+                other._first[part] = other._corners[part]
+        other._runs_before = self._runs_before
+        return other
+
+    def _renew(self, rows: slice, columns: slice, ease: int = 0) -> None:
+        """Give a part of the map the corners that an upload of the whole map would have."""
+        self._corners[rows, columns] = self.grid.corners_in(rows, columns, self._ends, ease)
+
+    def _add(self, zone: Zone) -> None:
+        """Add a new zone."""
+        limits = (zone.lower_m, zone.upper_m, zone.t0_s, zone.t1_s)
+        rows, columns = self.grid.around_zone(zone)
+        if any(limit is not None for limit in limits):
+            inside = self.grid.beside(zone, rows, columns)
+            exact = self.grid.corners_in(rows, columns, self._ends)
+            self._corners[rows, columns][inside] = exact[inside]
+            return
+        # Loads SciPy.
+        from pathgene.host.problem.no_fly_shape import no_fly_shape
+
+        shape = no_fly_shape(self.grid, zone)
+        if shape is None:
+            return
+        self._shapes.append(shape)
+        rows = slice(shape.first_y, shape.last_y + 1)
+        columns = slice(shape.first_x, shape.last_x + 1)
+        drawn = drawn_corners(shape)
+        excess = drawn & ~self.grid.beside(zone, rows, columns)
+        # A disc is as good as its circle.
+        keeps = zone.footprint.disc is not None or excess.sum() <= _MOST_EXCESS * drawn.sum()
+        blocked = drawn if keeps else drawn & ~excess
+        self._corners[rows, columns][blocked] = self.chip.config.blocked_altitude
+
+    def _send(self) -> None:
+        """Give the chip map and record."""
+        for shape in self._shapes:
+            self.chip.runs.block(shape)
+        self.drawing_cycles += sum(shape.drawing_cycles for shape in self._shapes)
+        self._shapes = []
+        self.chip.update_map(self._corners if self._first is None else self._first)
+        self.chip.runs.set_problem(self._record)
+
+    def free(self) -> None:
+        """Give the chip the map of this problem: what the first run left blocked becomes free."""
+        self._first = None
+        self.chip.update_map(self._corners)
+
+    def ease(self, change: int) -> None:
+        """Lower the corners of the map beside start and goal more, or less, if that is possible."""
+        self.eased = min(max(self.eased + change, min(EASES)), max(EASES))
+        self._eases = dict.fromkeys(self._ends, self.eased)
+        for end in self._ends:
+            part = self.grid.around(end)
+            self._renew(*part, self.eased)
+            if self._first is not None:
+                self._first[part] = self._corners[part]
+        self._is_sent = False
+
+    def run(
+        self, options: RunOptions, ends: Callable[[RunStatus], bool]
+    ) -> tuple[RunStatus, BestPaths]:
+        """Do a run; return what it did and found.
+
+        Before the first, and after :meth:`ease`, the chip gets its map and record with the command.
+        While the run goes on, ``ends`` is asked every 10 ms, and stops it by returning True.
+        """
+        runs = self.chip.runs
+        config, traffic = self.chip.config, self.chip.link.traffic
+        limit_s = options.cycles / config.clock_hz
+        before = dataclasses.replace(traffic)
+        with runs.together():
+            if not self._is_sent:
+                self._send()
+            runs.start(options)
+        self._is_sent = True
+        ordered = traffic.since(before)
+        # All are of one size.
+        answer = round(ordered.bytes_from_board / ordered.frames_from_board)
+        stopped = False
+        self.looks = 0
+        asked = reported = time.monotonic()
+        # The run has gone on while the answer came.
+        began = asked - LINE_BITS * answer * config.clocks_per_bit / config.clock_hz
+        before = dataclasses.replace(traffic)
+        while (best := runs.best_if_over()) is None:
+            self.looks += 1
+            now = time.monotonic()
+            if now - reported >= _REPORT_S:
+                reported = now
+                status = runs.status()
+                if status.running and not stopped and ends(status):
+                    runs.stop()
+                    stopped = True
+                now = time.monotonic()
+            time.sleep(pause_s(limit_s, now - began, now - asked))
+            asked = time.monotonic()
+            before = dataclasses.replace(traffic)
+        asked_for, before = traffic.since(before), dataclasses.replace(traffic)
+        status = runs.status()
+        reported_in = traffic.since(before)
+        self.waits = Waits(
+            exchanges=ordered.exchanges + 2,
+            commands=ordered.bytes_to_board,
+            after_zones=len(self._record.pack(config)) + len(options.pack(config)),
+            answer=answer,
+            request=asked_for.bytes_to_board,
+            paths=asked_for.bytes_from_board,
+            status=reported_in.bytes_to_board + reported_in.bytes_from_board,
+        )
+        self._runs_before = runs.started
+        return status, best
+
+    def metres(self, packed: Iterable[int]) -> NDArray[np.float64]:
+        """Return a path of the chip in metres, (n, 3), start and goal included."""
+        corners = unpack_waypoints(self.chip.config, list(packed))
+        return whole_path(self.problem, self.grid.corners_to_metres(corners))
+
+
+def _meet(one: tuple[slice, slice], other: tuple[slice, slice]) -> bool:
+    """Return whether two parts of the map have a corner in common."""
+    return all(a.start < b.stop and b.start < a.stop for a, b in zip(one, other, strict=True))

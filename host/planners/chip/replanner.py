@@ -1,0 +1,128 @@
+"""A changed problem on a chip that still has the population of the problem before."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol.runs import WARM_SLOPES, RunOptions
+from pathgene.host.errors import JobError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners.base import Options, Result, Run
+from pathgene.host.planners.chip.problem_on_chip import ProblemOnChip
+from pathgene.host.planners.chip.problem_record import whole_path
+from pathgene.host.planners.chip.runs import ChipRuns
+from pathgene.host.planners.chip.schedule import MOST_RUNS, SURFACES
+from pathgene.host.problem.zones import Zone
+
+
+__all__ = ["ChipReplanner", "replan_options"]
+
+#: Of the first run. With four paths to read, its limit keeps chip and line within 3 ms in 99 of 100
+#: replans (``make bench BENCH=replan``).
+_WARM = RunOptions(
+    cycles=144_000,
+    generations=195,
+    until_feasible=True,
+    slopes=WARM_SLOPES,
+    seeds=32,
+    share=5,
+    warm=True,
+    paths=4,
+)
+#: Of a run from new seeds alone, longer and on other surfaces: it follows where no path of the
+#: first is feasible, and comes first on a new map.
+_COLD = RunOptions(cycles=280_000, generations=300, until_feasible=True, paths=4)
+
+
+def replan_options(config: Config, seed: int, again: int = 0) -> RunOptions:
+    """Return the options of a run from the earlier population, and new seeds beside it.
+
+    Runs ``again``, counted from 1, are from new seeds alone.
+    """
+    usual = replace(_COLD, slopes=SURFACES[again % len(SURFACES)]) if again else _WARM
+    return replace(
+        usual,
+        seed=(seed + again) % (1 << 64),
+        give_up_rank=min(usual.give_up_rank, config.population - 1),
+    )
+
+
+class ChipReplanner:
+    """Plans changed problems on a chip, from the population of the problem before.
+
+    The chip draws new zones on its map and runs for a millisecond: an island of the earlier
+    paths, less what lies behind the start, and one of new seeds. The host judges the paths by the
+    strict rule. Where none is feasible, it repairs the best, after the first run also the second
+    (:func:`~pathgene.host.planners.chip.repairs.repair`), which takes milliseconds of the processor
+    and none of chip and line. Where that fails, up to seven more runs follow, of at most 2.8 ms,
+    each from new seeds alone. :meth:`finish` clears the zones that are gone besides new ones.
+
+    Parameters
+    ----------
+    task : ProblemOnChip
+        The problem before, on a chip that is open.
+    to_free : sequence of Zone
+        New zones of a problem without a path: :meth:`finish` sets them free. The chip draws one
+        again in a command, but to set one free, once it is gone, all its corners are sent, and the
+        new path would have to wait for them.
+    """
+
+    def __init__(self, task: ProblemOnChip, to_free: Sequence[Zone] = ()) -> None:
+        self._task, self._to_free = task, to_free
+
+    @property
+    def is_ready(self) -> bool:
+        """False once the board is closed, or another run has taken the population's place."""
+        return self._task.is_warm
+
+    def finish(self) -> None:
+        """Set free what is gone, and ``to_free``; what fails, the next replan sends again."""
+        if self._to_free:
+            problem = self._task.problem
+            kept = tuple(zone for zone in problem.zones if zone not in self._to_free)
+            self._task, self._to_free = self._task.changed(replace(problem, zones=kept)), ()
+        with contextlib.suppress(JobError):
+            self._task.free()
+
+    def replan(self, evaluator: Evaluator, options: Options) -> Result:
+        """Search; see :class:`pathgene.host.planners.base.Replanner`.
+
+        The generations of the options are left aside. ``hardware`` and ``seconds`` of the result
+        are as those of :meth:`pathgene.host.planners.chip.ga_chip.ChipGeneticPlanner.plan`.
+        """
+        run = Run(evaluator, options)
+        problem = evaluator.problem
+        # The straight line, which leaves the start along its heading as the chip's paths do.
+        with run.phase("map"):
+            straight = whole_path(problem, np.empty((0, 3)))
+        run.record(0, run.fitness([straight], strict=True))
+        try:
+            with run.phase("map"):
+                task = self._task.changed(problem)
+            with run.search():
+                runs = ChipRuns(task, run, repairs=True)
+                runs.search(_runs(task, options.seed))
+            run.hardware = runs.hardware()
+            run.seconds["board"] = runs.cycles / task.chip.config.clock_hz
+        except JobError as error:
+            run.failure = str(error)
+        result = run.result()
+        if not task.is_warm:
+            return result
+        to_free: list[Zone] = []
+        if not result.evaluation.feasible:
+            before = self._task.problem.zones
+            to_free = [zone for zone in problem.zones if zone not in before]
+        return replace(result, replanner=ChipReplanner(task, to_free))
+
+
+def _runs(task: ProblemOnChip, seed: int) -> Iterator[RunOptions]:
+    """Return the options of the runs; waypoints on the steps of another map are of no use."""
+    first = 0 if task.is_warm else 1
+    for number in range(first, first + MOST_RUNS):
+        yield replan_options(task.chip.config, seed, number)

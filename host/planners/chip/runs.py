@@ -1,0 +1,194 @@
+"""Runs of the planner on a chip for one plan: the paths judged by the host, and the books."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pathgene.hdl.protocol.codes import UNITS
+from pathgene.hdl.protocol.planner import PathClass
+from pathgene.hdl.protocol.runs import RunOptions
+from pathgene.host.device.runs import BestPaths, RunStatus
+from pathgene.host.device.traffic import Traffic
+from pathgene.host.planners.base import Run
+from pathgene.host.planners.chip.problem_on_chip import ProblemOnChip
+from pathgene.host.planners.chip.repairs import repair
+
+
+__all__ = ["ChipRuns"]
+
+#: Waypoints between the ends of a polished path, if its straight pieces have room for them.
+_POLISHED_WAYPOINTS = 32
+
+
+class ChipRuns:
+    """The runs of one plan; see :class:`pathgene.host.planners.chip.ga_chip.ChipGeneticPlanner`.
+
+    Parameters
+    ----------
+    task : ProblemOnChip
+        The problem.
+    run : Run
+        The record of the plan.
+    polishes : bool
+        Each path is given the lowest altitudes, too.
+    repairs : bool
+        Where no path of a run is feasible, the best is mended, after the first run also the
+        second; see :func:`pathgene.host.planners.chip.repairs.repair`.
+    """
+
+    def __init__(
+        self, task: ProblemOnChip, run: Run, *, polishes: bool = False, repairs: bool = False
+    ) -> None:
+        self._task, self._run = task, run
+        self._polishes, self._repairs = polishes, repairs
+        self._traffic_before = self._traffic_noted = replace(task.chip.link.traffic)
+        self._done: list[dict[str, Any]] = []
+        self._cycles = dict.fromkeys((*UNITS, "total"), 0)
+
+    @property
+    def cycles(self) -> int:
+        """Cycles of all runs."""
+        return self._cycles["total"]
+
+    def search(self, first: Iterable[RunOptions], further: Sequence[RunOptions] = ()) -> None:
+        """Do ``first`` runs until a path is feasible, then the further ones.
+
+        A stop criterion ends the search. Between two first runs the map is eased beside the ends.
+        """
+        task = self._task
+        change = 0
+        for options in first:
+            if change:
+                task.ease(change)
+            best, is_found = self._do(options, is_last=not further)
+            if self._is_stopped:
+                return
+            if is_found:
+                break
+            # The chip found no way from end to end, or one that only it believes.
+            change = -1 if best.classes[0] is PathClass.FEASIBLE else 1
+        else:
+            return
+        for number, options in enumerate(further, 1):
+            self._do(options, is_last=number == len(further))
+            if self._is_stopped:
+                return
+
+    def _do(self, options: RunOptions, *, is_last: bool) -> tuple[BestPaths, bool]:
+        """Do a run and judge its paths; return them, and whether one is feasible."""
+        run, task, before = self._run, self._task, self._generations
+        with run.phase("link"):
+            status, best = task.run(options, functools.partial(self._ends, before))
+        for unit in UNITS:
+            self._cycles[unit] += getattr(status, unit)
+        self._cycles["total"] += status.cycles
+        self._done.append(
+            {
+                "seed": options.seed,
+                "warm": options.warm,
+                "generations": status.generations,
+                "cycles": status.cycles,
+                "ease": task.eased,
+                "classes": [each.name.lower() for each in best.classes],
+                "waypoints": [len(path) for path in best.paths],
+                "limit": options.cycles,
+                "looks": task.looks,
+                "waits": dataclasses.asdict(task.waits),
+                "bytes": self._bytes_since(self._traffic_noted),
+                "repairs": 0,
+            }
+        )
+        self._traffic_noted = replace(task.chip.link.traffic)
+        paths = [task.metres(path) for path in best.paths]
+        fitness = run.fitness(paths, strict=True)
+        if self._polishes and (is_last or fitness.max() <= 1 or self._is_stopped):
+            fitness = np.concatenate((fitness, self._polished(paths)))
+        if self._repairs and fitness.max() <= 1 and not self._is_stopped:
+            fitness = np.append(fitness, self._repaired(paths))
+        run.record(self._generations, fitness)
+        return best, bool(fitness.max() > 1)
+
+    @property
+    def _generations(self) -> int:
+        return sum(done["generations"] for done in self._done)
+
+    @property
+    def _is_stopped(self) -> bool:
+        return self._run.stopped_by() not in (None, "generations")
+
+    def _ends(self, before: int, status: RunStatus) -> bool:
+        """Tell the progress of a run; return True if a stop criterion ends it."""
+        self._run.show(before + status.generations)
+        stop = self._run.stop
+        return (stop is not None and stop.requested) or self._run.out_of_time
+
+    def _repaired(self, paths: list[NDArray[np.float64]]) -> float:
+        """Mend paths and evaluate them until one is feasible; return the fitness of the last.
+
+        After the first run these are the two best; after later ones the best, because another run
+        is worth more than the second.
+        """
+        run, fitness = self._run, 0.0
+        most = 2 if len(self._done) == 1 else 1
+        with run.phase("repair"):
+            for path in paths[:most]:
+                self._done[-1]["repairs"] += 1
+                mended = repair(run.evaluator, path)
+                if mended is not None:
+                    fitness = float(run.fitness([mended], strict=True)[0])
+                if fitness > 1:
+                    break
+        return fitness
+
+    def _polished(self, paths: list[NDArray[np.float64]]) -> NDArray[np.float64]:
+        """Evaluate the paths with the lowest altitudes; return the fitness of each, (m,).
+
+        More waypoints on the straight pieces let the altitudes follow the ground.
+        """
+        # They load SciPy.
+        from pathgene.host.planners.grid.altitudes import lowest_altitudes
+        from pathgene.host.planners.grid.grid_search import Prices
+        from pathgene.host.planners.grid.polylines import lengthened
+
+        run, problem = self._run, self._run.evaluator.problem
+        with run.phase("polish"):
+            prices = Prices(problem)
+            tracks = [
+                lengthened(path[:, :2], _POLISHED_WAYPOINTS, problem.limits.turn_radius_m)
+                for path in paths
+            ]
+            lowest = [lowest_altitudes(problem, prices, track) for track in tracks]
+        fitted = [path for path in lowest if path is not None]
+        return run.fitness(fitted, strict=True) if fitted else np.zeros(0)
+
+    def _bytes_since(self, before: Traffic) -> dict[str, int]:
+        traffic = self._task.chip.link.traffic.since(before)
+        return {"to_board": traffic.bytes_to_board, "from_board": traffic.bytes_from_board}
+
+    def hardware(self) -> dict[str, Any]:
+        """Return the block ``hardware`` of a summary."""
+        chip, before = self._task.chip, self._traffic_before
+        traffic = chip.link.traffic.since(before)
+        return {
+            "clock_hz": chip.config.clock_hz,
+            "build_id": f"{chip.config.build_id:08x}",
+            "map": self._task.grid.report(),
+            "cycles": dict(self._cycles),
+            "plan_us": 1e6 * self.cycles / chip.config.clock_hz,
+            "bytes": self._bytes_since(before),
+            "frames": {
+                "repeated": traffic.frames_repeated,
+                "damaged": traffic.frames_damaged,
+            },
+            "generations": self._generations,
+            "drawing_cycles": self._task.drawing_cycles,
+            "exchanges": traffic.exchanges,
+            "runs": self._done,
+        }

@@ -1,0 +1,227 @@
+"""Grid search, then few waypoints, then the lowest altitudes: the obvious method to beat."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners.base import Options, Progress, Result, Run, Stop
+from pathgene.host.planners.grid.altitudes import lowest_altitudes
+from pathgene.host.planners.grid.grid_search import SearchGrid
+from pathgene.host.planners.grid.polylines import lengthened, on_corners, polylines, thinned
+from pathgene.host.planners.grid.turns_at_ends import Leads, around, leads
+from pathgene.host.problem import ChipMap
+
+
+__all__ = ["DEFAULT_MAX_WAYPOINTS", "MOST_SEARCHES", "AstarPlanner", "searches"]
+
+Path = NDArray[np.float64]
+
+# Steepness of the surface of each search, in climb limits; the ground is infinitely steep.
+_STEEPNESS = (2.5, 1.5, 1.0, math.inf)
+# Margin around voids and zones, in turn radii; the second if the first gives no feasible path.
+_MARGINS = (0.0, 0.5)
+# Distances of waypoints around the ends, in turn radii, and the surfaces tried with them.
+_AWAY_RADII = (2.0, 4.0)
+_STEEPNESS_FROM_SIDES = (1.5, math.inf)
+# Slope of the surfaces for an aircraft that can hardly climb.
+_LEAST_SLOPE = 1e-3
+#: Most searches of a run.
+MOST_SEARCHES = len(_MARGINS) * len(_STEEPNESS) + len(_AWAY_RADII) * 2 * 8
+# Numbers of turns tried with each route, as shares of the most waypoints.
+_SHARES = (1.0, 0.75, 0.5, 0.25, 0.125)
+_MOST_WAYPOINTS = 100
+#: Most waypoints of a path by default.
+DEFAULT_MAX_WAYPOINTS = 16
+
+
+class AstarPlanner:
+    """Grid search in 2.5 dimensions. Nothing is random: all seeds give the same path.
+
+    Each search is a generation. It lays a surface of limited slope over a coarse grid of the
+    ground, finds the cheapest route at the altitudes of the surface, reduces the route to a few
+    turns, adds waypoints on the straight pieces, and gives all waypoints the lowest altitudes that
+    ground and climb limits allow. The result is the best path of all searches and all numbers of
+    turns.
+
+    A gently sloping surface accounts for the climb before a pass, but closes a valley between
+    steep walls; the ground itself does the opposite. Therefore four surfaces are tried, and four
+    more with a margin around voids and zones if none of them gives a feasible path. By the rules of
+    safe flight, where paths are compared by the strict rule, at most 32 more follow, which leave
+    the start or reach the goal in one of eight directions.
+
+    The route is Dijkstra's, as cheap as that of A*. SciPy searches the whole grid in less time
+    than the graph takes to build, so a heuristic would save nothing.
+
+    Parameters
+    ----------
+    max_waypoints : int
+        Most waypoints between start and goal, 1 to 100.
+
+    Raises
+    ------
+    InputError
+        If ``max_waypoints`` is outside its range.
+    """
+
+    def __init__(self, *, max_waypoints: int = DEFAULT_MAX_WAYPOINTS) -> None:
+        if not 1 <= max_waypoints <= _MOST_WAYPOINTS:
+            raise InputError(
+                f"The most waypoints of a path must be from 1 to {_MOST_WAYPOINTS}, "
+                f"not {max_waypoints}."
+            )
+        self.max_waypoints = max_waypoints
+
+    def plan(
+        self,
+        evaluator: Evaluator,
+        options: Options,
+        progress: Progress | None = None,
+        stop: Stop | None = None,
+    ) -> Result:
+        """Search; see :class:`pathgene.host.planners.base.Planner`.
+
+        Generation 0 is the straight line; each later one is a search.
+
+        Raises
+        ------
+        InputError
+            If a population is given.
+        """
+        if options.population is not None:
+            raise InputError("The planner astar has no population; leave it out (--population).")
+        run = Run(evaluator, options, progress, stop)
+        problem = evaluator.problem
+        run.record(0, run.fitness([np.array([problem.start, problem.goal])]))
+        with run.search():
+            found = searches(run, self.max_waypoints)
+            generation = 0
+            while run.stopped_by() is None and (paths := next(found, None)) is not None:
+                generation += 1
+                run.record(generation, np.array([fitness for fitness, _ in paths]))
+        return run.result()
+
+
+def searches(
+    run: Run,
+    most: int,
+    lattice: ChipMap | None = None,
+) -> Iterator[list[tuple[float, Path]]]:
+    """Search with one surface after another.
+
+    Parameters
+    ----------
+    run : Run
+        Evaluates the paths; its evaluator holds the problem.
+    most : int
+        Most waypoints between start and goal.
+    lattice : ChipMap, optional
+        Map on whose cells and altitude steps waypoints must lie.
+
+    Yields
+    ------
+    list of (float, ndarray)
+        Fitness and path, (n, 3) float64 metres with both ends, for several numbers of turns.
+        A search that finds no route yields nothing.
+    """
+    problem, best = run.evaluator.problem, 0.0
+    for margin in _MARGINS:
+        with run.phase("search"):
+            grid = SearchGrid(problem, margin * problem.limits.turn_radius_m)
+        for steepness in _STEEPNESS:
+            with run.phase("search"):
+                paths = [
+                    path
+                    for way in leads(problem)
+                    for path in _paths(grid, steepness, most, lattice, way)
+                ]
+            if paths:
+                fitness = run.fitness(paths, strict=True).tolist()
+                best = max(best, *fitness)
+                yield list(zip(fitness, paths, strict=True))
+        if best > 1:
+            return
+    if best > 0 and problem.rules is not None:
+        yield from _from_all_sides(run, most, lattice, grid, best)
+
+
+def _from_all_sides(
+    run: Run, most: int, lattice: ChipMap | None, grid: SearchGrid, best: float
+) -> Iterator[list[tuple[float, Path]]]:
+    """Search with a first waypoint in each direction from the start, then a last one so.
+
+    An aircraft that starts low can climb out in some directions only, and the nodes of the grid are
+    too far apart to tell. The best direction at one end is kept for the searches at the other.
+    """
+    problem = run.evaluator.problem
+    kept = list(next(leads(problem)))
+    for radii in _AWAY_RADII:
+        for at_goal in (False, True):
+            for place in around(problem, at_goal, radii * problem.limits.turn_radius_m):
+                way = (kept[0], place) if at_goal else (place, kept[1])
+                with run.phase("search"):
+                    paths = [
+                        path
+                        for steepness in _STEEPNESS_FROM_SIDES
+                        for path in _paths(grid, steepness, most, lattice, way)
+                    ]
+                if not paths:
+                    continue
+                fitness = run.fitness(paths, strict=True).tolist()
+                if max(fitness) > best:
+                    best, kept[at_goal] = max(fitness), place
+                yield list(zip(fitness, paths, strict=True))
+            if best > 1:
+                return
+
+
+def _paths(
+    grid: SearchGrid, steepness: float, most: int, lattice: ChipMap | None, way: Leads
+) -> list[Path]:
+    """Return paths of several numbers of turns along one route; none if there is no route."""
+    if most < sum(map(len, way)):
+        return []
+    problem = grid.problem
+    surface = grid.surface(steepness * max(math.tan(problem.limits.climb_rad), _LEAST_SLOPE))
+    first, last = (
+        (float(lead[at][0]), float(lead[at][1])) if len(lead) else None
+        for lead, at in zip(way, (-1, 0), strict=True)
+    )
+    route = grid.route(surface, first, last)
+    if route is None:
+        return []
+    most -= sum(map(len, way))
+    ends = np.array([problem.start[:2]]), np.array([problem.goal[:2]])
+    points = thinned(route, None if lattice is None else lattice.scale_m[:2])
+    lines = polylines(points, grid, surface, most)
+    steps = {} if lattice is None else {"base_m": lattice.base_m, "step_m": lattice.step_m}
+    found = []
+    for line in (lines[count] for count in _counts(most)):
+        if line is None:
+            continue
+        turns = points[line]
+        if sum(map(len, way)):
+            # The ends of the route are waypoints where leads replace start and goal.
+            before = (*ends[:1], way[0][:-1]) if len(way[0]) else ()
+            after = (way[1][1:], *ends[1:]) if len(way[1]) else ()
+            turns = np.concatenate((*before, turns, *after))
+        # More waypoints on a track allow lower altitudes; on a lattice they may add turns.
+        places = lengthened(turns, most + sum(map(len, way)), problem.limits.turn_radius_m)
+        if lattice is not None:
+            places[1:-1] = on_corners(places[1:-1], lattice.scale_m[:2])
+        path = lowest_altitudes(problem, grid.prices, places, **steps)
+        if path is None and lattice is not None:
+            path = lowest_altitudes(problem, grid.prices, turns, **steps)
+        if path is not None:
+            found.append(path)
+    return found
+
+
+def _counts(most: int) -> list[int]:
+    """Return the numbers of turns to try, in rising order."""
+    return sorted({min(max(1, round(share * most)), most) for share in _SHARES})

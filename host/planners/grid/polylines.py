@@ -1,0 +1,138 @@
+"""Reduction of a route of many points to a path of few waypoints, as seen from above."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pathgene.host.evaluation import Straight
+from pathgene.host.evaluation.geometry import smooth
+from pathgene.host.planners.grid.grid_search import SearchGrid
+
+
+__all__ = ["lengthened", "on_corners", "polylines", "thinned"]
+
+Floats = NDArray[np.float64]
+
+# Most points of a route that may become waypoints: every pair is evaluated.
+_MOST_POINTS = 100
+
+
+def thinned(route: Floats, corner_m: tuple[float, float] | None = None) -> Floats:
+    """Return at most 100 evenly spaced points of ``route``, (n, 2) float64 metres, with both ends.
+
+    With ``corner_m``, inner points move to its nearest multiples, and duplicates are removed.
+    """
+    every = math.ceil(len(route) / _MOST_POINTS)
+    between = route[every:-1:every]
+    if corner_m is not None:
+        between = on_corners(between, corner_m)
+    points: Floats = np.concatenate((route[:1], between, route[-1:]))
+    moved = (np.diff(points, axis=0) != 0).any(axis=1)
+    distinct: Floats = points[np.append(True, moved)]
+    return distinct
+
+
+def on_corners(places: Floats, corner_m: tuple[float, float]) -> Floats:
+    """Return the multiples of ``corner_m`` nearest to ``places``, (n, 2) float64 metres."""
+    nearest: Floats = np.floor(places / corner_m + 0.5) * corner_m
+    return nearest
+
+
+def polylines(
+    points: Floats,
+    grid: SearchGrid,
+    surface: Floats,
+    most: int,
+) -> list[NDArray[np.intp] | None]:
+    """Return the cheapest polyline through ``points`` for each number of waypoints, 0 to ``most``.
+
+    Each is a shortest path through the graph of all chords by its number of chords. The cost of a
+    chord is that of level flight on ``surface``. Chords are long enough for two turns of a right
+    angle; those from the start and to the goal, for one.
+
+    Parameters
+    ----------
+    points : (n, 2) float64, metres
+        Points of a route, start and goal included.
+    grid : SearchGrid
+    surface : (rows, columns) float64, metres
+    most : int
+
+    Returns
+    -------
+    list of ndarray or None
+        Indices into ``points`` of each polyline, ends included; None where there is none.
+    """
+    chords = _chord_costs(points, grid, surface)
+    before: list[NDArray[np.intp]] = []
+    best = chords[0]
+    found = [_walk(before, best)]
+    for _ in range(most):
+        through = best[:, None] + chords
+        before.append(through.argmin(axis=0))
+        best = through.min(axis=0)
+        found.append(_walk(before, best))
+    return found
+
+
+def lengthened(path: Floats, fewest: int, radius_m: float) -> Floats:
+    """Return a path with at least ``fewest`` waypoints between its ends, on the same track.
+
+    Each new waypoint lies in the middle of the longest straight piece of the smoothed path, where
+    it neither turns the path nor interferes with a turn; a path without straight pieces gets none.
+
+    Parameters
+    ----------
+    path : (n, 2) or (n, 3) float64, metres
+        Places or points, start and goal included.
+    fewest : int
+    radius_m : float
+        Turn radius.
+    """
+    for _ in range(fewest - (len(path) - 2)):
+        numbers = np.arange(len(path), dtype=np.float64)
+        pieces = smooth(np.column_stack((path[:, :2], numbers)), radius_m).pieces
+        straights = [piece for piece in pieces if isinstance(piece, Straight)]
+        if not straights:
+            break
+        longest = max(straights, key=lambda piece: piece.run_m)
+        # The altitudes are the numbers of waypoints, so that of the middle is its place.
+        middle = longest.start[2] + longest.rise_m / 2
+        before = min(int(middle), len(path) - 2)
+        share = middle - before
+        added = (1 - share) * path[before] + share * path[before + 1]
+        path = np.insert(path, before + 1, added, axis=0)
+    return path
+
+
+def _walk(before: list[NDArray[np.intp]], best: Floats) -> NDArray[np.intp] | None:
+    """Return the polyline that reaches the goal at cost ``best[-1]``, from its end to its start."""
+    if not math.isfinite(best[-1]):
+        return None
+    nodes = [len(best) - 1]
+    for last in reversed(before):
+        nodes.append(int(last[nodes[-1]]))
+    return np.array([0, *reversed(nodes)])
+
+
+def _chord_costs(points: Floats, grid: SearchGrid, surface: Floats) -> Floats:
+    """Return the cost of a straight flight from each point to each later one: (n, n)."""
+    count = len(points)
+    one, other = np.triu_indices(count, 1)
+    run = np.hypot(*(points[other] - points[one]).T)
+    # An even number, so that no sample of a route's step lies on the corner of four nodes.
+    parts = 2 * np.maximum(np.ceil(run / min(grid.dx_m, grid.dy_m)), 1).astype(np.int64)
+    first = np.concatenate(([0], np.cumsum(parts)[:-1]))
+    chord = np.repeat(np.arange(len(run)), parts)
+    share = (np.arange(len(chord)) - first[chord] + 0.5) / parts[chord]
+    at = points[one][chord] + (points[other] - points[one])[chord] * share[:, None]
+    price = grid.price_per_m(surface)[grid.nodes(*at.T)]
+    radius_m = grid.problem.limits.turn_radius_m
+    shortest = radius_m * ((one > 0).astype(np.int64) + (other < count - 1))
+    costs = np.full((count, count), math.inf)
+    total = np.add.reduceat(price, first) * (run / parts)
+    costs[one, other] = np.where(run >= shortest, total, math.inf)
+    return costs

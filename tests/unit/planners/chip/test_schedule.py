@@ -1,0 +1,64 @@
+"""The options of all runs of a plan."""
+
+import pytest
+
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol.runs import RunOptions
+from pathgene.host.planners.chip.schedule import MOST_RUNS, ChipSchedule
+
+
+CHIP = Config(core="planner")
+
+
+def schedule(**limits):
+    return ChipSchedule(config=CHIP, seed=9, **limits)
+
+
+@pytest.mark.parametrize(
+    ("limits", "parts"),
+    [
+        ({"generations": 1}, 1),
+        ({"generations": 3_199}, 1),
+        ({"generations": 3_200}, 2),
+        ({"generations": 6_400}, 4),
+        ({"generations": 10**9}, 4),
+        ({"generations": 10**9, "chip_ms": 1}, 1),
+        ({"generations": 10**9, "chip_ms": 23}, 1),
+        ({"generations": 10**9, "chip_ms": 24}, 2),
+        ({"generations": 10**9, "chip_ms": 50}, 4),
+        ({"generations": 100, "chip_ms": 50}, 1),
+    ],
+)
+def test_parts(limits, parts):
+    of_limits = schedule(**limits)
+    assert of_limits.parts == parts
+    assert len(of_limits.further()) == parts - 1
+
+
+def test_a_short_plan_is_a_run_with_the_default_options_but_its_own_limits():
+    first = schedule(chip_ms=2, generations=5).first()
+    assert first[0] == RunOptions(seed=9, cycles=200_000, generations=5)
+    assert len(first) == MOST_RUNS == 8
+    assert [options.seed for options in first] == list(range(9, 17))
+    assert len({options.slopes for options in first}) == 4
+
+
+def test_parts_are_equal_and_go_on():
+    of_limits = schedule(chip_ms=50, generations=10_001)
+    runs = [of_limits.first()[0], *of_limits.further()]
+    assert [options.warm for options in runs] == [False, True, True, True]
+    assert {options.cycles for options in runs} == {1_250_000}
+    assert [options.generations for options in runs] == [2_500, 2_500, 2_500, 2_501]
+    assert len({options.seed for options in runs}) == 4
+    for options in (*of_limits.first(), *runs):
+        options.check(CHIP)
+
+
+def test_a_small_chip_and_the_greatest_seed():
+    small = CHIP.replace(population=8, children=4, elites=2, survivors=2, perturbs=1, inserts=1)
+    of_small = ChipSchedule(config=small, seed=(1 << 64) - 1, generations=10**10)
+    runs = [*of_small.first(), *of_small.further()]
+    for options in runs:
+        options.check(small)
+        assert (options.cycles, options.give_up_rank) == (2**32 - 1, 7)
+    assert runs[1].seed == 0

@@ -1,0 +1,100 @@
+"""Choices of few waypoints of a route against an enumeration."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from pathgene.host.planners.grid.grid_search import SearchGrid
+from pathgene.host.planners.grid.polylines import _chord_costs, polylines, thinned
+from pathgene.host.problem import aircraft
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Circle
+from pathgene.host.terrain import Terrain
+
+
+@pytest.fixture
+def hilly():
+    """Grid, its surface and a winding route of nine points."""
+    rng = np.random.default_rng(3)
+    problem = Problem(
+        Terrain("hilly", 400 * rng.random((40, 60)), 100.0, 100.0),
+        (0, 0, 500),
+        (5900, 3900, 500),
+        aircraft.load("silver-fox"),
+        zones=(Circle(2000, 1900, 250),),
+        as_paper=True,
+    )
+    grid = SearchGrid(problem)
+    route = np.array(
+        [
+            (0, 0),
+            (200, 0),
+            (500, 700),
+            (1500, 1500),
+            (2500, 1600),
+            (3400, 2600),
+            (4200, 3000),
+            (5600, 3700),
+            (5900, 3900),
+        ],
+        dtype=float,
+    )
+    return grid, grid.surface(math.inf), route
+
+
+def test_chords_cost_their_length_and_avoid_zones(hilly):
+    grid, surface, route = hilly
+    level = np.full_like(surface, 300.0)
+    costs = _chord_costs(route, grid, level)
+    price = 300 * grid.prices.area + grid.prices.glide * grid.prices.work
+    run = np.hypot(*(route[:, None] - route[None]).transpose(2, 0, 1))
+    # Through the zone.
+    for one, other in ((2, 5), (3, 5), (3, 6)):
+        assert math.isinf(costs[one, other])
+    finite = np.isfinite(costs)
+    assert not finite[~np.triu(np.ones((9, 9), dtype=bool), 1)].any()
+    assert finite[[0, 0, 2, 4], [1, 8, 3, 5]].all()
+    # The first chord is 200 m long: enough for one turn of 150 m.
+    assert costs[finite] == pytest.approx(price * run[finite], rel=1e-12)
+    short = route.copy()
+    short[2] = 400, 0  # 200 m between two turns.
+    assert math.isinf(_chord_costs(short, grid, level)[1, 2])
+
+
+def test_polylines_are_the_cheapest_of_their_length(hilly):
+    grid, surface, route = hilly
+    costs = _chord_costs(route, grid, surface)
+    found = polylines(route, grid, surface, 7)
+    assert len(found) == 8
+    for count, line in enumerate(found):
+        best = min(
+            sum(costs[pair] for pair in itertools.pairwise((0, *inner, 8)))
+            for inner in itertools.combinations(range(1, 8), count)
+        )
+        if math.isinf(best):
+            assert line is None
+        else:
+            assert len(line) == count + 2
+            assert sum(costs[pair] for pair in itertools.pairwise(line)) == pytest.approx(best)
+    assert sum(line is not None for line in found) >= 4
+
+
+def test_thinned_routes_keep_their_ends():
+    route = np.cumsum(np.full((331, 2), 7.3), axis=0)
+    points = thinned(route)
+    assert 80 <= len(points) <= 101
+    assert np.array_equal(points[[0, -1]], route[[0, -1]])
+    assert {tuple(point) for point in points} <= {tuple(point) for point in route}
+    assert np.array_equal(thinned(route[:50]), route[:50])
+
+
+def test_thinned_routes_on_a_lattice_visit_no_point_twice():
+    route = np.cumsum(np.full((60, 2), 7.3), axis=0)
+    points = thinned(route, (30.0, 40.0))
+    assert np.array_equal(points[[0, -1]], route[[0, -1]])
+    assert np.array_equal(points[1:-1] % (30.0, 40.0), np.zeros((len(points) - 2, 2)))
+    assert (np.diff(points, axis=0) != 0).any(axis=1).all()
+    near = np.abs(points[1:-1, None] - route[None]).max(axis=2).min(axis=1)
+    assert near.max() <= 20

@@ -34,9 +34,9 @@ TABLES: Mapping[str, str] = {
     "zones": "A no-fly zone, [[zones]] once for each: one of file, circle and polygon.",
     "aircraft": "A shipped aircraft by its name, the file of one, or one described here with the "
     "keys of docs/rules.md.",
-    "rules": "What a path keeps to be safe.",
+    "rules": "Rules of a safe path.",
     "planner": "How to search. Options that the planner does not have are ignored with a note.",
-    "output": "What to write.",
+    "output": "Outputs.",
 }
 
 

@@ -176,7 +176,7 @@ def test_a_committed_point_is_a_turning_radius_ahead():
     radius_m = problem.limits.turn_radius_m
     (x, y, z), (u, v, w) = problem.start, problem.goal
     assert first == pytest.approx((x + 1.1 * radius_m, y, z))
-    # Before the goal: the aircraft heads for the north of it.
+    # South of the goal, where the aircraft arrives heading north.
     assert last[:2] == pytest.approx((u, v - 1.1 * radius_m))
     assert last[2] >= w
     assert (record.has_entry, record.has_exit) == (1, 1)

@@ -85,10 +85,13 @@ class Desk:
             If the problem is bad, too many jobs wait, or the board is not simulated and others than
             this machine reach the desk.
         """
+        # What changes while it is checked is of the next plan.
+        sheet = sheet.copy()
         mission = sheet.mission()
         self._check_board(sheet)
         name = re.sub(r"[^\w.-]+", "-", mission.problem.terrain.name)[:_LONGEST_NAME]
-        return self.jobs.submit(sheet.task(), f"{name}-{sheet.planner}")
+        statement = sheet.statement()
+        return self.jobs.submit(sheet.task(), f"{name}-{sheet.planner}", statement=statement)
 
     def fly(self, folder: Path, sheet: Sheet) -> FlightJob:
         """Start a flight of a saved plan, in which the planner of a problem plans.

@@ -111,7 +111,7 @@ class Following:
         if job.summary is None or job.path is None:
             return
         if before is None or before.state != state:
-            plan = PlanView(job.summary, job.path, job.folder, state)
+            plan = PlanView(job.summary, job.path, job.folder, state, job.statement)
             if before is None:
                 self._stage.set_plan(plan.to_json())
             self._results.show(plan, self._results.kept)

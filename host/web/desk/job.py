@@ -86,6 +86,8 @@ class PlanJob(Job):
     ----------
     values : mapping
         Values of the problem.
+    statement : str, optional
+        The problem as :meth:`pathgene.host.web.desk.sheet.Sheet.statement` has it.
 
     Attributes
     ----------
@@ -102,6 +104,7 @@ class PlanJob(Job):
     at_work = "planning"
 
     values: Mapping[str, Any]
+    statement: str | None = None
     rows: list[tuple[int, float, float]] = field(default_factory=list)
     paths: list[tuple[int, NDArray[Any]]] = field(default_factory=list)
     summary: dict[str, Any] | None = None

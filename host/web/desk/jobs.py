@@ -119,7 +119,9 @@ class Jobs:
             if job in self._running:
                 self._running[job].tell(message)
 
-    def submit(self, values: Mapping[str, Any], name: str) -> PlanJob:
+    def submit(
+        self, values: Mapping[str, Any], name: str, *, statement: str | None = None
+    ) -> PlanJob:
         """Plan a problem as soon as there is room; return its job.
 
         Parameters
@@ -128,6 +130,8 @@ class Jobs:
             Values of the problem by the names in :data:`pathgene.host.mission.keys.KEYS`.
         name : str
             What the folder of the plan is called besides the time.
+        statement : str, optional
+            As for :class:`PlanJob`.
 
         Raises
         ------
@@ -136,7 +140,7 @@ class Jobs:
         """
         stamp = time.strftime("%Y%m%d-%H%M%S")
         folder = self._directory / f"{stamp}-{name}-{secrets.token_hex(2)}"
-        job = PlanJob(folder, values=values)
+        job = PlanJob(folder, values=values, statement=statement)
         with self._lock:
             if self._closed or len(self._queue) >= self._most_waiting:
                 raise InputError(

@@ -24,7 +24,7 @@ from pathgene.host.web.desk.flight import Goal
 from pathgene.host.web.desk.following import Following
 from pathgene.host.web.desk.job import FlightJob, Job, PlanJob
 from pathgene.host.web.desk.panels import Panels, panel
-from pathgene.host.web.desk.results import PlanView, Results, SavedPlans
+from pathgene.host.web.desk.results import EARLIER, PlanView, Results, SavedPlans
 from pathgene.host.web.desk.saving import PROBLEM
 from pathgene.host.web.desk.stage import Stage
 from pathgene.host.web.scene import path_scene
@@ -90,7 +90,7 @@ class Page:
             self._stage = Stage().classes("stage-host")
             with ui.element("section").classes("results").props('data-part="results"'):
                 self._cockpit = Cockpit(self._desk.jobs, self._landed)
-                self._results = Results(self._keep, self._drop, self.fly)
+                self._results = Results(self._keep, self._drop, self.fly, self._holds)
         self._stage.on("ready", self._ready)
         self._stage.on("drawn", self._drawn)
         self._settling = ui.timer(_SETTLE_S, self._settle, active=False)
@@ -106,7 +106,12 @@ class Page:
         await self._settle()
         self._list()
 
+    def _holds(self, plan: PlanView) -> bool:
+        """Tell whether a plan is of the problem as it is now."""
+        return plan.statement is not None and plan.statement == self._sheet.statement()
+
     def _changed(self) -> None:
+        self._results.check()
         self._settling.deactivate()
         self._settling.activate()
 
@@ -161,6 +166,7 @@ class Page:
         if event.value == self._sheet.values["terrain"]:
             return
         if await self._tried(self._sheet.take_terrain, str(event.value)):
+            self._results.check()
             self._panels.show()
             await self._settle()
         else:
@@ -228,6 +234,9 @@ class Page:
         plan = self._results.plan
         if plan is None:
             return
+        if not self._holds(plan):
+            ui.notify(EARLIER, type="negative", multi_line=True)
+            return
         try:
             job = await asyncio.to_thread(self._desk.fly, plan.folder, self._sheet)
         except PathgeneError as error:
@@ -284,7 +293,8 @@ class Page:
             least_m = planned.summary.get("minimum_clearance_m")
             path = path_scene(evaluator, planned.path, name, least_m=least_m)
             note = self._sheet.open_saved(read_text(folder / PROBLEM))
-            return PlanView(planned.summary, path, folder, "saved"), note
+            statement = self._sheet.statement()
+            return PlanView(planned.summary, path, folder, "saved", statement), note
 
         try:
             view, note = await asyncio.to_thread(read)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ from pathgene.host.web.desk.job import FlightJob, Job, State
 from pathgene.host.web.figures import figures
 
 
-__all__ = ["PlanView", "Results", "rows_of"]
+__all__ = ["EARLIER", "PlanView", "Results", "rows_of"]
 
 # Saved plans that the panel lists.
 _LISTED = 30
@@ -30,7 +30,11 @@ _FILES = {
 }
 
 
-@dataclass(frozen=True)
+#: Sentence on a plan whose problem has changed.
+EARLIER = "This plan is of an earlier problem. Plan again to fly a plan or to take its files."
+
+
+@dataclass(frozen=True, eq=False)
 class PlanView:
     """A finished plan as a page shows it.
 
@@ -44,27 +48,42 @@ class PlanView:
         Its folder.
     state : str
         That of its job: its files are in the folder once it is ``saved``.
+    statement : str, optional
+        Its problem as :meth:`pathgene.host.web.desk.sheet.Sheet.statement` has it.
     """
 
     summary: dict[str, Any]
     path: dict[str, Any]
     folder: Path
     state: State
+    statement: str | None = None
 
     def to_json(self) -> dict[str, Any]:
         """The plan as ``stage.js`` takes it."""
         return {"path": self.path, "rows": self.summary["history"]}
 
 
-def rows_of(plans: Sequence[PlanView]) -> list[tuple[str, list[str]]]:
-    """Return the table of plans: a label and a text of each plan, in rows."""
-    columns = [_column(plan.summary) for plan in plans]
+def rows_of(
+    plans: Sequence[PlanView], earlier: Collection[PlanView] = ()
+) -> list[tuple[str, list[str]]]:
+    """Return the table of plans: a label and a text of each plan, in rows.
+
+    Parameters
+    ----------
+    plans : sequence of PlanView
+        The plans.
+    earlier : collection of PlanView
+        The plans of an earlier problem, whose verdict says so.
+    """
+    columns = [_column(plan.summary, is_earlier=plan in earlier) for plan in plans]
     labels = list(dict.fromkeys(label for column in columns for label in column))
     return [(label, [column.get(label, "–") for column in columns]) for label in labels]
 
 
-def _column(summary: Mapping[str, Any]) -> dict[str, str]:
+def _column(summary: Mapping[str, Any], *, is_earlier: bool) -> dict[str, str]:
     verdict = "✓ feasible" if summary["feasible"] else "✗ not feasible"
+    if is_earlier:
+        verdict = f"{verdict[2:]} in an earlier problem"
     by = summary["planner"]
     if summary.get("fallback"):
         by += f", then {summary['fallback']}"
@@ -84,6 +103,8 @@ class Results:
     ----------
     keep, drop, fly : callable
         Called when a user keeps the plan, lets go of the kept one, and flies the plan.
+    holds : callable
+        Tells whether a plan is of the problem as it is now. Only such a plan flies and gives files.
     """
 
     def __init__(
@@ -91,11 +112,23 @@ class Results:
         keep: Callable[[], object],
         drop: Callable[[], object],
         fly: Callable[[], object],
+        holds: Callable[[PlanView], bool],
     ) -> None:
         self.plan: PlanView | None = None
         self.kept: PlanView | None = None
-        self._keep, self._drop, self._fly = keep, drop, fly
+        self._keep, self._drop, self._fly, self._holds = keep, drop, fly, holds
+        self._earlier: list[PlanView] = []
         self.card()
+
+    def check(self) -> None:
+        """Show which of the plans are of the problem as it is now, after a change of it."""
+        if self._earlier != self._not_held():
+            self.card.refresh()
+
+    def _not_held(self) -> list[PlanView]:
+        return [
+            plan for plan in (self.plan, self.kept) if plan is not None and not self._holds(plan)
+        ]
 
     def show(self, plan: PlanView | None, kept: PlanView | None) -> None:
         """Show other plans."""
@@ -105,12 +138,17 @@ class Results:
     @ui.refreshable_method
     def card(self) -> None:
         """Add the elements of the card."""
+        self._earlier = self._not_held()
+        is_earlier = self.plan in self._earlier
         with ui.element("header"):
             ui.html("<h2>Plan</h2>", sanitize=False)
             with ui.row().classes("actions"):
                 if self.plan is not None and self.plan.state == "saved":
                     button = ui.button("Fly", on_click=self._fly).props("unelevated dense no-caps")
-                    if self.plan.summary.get("via") or self.plan.summary.get("as_paper"):
+                    if is_earlier:
+                        button.disable()
+                        button.tooltip(EARLIER)
+                    elif self.plan.summary.get("via") or self.plan.summary.get("as_paper"):
                         button.disable()
                         button.tooltip("Plans with via points, and as paper, are not flown.")
                 if self.plan is not None:
@@ -124,7 +162,9 @@ class Results:
         with ui.element("div").classes("scroll"):
             if self.plan is not None and (reason := shortcoming(self.plan.summary)):
                 ui.label(reason).classes("reason")
-            if self.plan is not None:
+            if is_earlier:
+                ui.label(EARLIER).classes("reason").props("role=status")
+            elif self.plan is not None:
                 _files(self.plan)
             self._table(plans)
 
@@ -137,7 +177,7 @@ class Results:
                         _cell("th", "This plan").classes("this")
                     _cell("th", "Kept").classes("kept")
             with ui.element("tbody"):
-                for label, texts in rows_of(plans):
+                for label, texts in rows_of(plans, self._earlier):
                     with ui.element("tr"):
                         _cell("th", label).props("scope=row")
                         for text in texts:

@@ -20,7 +20,7 @@ from pathgene.host.mission.build import (
     search_of,
     zones_of,
 )
-from pathgene.host.mission.keys import RULES
+from pathgene.host.mission.keys import KEYS, RULES
 from pathgene.host.mission.mission import Mission
 from pathgene.host.mission.problem_file import parse_problem, problem_text, read_problem
 from pathgene.host.planners import DEFAULT, OPTIONS, PLANNERS
@@ -44,6 +44,8 @@ _END_SHARE, _END_HEIGHT_M = 0.1, 100.0
 _DECIMALS = 1
 # What the desk decides itself.
 _OUTPUT = ("out", "write", "picture", "grid")
+# The values of the planner, which say how a problem is solved.
+_PLANNER = frozenset(key.dest for key in KEYS if key.table == "planner")
 
 
 class Sheet:
@@ -194,6 +196,16 @@ class Sheet:
     def require_board(self, board: str | None) -> None:
         """Check a board that the page names; see ``require_board``."""
         require_board(board, self.board)
+
+    def statement(self) -> str | None:
+        """Return the problem without its planner as text; None while a text holds no value.
+
+        A plan is of the problem that is shown while the two statements are equal.
+        """
+        if self.misread.sentence(self._without_field()) is not None:
+            return None
+        values = {name: value for name, value in self._effective().items() if name not in _PLANNER}
+        return problem_text(values, Path(), "problem.toml")
 
     def text(self) -> str:
         """Return the problem file; a terrain that is a file is expected beside it."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from statistics import mean, stdev
@@ -107,6 +107,7 @@ def run(options: BenchOptions) -> Report:
         *missing(),
     ]
     report.data = {"runs": runs}
+    report.further = [_means(runs), _gains(runs)]
     return report
 
 
@@ -153,3 +154,34 @@ def _row(outcomes: list[Outcome], yardstick: list[float]) -> tuple[object, ...]:
         mean(outcome["evaluations"] for outcome in outcomes),
         mean(outcome["cpu_seconds"] for outcome in outcomes),
     )
+
+
+def _means(runs: Mapping[str, Mapping[str, list[Outcome]]]) -> Report:
+    """Return the mean F of each planner by terrain; ``runs`` are by terrain and planner."""
+    report = Report("Mean F of each planner", ("planner", *runs, "CPU seconds"))
+    for title in next(iter(runs.values())):
+        cells, seconds = [], []
+        for by_planner in runs.values():
+            outcomes = by_planner[title]
+            feasible = sum(outcome["feasible"] for outcome in outcomes)
+            share = "" if feasible == len(outcomes) else f" ({feasible}/{len(outcomes)})"
+            cells.append(f"{mean(outcome['fitness'] for outcome in outcomes):.4f}{share}")
+            seconds.append(mean(outcome["cpu_seconds"] for outcome in outcomes))
+        report.rows.append((title, *cells, f"{min(seconds):.1f} to {max(seconds):.1f}"))
+    return report
+
+
+def _gains(runs: Mapping[str, Mapping[str, list[Outcome]]]) -> Report:
+    """Return the gain of each planner that starts from the yardstick's path, by terrain."""
+    report = Report(f"Gain over {_YARDSTICK}", ("planner", *runs))
+    for title in next(iter(runs.values())):
+        if not title.endswith(f"from {_YARDSTICK}"):
+            continue
+        cells = []
+        for by_planner in runs.values():
+            yardstick = [outcome["fitness"] for outcome in by_planner[_YARDSTICK]]
+            *_, gain, p_value, _, _ = _row(by_planner[title], yardstick)
+            doubt = f" (p={p_value:.2g})" if isinstance(p_value, float) and p_value >= 0.01 else ""
+            cells.append(f"{gain}{doubt}")
+        report.rows.append((title, *cells))
+    return report

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from bench.__main__ import main
-from bench.quality import VARIANTS, _compile, _plan, _row, run
+from bench.quality import VARIANTS, _compile, _gains, _means, _plan, _row, run
 from bench.report import Options
 from pathgene.host.errors import InputError
 from pathgene.host.planners import PLANNERS, make
@@ -39,6 +39,35 @@ def test_gains_are_paired_by_seed():
     assert p_value == pytest.approx(1 - t / math.sqrt(2 + t * t))
     assert (evaluations, seconds) == (10, 2.0)
     assert _row(outcomes, fitness)[5] == "-"
+
+
+def test_tables_of_all_planners_have_means_and_gains():
+    def outcomes(*fitness, seconds):
+        return [
+            {"fitness": value, "feasible": value > 1, "evaluations": 1, "cpu_seconds": seconds}
+            for value in fitness
+        ]
+
+    runs = {
+        "canyon": {
+            "astar": outcomes(1.5, 1.5, 1.5, seconds=1),
+            "fpa": outcomes(1.2, 1.3, 0.5, seconds=3),
+            "fpa from astar": outcomes(1.6, 1.61, 1.62, seconds=2),
+        },
+        "river": {
+            "astar": outcomes(1.4, 1.4, 1.4, seconds=0.5),
+            "fpa": outcomes(1.2, 1.2, 1.2, seconds=2),
+            "fpa from astar": outcomes(1.4, 1.4, 1.5, seconds=2),
+        },
+    }
+    means = _means(runs)
+    assert means.columns == ("planner", "canyon", "river", "CPU seconds")
+    assert means.rows == [
+        ("astar", "1.5000", "1.4000", "0.5 to 1.0"),
+        ("fpa", "1.0000 (2/3)", "1.2000", "2.0 to 3.0"),
+        ("fpa from astar", "1.6100", "1.4333", "2.0 to 2.0"),
+    ]
+    assert _gains(runs).rows == [("fpa from astar", "+0.1100", "+0.0333 (p=0.42)")]
 
 
 @pytest.mark.ci  # Plans twice.

@@ -1,0 +1,59 @@
+"""The claims of README are the kept results of the benchmarks."""
+
+import json
+import re
+
+from bench.pages import FIGURES
+from tests.docs.pages import ROOT
+
+
+WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight")
+
+
+def readme():
+    return re.sub(r"\s+", " ", (ROOT / "README.md").read_text("utf-8"))
+
+
+def kept(name):
+    content = json.loads((FIGURES / f"{name}.json").read_text("utf-8"))
+    return [content, *content.get("further", ())]
+
+
+def test_is_short():
+    assert len((ROOT / "README.md").read_text("utf-8").splitlines()) <= 150
+
+
+def test_claims_what_holds_on_held_out_ground():
+    counts = []
+    for table in kept("held-out"):
+        *problems, row = table["rows"]
+        assert row["problem"] == "better than astar"
+        better = [row[f"{variant}"] for variant in list(row)[2:]]
+        assert all(cell.endswith(f" of {len(problems)}") for cell in better)
+        alone, polished, _, longer = (WORDS[int(cell.split()[0])] for cell in better)
+        counts.append((alone, polished, longer))
+        assert len(problems) == WORDS.index("eight")
+    (alone, polished, longer), safe = counts
+    longer = "all eight" if longer == "eight" else longer
+    assert (
+        f"on {alone} of eight problems, with the host's polish on {polished}, and with 50 ms and "
+        f"polish on {longer}; with a clearance of 30 m on {safe[0]}, {safe[1]} and {safe[2]}"
+    ) in readme()
+
+
+def test_says_how_long_a_replan_takes():
+    (table,) = kept("replan")
+    (row,) = (row for row in table["rows"] if row["planner"] == "ga-chip, model:")
+    whole, line = (
+        float(row[column].split(" / ")[0]) for column in ("new path after ms", "chip and line ms")
+    )
+    assert f"the autopilot after {whole:.0f} ms" in readme()
+    assert f"{line:.1f} ms together" in readme()
+    (table,) = kept("chip-replans")
+    kilocycles = [
+        float(row["kilocycles, mean"])
+        for row in table["rows"]
+        if row["replan"].endswith(("and a repair", "and a retry"))
+    ]
+    # Cycles at 100 MHz.
+    assert f"after {max(kilocycles) / 100:.1f} ms of its own time" in readme()

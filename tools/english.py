@@ -81,7 +81,8 @@ _CODE = re.compile(r"``.+?``|:\w+:`[^`]+`|`[^`]+`", re.DOTALL)
 _TARGET = re.compile(r"\]\([^)]*\)|https?://\S+")
 _FENCE = re.compile(r"^( *)(`{3,})[^\n]*\n.*?^ *\2 *$", re.MULTILINE | re.DOTALL)
 _MARK = re.compile(r"<!--.*?-->", re.DOTALL)
-#: Strings and comments of C, C++, JavaScript and CSS; a string hides what looks like a comment.
+#: Strings and comments of C, C++, JavaScript and CSS; a string hides text that looks like a
+#: comment.
 _C_TOKEN = re.compile(
     r"""(?P<string>"(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])*'|`(?:\\.|[^`\\])*`)"""
     r"|(?P<block>/\*.*?\*/)|(?P<line>//[^\n]*)",
@@ -241,7 +242,7 @@ def _page(text: str) -> Iterator[Prose]:
 
 
 def _unreleased(text: str) -> str:
-    """Return the part of a change log about what no release has: the past stays as it was."""
+    """Return the unreleased part of a change log: the past stays as it was."""
     sections = re.split(r"(?m)^(?=## )", text)
     return "".join(sections[:2])
 

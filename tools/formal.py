@@ -68,7 +68,7 @@ class Proof:
     ----------
     claim : Callable
         Returns the design. Its argument is a function ``unit(component, *changes)``, which returns
-        ``component`` with these changes and those of the fault; the design takes the units under
+        ``component`` with these changes and the fault's; the design takes the units under
         test from this function.
     depth : int
         Cycles after reset in which the claim is checked, at least the length of the induction.

@@ -87,7 +87,7 @@ def make_venv(venv: Path) -> None:
         install([package], f"{sys.executable} cannot make virtual environments")
     say(f"making .venv with {sys.executable}")
     shutil.rmtree(venv, ignore_errors=True)
-    # This Python may be that of the environment just removed: use the one it was made from.
+    # This Python may belong to the environment just removed: use the one it was made from.
     base = getattr(sys, "_base_executable", sys.executable)
     done = subprocess.run([base, "-m", "venv", venv], stdout=sys.stderr, check=False)
     if done.returncode != 0:

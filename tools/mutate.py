@@ -5,15 +5,15 @@ the project: a comparison or an operation becomes another, an integer grows or s
 condition is inverted or dropped. The seed draws the sites uniformly from all of the gateware;
 :mod:`tools.mutation.sites` defines the sites, and lists the files left out.
 
-The tests that mirror the file look for the alteration first, then those of its package. If they
+The tests that mirror the file look for the alteration first, then the tests of its package. If they
 pass, the circuits of all tops are compared with the original's: where they are equal up to names
 (:mod:`tools.netlist`), as they stand or after optimization, the alteration is equivalent. Else all
 tests of units, models and records follow, then whole chips in simulation. An alteration that all
 tests let pass is a survivor: a missing test, a needless line, or a proof to write.
 
 Each result is a line of JSON in ``build/mutation/results.jsonl``, written when it is known; a
-second call goes on from there. What is killed counts as killed as long as its line stays as it is
-and the test is there; the rest is tried again once the tests or the gateware have changed. At the
+second call continues from there. A killed alteration counts as killed while its line is unchanged
+and the test exists; the rest is tried again once the tests or the gateware have changed. At the
 end, the tests that found something run on the unaltered copy, where all must pass.
 """
 

@@ -2,15 +2,15 @@
 
 ``python -m tools.netlist OLD.v NEW.v --top chip`` compares two files, and
 ``python -m tools.netlist --since REVISION [BOARD ...]`` the chips of boards at a revision of git
-with those of this tree. The exit status is 0 if they are equal, 1 if they are different, and 2 if
-they cannot be compared.
+with the chips of this tree. The exit status is 0 if they are equal, 1 if they are different, and 2
+if they cannot be compared.
 
 Renaming modules, moving units between files and reordering declarations changes the text of the
 generated Verilog, but not the circuit. Yosys flattens both designs to cells and wires; every cell
-then gets a colour from its type, its parameters and the colours of what it is wired to, until the
+then gets a colour from its type, its parameters and the colours of its neighbours, until the
 colours no longer split any further (colour refinement). The two netlists are equal up to names if
 both have the same colours, each equally often. Names and source locations do not count, nor do
-attributes except those that change what the tools make of the netlist: ``keep``, initial values,
+attributes except the ones that change the tools' results: ``keep``, initial values,
 sites, and of memories ``no_rw_check`` and the kind of RAM.
 
 Yosys keeps a memory as ports with a common name. Here it is a cell as well, wired to each of its
@@ -41,7 +41,7 @@ from pathgene.hdl.boards.tools import BuildError
 
 __all__ = ["BOARDS_COMPARED", "Netlist", "main"]
 
-#: Boards whose chips are compared unless others are named: those with the full design.
+#: Boards whose chips are compared by default: the boards with the full design.
 BOARDS_COMPARED = ("ulx3s-85f", "ecpix5-85f")
 
 #: Parameters that name or number something; see :func:`_with_memories`.
@@ -93,8 +93,8 @@ class Netlist:
     module : dict
         The module, with ``ports``, ``cells`` and ``netnames``.
     port_names : bool
-        Names of ports count. Without them, ports differ by direction, width and what they are
-        wired to.
+        Names of ports count. Without them, ports differ by direction, width and
+        connections.
 
     Attributes
     ----------
@@ -111,13 +111,13 @@ class Netlist:
         ]
         named = _with_memories(module)
         self._cells: list[Module] = list(named.values())
-        #: What the attributes of a net say of its bits.
+        #: Attributes of the net of each bit, as text.
         self._marks: dict[Bit, str] = collections.defaultdict(str)
         for net in module["netnames"].values():
             attributes = net["attributes"]
             if int(attributes.get("keep", "0"), 2):
                 self._marks |= {bit: "keep" + self._marks[bit] for bit in net["bits"]}
-            # Its last character is that of the first bit.
+            # Its last character belongs to the first bit.
             for bit, init in zip(net["bits"], reversed(attributes.get("init", "")), strict=False):
                 self._marks[bit] += init
         colours = self._refined()
@@ -138,8 +138,8 @@ class Netlist:
         Parameters
         ----------
         yosys : str, optional
-            Program; by default that of the package index, of which colours and digests depend on
-            the version.
+            Program; by default the package index's, on whose version colours and digests
+            depend.
         passes : str, optional
             Further commands of Yosys for the flat netlist, such as optimizations.
 
@@ -166,7 +166,7 @@ class Netlist:
 
     @property
     def digest(self) -> str:
-        """Digest that equals that of every netlist that is equal up to names."""
+        """Digest, the same for all netlists that are equal up to names."""
         return _digest(sorted(self.colours.items()))
 
     def _refined(self) -> list[str]:
@@ -236,7 +236,7 @@ def _with_memories(module: Module) -> dict[str, Module]:
     the memory. Yosys numbers the writes of a memory in the order of the text and keeps a list of
     the writes over which each prevails; here, a cell is wired to both writes of such a pair.
     """
-    numbers = itertools.count(-1, -1)  # Those of Yosys are positive.
+    numbers = itertools.count(-1, -1)  # Numbers of Yosys are positive.
     wires: dict[object, list[int]] = collections.defaultdict(lambda: [next(numbers)])
     first: dict[str, list[Module]] = collections.defaultdict(list)
     cells: dict[str, Module] = {}
@@ -292,7 +292,7 @@ def _contents(cells: list[Module], width: int) -> list[tuple[int, str]]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Compare what the command line names; return the exit status."""
+    """Compare the designs that the command line names; return the exit status."""
     parser = argparse.ArgumentParser(
         prog="python -m tools.netlist", description="Compare Verilog designs up to names."
     )
@@ -326,7 +326,7 @@ def _compare(old_file: Path, new_file: Path, top: str, yosys: str | None) -> boo
 
 
 def _compare_since(revision: str, boards: Sequence[str], yosys: str | None) -> int:
-    """Compare the chips of ``boards`` at ``revision`` with those of this tree."""
+    """Compare the chips of ``boards`` at ``revision`` with the chips of this tree."""
     for name in boards:
         if name not in BOARDS:
             raise BuildError(f"Board must be one of {', '.join(BOARDS)}, not {name!r}.")

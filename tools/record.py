@@ -1,6 +1,6 @@
 """Recorder of the program's results, to show that a change of the code changes none of them.
 
-``python -m tools.record FILE.json`` records; ``--compare FILE.json`` records anew, lists every
+``python -m tools.record FILE.json`` records; ``--compare FILE.json`` records again, lists every
 difference and exits with 1 if there is one. Floats are exact, so compare a record on the machine
 that made it. ``--goldens`` writes the small record of the tests, which holds integers and the terms
 of fixed paths and is valid on every machine.

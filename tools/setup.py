@@ -2,11 +2,11 @@
 
 Usage: python3 tools/setup.py [plan|test|synth|long]
 
-`plan` installs the packages for planning on the simulated board. `test` (the default) adds those of
-the tests and `make lint`, `synth` the tools of `make bitstream`, and `long` the random-number tests
-of `make test-long`. Python packages go to .venv/ in the repository root. Missing system packages
-are installed with apt-get if that needs no password (root or sudo); otherwise one sentence names
-them.
+`plan` installs the packages for planning on the simulated board. `test` (the default) adds the
+packages of the tests and `make lint`, `synth` the tools of `make bitstream`, and `long` the
+random-number tests of `make test-long`. Python packages go to .venv/ in the repository root.
+Missing system packages are installed with apt-get if that needs no password (root or sudo);
+otherwise one sentence names them.
 
 Exit status 0: done; 1: something is missing; 2: wrong usage; 75: this Python is too old.
 
@@ -39,7 +39,7 @@ def main(arguments: list[str]) -> int:
         return 2
     if is_done(level):
         return 0
-    # Of two concurrent calls, one works and the other waits. The lock needs an existing file.
+    # If two calls run at once, the second waits. The lock needs an existing file.
     with (ROOT / "pyproject.toml").open() as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if is_done(level):

@@ -5,8 +5,8 @@ Verilated chip, with faults of the line, of the chip, of the processor's clock a
 with signals at any line of the host's code. Time is virtual: minutes of silence take milliseconds.
 
 A case (:mod:`tools.faults.case`) is a list of explicit events, drawn from its seed: it replays
-exactly, and shrinks by leaving events out. A judge (:mod:`tools.faults.judge`) holds what every
-session must keep, whatever happens: what the host was told is what it is told without faults, or
-the call fails with a documented error; nothing hangs; what is on disk is whole; a later session
+exactly, and shrinks by leaving events out. A judge (:mod:`tools.faults.judge`) holds the promises
+of every session under any fault: the host gets the same answers as without faults, or the call
+fails with a documented error; nothing hangs; files on disk are whole; a later session
 works. Planted bugs (:mod:`tools.faults.planted`) show that the judge would notice.
 """

@@ -1,4 +1,4 @@
-"""Many cases in several processes, and what became of them."""
+"""Many cases in several processes, and their outcomes."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ _CHUNK = 10
 
 @dataclass
 class Campaign:
-    """Cases that were run, and what became of them.
+    """Cases that were run, with their outcomes.
 
     Attributes
     ----------
     sessions, outcomes, faults : Counter
         Cases by session, and by how they ended; faults that happened, by name.
     violations : list of (Case, str)
-        Cases in which something was not kept, and what.
+        Cases that broke a promise, each with the broken promise.
     """
 
     sessions: Counter[str] = field(default_factory=Counter)
@@ -88,7 +88,7 @@ def case_of(board: Board, seed: int) -> Case:
 
 
 def _judge(board: Board, seeds: Sequence[int], bug: str | None) -> list[tuple[Case, Verdict]]:
-    # What sessions tell without faults, they tell without bugs.
+    # Sessions without faults run without bugs, too.
     cases = [case_of(board, seed) for seed in seeds]
     with planted(bug) if bug else contextlib.nullcontext():
         return [(case, judge_of(board, case.session).judge(case)) for case in cases]

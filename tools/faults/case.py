@@ -16,9 +16,9 @@ from tools.faults.line import LineEvent, LineFault, Way
 
 __all__ = ["Case", "DiskExtent", "DiskFault", "Extent", "draw"]
 
-#: Sessions of a chip, by the seed of what they do: their results without faults are kept.
+#: Sessions of a chip, by the seed of their work: their results without faults are kept.
 _WORKS = 8
-#: Sessions opened before: the number of a session is that of the last one plus 1, modulo 256, and
+#: Sessions opened before: a session has the number of the last one plus 1, modulo 256, and
 #: a chip that was reset begins at 0.
 _SESSIONS_BEFORE = (0, 0, 0, 1, 254, 255)
 
@@ -85,11 +85,11 @@ class Case:
     Parameters
     ----------
     seed : int
-        What it was drawn from.
+        Seed of the draws.
     session : str
         Key of :data:`tools.faults.chips.CHIPS` or :data:`tools.faults.disk_sessions.DISK_SESSIONS`.
     work : int
-        Seed of what the session does.
+        Seed of the session's work.
     sessions_before : int
         Sessions that the chip has had.
     line : tuple of LineEvent
@@ -100,7 +100,7 @@ class Case:
         The line of the host's code, counted as they are executed, at which a signal arrives;
         :func:`tools.faults.tracing.signal_of` says which.
     resumes : bool
-        After an error, the session goes on with the same chip and another link session.
+        After an error, the session continues with the same chip and another link session.
     disk : tuple of DiskFault
         Fault of the disk in each attempt of a session that writes files; one more follows without.
     death_after : int or None
@@ -167,7 +167,7 @@ def draw(seed: int, session: str, extent_of: Callable[[int], Extent | DiskExtent
     Parameters
     ----------
     seed : int
-        Of the draws.
+        Seed of the draws.
     session : str
         The session.
     extent_of : callable
@@ -226,7 +226,7 @@ def _disk_case(rng: random.Random, seed: int, session: str, extent: DiskExtent) 
 
 
 def _noisy(rng: random.Random, extent: Extent) -> Iterator[LineEvent]:
-    """Yield the faults of a line that is noisy all the time, and of what is sent again."""
+    """Yield the faults of a line that is noisy all the time, repeated frames included."""
     rate = 10 ** rng.uniform(-4, -2.5)
     faults = rng.choice(
         (

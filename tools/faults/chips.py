@@ -1,4 +1,4 @@
-"""Chips at the other end of a faulty line: the software model, and the Verilog in Verilator."""
+"""Chips at the far end of a faulty line: the software model, and the Verilog in Verilator."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ CLOCK_HZ = 1e6
 
 
 class Board(StrEnum):
-    """What a session talks to."""
+    """Board that a session talks to."""
 
     MODEL = "model:"
     SIM = "sim:"
@@ -107,7 +107,7 @@ class ModelOnLine:
         if reset % 2:
             self._model.feed(data)
         self._model.close()
-        # The memories of a real chip keep what they hold. Nobody may rely on that.
+        # The memories of a real chip keep their contents. Nobody may rely on that.
         self._model = ChipModel(self._config)
         return b""
 

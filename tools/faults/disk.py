@@ -51,12 +51,12 @@ class FaultyDisk(Disk):
     kill : bool
         Raise :class:`Killed` instead, then and at every later call.
     seed : int
-        Of the lengths of torn writes.
+        Seed of the lengths of torn writes.
 
     Attributes
     ----------
     calls : list of str
-        The calls so far: their names, and the names of their files.
+        The calls until now: their names, and the names of their files.
     failed, slowed : bool
         True once a call has failed, or the process is killed; once a call was slow.
     """

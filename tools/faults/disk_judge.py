@@ -23,8 +23,8 @@ class DiskJudge(Judge):
     """Judges sessions that write files.
 
     Each attempt ends as it does without faults, or with a documented error, by Ctrl-C, or because
-    its process is killed. What is on the disk then is whole, or says that it is not. The last
-    attempt, without faults, goes on from there, and ends as if nothing had happened.
+    its process is killed. The files on the disk are then whole, or say that they are not. The last
+    attempt, without faults, continues from there, and ends as if nothing had happened.
     """
 
     def extent(self, session: str, work: int) -> DiskExtent:

@@ -54,13 +54,13 @@ def problem() -> Problem:
 
 
 class DiskSession(ABC):
-    """Work in a folder, in attempts that go on where the last one ended."""
+    """Work in a folder, in attempts that continue where the last one ended."""
 
     #: Packages of ``host`` whose lines Ctrl-C may meet.
     packages: tuple[str, ...] = ()
 
     def prepare(self, folder: Path) -> None:
-        """Put into the folder what is there before the first attempt."""
+        """Prepare the folder for the first attempt."""
         return
 
     @abstractmethod
@@ -108,7 +108,7 @@ class Comparison(DiskSession):
             complete(fields, _SEEDS, store, execute, io.StringIO())
 
     def check(self, folder: Path, number: int, *, is_whole: bool, may_mix: bool) -> None:
-        """Check that what is stored is right, and all of it there after a whole attempt."""
+        """Check that stored results are right, and complete after a whole attempt."""
         with RunStore(folder, self._digest) as store:
             fields = kept(store, self._entrants, _SEEDS)
         for part, right in zip(fields, self._right, strict=True):
@@ -147,7 +147,7 @@ def _timeless(outcomes: Generator[Outcome]) -> Generator[Outcome]:
 
 
 def _dying(after: int, tasks: Sequence[Task]) -> Generator[Outcome]:
-    """Do tasks in two processes, and kill one of them after so many outcomes."""
+    """Do tasks in two processes, and kill one of them after ``after`` outcomes."""
     before = multiprocessing.active_children()
     outcomes = _timeless(run_in_processes(problem(), tasks, 2))
     with contextlib.closing(outcomes):
@@ -168,7 +168,7 @@ class Replacement(DiskSession):
         self.attempt(folder, 0, None)
 
     def attempt(self, folder: Path, number: int, death: int | None) -> None:
-        """Write the files of a run; those of other formats differ from run to run."""
+        """Write the files of a run; files of further formats differ from run to run."""
         evaluator, results = self._results
         result = results[number % len(results)]
         summary = summarise(

@@ -25,7 +25,7 @@ class Judge(ABC):
 
     @abstractmethod
     def run(self, case: Case, verdict: Verdict) -> None:
-        """Run a case, and note what happens.
+        """Run a case, and note its events.
 
         Raises
         ------
@@ -34,7 +34,7 @@ class Judge(ABC):
         """
 
     def judge(self, case: Case) -> Verdict:
-        """Run a case; return what became of it."""
+        """Run a case; return its verdict."""
         verdict = Verdict()
         try:
             with limited(_LIMIT_S):

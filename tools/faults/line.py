@@ -31,7 +31,7 @@ class Way(StrEnum):
 
 
 class LineFault(StrEnum):
-    """What happens to a byte, to the frame that it is in, or to the board."""
+    """Fault of a byte, of its frame, or of the board."""
 
     DROP = "drop"
     FLIP = "flip"
@@ -43,9 +43,9 @@ class LineFault(StrEnum):
     LOSE_FRAME = "lose frame"
     #: The frame arrives twice.
     REPEAT_FRAME = "repeat frame"
-    #: The delimiter behind the frame does not arrive: it merges with the next.
+    #: The delimiter after the frame does not arrive: it merges with the next.
     MERGE = "merge"
-    #: The frame arrives behind the next one.
+    #: The frame arrives after the next one.
     DELAY_FRAME = "delay frame"
     #: Nothing arrives for ``value`` milliseconds.
     STALL = "stall"
@@ -80,7 +80,7 @@ class LineEvent:
     way : Way
         Which way.
     fault : LineFault
-        What happens.
+        Kind of the fault.
     value : int
         Bit of a flip, 0 to 7; byte of an insertion; number of bytes of noise; milliseconds.
     """
@@ -108,14 +108,14 @@ class Frame:
 
 
 class ChipOnLine(Protocol):
-    """What is at the other end of a line."""
+    """Chip at the far end of a line."""
 
     def feed(self, data: bytes, reset: int | None = None) -> bytes:
-        """Receive bytes, and be reset in between; return what has been sent meanwhile."""
+        """Receive bytes, and be reset in between; return the bytes sent meanwhile."""
         ...
 
     def wait(self, seconds: float) -> tuple[bytes, float]:
-        """Let time pass, until a frame has been sent; return what was sent, and the seconds."""
+        """Let time pass, until a frame has been sent; return its bytes, and the seconds."""
         ...
 
 
@@ -125,14 +125,14 @@ class VirtualClock:
     Parameters
     ----------
     jumps : mapping of int to float
-        Seconds that the clock jumps ahead at its so many-th reading: the process was asleep.
+        Seconds that the clock jumps ahead, by the number of the reading: the process was asleep.
 
     Attributes
     ----------
     now_s : float
         Time, seconds.
     readings : int
-        Readings so far.
+        Readings until now.
     """
 
     def __init__(self, jumps: Mapping[int, float] | None = None) -> None:
@@ -148,7 +148,7 @@ class VirtualClock:
 
 
 class _OneWay:
-    """Bytes of one direction: what arrives of what is sent."""
+    """Bytes of one direction, from sending to arrival."""
 
     def __init__(self, events: Sequence[LineEvent]) -> None:
         self._events = deque(sorted(events))
@@ -206,7 +206,7 @@ class _OneWay:
         return self._end(b""), others
 
     def _end(self, last: bytes) -> list[Frame]:
-        """End a frame with its ``last`` bytes; return what arrives."""
+        """End a frame with its ``last`` bytes; return the frames that arrive."""
         frame, faults = bytes(self._frame) + last, self._of_frame
         self._frame, self._of_frame = bytearray(), []
         return self._passed(frame, faults)
@@ -289,7 +289,7 @@ class FaultyLine:
         self.clock = clock
         self._chip, self._patience_s = chip, patience_s
         self._ways = {way: _OneWay([e for e in events if e.way is way]) for way in Way}
-        # What is on its way, and when it arrives.
+        # Frames in flight, each with its time of arrival.
         self._flying: dict[Way, deque[tuple[float, Frame]]] = {way: deque() for way in Way}
         self._stalled_until_s = 0.0
         self._received = bytearray()
@@ -298,7 +298,7 @@ class FaultyLine:
 
     @property
     def happened(self) -> list[LineEvent]:
-        """The faults so far."""
+        """The faults until now."""
         return [event for way in self._ways.values() for event in way.happened]
 
     @property
@@ -366,7 +366,7 @@ class FaultyLine:
                 frames, others = one_way.send(data[0])
             data = data[size:]
             self._happen(way, others)
-            # In order, also behind what a stall holds back.
+            # In order, also after frames that a stall holds back.
             at_s = max(self._stalled_until_s, self.clock.now_s)
             self._flying[way] += ((at_s, frame) for frame in frames)
 
@@ -383,7 +383,7 @@ class FaultyLine:
                 self._fill(event.value / 1000)
 
     def _fill(self, seconds: float) -> None:
-        """Take no bytes for so long."""
+        """Take no bytes for some seconds."""
         limit_s = self.write_timeout
         self.clock.now_s += seconds if limit_s is None else min(seconds, limit_s)
         if limit_s is None and seconds > self._patience_s:

@@ -30,7 +30,7 @@ Told = list[Any]
 
 
 class _Comparison:
-    """Takes what a session tells, and compares it with what it tells without faults."""
+    """Compares the messages of a session with its messages without faults."""
 
     def __init__(self, told: Told) -> None:
         self._told, self._at = told, 0
@@ -48,7 +48,7 @@ class _Comparison:
 
 
 class LineJudge(Judge):
-    """Judges sessions with a kind of board; keeps what they tell without faults.
+    """Judges sessions with a kind of board; keeps their messages without faults.
 
     A session ends as it does without faults, or with a documented error, or by Ctrl-C. What it was
     told until then is what it is told without faults. After it another session does the whole work,

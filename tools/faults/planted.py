@@ -78,7 +78,7 @@ def _checksum_ignored() -> Patch:
 
 
 def _board_taken_back_in_silence() -> Patch:
-    """A board that was reset is opened again, and the command goes on there."""
+    """A board that was reset is opened again, and the command continues there."""
     usual = Link._exchange
 
     def exchange(self: Link, session: int, requests: Sequence[Request]) -> None:
@@ -143,7 +143,7 @@ def _command_repeated_by_the_chip() -> Patch:
 
 
 def _file_written_in_its_place() -> Patch:
-    """The files of a run are written where they belong, one after the other."""
+    """The files of a run are written where they belong, file by file."""
 
     def replace_files(directory: Path, contents: Any, *, gone: Any = ()) -> None:
         for name, content in contents.items():
@@ -157,7 +157,7 @@ def _file_written_in_its_place() -> Patch:
 
 
 def _torn_line_taken_for_whole() -> Patch:
-    """A stored run is added behind the torn line of an earlier one."""
+    """A stored run is added after the torn line of an earlier one."""
     usual = RunStore._read
 
     def read(self: RunStore) -> None:

@@ -1,4 +1,4 @@
-"""What a host does with a board in a session: its results, in the order in which it learns them."""
+"""Work of a host with a board in a session: its results, in order of arrival."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ _HOST = Path(host.__file__).parent
 
 
 def signal_of(at: int) -> signal.Signals:
-    """Return the signal that is sent at a line: Ctrl-C and the others in turn."""
+    """Return the signal that is sent at a line: Ctrl-C and its like in turn."""
     return SIGNALS[at % len(SIGNALS)]
 
 

@@ -1,4 +1,4 @@
-"""What became of a case."""
+"""Verdict on a case."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ class HangError(BaseException):
 
 @dataclass
 class Verdict:
-    """What became of a case.
+    """Outcome of a case, and the promise that it broke, if any.
 
     Attributes
     ----------
     violation : str
-        What was not kept; empty if all was.
+        The broken promise; empty if none was broken.
     outcome : str
         How the session ended: ``done``, or the name of an error, and whether it was resumed.
     faults : Counter

@@ -10,8 +10,8 @@ from tools.netlist import Netlist
 
 __all__ = ["OptimizedNetlist", "equal_circuits"]
 
-#: Removes what no output depends on, such as the constant bit of a register that is too wide. Words
-#: become bits, so that the place of a bit in its word does not count.
+#: Removes logic that no output depends on, such as the constant bit of a register that is too wide.
+#: Words become bits, so that the place of a bit in its word does not count.
 _PASSES = "opt -full; wreduce; opt -full; simplemap; opt -full; opt_clean -purge"
 
 

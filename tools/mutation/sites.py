@@ -1,4 +1,4 @@
-"""Sites of the gateware's sources that an alteration can touch, and what it puts there."""
+"""Sites of the gateware's sources that an alteration can touch, with their new texts."""
 
 from __future__ import annotations
 
@@ -263,7 +263,7 @@ class _Finder(ast.NodeVisitor):
     # --- Conditions -----------------------------------------------------------------------------
 
     def condition(self, node: ast.expr, *, inverted: str, dropped: bool) -> None:
-        """Record a condition; what an altered operator inverts as well is left to the operator."""
+        """Record a condition, without inversions that an altered operator makes as well."""
         texts = ["1"] if dropped else []
         inner = node.operand if isinstance(node, ast.UnaryOp) else node
         simple = isinstance(node, ast.Compare) and len(node.ops) == 1

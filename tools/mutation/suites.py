@@ -22,7 +22,7 @@ _SLOW = (
 
 
 def suites(root: Path, file: str) -> list[list[str]]:
-    """Return the test files for an altered ``file``: those of the unit, of its package, and all.
+    """Return the test files for an altered ``file``: the unit's, its package's, and all.
 
     Each file is named once. A unit's tests are the mirrored test file and every file that imports
     the unit; the last stage has all unit, model and golden tests that need no Verilog simulator.
@@ -64,7 +64,7 @@ def suites(root: Path, file: str) -> list[list[str]]:
 
 
 def slow_suite(root: Path) -> list[str]:
-    """Return the tests of simulated chips, for an alteration that survives all others."""
+    """Return the tests of simulated chips, for an alteration that survives all further tests."""
     return [name for name in _SLOW if (root / name).is_file()]
 
 

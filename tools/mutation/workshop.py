@@ -1,4 +1,4 @@
-"""A copy of the project in which alterations are tried, one after the other."""
+"""A copy of the project in which alterations are tried in order."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class Workshop:
     folder : Path
         Where the copy goes; is made.
     limit_s : float
-        Most processor time of one test.
+        Maximum processor time of one test.
     wall_s : float
         Longest time of one run of pytest.
     depth : {"near", "units", "chips"}
@@ -120,7 +120,7 @@ class Workshop:
             return []
         command = [sys.executable, "-m", "pytest", "-q", "--no-header", "--tb=no", "-rfE"]
         command += ["-p", "no:cacheprovider", "-p", "tools.mutation.limit", *options, *tests]
-        # A new session: what a hanging test has started ends with it.
+        # A new session: processes of a hanging test end with it.
         with subprocess.Popen(
             command,
             cwd=self.folder,
@@ -180,7 +180,7 @@ class Workshop:
             path.write_bytes(source)
             shutil.rmtree(path.parent / "__pycache__", ignore_errors=True)
             for entry in set(build.glob("*/*")) - before:
-                # Of the altered chip, and of no more use; objects are the simulator's.
+                # The altered chip's, and of no more use; objects are the simulator's.
                 if entry.is_dir() and not entry.name.startswith("object-"):
                     shutil.rmtree(entry)
 

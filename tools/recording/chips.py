@@ -115,10 +115,10 @@ def _heights(config: Config) -> NDArray[np.int64]:
 
 
 def _generations(config: Config, avoid_ground: bool, mode: LinkMode, seed: int) -> dict[str, Any]:
-    """Breed on the model behind a link, with a random ranking for each generation.
+    """Breed on the model over a link, with a random ranking for each generation.
 
     ``populations`` are the CRC-32 of each generation's population as the chip sends it, which is
-    also the host's copy; ``checks`` those of all results of a check of the whole population;
+    also the host's copy; ``checks`` the CRC-32 of all results of a check of the whole population;
     ``sent`` and ``received`` the SHA-256 of all bytes on the line.
     """
     rng = random.Random(seed)

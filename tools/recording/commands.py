@@ -132,7 +132,7 @@ def _lasting(summary: dict[str, Any]) -> dict[str, Any]:
 
 
 def record_options() -> dict[str, Any]:
-    """Return name, default and choices of every option, including those of planners and chip."""
+    """Return name, default and choices of every option, of planners and chip, too."""
     _, planners = run("planners", "--json")
     return {
         **dict(describe_options(build_parser())),

@@ -69,7 +69,7 @@ class Outcome:
 def drawn_evaluator(config, rng, terrain, heading, **fields):
     """Return an evaluator over some ground, for a problem with entry (1) and exit (2) or without.
 
-    Most paths are within the limits of the problem.
+    Nearly all paths are within the limits of the problem.
     """
     steepest = (1 << SLOPE_BITS) - 1
     problem = record(config, rng, **{"climb": steepest, "descent": steepest, **fields})

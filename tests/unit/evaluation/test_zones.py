@@ -173,7 +173,7 @@ def test_a_long_path_among_many_zones_takes_microseconds():
         )
 
 
-# --- What a raster of nodes misses ---------------------------------------------------------------
+# --- Zones that a raster of nodes misses ---------------------------------------------------------
 
 
 def test_circle_between_the_nodes_is_seen():

@@ -60,10 +60,10 @@ def test_without_a_board_the_planner_is_the_first_of_the_registry():
         ("genetic=parallel", "ga-fpga"),
         ("genetic=1", "ga-fpga"),
         ("genetic=0", "ga-chip"),
-        # Of the paper core alone.
+        # Sizes of the paper core alone.
         ("population=64", "ga-fpga"),
         ("checker=two-tier&lanes=1", "ga-fpga"),
-        # Of neither.
+        # Sizes of neither core.
         ("population=3", "ga-fpga"),
     ],
 )

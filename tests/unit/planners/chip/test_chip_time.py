@@ -11,7 +11,7 @@ def test_the_host_looks_at_a_run_until_it_is_over():
     assert look.until_over(0.9e-5, 2e-3) == pytest.approx(1e-5)
     # The pause is a hundredth of the limit.
     assert look.until_over(1.1e-5, 2e-3) == pytest.approx(1.3e-4)
-    # The last look before the limit would end behind it.
+    # The last look before the limit would end after it.
     assert look.until_over(2e-3, 2e-3) == pytest.approx(2.01e-3)
     assert look.until_over(1.9e-3, 2e-3) == pytest.approx(2.01e-3)
     assert look.until_over(1.6e-3, 2e-3) == pytest.approx(1.69e-3)

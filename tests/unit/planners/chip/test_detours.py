@@ -58,10 +58,10 @@ def length_of(places):
 
 
 def fits(places, problem, *, at_goal, path):
-    """Return whether the turns of a detour, where it joins and behind that fit, by the reference.
+    """Return whether the turns of a detour fit, at the join and after it, by the reference.
 
-    What comes later is not looked at: the track ends with the second point behind the join, whose
-    turn still takes its room on the way there.
+    Later turns are not checked: the track ends with the second point after the join, whose turn
+    still takes its room on the way there.
     """
     if (abs(np.diff(places)) == 0).any():
         return False
@@ -146,7 +146,7 @@ def test_no_detours_for_an_aircraft_that_cannot_turn():
 
 
 def test_a_straight_path_has_detours():
-    """Unless the other end has a heading, to which no way can lead."""
+    """Unless the far end has a heading, to which no way can lead."""
     for at_goal, headings in itertools.product((False, True), HEADINGS):
         paths, _ = detours(flight(*headings), path_through(INNER[:0]), at_goal=at_goal)
         assert (len(paths) > 50) == (headings[not at_goal] is None)

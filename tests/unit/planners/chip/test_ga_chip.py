@@ -177,7 +177,7 @@ def test_a_time_limit_ends_a_run(evaluator):
 
 
 def test_progress_and_limits_are_looked_at_during_a_run(evaluator, monkeypatch):
-    """The model's runs are over at once, so the answers are those of a run which goes on."""
+    """The model's runs end at once, so the answers are made up as of a run in progress."""
     said, seen = [], []
     real, best = Runs.status, Runs.best_if_over
     # Kernels are loaded before the time limit counts.
@@ -213,7 +213,7 @@ def test_a_long_run_of_the_model_is_looked_at_and_stopped(evaluator):
 
 
 def test_an_interrupt_stops_the_run(evaluator, monkeypatch):
-    """The model's runs are over at once, so the answers are those of a run which goes on."""
+    """The model's runs end at once, so the answers are made up as of a run in progress."""
     said = []
     stop = Stop(lambda: bool(said))
     real, best = Runs.status, Runs.best_if_over

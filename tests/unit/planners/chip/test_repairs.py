@@ -25,7 +25,7 @@ def evaluator_of(heights=HEIGHTS, rules=RULES, **options):
 
 
 def check(evaluator, path):
-    """Mend a path; return the other, which is feasible."""
+    """Mend a path; return the mended one, which is feasible."""
     assert not evaluator.evaluate(path).feasible
     mended = repair(evaluator, path)
     assert mended is not None
@@ -63,7 +63,7 @@ def test_the_nearer_end_comes_first(at_goal):
 
 
 def test_what_the_other_end_alone_can_mend():
-    """The zone is nearer the start, but behind all waypoints that a way from there leads to."""
+    """The zone is nearer the start, but beyond all waypoints that a way from there leads to."""
     evaluator = evaluator_of(zones=(Zone.circle(2600, 3000, 40),))
     before = [(START[0] + 150 * number, 3000, 300) for number in range(1, 8)]
     path = np.array([START, *before, GOAL])
@@ -81,7 +81,7 @@ def test_a_goal_behind():
 
 
 def test_ground_beside_the_goal():
-    """A hill before the goal, which is reached from the other side."""
+    """A hill before the goal, which is reached from the far side."""
     heights = HEIGHTS.copy()
     heights[26:35, 49] = 290.0
     evaluator = evaluator_of(heights)

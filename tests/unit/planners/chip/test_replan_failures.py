@@ -16,7 +16,7 @@ from pathgene.host.problem.rules import Rules
 from pathgene.host.problem.zones import Zone
 
 
-#: In the gap of the ridge, and behind it.
+#: In the gap of the ridge, and beyond it.
 IN_THE_GAP = Zone.circle(3000, 3300, 250)
 BEHIND = Zone.circle(4300, 2600, 300)
 #: Across the whole map.
@@ -120,7 +120,7 @@ def two_gates():
 
 
 def test_after_a_failed_search_a_zone_that_has_moved_is_free(make_evaluator, board, monkeypatch):
-    # The host knows that the other gate is open.
+    # The host knows that the second gate is open.
     monkeypatch.setattr("pathgene.host.planners.chip.runs.repair", lambda evaluator, path: None)
     elevation, south, north = two_gates()
     search = Search("ga-chip", board=board, chip_ms=4, polish="off", seed=3)
@@ -146,7 +146,7 @@ def test_one_of_two_zones_without_a_way_goes(make_evaluator, board):
     plan = plan.replan(gone=[north])
     assert plan.evaluation.feasible
     assert len(runs_of(plan)) == 1
-    # Both are drawn, and nothing is set free.
+    # Both are drawn, and nothing is cleared.
     waits = runs_of(plan)[0]["waits"]
     assert waits["commands"] < 250
 
@@ -240,7 +240,7 @@ def test_a_lost_board_costs_no_path(evaluator, search, monkeypatch):
     assert after.failure == "The board was lost: unplugged."
     assert after.result.replanner is None
     monkeypatch.undo()
-    # The map has arrived, the population is not that of the plan.
+    # The map has arrived, the population is not the plan's.
     assert after.replan().evaluation.feasible
 
 

@@ -21,7 +21,7 @@ from pathgene.host.problem.zones import Zone
 from pathgene.sim.model.planner.run import plan as model_plan
 
 
-#: In the gap of the ridge, and behind it.
+#: In the gap of the ridge, and beyond it.
 IN_THE_GAP = Zone.circle(3000, 3300, 250)
 BEHIND = Zone.circle(4300, 2600, 300)
 #: Across the whole map.
@@ -140,7 +140,7 @@ def test_zones_that_are_gone_are_free_again(make_evaluator, board, search):
     plan = search.run(evaluator).replan(zones=[storm])
     heights = model_of(board).checking.terrain.heights
     ends = evaluator.problem.start, evaluator.problem.goal
-    # The moved one is drawn over what has become free.
+    # The moved one is drawn over the corners that have become free.
     plan = plan.replan(zones=[moved], gone=[storm])
     plan.finish()
     assert plan.evaluator.problem.zones == (*evaluator.problem.zones, moved)
@@ -253,7 +253,7 @@ def test_a_board_has_the_core_that_the_planner_needs(evaluator):
         assert before.board == "model:"
         after = before.replan(zones=[BEHIND])
         assert [run["warm"] for run in runs_of(after)] == [True]
-        # The board itself still has the other core.
+        # The board itself still has the paper core.
         found = Search("ga-fpga", board=board, generations=2).run(evaluator)
         assert found.result.hardware["bytes"]["to_board"] > 0
         assert after.result.replanner.is_ready
@@ -365,7 +365,7 @@ def test_what_is_gone_beside_a_new_zone_is_set_free_behind_the_run(evaluator, bo
     # Nothing but the new disc went over the line before the path was known.
     other = after.replan(zones=[Zone.circle(moved.x_m, moved.y_m + 10, moved.radius_m)])
     assert bytes_to_board(after) <= bytes_to_board(other) + 16
-    # What is not finished is sent with the next replan.
+    # Unfinished uploads are sent with the next replan.
     back = other.replan(zones=[BEHIND], gone=[moved])
     last = back.replan(zones=[Zone.circle(1500, 3000, BEHIND.radius_m)])
     assert bytes_to_board(last) > bytes_to_board(other) + 10

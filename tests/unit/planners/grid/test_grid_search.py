@@ -139,7 +139,7 @@ def test_prices_match_the_evaluation():
     )
     climb = evaluator.evaluate(high).fuel_N - evaluator.evaluate(low).fuel_N
     assert climb > 0
-    # To a higher goal: the price of a climb is that of its height.
+    # To a higher goal: a climb costs as much as its height.
     up = Problem(problem.terrain, problem.start, (2400, 1500, 700), problem.aircraft, as_paper=True)
     flown = Evaluator(up, threads=1).evaluate(np.array([up.start, up.goal]))
     prices = Prices(up)

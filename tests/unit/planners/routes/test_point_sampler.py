@@ -93,7 +93,7 @@ def test_variants_keep_ends_and_limits():
     changed = [np.unique(counts[old.counts == size], return_counts=True) for size in (4, 7, 10)]
     assert [sizes.tolist() for sizes, _ in changed] == [[4, 5], [6, 7, 8], [9, 10]]
     assert changed[1][1][[0, 2]] == pytest.approx([50, 50], abs=28)
-    # One control point of some moved, all of others; never an end.
+    # One control point of some paths moved, all of the rest; never an end.
     same = counts == old.counts
     moved = (control[same] != old.control[same]).any(axis=2).sum(axis=1)
     assert (moved == 1).mean() == pytest.approx(0.5, abs=0.04)

@@ -141,7 +141,7 @@ def test_uniform_draws_have_no_strands():
     field, search = searched(DeterministicSearch, draws="uniform")
     search.step()
     assert search._strands is None
-    # 10 points: 9 ways from the start, and 9 from each of the 8 others.
+    # 10 points: 9 ways from the start, and 9 from each of the 8 inner points.
     assert field.evaluations == 9 + 8 * 8
 
 

@@ -54,7 +54,7 @@ def desk(tmp_path_factory):
 
 @contextlib.asynccontextmanager
 async def opened(desk, planner="ga-chip"):
-    """Open the page with a planner; yield what a user does on it, and the page."""
+    """Open the page with a planner; yield its user, and the page."""
     pages, errors = [], []
     async with user_simulation(lambda: pages.append(Page(desk, "http://desk/"))) as user:
         await user.open("/")

@@ -21,6 +21,7 @@ from pathgene.host.cli.problem import (
 )
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.files.output import reading
+from pathgene.host.formats.registry import read_path
 from pathgene.host.inputs import opened
 from pathgene.host.mission.build import aircraft_of, via_of
 from pathgene.host.mission.keys import RULES
@@ -29,7 +30,6 @@ from pathgene.host.problem.ends import Point
 from pathgene.host.problem.ends import end_point as end_point_of
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zones import Zone
-from pathgene.host.report.geojson import read_path
 from pathgene.host.report.read import (
     find_summary,
     problem_of_path,
@@ -42,7 +42,6 @@ from pathgene.host.report.read import (
     summary_zones,
 )
 from pathgene.host.report.run_files import verify
-from pathgene.host.report.tables import read_csv
 from pathgene.host.terrain import Terrain
 
 
@@ -81,7 +80,7 @@ def run(args: argparse.Namespace) -> int:
         path = summary_path(file, summary)
     else:
         terrain = load_terrain(args)
-        path = read_csv(file) if file.suffix.lower() == ".csv" else read_path(file, terrain)
+        path = read_path(file, terrain)
     problem = problem_of_path(
         terrain,
         path,

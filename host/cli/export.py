@@ -9,7 +9,8 @@ from pathgene.host.cli.last_door import check_path
 from pathgene.host.cli.output import note, print_json, print_pairs
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.files.output import prepare_directory
-from pathgene.host.mission.files.export import export, parse_formats
+from pathgene.host.formats.registry import parse_formats
+from pathgene.host.mission.export import export
 from pathgene.host.report.read import read_run
 from pathgene.host.web.page import page_of
 

@@ -11,8 +11,8 @@ from pathgene.hdl.config import Config
 from pathgene.host.device.map_frames import padded_map
 from pathgene.host.errors import InputError
 from pathgene.host.files.output import reading
+from pathgene.host.formats.csv import read_csv
 from pathgene.host.inputs import opened
-from pathgene.host.report.tables import read_csv
 from pathgene.host.terrain.untrusted import UNREADABLE, read_array
 
 

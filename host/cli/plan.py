@@ -20,8 +20,9 @@ from pathgene.host.cli.output import note, print_json, print_pairs, term_pairs
 from pathgene.host.cli.problem import complete_options, make_mission, save_options, source_of
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.files.output import prepare_directory
+from pathgene.host.formats.registry import check_formats, parse_formats
 from pathgene.host.mission.build import planner_of
-from pathgene.host.mission.files.export import check_formats, exported, parse_formats
+from pathgene.host.mission.export import exported
 from pathgene.host.mission.legs import shortcoming
 from pathgene.host.mission.planning import plan_mission
 from pathgene.host.planners.base import Stop

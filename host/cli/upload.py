@@ -10,11 +10,12 @@ from pathlib import Path
 from pathgene.host.cli.last_door import check_path
 from pathgene.host.cli.output import note, print_json, print_pairs
 from pathgene.host.errors import InputError, JobError
-from pathgene.host.mission.files.fence import FenceCircle
-from pathgene.host.mission.files.flight_plan import FlightPlan, flight_plan
-from pathgene.host.mission.files.mavlink_link import NoReplyError, open_link
-from pathgene.host.mission.files.plan_file import read_plan
-from pathgene.host.mission.files.upload import AUTOPILOTS, upload
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.formats.flight_plan import FenceCircle, FlightPlan
+from pathgene.host.formats.plan import read_plan
+from pathgene.host.mission.autopilot.flight_plan import flight_plan
+from pathgene.host.mission.autopilot.mavlink_link import NoReplyError, open_link
+from pathgene.host.mission.autopilot.upload import AUTOPILOTS, upload
 from pathgene.host.report.read import read_run
 
 
@@ -22,7 +23,7 @@ __all__ = ["run"]
 
 
 def run(args: argparse.Namespace) -> int:
-    """Upload, and print what the autopilot has confirmed."""
+    """Upload, and print the numbers of items that the autopilot has confirmed."""
     if not (math.isfinite(args.timeout) and args.timeout > 0):
         raise InputError(f"--timeout must be a positive number of seconds, not {args.timeout:g}.")
     plan = _plan(args)
@@ -79,7 +80,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _plan(args: argparse.Namespace) -> FlightPlan:
-    """Return what the file tells an autopilot."""
+    """Return the flight plan in the file."""
     file = Path(args.file)
     if file.suffix.lower() == ".plan":
         if args.origin is not None:
@@ -88,4 +89,5 @@ def _plan(args: argparse.Namespace) -> FlightPlan:
     planned = read_run(file, origin=args.origin)
     if not args.infeasible:
         check_path(planned, "nothing is uploaded", "plan again, or give --infeasible")
-    return flight_plan(planned.problem, planned.path, feasible=planned.feasible)
+    track = Evaluator(planned.problem).track(planned.path)
+    return flight_plan(planned.problem, track, feasible=planned.feasible)

@@ -17,9 +17,10 @@ from pathgene.host.device.boards import known_config
 from pathgene.host.errors import InputError, PathgeneError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.files.output import prepare_directory
+from pathgene.host.formats.registry import check_formats, parse_formats
 from pathgene.host.inputs import opened, parse_json, read_text
 from pathgene.host.mission.build import mission_of, search_of
-from pathgene.host.mission.files.export import check_formats, exported, parse_formats
+from pathgene.host.mission.export import exported
 from pathgene.host.mission.keys import KEYS
 from pathgene.host.mission.legs import shortcoming
 from pathgene.host.mission.mission import Mission

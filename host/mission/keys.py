@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from pathgene.host.formats.registry import extra_names, zone_files
 from pathgene.host.mission.values import (
     BOOLEAN,
     CELL,
@@ -258,7 +259,7 @@ KEYS: tuple[Key, ...] = (
         "zones",
         "file",
         PATH,
-        "GeoJSON, KML, or the fences of a .plan",
+        zone_files(),
         "none",
         '"zones.geojson"',
         "--nofly",
@@ -404,8 +405,7 @@ KEYS: tuple[Key, ...] = (
         "output",
         "write",
         TEXT,
-        "also write the path for other programs: some of plan, waypoints, kml and html, separated "
-        "by commas",
+        f"also write the path for other programs: some of {extra_names()}, separated by commas",
         "none",
         '"plan,kml"',
         "--write",

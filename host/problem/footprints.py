@@ -10,7 +10,8 @@ from itertools import chain
 import numpy as np
 from numpy.typing import NDArray
 
-from pathgene.host.problem.rings import Ring, add_edges, edges, nodes_inside, wound
+from pathgene.host.formats.shapes import wound
+from pathgene.host.problem.rings import Ring, add_edges, edges, nodes_inside
 
 
 __all__ = ["Area", "Disc", "Footprint"]

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pathgene.host.errors import InputError
+from pathgene.host.formats.shapes import Ring
 from pathgene.host.numeric import numbers
 
 
@@ -22,7 +23,6 @@ __all__ = [
     "plain",
     "require_near",
     "ring_of",
-    "wound",
 ]
 
 # Nodes this near an edge are on it: products like 7 * 30.87 carry rounding, borders do not.
@@ -30,8 +30,6 @@ EDGE_M = 1e-6
 
 #: Greatest coordinate and radius of a zone, metres: further than any place on Earth.
 MOST_M = 1e9
-
-Ring = tuple[tuple[float, float], ...]
 
 
 def require_near(kind: str, values: Iterable[float]) -> None:
@@ -77,12 +75,6 @@ def ring_of(corners: Any) -> Ring:
         raise InputError(f"No-fly polygon: a ring must have at least 3 corners, not {len(ring)}.")
     require_near("polygon", itertools.chain(*ring))
     return ring
-
-
-def wound(ring: Ring, *, left: bool) -> Ring:
-    """Return the ring counter-clockwise if ``left``, else clockwise."""
-    area = sum(xa * yb - xb * ya for xa, ya, xb, yb in edges(ring))
-    return ring if (area >= 0) == left else ring[::-1]
 
 
 def edges(ring: Ring) -> Iterator[tuple[float, float, float, float]]:

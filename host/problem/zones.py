@@ -7,7 +7,7 @@ section 3.1; polygons, limits of height and times are ours.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pathgene.host.errors import InputError
+from pathgene.host.formats.registry import zone_reader
+from pathgene.host.formats.shapes import Shape
 from pathgene.host.numeric import is_number
 from pathgene.host.problem.footprints import Area, Disc, Footprint
 from pathgene.host.problem.rings import (
@@ -24,7 +26,6 @@ from pathgene.host.problem.rings import (
     require_near,
     ring_of,
 )
-from pathgene.host.problem.zone_files import document_shapes, read_document
 from pathgene.host.terrain import Terrain
 
 
@@ -77,7 +78,7 @@ class Zone(ABC):
     ) -> Circle:
         """Return the circle around (``x_m``, ``y_m``), metres in the terrain's local frame.
 
-        The other parameters are those of every zone, above.
+        Every zone has the remaining parameters; see :class:`Zone`.
 
         Raises
         ------
@@ -108,7 +109,7 @@ class Zone(ABC):
     ) -> Polygon:
         """Return the polygon with ``corners`` (x, y) in either direction, less its ``holes``.
 
-        The other parameters are those of every zone, above.
+        Every zone has the remaining parameters; see :class:`Zone`.
 
         Raises
         ------
@@ -151,6 +152,14 @@ class Zone(ABC):
     @abstractmethod
     def to_dict(self) -> dict[str, Any]:
         """The zone as in ``summary.json``."""
+
+    @property
+    def shape(self) -> Shape:
+        """The zone as files have it: a point with the property ``radius_m``, or a polygon."""
+        if self.footprint.disc is None:
+            return Shape("Polygon", self.footprint.rings, self.limits)
+        x_m, y_m, radius_m = self.footprint.disc
+        return Shape("Point", (((x_m, y_m),),), {**self.limits, "radius_m": radius_m})
 
     @property
     def limits(self) -> dict[str, Any]:
@@ -329,17 +338,17 @@ def zone_from_dict(table: Any) -> Zone:
 
 
 def read_zones(path: str | Path, terrain: Terrain) -> tuple[Zone, ...]:
-    """Read zones from a file of GeoJSON or KML, or the fences of a ``.plan`` of QGroundControl.
+    """Read zones from a file of a format that :data:`pathgene.host.formats.registry.FORMATS` has.
 
     GeoJSON: polygons and multi-polygons, with holes, and points with the property ``radius_m``, in
     metres of the terrain's plane. Coordinates are WGS84 longitude and latitude, moved into the
     terrain's frame corner by corner, or local metres where the file has the member
     ``"crs_local": true``.
-    A third coordinate is ignored. A feature's properties ``name``, ``lower``, ``upper``, ``t0`` and
-    ``t1`` are those of :class:`Zone`, in metres and seconds; null is no limit.
+    A third coordinate is ignored. A feature may have the properties ``name``, ``lower``, ``upper``,
+    ``t0`` and ``t1`` of :class:`Zone`, in metres and seconds; null is no limit.
 
-    KML and plans: see :func:`pathgene.host.problem.kml.kml_shapes` and
-    :func:`pathgene.host.problem.qgc_fences.fence_shapes`.
+    KML and plans: see :func:`pathgene.host.formats.kml.zones` and
+    :func:`pathgene.host.formats.plan.zones`.
 
     Raises
     ------
@@ -347,25 +356,21 @@ def read_zones(path: str | Path, terrain: Terrain) -> tuple[Zone, ...]:
         If the file cannot be read or holds anything else, or has geographic coordinates where the
         terrain has no coordinate reference system.
     """
-    document = read_document(path)
+    placed = zone_reader(path)
     try:
-        return tuple(_zones(document, terrain))
+        return tuple(map(_zone, placed(terrain)))
     except InputError as error:
         raise InputError(f"No-fly file {str(path)!r}: {error}") from None
 
 
-def _zones(document: Any, terrain: Terrain) -> Iterator[Zone]:
-    for shape in document_shapes(document, terrain):
-        common: dict[str, Any] = {
-            field: shape.properties.get(key) for key, field in _COMMON.items()
-        }
-        # Names are for people: other programs write numbers, or null for none.
-        common["name"] = "" if common["name"] is None else str(common["name"])
-        if shape.kind == "Point":
-            if shape.properties.get("radius_m") is None:
-                raise InputError('a Point needs the property "radius_m".')
-            ((x, y),) = shape.rings[0]
-            yield Circle(x, y, shape.properties["radius_m"], **common)
-        else:
-            ring, *holes = shape.rings
-            yield Polygon(ring, tuple(holes), **common)
+def _zone(shape: Shape) -> Zone:
+    common: dict[str, Any] = {field: shape.properties.get(key) for key, field in _COMMON.items()}
+    # Names are for people: other programs write numbers, or null for none.
+    common["name"] = "" if common["name"] is None else str(common["name"])
+    if shape.kind == "Point":
+        if shape.properties.get("radius_m") is None:
+            raise InputError('a Point needs the property "radius_m".')
+        ((x, y),) = shape.rings[0]
+        return Circle(x, y, shape.properties["radius_m"], **common)
+    ring, *holes = shape.rings
+    return Polygon(ring, tuple(holes), **common)

@@ -76,7 +76,7 @@ class Run:
 def read_run(file: Path, *, origin: tuple[float, float] | None = None) -> Run:
     """Return the problem, the path and the content of a ``summary.json``.
 
-    The ground is that of ``terrain.npz`` beside the file, else the terrain that the summary names.
+    The terrain is ``terrain.npz`` beside the file, else the terrain that the summary names.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ def problem_of_path(
     between : sequence of (float, float, float)
         Points of a mission between its start and its end; none for a single leg.
     **options
-        Those of :class:`Problem`.
+        Options of :class:`Problem`.
     """
     (x, y, z), (end_x, end_y, end_z) = path[0].tolist(), path[-1].tolist()
     if between:

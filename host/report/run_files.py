@@ -9,13 +9,14 @@ from typing import Any
 
 from pathgene.host.errors import InputError
 from pathgene.host.files.output import reading
+from pathgene.host.formats.registry import files
 
 
 __all__ = ["DATA", "FLIGHT", "GRID", "PATH", "PICTURE", "SUMMARY", "digests", "verify"]
 
 SUMMARY, GRID, PATH, PICTURE = "summary.json", "terrain.npz", "path.geojson", "path.png"
 #: Data files that a run may have besides its summary.
-DATA = (GRID, PATH, "path.plan", "path.waypoints", "path.kml", "path.html")
+DATA = tuple(dict.fromkeys((GRID, PATH, *files().values())))
 #: Files of a flight of the run, which ``pathgene fly`` writes beside it; the last is of one with
 #: replans.
 FLIGHT = ("flight.json", "flight.png", "flight.gif")

@@ -4,25 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from importlib import metadata
 from typing import Any
 
 from pathgene.host.evaluation import Evaluation, Evaluator
 from pathgene.host.planners.base import Result
+from pathgene.host.version import version
 
 
 __all__ = ["describe_problem", "describe_run", "finite", "summarise", "terms", "version"]
 
 #: Phases that every summary has, if only with 0 seconds.
 _PHASES = ("total", "evaluation", "sort", "link", "board")
-
-
-def version() -> str:
-    """Version of the installed package."""
-    try:
-        return metadata.version("pathgene")
-    except metadata.PackageNotFoundError:
-        return "unknown"
 
 
 def finite(value: Any) -> Any:

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.files.output import json_bytes, writing_into
 from pathgene.host.files.replacement import replace_files
+from pathgene.host.formats import geojson
 from pathgene.host.planners.base import Result
-from pathgene.host.report.geojson import path_document
 from pathgene.host.report.run_files import DATA, FLIGHT, GRID, PATH, PICTURE, SUMMARY, digests
+from pathgene.host.report.track import track_of
 
 
 if TYPE_CHECKING:
@@ -44,11 +45,11 @@ def write_report(
     grid: bool = True,
     others: Mapping[str, bytes] | None = None,
 ) -> Written:
-    """Write ``summary.json``, ``terrain.npz``, ``path.geojson``, others, and ``path.png``.
+    """Write ``summary.json``, ``terrain.npz``, ``path.geojson``, further files and ``path.png``.
 
-    The files of an earlier run are replaced all or none; those that this run does not have are
-    removed with them, and so are those of a flight of it. The picture comes last, and an error in
-    it is only a warning.
+    The files of an earlier run are replaced all or none. Files that this run does not have are
+    removed with them, and so are the files of a flight of the earlier run. The picture comes last,
+    and an error in it is only a warning.
 
     Parameters
     ----------
@@ -76,8 +77,12 @@ def write_report(
     InputError
         If the directory cannot be written to.
     """
+    problem = evaluator.problem
     contents = {GRID: _grid(evaluator)} if grid else {}
-    contents |= {PATH: _path(evaluator, result), **(others or {})}
+    contents |= {
+        PATH: geojson.write(track_of(problem, result.path, evaluator.track(result.path))),
+        **(others or {}),
+    }
     whole = {**summary, "files": digests(contents)}
     contents[SUMMARY] = json_bytes(whole)
     with writing_into(directory):
@@ -119,20 +124,6 @@ def _grid(evaluator: Evaluator) -> bytes:
     return content.getvalue()
 
 
-def _path(evaluator: Evaluator, result: Result) -> bytes:
-    """Return the path as GeoJSON."""
-    problem = evaluator.problem
-    document = path_document(
-        result.path,
-        evaluator.track(result.path),
-        problem.terrain,
-        step_m=min(problem.terrain.dx_m, problem.terrain.dy_m),
-        zones=problem.zones,
-        way=problem.way,
-    )
-    return json_bytes(document)
-
-
 def scene(evaluator: Evaluator, result: Result, summary: Mapping[str, Any]) -> Scene:
     """Return all that the picture of a run shows."""
     from pathgene.host.report.picture import Scene
@@ -170,7 +161,7 @@ def _captions(summary: Mapping[str, Any]) -> tuple[str, str]:
     board = f" (board {summary['board']})" if summary["board"] else ""
     by = f"{summary['planner']}{board}"
     if summary.get("fallback"):
-        # In a mission, the other legs are still the planner's.
+        # In a mission, the remaining legs are still the planner's.
         by = f"{by}, {'in part by' if summary.get('legs') else 'path by'} {summary['fallback']}"
     subtitle = (
         f"{verdict}, fitness {summary['fitness']:.4f}, {summary['length_m'] / 1000:.2f} km, "

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from tests.support.gateware.chips import SMALL, board_url
-from tests.unit.mission.files.mavsdk_autopilot import Autopilot
+from tests.unit.mission.autopilot.mavsdk_autopilot import Autopilot
 
 from .conftest import ENDS, ROOT
 

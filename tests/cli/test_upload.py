@@ -10,9 +10,9 @@ import pytest
 
 from pathgene.host.cli import main
 from tests.cli.conftest import WALL, plan
-from tests.unit.mission.files.judge import single
-from tests.unit.mission.files.mavsdk_autopilot import Autopilot, Proxy, free_port
-from tests.unit.mission.files.own_autopilot import OwnAutopilot
+from tests.support.host.earth import single
+from tests.unit.mission.autopilot.mavsdk_autopilot import Autopilot, Proxy, free_port
+from tests.unit.mission.autopilot.own_autopilot import OwnAutopilot
 
 
 @pytest.fixture(scope="module")

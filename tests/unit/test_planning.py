@@ -168,7 +168,7 @@ def test_a_problem_imports_nothing_heavy(tmp_path):
     script = """
 import sys
 import pathgene.host.evaluation, pathgene.host.planners.base, pathgene.host.planning
-import pathgene.host.report.geojson, pathgene.host.report.summary, pathgene.host.report.tables,
+import pathgene.host.formats.geojson, pathgene.host.report.summary, pathgene.host.formats.csv,
 pathgene.host.report.write from pathgene.host.problem import Aircraft, ChipMap, Circle, Problem
 from pathgene.host.problem.aircraft import load as aircraft
 from pathgene.host.terrain import load

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathgene.host.cli.arguments.base import Commands, add_command, numbers
+from pathgene.host.formats.registry import choices, usual
 
 
 __all__ = ["add_export"]
@@ -24,9 +25,8 @@ def add_export(commands: Commands) -> None:
     parser.add_argument(
         "--write",
         metavar="LIST",
-        default="plan,waypoints,kml",
-        help="some of plan (QGroundControl), waypoints (QGC WPL 110, Mission Planner), kml, "
-        "geojson and html, a page for any browser (default %(default)s)",
+        default=usual(),
+        help=f"some of {choices()} (default %(default)s)",
     )
     parser.add_argument(
         "--out", metavar="DIR", help="directory to write to (default that of the summary)"

@@ -12,6 +12,7 @@ from pathgene.host.cli.arguments.search import (
     add_own_options,
     add_search,
 )
+from pathgene.host.formats.registry import choices
 from pathgene.host.planners import PLANNERS
 
 
@@ -61,8 +62,8 @@ def add_plan(commands: Commands) -> None:
         "--write",
         metavar="LIST",
         default="",
-        help="also write path.plan, path.waypoints, path.kml and path.html, as in plan,kml,html: "
-        "see pathgene export",
+        help=f"write files of these formats as well, as in plan,kml: {choices()}; path.geojson is "
+        "always written",
     )
     group.add_argument(
         "--picture",

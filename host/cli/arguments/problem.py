@@ -6,6 +6,7 @@ import argparse
 
 from pathgene.host.cli.arguments.base import Parser, cell_sides, numbers
 from pathgene.host.cli.arguments.rules import add_rules
+from pathgene.host.formats.registry import zone_files
 
 
 __all__ = ["add_problem"]
@@ -84,7 +85,7 @@ def add_problem(parser: Parser, *, of_path: bool = False) -> None:
         metavar="FILE",
         action="append",
         default=[],
-        help="no-fly zones: GeoJSON, KML, or the fences of a .plan; may be repeated",
+        help=f"no-fly zones: {zone_files()}; may be repeated",
     )
     group.add_argument(
         "--nofly-circle",

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from pathgene.host.errors import InputError
 from pathgene.host.files.output import output_file
+from pathgene.host.formats.registry import zone_suffixes
 from pathgene.host.inputs import parse_toml
 from pathgene.host.mission.keys import TABLES
 from pathgene.host.problem import aircraft
@@ -17,11 +18,9 @@ from pathgene.host.web.desk.terrains import Terrains
 
 __all__ = ["open_upload"]
 
-_ZONES = (".geojson", ".json", ".kml", ".plan")
-
 
 def open_upload(sheet: Sheet, terrains: Terrains, name: str, content: bytes) -> None:
-    """Take a file: what it is, its name and its content say.
+    """Take a file, whose name and content tell its kind.
 
     A problem replaces all of ``sheet``, a terrain all but the planner, rules and aircraft; zones
     come besides those that are there.
@@ -34,7 +33,7 @@ def open_upload(sheet: Sheet, terrains: Terrains, name: str, content: bytes) -> 
     suffix = Path(name).suffix.lower()
     if suffix == ".toml":
         _open_toml(sheet, name, content)
-    elif suffix in _ZONES:
+    elif suffix in zone_suffixes():
         _open_zones(sheet, name, content)
     else:
         sheet.take_terrain(terrains.add_content(name, content, sheet.values))

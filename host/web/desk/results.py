@@ -10,6 +10,7 @@ from urllib.parse import quote
 
 from nicegui import ui
 
+from pathgene.host.formats.registry import FORMATS
 from pathgene.host.mission.legs import shortcoming
 from pathgene.host.web.desk.job import FlightJob, Job, State
 from pathgene.host.web.figures import figures
@@ -21,9 +22,7 @@ __all__ = ["EARLIER", "PlanView", "Results", "rows_of"]
 _LISTED = 30
 # Names of the files that a user takes along.
 _FILES = {
-    "path.plan": "QGroundControl",
-    "path.kml": "KML",
-    "path.html": "Web page",
+    **{row.file: row.button for row in FORMATS if row.button},
     "problem.toml": "Problem",
     "flight.png": "Flight",
     "flight.gif": "Flight, moving",

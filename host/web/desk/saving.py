@@ -9,8 +9,9 @@ from typing import Any
 
 from pathgene.host.errors import InputError
 from pathgene.host.files.output import prepare_directory, reading
+from pathgene.host.formats.registry import FORMATS, check_formats, files
 from pathgene.host.inputs import parse_json, read_text
-from pathgene.host.mission.files.export import FORMATS, check_formats, exported
+from pathgene.host.mission.export import exported
 from pathgene.host.mission.problem_file import problem_text
 from pathgene.host.planning import Plan
 from pathgene.host.report.run_files import FLIGHT, PICTURE, SUMMARY
@@ -23,12 +24,13 @@ __all__ = ["PROBLEM", "draw_picture", "files_of", "read_summary", "save", "saved
 #: The problem file of a saved plan.
 PROBLEM = "problem.toml"
 
-# For people and for ground stations, which need a place on Earth; every run has path.geojson.
-_ANYWHERE, _PLACED = ("html",), ("plan", "waypoints", "kml")
+# Formats that need no place on Earth, and all; every run has path.geojson.
+_ALL = tuple(row for row in FORMATS if row.file and row.name != "geojson")
+_ANYWHERE = tuple(row.name for row in _ALL if not row.placed)
 
 
 def save(plan: Plan, values: Mapping[str, Any], folder: Path) -> list[str]:
-    """Write all files of a plan but its picture, all or none, and return what they cannot say.
+    """Write all files of a plan but its picture, all or none, and return notes about their gaps.
 
     Parameters
     ----------
@@ -46,7 +48,7 @@ def save(plan: Plan, values: Mapping[str, Any], folder: Path) -> list[str]:
     """
     notes: list[str] = []
     problem, path = plan.evaluator.problem, plan.path
-    formats: tuple[str, ...] = (*_ANYWHERE, *_PLACED)
+    formats = tuple(row.name for row in _ALL)
     try:
         check_formats(formats, problem.terrain)
     except InputError as error:
@@ -109,5 +111,5 @@ def read_summary(folder: Path) -> dict[str, Any]:
 
 def files_of(folder: Path) -> list[str]:
     """Return the names of the files of a saved plan that a browser may fetch."""
-    names = (*FORMATS.values(), PROBLEM, SUMMARY, PICTURE, *FLIGHT)
+    names = (*files().values(), PROBLEM, SUMMARY, PICTURE, *FLIGHT)
     return [name for name in names if (folder / name).is_file()]

@@ -10,8 +10,7 @@ import numpy as np
 import rasterio
 
 from pathgene.host.evaluation import Evaluator
-from pathgene.host.mission.files.flight_plan import flight_plan
-from pathgene.host.mission.files.plan_file import plan_document
+from pathgene.host.formats.plan import plan_document
 from pathgene.host.mission.values import to_toml
 from pathgene.host.problem import Problem
 from pathgene.host.problem.aircraft import load as load_aircraft
@@ -19,6 +18,7 @@ from pathgene.host.problem.zones import Circle, Polygon
 from pathgene.host.report.summary import describe_problem
 from pathgene.host.terrain import Terrain
 from tests.support.bad_input.options import LAND
+from tests.support.host.missions import flight_of
 
 
 __all__ = [
@@ -64,7 +64,7 @@ def summary() -> dict[str, Any]:
 def plan_file() -> dict[str, Any]:
     """The same path as a ``.plan``."""
     path = np.array((ENDS[0], BETWEEN, ENDS[1]))
-    made: dict[str, Any] = json.loads(json.dumps(plan_document(flight_plan(problem(), path))))
+    made: dict[str, Any] = json.loads(json.dumps(plan_document(flight_of(problem(), path))))
     return made
 
 

@@ -1,0 +1,106 @@
+"""A path as an autopilot takes it: items, fences, home and rally point, in degrees and AMSL."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+__all__ = ["LOITER", "WAYPOINT", "Fence", "FenceCircle", "FencePolygon", "FlightPlan", "Item"]
+
+#: MAV_CMD_NAV_WAYPOINT and MAV_CMD_NAV_LOITER_UNLIM.
+WAYPOINT, LOITER = 16, 17
+
+Position = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class FenceCircle:
+    """A circle that an autopilot keeps out of, or in.
+
+    Parameters
+    ----------
+    lat, lon : float
+        Centre, WGS84 degrees.
+    radius_m : float
+        Radius.
+    inclusion : bool
+        Keep in rather than out.
+    """
+
+    lat: float
+    lon: float
+    radius_m: float
+    inclusion: bool = False
+
+
+@dataclass(frozen=True)
+class FencePolygon:
+    """A polygon that an autopilot keeps out of, or in.
+
+    Parameters
+    ----------
+    corners : tuple of (float, float)
+        Latitude and longitude of each corner, WGS84 degrees; three or more.
+    inclusion : bool
+        Keep in rather than out.
+    """
+
+    corners: tuple[tuple[float, float], ...]
+    inclusion: bool = False
+
+
+Fence = FenceCircle | FencePolygon
+
+
+@dataclass(frozen=True)
+class Item:
+    """An item of a mission, at an altitude above mean sea level (MAV_FRAME_GLOBAL, 0).
+
+    Parameters
+    ----------
+    command : int
+        Number of the MAVLink command.
+    params : tuple of (float or None)
+        The first four parameters of the command; None leaves one to the autopilot.
+    lat, lon : float
+        WGS84 degrees.
+    alt_m : float
+        Altitude in metres.
+    """
+
+    command: int
+    params: tuple[float | None, float | None, float | None, float | None]
+    lat: float
+    lon: float
+    alt_m: float
+
+
+@dataclass(frozen=True)
+class FlightPlan:
+    """All that an autopilot is told.
+
+    Parameters
+    ----------
+    home : tuple of float
+        Latitude, longitude and altitude of the ground below the start.
+    items : tuple of Item
+        The mission, home not included: the start first, a loiter over the goal last.
+    fence : tuple of Fence
+        Fences to keep out of.
+    rally : tuple of (float, float, float)
+        Latitude, longitude and height above home of the places to return to: the start.
+    cruise_speed_m_s : float
+        Airspeed that the path is planned for.
+    notes : tuple of str
+        A sentence about each thing that the autopilot is not told.
+    feasible : bool or None
+        The verdict on the path; None where nobody states one, as in the plans of ground stations.
+    """
+
+    home: Position
+    items: tuple[Item, ...]
+    fence: tuple[Fence, ...]
+    rally: tuple[Position, ...]
+    cruise_speed_m_s: float
+    notes: tuple[str, ...] = ()
+    feasible: bool | None = None

@@ -1,0 +1,249 @@
+"""The formats, one row each: options, help, the desk and the documents are made from the rows.
+
+A format is a file of this folder with one or more of these functions:
+
+``write(track) -> bytes``
+    Returns the content of a file of a :class:`pathgene.host.formats.track.Track`.
+``recognises(content) -> bool`` and ``zones(content, terrain) -> iterable of Shape``
+    Tell whether a :class:`pathgene.host.formats.content.Content` is of this format, and return its
+    zones.
+``read_path(file, terrain) -> ndarray``
+    Returns the waypoints in a file, (n, 3) float64 metres.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from pathgene.host.errors import InputError
+
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from pathgene.host.formats.shapes import Shape
+    from pathgene.host.formats.track import Track
+    from pathgene.host.terrain import Terrain
+
+__all__ = [
+    "FORMATS",
+    "Format",
+    "check_formats",
+    "choices",
+    "extra_names",
+    "files",
+    "needs_flight_plan",
+    "parse_formats",
+    "read_path",
+    "usual",
+    "write",
+    "zone_files",
+    "zone_reader",
+    "zone_suffixes",
+]
+
+
+@dataclass(frozen=True)
+class Format:
+    """A row.
+
+    Parameters
+    ----------
+    name : str
+        Name in ``--write``, and name of the module in this folder.
+    readers : str
+        Programs that read the written file, for help and documents.
+    file : str
+        Name of the written file; empty for a format that is only read.
+    usual : bool
+        ``pathgene export`` writes it where no option names the formats.
+    placed : bool
+        The written file needs a terrain with a place on Earth.
+    flown : bool
+        The written file needs the flight plan of an autopilot.
+    button : str
+        Text of the desk's button that downloads the file; empty for none.
+    zones : str
+        Name of the source of zones, for help; empty for a format without zones.
+    suffixes : tuple of str
+        Suffixes of files that the desk opens as zones.
+    path_suffix : str
+        Suffix of files of this format that hold a path; empty for none, ``*`` for any other.
+    """
+
+    name: str
+    readers: str = ""
+    file: str = ""
+    usual: bool = False
+    placed: bool = True
+    flown: bool = False
+    button: str = ""
+    zones: str = ""
+    suffixes: tuple[str, ...] = ()
+    path_suffix: str = ""
+
+    @property
+    def module(self) -> Any:
+        """The file of the format, imported when it is used."""
+        return importlib.import_module(f"pathgene.host.formats.{self.name}")
+
+
+#: The rows. A file of zones is of the first format that recognises it, so a format that takes all
+#: XML or all JSON stands after more specific formats.
+FORMATS = (
+    Format(
+        "plan",
+        "QGroundControl, MAVSDK",
+        "path.plan",
+        usual=True,
+        flown=True,
+        button="QGroundControl",
+        zones="the fences of a .plan",
+        suffixes=(".plan",),
+    ),
+    Format(
+        "waypoints",
+        "Mission Planner, MAVProxy, QGroundControl",
+        "path.waypoints",
+        usual=True,
+        flown=True,
+    ),
+    Format(
+        "kml",
+        "Google Earth and other viewers",
+        "path.kml",
+        usual=True,
+        button="KML",
+        zones="KML",
+        suffixes=(".kml",),
+    ),
+    Format(
+        "geojson",
+        "geographic information systems",
+        "path.geojson",
+        placed=False,
+        zones="GeoJSON",
+        suffixes=(".geojson", ".json"),
+        path_suffix="*",
+    ),
+    Format("html", "any browser", "path.html", placed=False, button="Web page"),
+    Format("csv", path_suffix=".csv"),
+)
+
+
+def files() -> Mapping[str, str]:
+    """Return the names of the written files by the names of their formats."""
+    return MappingProxyType({row.name: row.file for row in FORMATS if row.file})
+
+
+def usual() -> str:
+    """Return the formats that ``pathgene export`` writes by default, as ``--write`` has them."""
+    return ",".join(row.name for row in FORMATS if row.usual)
+
+
+def choices() -> str:
+    """Return the written formats with their readers, for the help of ``--write``."""
+    return _joined([f"{row.name} ({row.readers})" for row in FORMATS if row.file], "and")
+
+
+def extra_names() -> str:
+    """Return the names of the formats that a run has only on demand; each has path.geojson."""
+    return _joined([name for name in files() if name != "geojson"], "and")
+
+
+def zone_files() -> str:
+    """Return the sources of zones, for help and documents."""
+    return _joined([row.zones for row in reversed(FORMATS) if row.zones], "or")
+
+
+def zone_suffixes() -> tuple[str, ...]:
+    """Return the suffixes of files that the desk opens as zones."""
+    return tuple(suffix for row in FORMATS for suffix in row.suffixes)
+
+
+def parse_formats(text: str) -> tuple[str, ...]:
+    """Return the formats of a list like ``plan,kml``, each once.
+
+    Raises
+    ------
+    InputError
+        If the list is empty or names an unknown format.
+    """
+    formats = tuple(dict.fromkeys(name.strip() for name in text.split(",")))
+    for name in formats:
+        if name not in files():
+            raise InputError(
+                f"There is no file format {name!r}; give some of {', '.join(files())} (--write)."
+            )
+    return formats
+
+
+def check_formats(formats: Sequence[str], terrain: Terrain) -> None:
+    """Refuse formats that a terrain has no positions for; call it before the work for the path.
+
+    Raises
+    ------
+    InputError
+        If the terrain has no place on Earth and a format needs one.
+    """
+    from pathgene.host.formats.places import check_place
+
+    if any(row.placed for row in FORMATS if row.name in formats):
+        check_place(terrain)
+
+
+def needs_flight_plan(formats: Sequence[str]) -> bool:
+    """Return whether one of the formats needs the flight plan of an autopilot."""
+    return any(row.flown for row in FORMATS if row.name in formats)
+
+
+def write(track: Track, formats: Sequence[str]) -> dict[str, bytes]:
+    """Return a track in some formats: the contents of files by their names."""
+    rows = {row.name: row for row in FORMATS if row.file}
+    return {rows[name].file: rows[name].module.write(track) for name in formats}
+
+
+def zone_reader(path: str | Path) -> Callable[[Terrain], Iterable[Shape]]:
+    """Read a file of zones, and return the function that places them in a terrain's local frame.
+
+    The function raises InputError if a zone is bad, or the terrain has no place for it.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or no format recognises it.
+    """
+    from pathgene.host.formats.content import read_content
+
+    content = read_content(path)
+    rows = (row for row in FORMATS if row.zones)
+    found = next((row for row in rows if row.module.recognises(content)), None)
+    if found is None:
+        raise InputError(f"No-fly file {str(path)!r} is not JSON: {content.json_error}.")
+    return partial(found.module.zones, content)
+
+
+def read_path(file: Path, terrain: Terrain) -> NDArray[np.float64]:
+    """Return the waypoints in a file, (n, 3) float64 metres.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or has no path.
+    """
+    rows = {row.path_suffix: row for row in FORMATS if row.path_suffix}
+    row = rows.get(file.suffix.lower(), rows["*"])
+    path: NDArray[np.float64] = row.module.read_path(file, terrain)
+    return path
+
+
+def _joined(texts: Sequence[str], word: str) -> str:
+    *most, last = texts
+    return f"{', '.join(most)} {word} {last}" if most else last

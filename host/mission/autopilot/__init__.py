@@ -1,0 +1,1 @@
+"""Paths for an autopilot: its flight plan with fences, and the upload."""

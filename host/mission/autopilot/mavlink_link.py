@@ -1,0 +1,252 @@
+"""A MAVLink 2 connection to one autopilot: heartbeats, requests with answers, repeats."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import socket
+import stat
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from pathgene.host.errors import InputError, JobError
+from pathgene.host.numeric import whole
+
+
+__all__ = ["Link", "NoReplyError", "open_link"]
+
+# Our own address: a ground station.
+_SYSTEM, _COMPONENT = 255, 190
+_HEARTBEAT_S = 1.0
+# MAV_MODE_FLAG_SAFETY_ARMED in the mode of a heartbeat.
+_ARMED = 128
+# A serial port that takes no byte for this time loses the message.
+_WRITE_S = 1.0
+# The standard's time for an answer, and how often it is asked for again.
+_ANSWER_S = 1.5
+_TRIES = 5
+_SCHEMES = ("udpout:", "udpin:", "tcp:")
+
+
+class NoReplyError(Exception):
+    """The autopilot does not answer."""
+
+
+class Link:
+    """A connection to an autopilot.
+
+    Parameters
+    ----------
+    connection : mavfile
+        A connection of pymavlink.
+    answer_s : float
+        Seconds until a message without an answer is sent again.
+    """
+
+    def __init__(self, connection: Any, answer_s: float = _ANSWER_S) -> None:
+        self._connection = connection
+        self._answer_s = answer_s
+        self._next_beat = 0.0
+        #: Address of the autopilot, and its kind: a value of MAV_AUTOPILOT.
+        self.system = self.component = self.autopilot = 0
+        #: The motors may run, as the latest heartbeat says.
+        self.armed = True
+
+    @property
+    def mav(self) -> Any:
+        """Sends messages: a method of pymavlink for each."""
+        return self._connection.mav
+
+    def find(self, wait_s: float) -> None:
+        """Wait for the heartbeat of an autopilot.
+
+        Raises
+        ------
+        NoReplyError
+            If there is none for ``wait_s`` seconds.
+        """
+        from pymavlink import mavutil
+
+        no_autopilot = mavutil.mavlink.MAV_AUTOPILOT_INVALID
+        end = time.monotonic() + wait_s
+        while (left_s := end - time.monotonic()) > 0:
+            message = self._read(left_s)
+            if (
+                message is not None
+                and message.get_type() == "HEARTBEAT"
+                and message.autopilot != no_autopilot
+            ):
+                self.system, self.component = message.get_srcSystem(), message.get_srcComponent()
+                self.autopilot = message.autopilot
+                self._note(message)
+                return
+        raise NoReplyError
+
+    def ask(
+        self,
+        send: Callable[[], None],
+        kinds: tuple[str, ...],
+        accept: Callable[[Any], bool] = lambda _message: True,
+    ) -> Any:
+        """Send a message until one of some kinds arrives from the autopilot; return that.
+
+        Parameters
+        ----------
+        send : callable
+            Sends the message.
+        kinds : tuple of str
+            Names of messages.
+        accept : callable
+            Tells whether a message of these kinds is an answer.
+
+        Raises
+        ------
+        NoReplyError
+            If there is none after several repeats.
+        """
+        for _ in range(_TRIES):
+            with _silent():
+                send()
+            end = time.monotonic() + self._answer_s
+            while (left_s := end - time.monotonic()) > 0:
+                message = self._read(left_s)
+                if (
+                    message is not None
+                    and message.get_type() in kinds
+                    and self._is_from(message)
+                    and accept(message)
+                ):
+                    return message
+        raise NoReplyError
+
+    def drain(self, *, late: bool = False) -> None:
+        """Discard the messages that have arrived: answers to an earlier upload.
+
+        With ``late``, also the messages of the next third of the time for an answer.
+        """
+        while (message := self._connection.recv_msg()) is not None:
+            self._note(message)
+        end = time.monotonic() + (self._answer_s / 3 if late else 0.0)
+        while (left_s := end - time.monotonic()) > 0:
+            self._read(left_s)
+
+    def close(self) -> None:
+        """Close the connection."""
+        self._connection.close()
+
+    def _read(self, left_s: float) -> Any:
+        """Return the next message, or None after a while; keep our heartbeats going."""
+        now = time.monotonic()
+        if now >= self._next_beat:
+            from pymavlink import mavutil
+
+            known = mavutil.mavlink
+            with _silent():
+                self.mav.heartbeat_send(known.MAV_TYPE_GCS, known.MAV_AUTOPILOT_INVALID, 0, 0, 0)
+            self._next_beat = now + _HEARTBEAT_S
+        wait_s = max(min(left_s, self._next_beat - now), 1e-3)
+        message = self._connection.recv_match(blocking=True, timeout=wait_s)
+        if message is not None:
+            self._note(message)
+        return message
+
+    def _is_from(self, message: Any) -> bool:
+        """Return whether the autopilot sent a message."""
+        source = message.get_srcSystem(), message.get_srcComponent()
+        return source == (self.system, self.component)
+
+    def _note(self, message: Any) -> None:
+        """Note from a heartbeat of the autopilot whether its motors may run."""
+        if message.get_type() == "HEARTBEAT" and self._is_from(message):
+            self.armed = bool(message.base_mode & _ARMED)
+
+
+@contextlib.contextmanager
+def _quiet() -> Any:
+    """Send the prints of pymavlink to standard error."""
+    with contextlib.redirect_stdout(sys.stderr):
+        yield
+
+
+@contextlib.contextmanager
+def _silent() -> Any:
+    """Drop the prints of pymavlink about a port that takes nothing: no answer says enough."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        yield
+
+
+def open_link(to: str, *, baud: int = 57600, answer_s: float = _ANSWER_S) -> Link:
+    """Open a connection.
+
+    Parameters
+    ----------
+    to : str
+        ``udpout:HOST:PORT``, ``udpin:HOST:PORT``, ``tcp:HOST:PORT`` or a serial device.
+    baud : int
+        Speed of a serial device.
+    answer_s : float
+        Seconds until a message without an answer is sent again, above 0.
+
+    Raises
+    ------
+    InputError
+        If ``to`` is none of these, or pymavlink is not installed.
+    JobError
+        If it cannot be opened.
+    """
+    _check_address(to)
+    # Read by pymavlink when it is imported: fences need version 2.
+    os.environ["MAVLINK20"] = "1"
+    try:
+        from pymavlink import mavutil
+    except ImportError:
+        raise InputError(
+            "pathgene upload needs the extra pathgene[mavlink]: pip install 'pathgene[mavlink]'."
+        ) from None
+    try:
+        with _quiet():
+            connection = mavutil.mavlink_connection(
+                to,
+                baud=baud,
+                source_system=_SYSTEM,
+                source_component=_COMPONENT,
+                dialect="common",
+                retries=1,
+            )
+    except (OSError, ValueError, OverflowError) as error:  # The last of a baud rate.
+        reason = getattr(error, "strerror", None) or error
+        raise JobError(f"Cannot open {to} ({reason}); check the address and the cable.") from None
+    if hasattr(connection.port, "write_timeout"):
+        connection.port.write_timeout = _WRITE_S
+    return Link(connection, answer_s)
+
+
+def _check_address(to: str) -> None:
+    """Refuse an address that pymavlink would take for a file to read or a program to run."""
+    scheme, _, address = to.partition(":")
+    if f"{scheme}:" in _SCHEMES:
+        host, _, port = address.rpartition(":")
+        try:
+            is_address = bool(host and whole(port, 65535))
+        except ValueError:
+            is_address = False
+        if not is_address:
+            raise InputError(f"The address must be {scheme}:HOST:PORT, not {to!r} (--to).")
+        try:
+            socket.gethostbyname(host)
+        except (OSError, UnicodeError):  # A name with a part of over 63 letters.
+            raise InputError(f"There is no host {host!r}; check the address (--to).") from None
+        return
+    try:
+        is_device = stat.S_ISCHR(Path(to).stat().st_mode)
+    except OSError:
+        is_device = False
+    if not is_device and not to.upper().startswith("COM"):
+        raise InputError(
+            f"There is no autopilot at {to!r}: give udpout:HOST:PORT, udpin:HOST:PORT, "
+            "tcp:HOST:PORT or a serial device (--to)."
+        )

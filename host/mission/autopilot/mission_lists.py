@@ -1,0 +1,328 @@
+"""One list of an autopilot, its mission or its fence: send, read, clear and compare.
+
+The mission protocol of MAVLink (https://mavlink.io/en/services/mission.html) carries the items.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from pathgene.host.mission.autopilot.mavlink_link import Link, NoReplyError
+
+
+__all__ = [
+    "ARDUPILOT",
+    "DEGREES",
+    "FENCE",
+    "MISSION",
+    "NAMES",
+    "PX4",
+    "ListError",
+    "WireItem",
+    "cancel",
+    "read",
+    "transfer",
+]
+
+#: Values of MAV_AUTOPILOT.
+ARDUPILOT, PX4 = 3, 12
+#: Values of MAV_MISSION_TYPE, and their names in sentences.
+MISSION, FENCE = 0, 1
+NAMES = {MISSION: "mission", FENCE: "fence"}
+#: Steps of a position on the wire, for each degree.
+DEGREES = 10_000_000
+
+# Values of MAV_MISSION_RESULT.
+_ACCEPTED, _UNSUPPORTED, _INVALID_SEQUENCE, _DENIED, _CANCELLED = 0, 3, 13, 14, 15
+# Frames that mean the same on the wire: AMSL with degrees, and with degrees times 10 million.
+_SAME_FRAMES = {5: 0, 6: 3, 11: 10}
+# ArduPilot keeps altitudes in whole centimetres.
+_ARDUPILOT_ALTITUDE_M = 0.0101
+# Maximum answers to a list, for each item, before the autopilot counts as stuck.
+_MAX_ANSWERS = 8
+
+
+class ListError(Exception):
+    """A list that the autopilot refuses, or that it does not hold as it was sent.
+
+    Parameters
+    ----------
+    reason : str
+        The beginning of a sentence about the autopilot.
+    silent : bool
+        The autopilot does not answer.
+    """
+
+    def __init__(self, reason: str, *, silent: bool = False) -> None:
+        super().__init__(reason)
+        self.reason, self.silent = reason, silent
+
+
+@dataclass(frozen=True)
+class WireItem:
+    """An item as MAVLink carries it.
+
+    Parameters
+    ----------
+    command, frame : int
+        Values of MAV_CMD and MAV_FRAME.
+    params : tuple of float
+        The first four parameters, NaN where left to the autopilot; single precision.
+    x, y : int
+        Latitude and longitude in degrees times 10 million.
+    z : float
+        Altitude in metres, single precision.
+    current, autocontinue : int
+        1 if the aircraft flies this item, and if it continues with the next one.
+    """
+
+    command: int
+    frame: int
+    params: tuple[float, float, float, float]
+    x: int
+    y: int
+    z: float
+    current: int = 0
+    autocontinue: int = 1
+
+
+def transfer(link: Link, mission_type: int, items: Sequence[WireItem], autopilot: int) -> None:
+    """Send a list, read it back and compare; an empty list clears the list of the autopilot.
+
+    An autopilot that keeps no such lists accepts the empty one.
+
+    Raises
+    ------
+    ListError
+        If the autopilot refuses an item, falls silent, or gives back anything else.
+    """
+    link.drain()
+    try:
+        if not _send(link, mission_type, items):
+            return
+    except _UnconfirmedError as error:
+        # The confirmation may be lost, and ArduPilot answers a repeated last item with an error.
+        try:
+            _compare(mission_type, items, read(link, mission_type), autopilot)
+        except ListError:
+            raise error from None
+        return
+    try:
+        got = read(link, mission_type)
+    except ListError as error:
+        raise ListError(
+            f"The autopilot took the {NAMES[mission_type]}, but {error.reason}", silent=error.silent
+        ) from None
+    _compare(mission_type, items, got, autopilot)
+
+
+def read(link: Link, mission_type: int) -> list[WireItem]:
+    """Return a list of the autopilot; an autopilot that keeps no such lists has an empty one.
+
+    Raises
+    ------
+    ListError
+        If the autopilot does not give its list; the reason is the end of a sentence.
+    """
+    to = link.system, link.component
+    items: list[WireItem] = []
+    count: int | None = None
+    try:
+        answer = _when_free(
+            link, mission_type, lambda: link.mav.mission_request_list_send(*to, mission_type)
+        )
+        if answer.get_type() == "MISSION_ACK":
+            if answer.type == _UNSUPPORTED:
+                return items
+            raise ListError(f"it does not give its list ({_result(answer.type)})")
+        count = answer.count
+        while len(items) < count:
+            found = link.ask(
+                lambda: link.mav.mission_request_int_send(*to, len(items), mission_type),
+                ("MISSION_ITEM_INT", "MISSION_ACK"),
+                lambda found: (
+                    found.mission_type == mission_type
+                    and (found.get_type() == "MISSION_ACK" or found.seq == len(items))
+                ),
+            )
+            if found.get_type() == "MISSION_ACK":
+                raise ListError(
+                    f"it does not give item {len(items)} of {count} ({_result(found.type)})"
+                )
+            items.append(_item(found))
+    except NoReplyError:
+        known = "?" if count is None else count
+        raise ListError(
+            f"it does not give its list ({len(items)} of {known} items)", silent=True
+        ) from None
+    link.mav.mission_ack_send(*to, _ACCEPTED, mission_type)
+    return items
+
+
+def cancel(link: Link, mission_types: Iterable[int]) -> None:
+    """Free an autopilot that still waits for items, and discard its late requests for them."""
+    for mission_type in mission_types:
+        link.mav.mission_ack_send(link.system, link.component, _CANCELLED, mission_type)
+    link.drain(late=True)
+
+
+class _UnconfirmedError(ListError):
+    """All items are sent, and the autopilot has not said that it accepts them."""
+
+
+def _when_free(link: Link, mission_type: int, send: Callable[[], None]) -> Any:
+    """Return the answer to a request for a list.
+
+    ArduPilot denies the request while it waits for the items of an upload that was broken off; it
+    gives up after 8 s.
+    """
+    busy = False
+
+    def is_answer(found: Any) -> bool:
+        nonlocal busy
+        if found.mission_type != mission_type:
+            return False
+        is_denial = found.get_type() == "MISSION_ACK" and found.type == _DENIED
+        busy = busy or is_denial
+        return not is_denial
+
+    kinds = ("MISSION_COUNT", "MISSION_ACK")
+    try:
+        return link.ask(send, kinds, is_answer)
+    except NoReplyError:
+        if not busy:
+            raise
+    return link.ask(send, kinds, is_answer)
+
+
+def _item(found: Any) -> WireItem:
+    params = found.param1, found.param2, found.param3, found.param4
+    return WireItem(
+        found.command,
+        found.frame,
+        params,
+        found.x,
+        found.y,
+        found.z,
+        found.current,
+        found.autocontinue,
+    )
+
+
+def _send(link: Link, mission_type: int, items: Sequence[WireItem]) -> bool:
+    """Hand over a list; an empty list clears the list of the autopilot.
+
+    Returns False where the list is empty and the autopilot keeps no such lists.
+    """
+    to = link.system, link.component
+    name, sent = NAMES[mission_type], 0
+
+    def announce() -> None:
+        if items:
+            link.mav.mission_count_send(*to, len(items), mission_type)
+        else:
+            link.mav.mission_clear_all_send(*to, mission_type)
+
+    def hand_over(number: int) -> None:
+        item = items[number]
+        link.mav.mission_item_int_send(
+            *to,
+            number,
+            item.frame,
+            item.command,
+            item.current,
+            item.autocontinue,
+            *item.params,
+            item.x,
+            item.y,
+            item.z,
+            mission_type,
+        )
+
+    def is_answer(found: Any) -> bool:
+        # ArduPilot complains of an item that it no longer asks for, and waits for the next one.
+        is_complaint = found.get_type() == "MISSION_ACK" and found.type == _INVALID_SEQUENCE
+        return found.mission_type == mission_type and not is_complaint
+
+    send: Callable[[], None] = announce
+    answers = ("MISSION_REQUEST_INT", "MISSION_REQUEST", "MISSION_ACK")
+    for _ in range(_MAX_ANSWERS * (len(items) + 1)):
+        kind = _UnconfirmedError if sent == len(items) else ListError
+        place = f"item {sent} of {len(items)} of the {name}"
+        try:
+            message = link.ask(send, answers, is_answer)
+        except NoReplyError:
+            raise kind(f"The autopilot fell silent at {place}", silent=True) from None
+        if message.get_type() == "MISSION_ACK":
+            if message.type == _UNSUPPORTED and not items:
+                return False
+            if message.type != _ACCEPTED:
+                raise kind(f"The autopilot refuses {place} ({_result(message.type)})")
+            if sent < len(items):
+                raise ListError(
+                    f"The autopilot accepts the {name} after {sent} of its {len(items)} items"
+                )
+            return True
+        number = message.seq
+        if number >= len(items):
+            break
+        sent = max(sent, number + 1)
+        send = partial(hand_over, number)
+    raise ListError(f"The autopilot repeats its requests for the same items of the {name}")
+
+
+def _compare(
+    mission_type: int, sent: Sequence[WireItem], got: Sequence[WireItem], autopilot: int
+) -> None:
+    """Refuse a list that differs from the one sent."""
+    name = NAMES[mission_type]
+    has_home = mission_type == MISSION and autopilot == ARDUPILOT
+    if has_home and not sent and len(got) == 1:
+        return  # Home stays where a mission is cleared.
+    if len(sent) != len(got):
+        raise ListError(f"The autopilot gives back {len(got)} items of the {name}, not {len(sent)}")
+    for number, (ours, theirs) in enumerate(zip(sent, got, strict=True)):
+        if has_home and number == 0:
+            continue  # Home is where the aircraft was armed.
+        difference = _difference(ours, theirs, autopilot, heights=mission_type == MISSION)
+        if difference:
+            raise ListError(
+                f"The autopilot gives back item {number} of the {name} with another {difference}"
+            )
+
+
+def _difference(ours: WireItem, theirs: WireItem, autopilot: int, *, heights: bool) -> str | None:
+    """Return the difference between two items, or None; fences have no heights."""
+    if ours.command != theirs.command:
+        return f"command ({theirs.command}, not {ours.command})"
+    if (ours.x, ours.y) != (theirs.x, theirs.y):
+        return (
+            f"place ({theirs.x / DEGREES:.7f}, {theirs.y / DEGREES:.7f}, not "
+            f"{ours.x / DEGREES:.7f}, {ours.y / DEGREES:.7f})"
+        )
+    for number, (our, their) in enumerate(zip(ours.params, theirs.params, strict=True), start=1):
+        # An autopilot may say 0 for a parameter that is left to it.
+        if our != their and not (math.isnan(our) and (their == 0 or math.isnan(their))):
+            return f"parameter {number} ({their:g}, not {our:g})"
+    if not heights:
+        return None
+    our_frame, their_frame = (_SAME_FRAMES.get(item.frame, item.frame) for item in (ours, theirs))
+    if our_frame != their_frame:
+        return f"frame ({theirs.frame}, not {ours.frame})"
+    slack_m = _ARDUPILOT_ALTITUDE_M if autopilot == ARDUPILOT else 0.0
+    if not abs(ours.z - theirs.z) <= slack_m:
+        return f"altitude ({theirs.z:.3f} m, not {ours.z:.3f} m)"
+    return None
+
+
+def _result(result: int) -> str:
+    """Return the name of a result of the protocol, in words."""
+    from pymavlink import mavutil
+
+    known: dict[int, Any] = mavutil.mavlink.enums["MAV_MISSION_RESULT"]
+    name = known[result].name if result in known else f"result {result}"
+    return str(name).removeprefix("MAV_MISSION_").replace("_", " ").lower()

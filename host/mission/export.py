@@ -1,0 +1,111 @@
+"""Files of a planned path for ground stations, viewers and browsers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.files.output import json_bytes, writing_into
+from pathgene.host.files.replacement import replace_files
+from pathgene.host.formats.registry import check_formats, needs_flight_plan, write
+from pathgene.host.mission.autopilot.flight_plan import flight_plan
+from pathgene.host.problem.problem import Problem
+from pathgene.host.report.read import Run
+from pathgene.host.report.run_files import digests
+from pathgene.host.report.summary import finite
+from pathgene.host.report.track import track_of
+
+
+__all__ = ["export", "exported"]
+
+
+def exported(
+    problem: Problem,
+    path: NDArray[np.float64],
+    formats: Sequence[str],
+    note: Callable[[str], None],
+    *,
+    feasible: bool | None = None,
+    page: Callable[[], str] | None = None,
+) -> dict[str, bytes]:
+    """Return a path in some formats: the contents of files by their names.
+
+    Parameters
+    ----------
+    problem : Problem
+        The problem.
+    path : ndarray
+        Waypoints, (n, 3) float64 metres, start and goal included.
+    formats : sequence of str
+        Names of formats of :data:`pathgene.host.formats.registry.FORMATS`.
+    note : callable
+        Receives a sentence about each thing that a file cannot say.
+    feasible : bool, optional
+        The verdict on the path, which ``path.plan`` states.
+    page : callable, optional
+        Makes ``path.html``; ``html`` among the formats needs it.
+
+    Raises
+    ------
+    InputError
+        If the terrain has no place on Earth and a format needs one.
+    """
+    check_formats(formats, problem.terrain)
+    curve = Evaluator(problem).track(path)
+    flight = None
+    if needs_flight_plan(formats):
+        flight = flight_plan(problem, curve, feasible=feasible)
+        for sentence in flight.notes:
+            note(sentence)
+    return write(track_of(problem, path, curve, flight=flight, page=page), formats)
+
+
+def export(
+    run: Run,
+    formats: Sequence[str],
+    directory: Path,
+    note: Callable[[str], None],
+    *,
+    page: Callable[[], str] | None = None,
+) -> list[Path]:
+    """Write the path of a finished run in some formats, all files or none.
+
+    In the folder of the run, its summary states the new digests.
+
+    Parameters
+    ----------
+    run : Run
+        The run.
+    formats : sequence of str
+        Names of formats of :data:`pathgene.host.formats.registry.FORMATS`.
+    directory : Path
+        An existing folder.
+    note : callable
+        Receives a sentence about each thing that a file cannot say.
+    page : callable, optional
+        As for :func:`exported`.
+
+    Returns
+    -------
+    list of Path
+        The files written, without the summary.
+
+    Raises
+    ------
+    InputError
+        If the terrain has no place on Earth and a format needs one, or the directory cannot be
+        written to.
+    """
+    contents = exported(run.problem, run.path, formats, note, feasible=run.feasible, page=page)
+    written = [directory / name for name in contents]
+    with writing_into(directory):
+        stated = run.summary.get("files")
+        if stated is not None and directory.samefile(run.file.parent):
+            whole = {**run.summary, "files": {**stated, **digests(contents)}}
+            contents[run.file.name] = json_bytes(finite(whole))
+        replace_files(directory, contents)
+    return written

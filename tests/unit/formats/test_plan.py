@@ -1,0 +1,194 @@
+"""The plan of QGroundControl: its content, MAVSDK's reading of it, and ours."""
+
+import copy
+import itertools
+import json
+import math
+from importlib import metadata
+
+import numpy as np
+import pytest
+
+from pathgene.host.errors import InputError
+from pathgene.host.formats.flight_plan import LOITER, WAYPOINT
+from pathgene.host.formats.plan import plan_document, read_plan
+from pathgene.host.mission.autopilot.route import leg_tolerance_m, route
+from pathgene.host.problem.zones import Circle
+from tests.support.host.earth import agree, single
+from tests.support.host.missions import flight_of
+from tests.unit.mission.autopilot.mavsdk_autopilot import importer
+
+
+VERSION = metadata.version("pathgene")
+
+
+@pytest.fixture(scope="module")
+def plans(missions):
+    verdicts = itertools.cycle((None, True, False))
+    return [
+        flight_of(*mission, feasible=feasible)
+        for mission, feasible in zip(missions, verdicts, strict=False)
+    ]
+
+
+@pytest.fixture(scope="module")
+def documents(plans):
+    """Return the content of the files, as a reader gets it."""
+    return [json.loads(json.dumps(plan_document(plan))) for plan in plans]
+
+
+def route_of(problem, track):
+    rules = problem.rules
+    points = route(track, leg_tolerance_m(rules.corridor_m if rules else None))
+    return np.array([(point.x_m, point.y_m, point.z_m) for point in points])
+
+
+def test_every_number_is_where_the_format_has_it(missions, tracks, documents):
+    for (problem, _), track, document in zip(missions, tracks, documents, strict=True):
+        assert (document["fileType"], document["version"]) == ("Plan", 1)
+        mission, fence, rally = (document[key] for key in ("mission", "geoFence", "rallyPoints"))
+        assert (mission["version"], fence["version"], rally["version"]) == (2, 2, 2)
+        items = mission["items"]
+        assert [item["doJumpId"] for item in items] == list(range(1, len(items) + 1))
+        assert {item["type"] for item in items} == {"SimpleItem"}
+        assert {item["frame"] for item in items} == {0}
+        # QGroundControl's editor takes this for AMSL, in items and in items added to them.
+        assert {item["AltitudeMode"] for item in items} == {2}
+        assert mission["globalPlanAltitudeMode"] == 2
+        assert [item["command"] for item in items[:-1]] == [WAYPOINT] * (len(items) - 1)
+        assert items[-1]["command"] == LOITER
+        assert {item["Altitude"] == item["params"][6] for item in items} == {True}
+        for piece in fence["circles"] + fence["polygons"]:
+            assert (piece["version"], piece["inclusion"]) == (1, False)
+        start, ground = problem.start, problem.terrain.ground(*problem.start[:2])
+        *home, home_alt = mission["plannedHomePosition"]
+        assert home == items[0]["params"][4:6]
+        assert home_alt == ground
+        ((*place, height),) = rally["points"]
+        assert place == home
+        assert home_alt + height == pytest.approx(start[2])  # Above home, as stations read it.
+
+        points = route_of(problem, track)
+        lat, lon, alt = np.array([item["params"][4:] for item in items[:-1]]).T
+        assert agree(problem.terrain, points, lat, lon)
+        assert np.array_equal(alt, points[:, 2])  # Exactly.
+        assert items[-1]["params"][4:] == items[-2]["params"][4:]
+        # ArduPilot refuses a loiter with null, which MAVLink carries as NaN.
+        assert None not in items[-1]["params"]
+
+
+def test_mavsdk_imports_the_same_mission_and_fence(documents):
+    """MAVLink has degrees times 10 million and altitudes in single precision."""
+    with importer() as read:
+        for document in documents:
+            imported = read(json.dumps(document))
+            items = document["mission"]["items"]
+            assert len(imported.mission_items) == len(items)
+            for wanted, item in zip(items, imported.mission_items, strict=True):
+                *params, lat, lon, alt = wanted["params"]
+                assert (item.command, item.frame) == (wanted["command"], 0)
+                assert item.x == pytest.approx(lat * 1e7, abs=0.51)
+                assert item.y == pytest.approx(lon * 1e7, abs=0.51)
+                assert item.z == single(alt)
+                assert [item.param1, item.param2, item.param3] == params[:3]
+                assert item.param4 == 0 if item.command == LOITER else math.isnan(item.param4)
+            corners = [
+                (corner, len(piece["polygon"]))
+                for piece in document["geoFence"]["polygons"]
+                for corner in piece["polygon"]
+            ]
+            circles = [piece["circle"] for piece in document["geoFence"]["circles"]]
+            fence = imported.geofence_items
+            assert [(f.command, f.param1) for f in fence] == [
+                *((5002, count) for _, count in corners),
+                *((5004, single(circle["radius"])) for circle in circles),
+            ]
+            places = [corner for corner, _ in corners] + [circle["center"] for circle in circles]
+            for (lat, lon), item in zip(places, fence, strict=True):
+                assert item.x == pytest.approx(lat * 1e7, abs=0.51)
+                assert item.y == pytest.approx(lon * 1e7, abs=0.51)
+            (rally,) = imported.rally_items
+            assert rally.z == single(document["rallyPoints"]["points"][0][2])
+
+
+def test_circles_have_their_centres(missions, documents):
+    for (problem, _), document in zip(missions, documents, strict=True):
+        circles = [circle["circle"] for circle in document["geoFence"]["circles"]]
+        zones = [zone for zone in problem.zones if isinstance(zone, Circle)]
+        for circle in circles:
+            (zone,) = (zone for zone in zones if zone.radius_m == circle["radius"])
+            lat, lon = np.array(circle["center"])[:, None]
+            assert agree(problem.terrain, [(zone.x_m, zone.y_m)], lat, lon)
+
+
+def test_reads_its_own_files(plans, documents, tmp_path):
+    file = tmp_path / "path.plan"
+    for plan, document in zip(plans, documents, strict=True):
+        file.write_text(json.dumps(document))
+        read = read_plan(file)
+        assert (read.home, read.items, read.rally) == (plan.home, plan.items, plan.rally)
+        assert set(read.fence) == set(plan.fence)
+        assert read.feasible is plan.feasible
+
+
+def test_states_the_verdict_on_the_path(plans, documents):
+    for plan, document in zip(plans, documents, strict=True):
+        stated = None if plan.feasible is None else {"version": VERSION, "feasible": plan.feasible}
+        assert document.get("pathgene") == stated
+
+
+def altered(document, *where, to):
+    """Return a copy with another value at ``where``."""
+    changed = copy.deepcopy(document)
+    table = changed
+    for key in where[:-1]:
+        table = table[key]
+    table[where[-1]] = to
+    return changed
+
+
+@pytest.mark.parametrize(
+    ("where", "to", "sentence"),
+    [
+        (("version",), 2, "not a .plan file of QGroundControl, version 1."),
+        (("mission", "items", 0, "params"), [0, 1], "not a .plan file of QGroundControl, version"),
+        (("mission", "items", 0, "params", 4), None, "not a .plan file of QGroundControl, version"),
+        (
+            ("mission", "items", 2, "frame"),
+            3,
+            "item 3 has an altitude of frame 3; give altitudes above mean sea level (frame 0).",
+        ),
+        (
+            ("mission", "items", 1),
+            {"type": "ComplexItem", "complexItemType": "survey"},
+            "item 2 is a survey, but only waypoints and other simple items can be read; replace "
+            "it by waypoints.",
+        ),
+        (
+            ("geoFence", "version"),
+            1,
+            "its fences are of another version than 2; save it with a newer program.",
+        ),
+        (
+            ("pathgene", "feasible"),
+            "no",
+            "feasible of pathgene must be true or false, not 'no'.",
+        ),
+        (("pathgene",), 1, "not a .plan file of QGroundControl, version 1."),
+    ],
+)
+def test_refuses_other_plans(documents, tmp_path, where, to, sentence):
+    file = tmp_path / "other.plan"
+    file.write_text(json.dumps(altered(documents[1], *where, to=to)))
+    with pytest.raises(InputError) as refusal:
+        read_plan(file)
+    assert str(refusal.value).startswith(f"{file}: {sentence}")
+
+
+def test_refuses_what_is_no_json(tmp_path):
+    file = tmp_path / "none.plan"
+    with pytest.raises(InputError, match=r"^Cannot read the plan .*none.plan' \(No such file"):
+        read_plan(file)
+    file.write_text("QGC WPL 110\n")
+    with pytest.raises(InputError, match=r": not JSON; give a .plan file or a summary.json.$"):
+        read_plan(file)

@@ -1,0 +1,12 @@
+"""An autopilot of our own for each test."""
+
+import pytest
+
+from tests.unit.mission.autopilot.own_autopilot import OwnAutopilot
+
+
+@pytest.fixture
+def own():
+    server = OwnAutopilot()
+    yield server
+    server.close()

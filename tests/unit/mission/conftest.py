@@ -1,0 +1,23 @@
+"""Random missions, with their tracks and flight plans."""
+
+import pytest
+
+from pathgene.host.evaluation import Evaluator
+from tests.support.host.missions import flight_of, make_mission
+
+
+@pytest.fixture(scope="session")
+def missions():
+    """Return a hundred random missions."""
+    return [make_mission(seed) for seed in range(100)]
+
+
+@pytest.fixture(scope="session")
+def tracks(missions):
+    return [Evaluator(problem, threads=1).track(path) for problem, path in missions]
+
+
+@pytest.fixture(scope="session")
+def plans(missions):
+    """Return the missions as an autopilot takes them."""
+    return [flight_of(*mission) for mission in missions]

@@ -49,7 +49,7 @@ class Breeder(Unit):
         Ranks of the survivors, in the order drawn, from the end of ``planning`` to ``begin``.
     slots : In(stream.Signature(range(slot_count)))
         Free slots, one for each child.
-    limits, start, goal : In(corner_layout)
+    frame : In(frame_layout)
         Greatest corner and altitude of a waypoint, and the ends of all paths. Steady.
     read : Out(place_layout)
     waypoint : In(waypoint_layout)
@@ -126,10 +126,7 @@ class Breeder(Unit):
             self.children.p.slot.eq(builder.children.p),
             self.children.p.parity.eq(plans.words.p.parity),
             builder.children.ready.eq(self.children.ready),
-            *(
-                getattr(builder, name).eq(getattr(self, name))
-                for name in ("limits", "start", "goal", "waypoint")
-            ),
+            *(getattr(builder, name).eq(getattr(self, name)) for name in ("frame", "waypoint")),
             self.read.eq(builder.read),
             self.write.eq(builder.write),
         ]
@@ -169,9 +166,7 @@ class Breeder(Unit):
 #: Members that are those of the builder.
 _PASSED = (
     "slots",
-    "limits",
-    "start",
-    "goal",
+    "frame",
     "read",
     "waypoint",
     "write",

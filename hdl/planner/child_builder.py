@@ -8,7 +8,7 @@ from pathgene.hdl.feasibility.result_queue import ResultQueue
 from pathgene.hdl.ga_core.waypoint_perturber import within
 from pathgene.hdl.layouts import point_layout
 from pathgene.hdl.planner.child_planner import plan_layout
-from pathgene.hdl.planner.population_layouts import corner_layout, waypoint_layout
+from pathgene.hdl.planner.population_layouts import corner_layout, frame_layout, waypoint_layout
 from pathgene.hdl.planner.population_memory import place_layout, write_layout
 from pathgene.hdl.primitives.delay_line import delay_line
 from pathgene.hdl.primitives.unit import Count, Unit, Width
@@ -32,18 +32,18 @@ class ChildBuilder(Unit):
     the first cycle of a child is the one after its plan is taken. A plan waits for a free slot, and
     for ``children``.
 
-    A moved waypoint stays within ``limits``; its margin is 0. So is that of an inserted one, which
-    is moved from the middle between its neighbours, and of a settled one. The others keep theirs.
-    Equals the waypoints of ``cross`` and ``mutate`` of
-    :mod:`pathgene.sim.model.planner.definition.breeder`.
+    A moved waypoint stays within the limits of the frame; its margin is 0. An inserted waypoint,
+    which is moved from the middle between its neighbours, and a settled one have a margin of 0 as
+    well. All other waypoints keep their margins. Equals the waypoints of ``cross`` and ``mutate``
+    of :mod:`pathgene.sim.model.planner.definition.breeder`.
 
     Members
     -------
     plans : In(stream.Signature(plan_layout))
     slots : In(stream.Signature(range(slot_count)))
         Free slots; each child takes one.
-    limits, start, goal : In(corner_layout)
-        Greatest corner and altitude of a waypoint, and the ends of all paths. Steady.
+    frame : In(frame_layout)
+        Steady.
     read : Out(place_layout)
     waypoint : In(waypoint_layout)
         Contents of ``read`` of 2 cycles before.
@@ -85,9 +85,7 @@ class ChildBuilder(Unit):
         return {
             "plans": In(stream.Signature(self.plan_layout)),
             "slots": In(stream.Signature(range(self.slot_count))),
-            "limits": In(self.corner_layout),
-            "start": In(self.corner_layout),
-            "goal": In(self.corner_layout),
+            "frame": In(frame_layout(self.coordinate_bits, self.altitude_bits)),
             "read": Out(self.place_layout),
             "waypoint": In(self.waypoint_layout),
             "write": Out(write_layout(self.slot_count, self.max_waypoints, self.waypoint_layout)),
@@ -227,8 +225,8 @@ class ChildBuilder(Unit):
             m.d.sync += point[axis].eq(
                 Mux(
                     steps[3].is_start,
-                    self.start[axis],
-                    Mux(steps[3].is_goal, self.goal[axis], self.waypoint[axis]),
+                    self.frame.start[axis],
+                    Mux(steps[3].is_goal, self.frame.goal[axis], self.waypoint[axis]),
                 )
             )
         with m.If(valid[3] & steps[3].is_start):
@@ -258,7 +256,9 @@ class ChildBuilder(Unit):
             m.d.sync += [
                 gain.eq(moved),
                 far.eq(base + gain),
-                self.write.waypoint[axis].eq(Mux(limited, within(m, far, self.limits[axis]), far)),
+                self.write.waypoint[axis].eq(
+                    Mux(limited, within(m, far, self.frame.limits[axis]), far)
+                ),
             ]
         margin_held = delay_line(m, margin, 1, "margin_held")
         m.d.sync += self.write.waypoint.margin.eq(

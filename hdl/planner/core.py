@@ -13,7 +13,7 @@ from pathgene.hdl.planner.evolver import Evolver
 from pathgene.hdl.planner.first_paths import FirstPaths
 from pathgene.hdl.planner.layouts import problem_layout, shape_layout
 from pathgene.hdl.planner.nearest_corner import NearestCorner
-from pathgene.hdl.planner.population_layouts import corner_layout
+from pathgene.hdl.planner.population_layouts import corner_layout, frame_layout
 from pathgene.hdl.planner.run_control import RunControl
 from pathgene.hdl.planner.run_status import RunStatus, run_status_layout
 from pathgene.hdl.planner.shape_drawer import ShapeDrawer
@@ -117,23 +117,21 @@ class PlannerCore(Unit):
         # A run begins some cycles later: all of these are steady by then.
         sizes = config.coordinate_bits, config.altitude_bits
         limits = Signal(corner_layout(*sizes))
+        frame = Signal(frame_layout(*sizes))
         m.d.sync += [limits[axis].eq(problem[f"{axis}_limit"]) for axis in _AXES]
         m.d.comb += [
             self.problems.ready.eq(~control.running),
             taken.eq(self.problems.valid & self.problems.ready),
             *(unit.problem.eq(problem) for unit in (self._seeds, self._evaluator)),
-            self._evolver.limits.eq(limits),
-            self._first_paths.altitude_limit.eq(limits.altitude),
+            frame.limits.eq(limits),
+            *(unit.frame.eq(frame) for unit in (self._evolver, self._seeds, self._first_paths)),
         ]
         for end in ("start", "goal"):
             m.submodules[f"nearest_{end}"] = nearest = NearestCorner(*sizes)
             m.d.comb += [
                 nearest.limits.eq(limits),
                 *(nearest.position[axis].eq(problem[f"{end}_{axis}"]) for axis in _AXES),
-                *(
-                    getattr(unit, end).eq(nearest.corner)
-                    for unit in (self._evolver, self._seeds, self._first_paths)
-                ),
+                frame[end].eq(nearest.corner),
             ]
         with m.If(control.ends):
             m.d.sync += [self.has_population.eq(1), self.has_best.eq(1)]

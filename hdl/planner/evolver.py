@@ -82,7 +82,7 @@ class Evolver(Unit):
     words : In(stream.Signature(data.ArrayLayout(64, 2)))
         Steps of the random source: selection word, mutation word. Planning takes longer while there
         is none.
-    limits, start, goal : In(corner_layout)
+    frame : In(frame_layout)
         Greatest corner and altitude of a waypoint, and the ends of all paths. Steady.
     slots : Out(stream.Signature(range(slot_count)))
         With ``fills``: free slots. At most ``max(2 * config.children, 18)`` are taken that have not
@@ -150,7 +150,7 @@ class Evolver(Unit):
             "best": Out(KEY_BITS),
             "feasible": Out(1),
             "words": In(stream.Signature(data.ArrayLayout(WORD_BITS, LANES))),
-            **{name: bred[name] for name in ("limits", "start", "goal")},
+            "frame": bred["frame"],
             "slots": Out(stream.Signature(range(self.slot_count))),
             "write": In(write_layout(self.slot_count, config.max_waypoints, corner)),
             "children": Out(stream.Signature(self.head_layout)),
@@ -176,10 +176,7 @@ class Evolver(Unit):
         connect(m, flipped(self.points), breeder.points)
         connect(m, flipped(self.evaluated), collector.evaluated)
         m.d.comb += [
-            *(
-                getattr(breeder, name).eq(getattr(self, name))
-                for name in ("limits", "start", "goal")
-            ),
+            breeder.frame.eq(self.frame),
             breeder.waypoint.eq(memory.waypoint),
             breeder.parent.slot.eq(collector.member.slot),
             breeder.parent.length.eq(collector.member.length),

@@ -9,6 +9,7 @@ from pathgene.hdl.layouts import point_layout
 from pathgene.hdl.planner.member_reader import MemberReader
 from pathgene.hdl.planner.population_layouts import (
     corner_layout,
+    frame_layout,
     member_layout,
     waypoint_layout,
 )
@@ -51,10 +52,8 @@ class FirstPaths(Unit):
         Paths to be made; 1 or more, and of members at most those there are. Read with ``launch``.
     busy : Out(1)
         Until the last goal is taken.
-    start, goal : In(corner_layout)
-    altitude_limit : In(altitude_bits)
-        Ends of all paths, and the highest altitude of a waypoint. Steady, like ``kind``, while
-        ``busy``.
+    frame : In(frame_layout)
+        Steady, like ``kind``, while ``busy``.
     begin_seed : Out(1)
         Pulse: a seed shall be made. Not with ``seed_busy``.
     seed_busy : In(1)
@@ -92,9 +91,7 @@ class FirstPaths(Unit):
             "kind": In(FirstPathKind),
             "count": In(16),
             "busy": Out(1),
-            "start": In(self.corner_layout),
-            "goal": In(self.corner_layout),
-            "altitude_limit": In(self.altitude_bits),
+            "frame": In(frame_layout(*sizes)),
             "begin_seed": Out(1),
             "seed_busy": In(1),
             "seed": In(found_layout(*sizes)),
@@ -123,9 +120,7 @@ class FirstPaths(Unit):
             source.eq(Mux(seeds, self.seed, reader.found)),
             seeds.eq(self.kind == FirstPathKind.SEED),
             reader.lifts.eq(self.kind == FirstPathKind.LIFTED),
-            reader.start.eq(self.start),
-            reader.goal.eq(self.goal),
-            reader.altitude_limit.eq(self.altitude_limit),
+            reader.frame.eq(self.frame),
             reader.slot.eq(self.member.slot),
             reader.length.eq(self.member.length),
             reader.waypoint.eq(self.waypoint),
@@ -163,7 +158,7 @@ class FirstPaths(Unit):
             with m.State("START"):
                 m.d.comb += [
                     point.valid.eq(waypoints.valid),
-                    *(point.p[axis].eq(self.start[axis]) for axis in _AXES),
+                    *(point.p[axis].eq(self.frame.start[axis]) for axis in _AXES),
                 ]
                 with m.If(point.valid & point.ready):
                     m.next = "WAYPOINTS"
@@ -181,7 +176,7 @@ class FirstPaths(Unit):
                 m.d.comb += [
                     point.valid.eq(1),
                     point.p.last.eq(1),
-                    *(point.p[axis].eq(self.goal[axis]) for axis in _AXES),
+                    *(point.p[axis].eq(self.frame.goal[axis]) for axis in _AXES),
                 ]
                 with m.If(point.ready):
                     m.d.sync += [left.eq(left - 1), self.rank.eq(self.rank + 1)]

@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.planner.population_layouts import corner_layout, waypoint_layout
+from pathgene.hdl.planner.population_layouts import frame_layout, waypoint_layout
 from pathgene.hdl.planner.population_memory import place_layout
 from pathgene.hdl.planner.wavefront.layouts import found_layout
 from pathgene.hdl.primitives.delay_line import delay_line
@@ -31,9 +31,8 @@ class MemberReader(Unit):
     Members
     -------
     lifts : In(1)
-    start, goal : In(corner_layout)
-    altitude_limit : In(altitude_bits)
-        Highest altitude of a waypoint. All four are steady while a path is read.
+    frame : In(frame_layout)
+        Steady, like ``lifts``, while a path is read.
     begin : In(1)
         Pulse: read a path. After the last waypoint of the one before.
     slot : In(range(slots))
@@ -54,9 +53,7 @@ class MemberReader(Unit):
         sizes = self.coordinate_bits, self.altitude_bits
         return {
             "lifts": In(1),
-            "start": In(corner_layout(*sizes)),
-            "goal": In(corner_layout(*sizes)),
-            "altitude_limit": In(self.altitude_bits),
+            "frame": In(frame_layout(*sizes)),
             "begin": In(1),
             "slot": In(range(self.slots)),
             "length": In(range(self.max_waypoints + 1)),
@@ -88,6 +85,7 @@ class MemberReader(Unit):
 
         # A cycle for the memory's register, then differences, products, and their sum.
         waypoint, found = self.waypoint, self.found
+        start, goal = self.frame.start, self.frame.goal
         dot = []
         for axis in "xy":
             bits = self.coordinate_bits + 1
@@ -96,8 +94,8 @@ class MemberReader(Unit):
             way = Signal(signed(bits), name=f"way_{axis}", reset_less=True)
             off = Signal(signed(bits), name=f"off_{axis}", reset_less=True)
             m.d.sync += [
-                way.eq(self.goal[axis] - self.start[axis]),
-                off.eq(waypoint[axis] - self.start[axis]),
+                way.eq(goal[axis] - start[axis]),
+                off.eq(waypoint[axis] - start[axis]),
             ]
             m.d.comb += [multiplier.first.eq(way), multiplier.second.eq(off)]
             dot.append(multiplier.product)
@@ -108,7 +106,7 @@ class MemberReader(Unit):
         raised = Signal(self.altitude_bits + 1, reset_less=True)
         capped = Signal(self.altitude_bits, reset_less=True)
         raises = self.lifts & (waypoint.margin < 0)
-        limit = self.altitude_limit
+        limit = self.frame.limits.altitude
         m.d.sync += [
             raised.eq(waypoint.altitude + Mux(raises, -waypoint.margin, 0)),
             capped.eq(Mux(self.lifts & (raised > limit), limit, raised)),

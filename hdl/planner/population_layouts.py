@@ -10,6 +10,7 @@ from pathgene.hdl.protocol.planner import VALUE_BITS
 __all__ = [
     "KEY_BITS",
     "corner_layout",
+    "frame_layout",
     "head_layout",
     "member_layout",
     "path_layout",
@@ -37,6 +38,16 @@ def corner_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout
     return data.StructLayout(
         {"x": coordinate_bits, "y": coordinate_bits, "altitude": altitude_bits}
     )
+
+
+def frame_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
+    """Return the layout of the frame of all paths of a problem, three corners.
+
+    ``limits``: greatest corner and altitude of a waypoint. ``start`` and ``goal``: ends of all
+    paths.
+    """
+    corner = corner_layout(coordinate_bits, altitude_bits)
+    return data.StructLayout({"limits": corner, "start": corner, "goal": corner})
 
 
 def waypoint_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:

@@ -5,7 +5,7 @@ from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.planner.layouts import problem_layout
-from pathgene.hdl.planner.population_layouts import corner_layout
+from pathgene.hdl.planner.population_layouts import frame_layout
 from pathgene.hdl.planner.wavefront.block_map import BlockMap
 from pathgene.hdl.planner.wavefront.route import Route
 from pathgene.hdl.planner.wavefront.seeder import Seeder
@@ -28,9 +28,9 @@ class SeedSource(Unit):
     Members
     -------
     problem : In(problem_layout)
-    start, goal : In(corner_layout)
-        Corners nearest to the ends, and the steps at or below them. Steady, like ``problem``, while
-        ``busy`` and a cycle before.
+    frame : In(frame_layout)
+        Its ends: corners nearest to the ends, and the steps at or below them. Steady, like
+        ``problem``, while ``busy`` and a cycle before.
     write : In({"valid", "x", "y"})
     row : Out({"x", "y"})
     corners : In(altitude_bits).array(lanes)
@@ -66,8 +66,7 @@ class SeedSource(Unit):
         members = self._blocks.signature.members
         return {
             "problem": In(problem_layout(config)),
-            "start": In(corner_layout(xy, z)),
-            "goal": In(corner_layout(xy, z)),
+            "frame": In(frame_layout(xy, z)),
             **{name: members[name] for name in ("write", "row", "corners")},
             "scan": In(1),
             "launch": In(1),
@@ -118,8 +117,8 @@ class SeedSource(Unit):
         problem = self.problem
         m.d.comb += [
             blocks.block_shift.eq(problem.block_shift),
-            blocks.start.eq(self.start),
-            blocks.goal.eq(self.goal),
+            blocks.start.eq(self.frame.start),
+            blocks.goal.eq(self.frame.goal),
             blocks.write.eq(self.write),
             self.row.eq(blocks.row),
             *(own.eq(corner) for own, corner in zip(blocks.corners, self.corners, strict=True)),

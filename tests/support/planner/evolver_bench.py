@@ -216,12 +216,9 @@ class Bench:
         ctx.set(self.top.load, 1)
         ctx.set(dut.clear, 1)
         limits = record.x_limit, record.y_limit, record.altitude_limit
-        for signal, point in (
-            (dut.limits, limits),
-            (dut.start, self.ends[0]),
-            (dut.goal, self.ends[1]),
-        ):
-            ctx.set(signal, corner(point))
+        ends = self.ends
+        for name, point in (("limits", limits), ("start", ends[0]), ("goal", ends[1])):
+            ctx.set(dut.frame[name], corner(point))
         ctx.set(dut.give_up_rank, self.give_up_rank)
         await ctx.tick()
         ctx.set(self.top.load, 0)

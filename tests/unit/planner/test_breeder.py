@@ -105,8 +105,8 @@ class Bench:
         self.children.clear()
         self.first_points.clear()
         limits = record.x_limit, record.y_limit, record.altitude_limit
-        for signal, point in ((dut.limits, limits), (dut.start, ends[0]), (dut.goal, ends[1])):
-            ctx.set(signal, corner(point))
+        for name, point in (("limits", limits), ("start", ends[0]), ("goal", ends[1])):
+            ctx.set(dut.frame[name], corner(point))
         ctx.set(dut.begin, 1)
         await ctx.tick()
         ctx.set(dut.begin, 0)

@@ -52,10 +52,8 @@ class Bench:
 
         async def bench(ctx):
             limits = self.record.x_limit, self.record.y_limit, self.record.altitude_limit
-            for signal, point in zip(
-                (dut.limits, dut.start, dut.goal), (limits, *self.ends), strict=True
-            ):
-                ctx.set(signal, corner(point))
+            for name, point in zip(("limits", "start", "goal"), (limits, *self.ends), strict=True):
+                ctx.set(dut.frame[name], corner(point))
             earlier = None
             for self.cycle in range(cycles):
                 control(self)

@@ -18,8 +18,8 @@ from pathgene.sim.model.planner.first_paths_cycles import (
     seed_offered,
 )
 from pathgene.sim.model.planner.wavefront_cycles import WAYPOINT, seeded
-from tests import planner_cases
 from tests.support.gateware.streams import simulate
+from tests.support.planner import cases as planner_cases
 from tests.support.planner.cases import LARGE, SMALL, USUAL
 from tests.support.planner.population import corner, population
 
@@ -68,9 +68,9 @@ class Bench:
     async def run(self, ctx, kind, count, seeds=()):
         """Make the paths; return the cycle of the launch."""
         dut, words = self.dut, seeded(seed_waypoints(self.config.max_waypoints)[1])
-        ctx.set(dut.start, corner(self.ends[0]))
-        ctx.set(dut.goal, corner(self.ends[1]))
-        ctx.set(dut.altitude_limit, self.record.altitude_limit)
+        ctx.set(dut.frame.start, corner(self.ends[0]))
+        ctx.set(dut.frame.goal, corner(self.ends[1]))
+        ctx.set(dut.frame.limits.altitude, self.record.altitude_limit)
         ctx.set(dut.kind, kind)
         ctx.set(dut.count, count)
         ctx.set(dut.launch, 1)

@@ -27,7 +27,7 @@ class Breeder(Unit):
     ``begin`` on, and of n children all are planned after 8 n + 5 cycles, when ``planning`` falls.
     Plans of two generations fit into the queue. Children are built in their order, as slots,
     children and points are taken: see :class:`pathgene.hdl.planner.child_builder.ChildBuilder`.
-    Equals :func:`pathgene.sim.model.planner.definition.breeder.breed`.
+    Equals :func:`pathgene.sim.model.planner.breeder.breed`.
 
     Members
     -------

@@ -35,7 +35,7 @@ class ChildBuilder(Unit):
     A moved waypoint stays within the limits of the frame; its margin is 0. An inserted waypoint,
     which is moved from the middle between its neighbours, and a settled one have a margin of 0 as
     well. All other waypoints keep their margins. Equals the waypoints of ``cross`` and ``mutate``
-    of :mod:`pathgene.sim.model.planner.definition.breeder`.
+    of :mod:`pathgene.sim.model.planner.breeder`.
 
     Members
     -------

@@ -71,7 +71,7 @@ class ChildPlanner(Unit):
     A parent is read in the first cycle of a draw, the other one in the second, and the plan is
     offered 8 cycles after the first. The next draw begins in the cycle in which the plan is taken,
     so plans follow each other every 8 cycles. Equals ``cross`` and ``mutate`` of
-    :mod:`pathgene.sim.model.planner.definition.breeder`, waypoints apart.
+    :mod:`pathgene.sim.model.planner.breeder`, waypoints apart.
 
     Members
     -------

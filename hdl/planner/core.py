@@ -34,7 +34,7 @@ class PlannerCore(Unit):
 
     Cells, shapes, problems and runs are taken while no run goes on. A problem voids the paths of
     the run before; a warm run goes on from them nevertheless. Equals
-    :func:`pathgene.sim.model.planner.definition.run.plan`, cycles included.
+    :func:`pathgene.sim.model.planner.run.plan`, cycles included.
 
     Members
     -------

@@ -27,7 +27,7 @@ class Evolver(Unit):
     evaluated, those of the next are planned, from the population as it is. Then the earlier one is
     collected: elites and survivors as drawn last stay, its children take the places of the others,
     and the slots of the others become free. ``finish`` collects a generation without planning
-    another one. Equals :meth:`pathgene.sim.model.planner.definition.run.Run.evolve`, evaluation
+    another one. Equals :func:`pathgene.sim.model.planner.run.plan`, evaluation
     apart.
 
     Planning takes a constant number of cycles, whatever is drawn; passes over the ranks and sorting

@@ -26,7 +26,7 @@ class MemberReader(Unit):
 
     With ``lifts``, a waypoint with a negative margin is raised by it, up to the limit of altitudes.
     Otherwise the first waypoints are dropped as far as they lie behind the start, but for the last
-    two of a path: what is left equals :func:`pathgene.sim.model.planner.definition.warm.ahead`.
+    two of a path: what is left equals :func:`pathgene.sim.model.planner.warm.ahead`.
 
     Members
     -------

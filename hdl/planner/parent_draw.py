@@ -25,7 +25,7 @@ class ParentDraw(Unit):
 
     A parent is the best of :data:`PARENT_DRAWS` uniform draws of the selection word. A draw is
     offered 3 cycles after its words are taken; the next words are taken once it is accepted.
-    Equals the draws of :func:`pathgene.sim.model.planner.definition.breeder.breed`.
+    Equals the draws of :func:`pathgene.sim.model.planner.breeder.breed`.
 
     Members
     -------

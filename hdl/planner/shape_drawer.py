@@ -17,7 +17,7 @@ __all__ = ["ShapeDrawer"]
 class ShapeDrawer(Unit):
     """Looks at each corner of a shape's box, one a cycle, and writes those in the shape.
 
-    The corners written are those of :func:`pathgene.sim.model.planner.definition.no_fly.drawn`, by
+    The corners written are those of :func:`pathgene.sim.model.planner.no_fly.block`, by
     rows; every other row is drawn backwards, so that the next corner is always a neighbour. The
     value of an edge gains the edge's fall towards it, which for the first edge, as that bends,
     loses twice the bend in each step. A corner is in the shape unless the value of an edge is

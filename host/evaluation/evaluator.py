@@ -325,14 +325,8 @@ class Evaluator:
         lengths: NDArray[np.integer[Any]],
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return penalty and cost of parts of paths, which begin and end with any heading."""
-        free = _with(
-            self._course,
-            headings=0,
-            start_east=0.0,
-            start_north=0.0,
-            goal_east=0.0,
-            goal_north=0.0,
-        )
+        ends = {"start_east": 0.0, "start_north": 0.0, "goal_east": 0.0, "goal_north": 0.0}
+        free = _with(self._course, headings=0, **ends)
         penalty, cost, _ = self._population(paths, lengths, free)
         return penalty, cost
 

@@ -17,9 +17,9 @@ from pathgene.sim.exported import exported_verilog
 from pathgene.sim.model.planner import wavefront_cycles
 from pathgene.sim.model.planner.definition import wavefront
 from pathgene.sim.model.planner.definition.score import corner_of
-from pathgene.sim.model.planner.definition.seeds import seed_path
 from pathgene.sim.verilator import build_verilator
 from tests.support.planner.cases import LARGE, SMALL, USUAL
+from tests.support.planner.plain import seed_path
 from tests.support.planner.wavefront import Words, blocks_of, corner, layer, problem, terrain
 
 

@@ -42,7 +42,7 @@ class PathEvaluator(Unit):
     the walker 3 cycles after the decision, and its key 3 cycles after the result of the walk, or in
     the cycle after the key before it is taken. All cycles equal those of
     :func:`pathgene.sim.model.planner.cycles.enter`, the keys those of
-    :meth:`pathgene.sim.model.planner.definition.evaluation.Evaluator.evaluate`.
+    :func:`pathgene.sim.model.planner.evaluation.evaluate`.
 
     3 cycles before the key of a path is offered, or earlier, the path is ``decided``, and its last
     ``margin`` is given if it is walked.

@@ -85,7 +85,7 @@ class Scorer(Unit):
     behind it by two cycles or a multiple. ``sim/model/planner/scorer_cycles.py`` has the same
     counts.
 
-    A score has what :meth:`pathgene.sim.model.planner.definition.evaluation.Evaluator.evaluate`
+    A score has what :func:`pathgene.sim.model.planner.evaluation.evaluate`
     needs besides the walk.
 
     Source: ``docs/chip_planner.md``, "The score".

@@ -29,7 +29,7 @@ class Seeder(Unit):
     Takes a word of the random source in every cycle from the one after ``launch`` on: one for the
     path, then one for each waypoint of the longest seed. A waypoint follows its word by
     :attr:`latency` cycles. Equals ``seed_path`` of
-    :mod:`pathgene.sim.model.planner.definition.seeds`.
+    :mod:`pathgene.sim.model.planner.seeds`.
 
     Attributes
     ----------

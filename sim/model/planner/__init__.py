@@ -1,7 +1,6 @@
-"""The whole planner core, as a bit-exact integer model.
+"""The planner core as a bit-exact integer model, compiled.
 
-:mod:`pathgene.sim.model.planner.definition` is the plain model, a module for each unit; the modules
-here are the same units, compiled. Both have a function ``plan`` in their module ``run``, with the
-same arguments and the same result. ``docs/chip_planner.md`` says in words what they compute, and
-why.
+A module for each unit. Score, walk and wavefront are written for a processor, and
+:mod:`pathgene.sim.model.planner.definition` defines them in plain Python. ``docs/chip_planner.md``
+says in words what the modules compute, and why.
 """

@@ -1,6 +1,9 @@
-"""Breeding, compiled: :func:`pathgene.sim.model.planner.definition.breeder.breed`.
+"""Breeding, compiled: from the sorted population and the random words to the children.
 
-A path is an array of rows x, y, step, margin, start and goal included.
+A path is an array of rows x, y, step, margin, start and goal included. Each child takes a step of
+the random source. The selection word holds the ranks of its parents, and above them the draw of a
+survivor; the mutation word holds the mutation, and above it the place where the parents are cut. A
+draw below ``n`` is ``bits * n >> width``.
 """
 
 from __future__ import annotations
@@ -20,6 +23,7 @@ from pathgene.hdl.protocol.planner_breeding import (
     SURVIVOR_BITS,
 )
 from pathgene.sim.model.planner.compiled import compiled, inlined
+from pathgene.sim.model.planner.course import Course, Members
 from pathgene.sim.model.planner.problem import ALTITUDE_LIMIT as TOP
 from pathgene.sim.model.planner.problem import (
     BOX_X,
@@ -35,7 +39,7 @@ from pathgene.sim.model.planner.random_words import Words, draw, field, step
 from pathgene.sim.model.planner.walk import Integers
 
 
-__all__ = ["breed", "clamp"]
+__all__ = ["breed", "clamp", "cross", "mutate"]
 
 _MIN_WAYPOINTS = Config.MIN_WAYPOINTS
 _FIRST_OFFSET, _OFFSET_BITS = OFFSETS
@@ -43,11 +47,8 @@ _FIRST_OFFSET, _OFFSET_BITS = OFFSETS
 
 @compiled
 def breed(
-    problem: Integers,
-    sizes: Integers,
-    paths: Integers,
-    points: Integers,
-    order: Integers,
+    course: Course,
+    members: Members,
     free: Integers,
     survivors: Integers,
     others: Integers,
@@ -57,12 +58,9 @@ def breed(
 
     Parameters
     ----------
-    problem, sizes : (29,), (14,) int64
-    paths : (slots, points, 4) int64
-    points : (slots,) int64
-        Points of each path, ends included.
-    order : (slots,) int64
-        Slots of the population from the best.
+    course : Course
+    members : Members
+        The population; its keys are not read.
     free : (children,) int64
     survivors : (survivors,) int64
         Their ranks, written here, in the order drawn.
@@ -71,6 +69,8 @@ def breed(
     words : Words
         Random source; takes a step for each child.
     """
+    problem, sizes = course.problem, course.sizes
+    paths, points, order = members.paths, members.points, members.order
     width = sizes[RANK_BITS]
     left = sizes[POPULATION] - sizes[ELITES]
     for rank in range(left):
@@ -84,8 +84,8 @@ def breed(
             second = min(second, field(words, 0, (PARENT_DRAWS + i) * width, width))
         child, head, tail = paths[slot], order[first], order[second]
         cut = 2 * field(words, 1, *CUT) + 1
-        length = _cross(paths[head], points[head], paths[tail], points[tail], child, cut)
-        points[slot] = _mutate(problem, sizes, child, length, words)
+        length = cross(paths[head], points[head], paths[tail], points[tail], child, cut)
+        points[slot] = mutate(problem, sizes, child, length, words)
         if number < sizes[SURVIVORS]:
             at = draw(words, 0, 2 * PARENT_DRAWS * width, SURVIVOR_BITS, left - number)
             survivors[number] = others[at]
@@ -100,7 +100,7 @@ def clamp(value: int, high: int) -> int:
 
 
 @compiled
-def _cross(
+def cross(
     head: Integers,
     head_points: int,
     tail: Integers,
@@ -108,7 +108,10 @@ def _cross(
     child: Integers,
     eighths: int,
 ) -> int:
-    """Write the head of one path and the tail of another, cut there; return the points."""
+    """Write the head of one path and the tail of another to ``child``; return its points.
+
+    Each path is cut after ``eighths`` eighths of its waypoints, rounded down.
+    """
     length = 0
     for k in range(((head_points - 2) * eighths >> 3) + 1):
         for i in range(4):
@@ -122,8 +125,13 @@ def _cross(
 
 
 @compiled
-def _mutate(problem: Integers, sizes: Integers, path: Integers, points: int, words: Words) -> int:
-    """Apply the mutation of the mutation word to ``path``; return its points."""
+def mutate(problem: Integers, sizes: Integers, path: Integers, points: int, words: Words) -> int:
+    """Apply the mutation of the mutation word to ``path``; return its points.
+
+    The word chooses the operator, the place, the size, and three offsets in the box of
+    *allaire-2008*, at the places of :mod:`pathgene.hdl.protocol.planner_breeding`. Where the limits
+    of the length forbid an insertion or a deletion, the operator is a perturbation.
+    """
     inner = points - 2
     operator, size = draw(words, 1, *OPERATOR, MUTATIONS), field(words, 1, *SIZE)
     if INSERT <= operator < DELETE and inner < sizes[MAX_WAYPOINTS]:
@@ -145,6 +153,7 @@ def _mutate(problem: Integers, sizes: Integers, path: Integers, points: int, wor
         _move(problem, sizes, path[at], words, size >> 1)
         return points
     margin = path[at, 3]
+    # Half, once or twice the margin down; the whole of a negative one up.
     fall = margin << (size * 3 >> 4) >> 1 if margin >= 0 else margin
     path[at, 2] = clamp(path[at, 2] - fall, problem[TOP])
     path[at, 3] = 0

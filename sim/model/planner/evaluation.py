@@ -1,9 +1,10 @@
-"""Evaluation of a path, compiled: ``Evaluator``."""
+"""Evaluation of a path, compiled: score, then walk, then key."""
 
 from __future__ import annotations
 
 from pathgene.hdl.protocol.planner import HIT_BITS, VALUE_BITS, PathClass
 from pathgene.sim.model.planner.compiled import compiled
+from pathgene.sim.model.planner.course import Course, Scratch
 from pathgene.sim.model.planner.cycles import WALK
 from pathgene.sim.model.planner.memo import HITS, MARGIN, START, STOP, packed, row_of
 from pathgene.sim.model.planner.problem import (
@@ -25,13 +26,15 @@ from pathgene.sim.model.planner.score import (
     TO_Y,
     score,
 )
-from pathgene.sim.model.planner.walk import Ground, Integers, walk
+from pathgene.sim.model.planner.walk import Integers, walk
 from pathgene.sim.model.planner.walker_cycles import MEMO_HIT, walking
 
 
 __all__ = ["GIVEN_UP", "NO_LIMIT", "evaluate"]
 
+#: A key above all others: no path is given up.
 NO_LIMIT = 4 << VALUE_BITS
+#: Feasible paths have lower keys.
 GIVEN_UP = PathClass.GIVEN_UP << VALUE_BITS
 _INFEASIBLE = PathClass.INFEASIBLE << VALUE_BITS
 _TOP = (1 << VALUE_BITS) - 1
@@ -39,21 +42,22 @@ _TOP = (1 << VALUE_BITS) - 1
 
 @compiled
 def evaluate(
-    problem: Integers,
-    sizes: Integers,
-    ground: Ground,
-    memo: Integers,
-    counters: Integers,
-    work: Integers,
+    course: Course,
+    scratch: Scratch,
     path: Integers,
     points: int,
     limit: int,
     first: bool,
 ) -> int:
-    """Return the key of the first ``points`` rows x, y, step, margin of ``path``.
+    """Return the key of the first ``points`` rows x, y, step, margin of ``path``, ends included.
 
-    The margins of a path that is walked are written.
+    With ``first``, the best path is feasible: a path that is infeasible by its score, or whose
+    value is not below ``limit``, is not walked, and its margins stay. All other paths are walked to
+    their end, but with ``first`` no collision counts after the first segment or chord that
+    collides. The margin of a waypoint becomes the least margin of its two segments and its chord.
     """
+    problem, sizes, ground = course
+    memo, counters, work = scratch.memo, scratch.counters, scratch.work
     has_entry, has_exit = problem[HAS_ENTRY], problem[HAS_EXIT]
     cost, penalty = score(problem, path, points, work, first)
     value: int = min(max(cost >> problem[KEY_SHIFT], 0), _TOP)

@@ -1,4 +1,7 @@
-"""Memo of segments, compiled: :class:`pathgene.sim.model.planner.definition.memo.Memo`."""
+"""Memo of segments, compiled: hits and margins of segments walked before, by their ends.
+
+A direct-mapped table with whole tags, which never answers for another segment.
+"""
 
 from __future__ import annotations
 
@@ -29,10 +32,10 @@ def packed(bits: int, x: int, y: int, z: int) -> int:
 
 @inlined
 def row_of(rows: int, width: int, start: int, stop: int) -> int:
-    """Return the row of a segment in a memo of so many rows; :data:`NO_ROW` if it has none.
+    """Return the row of a segment in a memo of ``rows`` rows; :data:`NO_ROW` if there are none.
 
-    ``width`` is that of a row's number, ``start`` and ``stop`` are the ends, :func:`packed`. The
-    row is the segment's if its first two columns are these.
+    ``width`` is the width of a row's number, ``start`` and ``stop`` are the ends, :func:`packed`.
+    The row holds the segment if its first two columns equal the ends.
     """
     if rows == 0:
         return NO_ROW

@@ -1,4 +1,4 @@
-"""BLOCK, in arrays: :func:`pathgene.sim.model.planner.definition.no_fly.block`."""
+"""BLOCK: the corners of a shape become blocked."""
 
 from __future__ import annotations
 

@@ -10,12 +10,13 @@ from pathgene.sim.model.planner.compiled import compiled, inlined
 from pathgene.sim.model.random_source import check_seed
 
 
-__all__ = ["Words", "draw", "field", "source", "step"]
+__all__ = ["WORD", "Words", "draw", "field", "source", "step"]
 
 #: ``(LANES, 7)`` uint64: registers a, b and c of each lane as low and high halves, then its word.
 Words = npt.NDArray[np.uint64]
 
-_A_LOW, _A_HIGH, _B_LOW, _B_HIGH, _C_LOW, _C_HIGH, _WORD = range(7)
+#: Places of a lane.
+_A_LOW, _A_HIGH, _B_LOW, _B_HIGH, _C_LOW, _C_HIGH, WORD = range(7)
 _A_MASK, _B_MASK, _C_MASK = ((1 << width - 64) - 1 for width in (93, 84, 111))
 
 
@@ -48,7 +49,7 @@ def step(words: Words) -> None:
         t1 = _tap(a, a_up, 2) ^ _tap(a, a_up, 29)
         t2 = _tap(b, b_up, 5) ^ _tap(b, b_up, 20)
         t3 = _tap(c, c_up, 2) ^ _tap(c, c_up, 47)
-        one[_WORD] = t1 ^ t2 ^ t3
+        one[WORD] = t1 ^ t2 ^ t3
         one[_B_LOW] = t1 ^ (_tap(a, a_up, 27) & _tap(a, a_up, 28)) ^ _tap(b, b_up, 14)
         one[_C_LOW] = t2 ^ (_tap(b, b_up, 18) & _tap(b, b_up, 19)) ^ _tap(c, c_up, 23)
         one[_A_LOW] = t3 ^ (_tap(c, c_up, 45) & _tap(c, c_up, 46)) ^ _tap(a, a_up, 5)
@@ -66,7 +67,7 @@ def _tap(low: np.uint64, high: np.uint64, bit: int) -> np.uint64:
 @inlined
 def field(words: Words, lane: int, low: int, width: int) -> int:
     """Return bits ``low`` to ``low + width - 1``, at most 62, of a lane's word."""
-    return int(np.int64(words[lane, _WORD] >> np.uint64(low) & np.uint64((1 << width) - 1)))
+    return int(np.int64(words[lane, WORD] >> np.uint64(low) & np.uint64((1 << width) - 1)))
 
 
 @inlined

@@ -1,4 +1,9 @@
-"""A run, compiled: :func:`pathgene.sim.model.planner.definition.run.plan`, bit for bit."""
+"""A run, compiled: first populations, islands, and one population of their best.
+
+Generations overlap, as in the gateware: while the children of one are evaluated, the children of
+the next are bred. A generation is therefore bred from the population that the one before was bred
+from, and the children of the generation before that.
+"""
 
 from __future__ import annotations
 
@@ -10,10 +15,9 @@ from pathgene.hdl.protocol.runs import ISLANDS, Outcome, Population, RunOptions
 from pathgene.sim.model.planner import cycles
 from pathgene.sim.model.planner.breeder import breed
 from pathgene.sim.model.planner.compiled import allocating, compiled
+from pathgene.sim.model.planner.course import Course, Members, Route, Scratch, Surroundings
 from pathgene.sim.model.planner.cycles import CYCLES, GENERATIONS, WALK
-from pathgene.sim.model.planner.definition.run import NEVER, check_population
 from pathgene.sim.model.planner.definition.score import corner_of
-from pathgene.sim.model.planner.definition.warm import ahead
 from pathgene.sim.model.planner.evaluation import GIVEN_UP, NO_LIMIT, evaluate
 from pathgene.sim.model.planner.memo import empty_memo
 from pathgene.sim.model.planner.problem import (
@@ -28,11 +32,13 @@ from pathgene.sim.model.planner.problem import (
     problem_vector,
     sizes_vector,
 )
-from pathgene.sim.model.planner.random_words import Words, source
+from pathgene.sim.model.planner.random_words import source
 from pathgene.sim.model.planner.run_control_cycles import ROUTED, SCANNED
 from pathgene.sim.model.planner.score import WORK_ROWS
 from pathgene.sim.model.planner.seeds import lift, seed_path
+from pathgene.sim.model.planner.sorting import join, merge, place
 from pathgene.sim.model.planner.walk import Ground, Integers
+from pathgene.sim.model.planner.warm import ahead
 from pathgene.sim.model.planner.wavefront import (
     LEAST,
     PRICES,
@@ -46,17 +52,27 @@ from pathgene.sim.model.planner.wavefront import (
 from pathgene.sim.model.planner.wavefront_cycles import launched, scanned
 
 
-__all__ = ["WATCHED", "WATCHED_CYCLES", "WATCHED_GENERATIONS", "WATCHED_STOP", "plan"]
+__all__ = [
+    "NEVER",
+    "WATCHED",
+    "WATCHED_CYCLES",
+    "WATCHED_GENERATIONS",
+    "WATCHED_STOP",
+    "plan",
+]
 
-#: Places of what another thread sees of a run, and of the stop that it may ask for by writing 1.
+#: Cycle of a stop that does not come: the counter of cycles ends before.
+NEVER = 1 << 32
+
+#: Places of the stop that another thread asks for by writing 1, and of the progress that it reads.
 WATCHED_STOP, WATCHED_GENERATIONS, WATCHED_CYCLES = range(3)
 #: Their number.
 WATCHED = 3
 
 #: Places of the options.
 _CYCLES, _GENERATIONS, _UNTIL_FEASIBLE, _GIVE_UP_RANK, _SEEDS, _LIFTS, _SHARE, _STOP = range(8)
-#: Rows of the work space of a generation: free slots, survivors, ranks left, members that stay,
-#: and of the children that wait to be collected their slots and the cycles of their points.
+#: Rows of the work space of a generation: free slots, survivors, ranks left, members that stay, and
+#: slots and cycles of points of the children that wait to be collected.
 _FREE, _SURVIVORS, _OTHERS, _KEPT, _PENDING, _OFFERED, _NEXT_OFFERED = range(7)
 
 
@@ -71,13 +87,33 @@ def plan(
     stop: int = NEVER,
     watched: Integers | None = None,
 ) -> Outcome:
-    """Plan a path: see :func:`pathgene.sim.model.planner.definition.run.plan`.
+    """Plan a path.
 
-    ``watched``, (WATCHED,) int64 zeros, lets another thread see generations and cycles, and end
-    each island with its present generation.
+    Parameters
+    ----------
+    config : Config
+    ground : (map_size, map_size) uint16
+        The highest of the four cells around each corner.
+    record : ProblemRecord
+    options : RunOptions
+    population : list of list of (int, int, int), optional
+        All paths of an earlier run, the best first; only with ``options.warm``.
+    marked : int
+        Blocks of the map that have changed since the run before, by default all. Changes nothing
+        but cycles.
+    stop : int
+        Cycle in which the run is stopped: no further generation is bred from the next one on.
+    watched : (WATCHED,) int64, optional
+        Zeros; lets another thread see generations and cycles, and end each island with its present
+        generation.
+
+    Raises
+    ------
+    ValueError
+        If the options, the record or the population do not fit ``config``.
     """
     options.check(config)
-    check_population(config, options, population)
+    _check_population(config, options, population)
     numbers = (
         options.cycles,
         options.generations,
@@ -106,22 +142,23 @@ def plan(
     spent = scanned(marked, record.block_shift, config.lanes, int(delays[cycles.ROW]))
     cycles.spread(counters, spent, SCANNED)
     _run(
-        problem_vector(config, record),
-        sizes_vector(config, options.memo),
+        Course(problem_vector(config, record), sizes_vector(config, options.memo), ground),
+        Scratch(
+            empty_memo(options.memo),
+            delays,
+            counters,
+            np.zeros((WORK_ROWS, paths.shape[2] + 2), dtype=np.int64),
+        ),
+        Surroundings(
+            source(options.seed),
+            np.zeros(WATCHED, dtype=np.int64) if watched is None else watched,
+            np.zeros((7, slots + 1), dtype=np.int64),
+        ),
+        Members(paths, points, keys, order),
         np.array(numbers, dtype=np.int64),
         np.array(options.slopes, dtype=np.int64),
-        ground,
         np.array([*start, *goal], dtype=np.int64),
-        source(options.seed),
-        empty_memo(options.memo),
-        delays,
-        counters,
-        np.zeros(WATCHED, dtype=np.int64) if watched is None else watched,
         dropped,
-        paths,
-        points,
-        keys,
-        order,
     )
     best: dict[int, list[tuple[int, int, int]]] = {}
     last = []
@@ -133,44 +170,44 @@ def plan(
     return Outcome(*returned, last, **cycles.totals(counters))
 
 
+def _check_population(config: Config, options: RunOptions, population: Population | None) -> None:
+    """Raise ``ValueError`` unless a warm run has a whole population, and another one has none."""
+    count = 0 if population is None else len(population)
+    if count != (config.population if options.warm else 0):
+        raise ValueError(
+            f"A warm run must go on from {config.population} paths, and another run from none, not "
+            f"from {count}"
+        )
+
+
 @allocating
 def _run(
-    problem: Integers,
-    sizes: Integers,
+    course: Course,
+    scratch: Scratch,
+    around: Surroundings,
+    islands: Members,
     options: Integers,
     slopes: Integers,
-    ground: Ground,
     ends: Integers,
-    words: Words,
-    memo: Integers,
-    delays: Integers,
-    counters: Integers,
-    watched: Integers,
     dropped: Integers,
-    paths: Integers,
-    points: Integers,
-    keys: Integers,
-    order: Integers,
 ) -> None:
-    """Do the run; the population is in island 0 afterwards, ``order`` its slots from the best.
+    """Do the run; island 0 holds the population afterwards.
 
     Parameters
     ----------
-    problem, sizes, options, ends, delays, counters, watched : (n,) int64
+    course, scratch, around : Course, Scratch, Surroundings
+    islands : Members
+        One island for each of ``slopes``. A warm start has one more, the first, which holds its
+        paths.
+    options, ends : (n,) int64
     slopes : (islands,) int64
-        Of each island that is seeded. There is an island more in ``paths`` on a warm start, the
-        first, whose paths are there.
-    ground : (map_size, map_size) uint16
-    words : Words
-    memo : (rows, 4) int64
+        Limit of the slope of each island that is seeded.
     dropped : (population,) int64
         Waypoints that each path of a warm start has lost.
-    paths : (islands, slots, points, 4) int64
-    points, keys : (islands, slots) int64
-    order : (islands, slots + 1) int64
     """
-    work = np.zeros((WORK_ROWS, paths.shape[2] + 2), dtype=np.int64)
-    spare = np.zeros((7, paths.shape[1] + 1), dtype=np.int64)
+    problem, sizes, ground = course
+    counters, delays = scratch.counters, scratch.delays
+    paths, points, keys, order = islands
     blocks = np.zeros((3, BLOCKS, BLOCKS), dtype=np.int64)
     surface = np.zeros((BLOCKS, BLOCKS), dtype=np.int64)
     field = np.zeros((BLOCKS, BLOCKS), dtype=np.int64)
@@ -190,10 +227,9 @@ def _run(
         for slot in range(population):
             offered = cycles.revised(counters, slot, dropped[slot])
             keys[0, slot], made = _evaluate(
-                problem, sizes, ground, memo, delays, counters, work, paths[0, slot],
-                points[0, slot], offered, NO_LIMIT, False,
-            )  # fmt: skip
-            cycles.take(counters, made, _place(order[0], keys[0], slot, slot))
+                course, scratch, paths[0, slot], points[0, slot], offered, NO_LIMIT, False
+            )
+            cycles.take(counters, made, place(order[0], keys[0], slot, slot))
         cycles.settle(delays, counters)
     for i in range(warm, count):
         surface[:] = blocks[LEAST]
@@ -205,31 +241,30 @@ def _run(
         is_straight = field[start // BLOCKS, start % BLOCKS] == FAR
         spent = launched(limit_passes, passes, length, is_straight)
         cycles.spread(counters, spent, ROUTED)
+        way = Route(blocks, surface, route, length)
         for seed in range(options[_SEEDS]):
             # The slot of the worst path but the first seeds' own.
             slot = seed if seed <= population else order[i, population]
             path = paths[i, slot]
-            points[i, slot] = seed_path(
-                problem, sizes, ends, blocks, surface, route, length, words, path
-            )
+            points[i, slot] = seed_path(course, ends, way, around.words, path)
             keys[i, slot], made = _evaluate(
-                problem, sizes, ground, memo, delays, counters, work, path, points[i, slot],
-                cycles.seeded(counters, seed), NO_LIMIT, False,
+                course, scratch, path, points[i, slot], cycles.seeded(counters, seed), NO_LIMIT,
+                False,
             )  # fmt: skip
             rank = min(seed, population)
-            cycles.take(counters, made, _place(order[i], keys[i], slot, rank))
+            cycles.take(counters, made, place(order[i], keys[i], slot, rank))
         cycles.settle(delays, counters)
         for _ in range(options[_LIFTS]):
-            ranked = spare[0]
+            ranked = around.spare[0]
             ranked[:population] = order[i, :population]
             for rank in range(population):
                 slot = ranked[rank]
                 lift(problem, paths[i, slot], points[i, slot])
+                offered = cycles.revised(counters, rank, 0)
                 keys[i, slot], made = _evaluate(
-                    problem, sizes, ground, memo, delays, counters, work, paths[i, slot],
-                    points[i, slot], cycles.revised(counters, rank, 0), NO_LIMIT, False,
-                )  # fmt: skip
-                cycles.take(counters, made, _place(order[i], keys[i], slot, rank))
+                    course, scratch, paths[i, slot], points[i, slot], offered, NO_LIMIT, False
+                )
+                cycles.take(counters, made, place(order[i], keys[i], slot, rank))
             cycles.settle(delays, counters)
 
     if count == ISLANDS:
@@ -242,47 +277,38 @@ def _run(
             until: int = counters[CYCLES] + time
             most: int = counters[GENERATIONS] + generations
             cycles.aim(counters)
-            _evolve(
-                problem, sizes, options, ground, words, memo, delays, counters, watched, work,
-                spare, paths[i], points[i], keys[i], order[i], until, most, False,
-            )  # fmt: skip
-        passed = _merge(paths, points, keys, order, population)
+            island = Members(paths[i], points[i], keys[i], order[i])
+            _evolve(course, scratch, around, island, options, until, most, False)
+        passed = merge(paths, points, keys, order, population)
         cycles.merge(delays, counters, passed)
     else:
         cycles.aim(counters)
-    _evolve(
-        problem, sizes, options, ground, words, memo, delays, counters, watched, work,
-        spare, paths[0], points[0], keys[0], order[0], options[_CYCLES], options[_GENERATIONS],
-        options[_UNTIL_FEASIBLE] != 0,
-    )  # fmt: skip
+    island = Members(paths[0], points[0], keys[0], order[0])
+    time, generations = options[_CYCLES], options[_GENERATIONS]
+    waits = options[_UNTIL_FEASIBLE] != 0
+    _evolve(course, scratch, around, island, options, time, generations, waits)
     cycles.end(counters)
 
 
 @compiled
 def _evolve(
-    problem: Integers,
-    sizes: Integers,
+    course: Course,
+    scratch: Scratch,
+    around: Surroundings,
+    members: Members,
     options: Integers,
-    ground: Ground,
-    words: Words,
-    memo: Integers,
-    delays: Integers,
-    counters: Integers,
-    watched: Integers,
-    work: Integers,
-    spare: Integers,
-    paths: Integers,
-    points: Integers,
-    keys: Integers,
-    order: Integers,
     time: int,
     generations: int,
     waits: bool,
 ) -> None:
-    """Breed one population until the run has taken so many cycles or generations.
+    """Breed one population until the run has taken ``time`` cycles or ``generations``.
 
     With ``waits`` the generations count only if the best path is feasible.
     """
+    sizes = course.sizes
+    delays, counters = scratch.delays, scratch.counters
+    words, watched, spare = around
+    paths, points, keys, order = members
     population, children = sizes[POPULATION], sizes[CHILDREN]
     stay = population - children
     free, survivors, kept, pending = spare[_FREE], spare[_SURVIVORS], spare[_KEPT], spare[_PENDING]
@@ -292,14 +318,14 @@ def _evolve(
     while True:
         watched[WATCHED_GENERATIONS] = counters[GENERATIONS]
         watched[WATCHED_CYCLES] = counters[CYCLES]
-        goes_on = counters[GENERATIONS] < generations or (waits and keys[order[0]] >= GIVEN_UP)
-        breeds = counters[CYCLES] < time and goes_on
+        continues = counters[GENERATIONS] < generations or (waits and keys[order[0]] >= GIVEN_UP)
+        breeds = counters[CYCLES] < time and continues
         breeds &= watched[WATCHED_STOP] == 0
         first, limit = False, NO_LIMIT
         if breeds:
             begun = cycles.begin(delays, counters, has_pending)
             _find_free(order, population, pending, children if has_pending else 0, kept, free)
-            breed(problem, sizes, paths, points, order, free, survivors, spare[_OTHERS], words)
+            breed(course, members, free, survivors, spare[_OTHERS], words)
             for i in range(children):
                 next_offered[i] = cycles.bred(counters, begun, i, points[free[i]])
             first = keys[order[0]] < GIVEN_UP
@@ -310,21 +336,21 @@ def _evolve(
             cycles.finish(counters)
         if has_pending:
             _keep(sizes, survivors, order, kept)
-            # Those in the sorter: more than children once the pass has come.
+            # Members in the sorter: more than children once the pass has come.
             used = 0
             for i in range(children):
                 slot = pending[i]
                 keys[slot], made = _evaluate(
-                    problem, sizes, ground, memo, delays, counters, work, paths[slot],
-                    points[slot], offered[i], pending_limit, pending_first,
+                    course, scratch, paths[slot], points[slot], offered[i], pending_limit,
+                    pending_first,
                 )  # fmt: skip
                 if used == i and cycles.passes(counters, made):
                     used += stay
-                    cycles.pass_over(delays, counters, _join(order, keys, kept, i, stay))
-                cycles.take(counters, made, _place(order, keys, slot, used))
+                    cycles.pass_over(delays, counters, join(order, keys, kept, i, stay))
+                cycles.take(counters, made, place(order, keys, slot, used))
                 used += 1
             if used == children:
-                cycles.pass_over(delays, counters, _join(order, keys, kept, children, stay))
+                cycles.pass_over(delays, counters, join(order, keys, kept, children, stay))
             cycles.collect(delays, counters)
         if not breeds:
             break
@@ -335,13 +361,8 @@ def _evolve(
 
 @compiled
 def _evaluate(
-    problem: Integers,
-    sizes: Integers,
-    ground: Ground,
-    memo: Integers,
-    delays: Integers,
-    counters: Integers,
-    work: Integers,
+    course: Course,
+    scratch: Scratch,
     path: Integers,
     points: int,
     offered: int,
@@ -349,11 +370,12 @@ def _evaluate(
     first: bool,
 ) -> tuple[int, int]:
     """Return the key of a path, and its cycle, if points are there in cycle ``offered``."""
+    problem, counters = course.problem, scratch.counters
     before = counters[WALK]
-    key = evaluate(problem, sizes, ground, memo, counters, work, path, points, limit, first)
+    key = evaluate(course, scratch, path, points, limit, first)
     count = points + problem[HAS_ENTRY] + problem[HAS_EXIT]
     walk = counters[WALK] - before
-    return key, cycles.enter(delays, counters, offered, count, walk, problem[HAS_EXIT])
+    return key, cycles.enter(scratch.delays, counters, offered, count, walk, problem[HAS_EXIT])
 
 
 @compiled
@@ -365,7 +387,7 @@ def _find_free(
     is_used: Integers,
     free: Integers,
 ) -> None:
-    """Write the slots that hold no path of the population and none of those that wait.
+    """Write the slots that hold no path of the population and none that waits.
 
     ``is_used`` is work space.
     """
@@ -393,53 +415,3 @@ def _keep(sizes: Integers, survivors: Integers, order: Integers, kept: Integers)
         if stays:
             kept[count] = order[rank]
             count += 1
-
-
-@compiled
-def _place(order: Integers, keys: Integers, slot: int, used: int) -> int:
-    """Insert a slot behind its equals in the first ``used`` ones; return how many follow it."""
-    rank = used
-    while rank > 0 and keys[order[rank - 1]] > keys[slot]:
-        order[rank] = order[rank - 1]
-        rank -= 1
-    order[rank] = slot
-    return used - rank
-
-
-@compiled
-def _join(order: Integers, keys: Integers, kept: Integers, used: int, stay: int) -> int:
-    """Insert the slots that stay, sorted, in front of their equals in the first ``used`` ones.
-
-    Return how many of these follow each of them, summed up.
-    """
-    passed, other = 0, used - 1
-    for i in range(stay - 1, -1, -1):
-        while other >= 0 and keys[order[other]] >= keys[kept[i]]:
-            order[other + i + 1] = order[other]
-            other -= 1
-        order[other + i + 1] = kept[i]
-        passed += used - 1 - other
-    return passed
-
-
-@allocating
-def _merge(
-    paths: Integers, points: Integers, keys: Integers, order: Integers, population: int
-) -> int:
-    """Make the population of island 0 the best of all islands, an equal number of each.
-
-    Return how many of those before it each of them passes, summed up.
-    """
-    islands = len(paths)
-    each = population // islands
-    merged = np.zeros((population, paths.shape[2], 4), dtype=np.int64)
-    lengths, values = np.zeros(population, dtype=np.int64), np.zeros(population, dtype=np.int64)
-    for i in range(islands):
-        for rank in range(each):
-            to, slot = i * each + rank, order[i, rank]
-            merged[to], lengths[to], values[to] = paths[i, slot], points[i, slot], keys[i, slot]
-    passed = 0
-    for slot in range(population):
-        paths[0, slot], points[0, slot], keys[0, slot] = merged[slot], lengths[slot], values[slot]
-        passed += _place(order[0], keys[0], slot, slot)
-    return passed

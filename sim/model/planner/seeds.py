@@ -1,10 +1,11 @@
-"""First paths of an island, compiled: :mod:`pathgene.sim.model.planner.definition.seeds`."""
+"""First paths of an island, compiled: points along its route."""
 
 from __future__ import annotations
 
 from pathgene.hdl.protocol.planner import SEED_WAYPOINTS
 from pathgene.sim.model.planner.breeder import clamp
 from pathgene.sim.model.planner.compiled import compiled
+from pathgene.sim.model.planner.course import Course, Route
 from pathgene.sim.model.planner.problem import (
     ALTITUDE_LIMIT,
     BOX_STEPS,
@@ -24,17 +25,20 @@ _FEWEST, _MOST = SEED_WAYPOINTS
 
 @compiled
 def seed_path(
-    problem: Integers,
-    sizes: Integers,
+    course: Course,
     ends: Integers,
-    blocks: Integers,
-    surface: Integers,
-    route: Integers,
-    length: int,
+    route: Route,
     words: Words,
     path: Integers,
 ) -> int:
-    """Write a path along the first ``length`` blocks of ``route``; return its points."""
+    """Write a path of waypoints at even distances along ``route``; return its points.
+
+    Their number and the place of the first are random. Each lies on the lowest corner of its block,
+    a random height above the surface: uniform within the box of mutations, shifted right by 0 to 7
+    for the whole path. Takes a step of the source, and one for each waypoint of the longest seed.
+    """
+    problem, sizes = course.problem, course.sizes
+    blocks, surface, places, length = route
     fewest, most = min(_FEWEST, sizes[MAX_WAYPOINTS]), min(_MOST, sizes[MAX_WAYPOINTS])
     step(words)
     count = fewest + draw(words, 0, 0, 8, most - fewest + 1)
@@ -47,7 +51,7 @@ def seed_path(
         if i >= count:
             continue
         at = ((i << 8) + phase) * length // (count << 8)
-        x, y = route[at, 0], route[at, 1]
+        x, y = places[at, 0], places[at, 1]
         up = draw(words, 0, 0, 16, sizes[BOX_STEPS]) >> shift
         path[i + 1, 0] = min(blocks[LOWEST_X, y, x], problem[X_LIMIT])
         path[i + 1, 1] = min(blocks[LOWEST_Y, y, x], problem[Y_LIMIT])

@@ -12,11 +12,11 @@ from pathgene.sim.model.planner.cycles import (
     take,
     vacate,
 )
-from pathgene.sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator
-from pathgene.sim.model.planner.definition.memo import Memo
 from pathgene.sim.model.planner.definition.score import score
+from pathgene.sim.model.planner.evaluation import NO_LIMIT
 from pathgene.sim.model.planner.walker_cycles import cost
 from tests.support.planner.cases import path, record
+from tests.support.planner.plain import Evaluator, Memo
 from tests.support.planner.walker_cases import segments_of
 
 
@@ -83,7 +83,7 @@ def drawn_evaluator(config, rng, terrain, heading, **fields):
         exit_x=far,
         exit_altitude=problem.goal_altitude,
     )
-    return Evaluator(config, problem, terrain, Memo(config, 0))
+    return Evaluator(config, problem, terrain, 0)
 
 
 def drawn_paths(evaluator, rng, count, slots, *, repeat=0.4, gaps=False):

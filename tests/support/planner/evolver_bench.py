@@ -12,14 +12,11 @@ from amaranth.lib.wiring import In
 from pathgene.hdl.ga_core.random_source import RandomSource
 from pathgene.hdl.planner.evolver import Evolver
 from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
-from pathgene.hdl.protocol.runs import RunOptions
 from pathgene.sim.model import random_source
-from pathgene.sim.model.planner.definition.breeder import Waypoint, breed
-from pathgene.sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator
-from pathgene.sim.model.planner.definition.memo import Memo
-from pathgene.sim.model.planner.definition.run import Run
+from pathgene.sim.model.planner.evaluation import NO_LIMIT
 from tests.support.gateware.streams import simulate
 from tests.support.planner import cases as planner_cases
+from tests.support.planner.plain import Evaluator, Waypoint, breed
 from tests.support.planner.population import corner, waypoint
 
 
@@ -118,10 +115,7 @@ class Bench:
         self.give_up_rank = config.population // 4
         self.record = planner_cases.record(config, rng)
         ground = planner_cases.ground(config, rng)
-        self.evaluator = Evaluator(config, self.record, ground, Memo(config, 0))
-        options = RunOptions(seed=seed, give_up_rank=self.give_up_rank, memo=0)
-        self.run = Run(config, ground, self.record, options)
-        self.generation = None
+        self.evaluator = Evaluator(config, self.record, ground, 0)
         self.ends = self.evaluator.ends
         self.top = WithSource(config, islands)
         self.dut = self.top.evolver
@@ -183,15 +177,10 @@ class Bench:
             bred.append(member)
             self.lengths.append(len(points))
         self.survivors = survivors
-        earlier = self.generation
-        if not self.any_key:
-            self.generation = self.run.breed(population, pending=bool(self.pending))
-            assert (self.generation.children, self.generation.first) == (children, first)
-            assert self.generation.limit == (key if limited else NO_LIMIT)
-        self.collect(island, earlier)
+        self.collect(island)
         self.pending = bred
 
-    def collect(self, island, generation):
+    def collect(self, island):
         """Collect the generation that is pending, if there is one."""
         if self.pending:
             population, elites = self.islands[island], self.config.elites
@@ -200,12 +189,6 @@ class Bench:
             self.stays.append([member.key for member in kept])
             self.islands[island] = _sorted(kept + self.pending)
             self.pending = []
-            if not self.any_key:
-                assert self.generation.kept == ranks
-                collected = self.run.collect(population, ranks, generation)
-                assert [(each.path, each.key) for each in collected] == [
-                    (each.path, each.key) for each in self.islands[island]
-                ]
 
     # The evolver.
 
@@ -258,7 +241,7 @@ class Bench:
         assert ctx.get(self.dut.pending)
 
     async def finish(self, ctx, island):
-        self.collect(island, self.generation)
+        self.collect(island)
         await self.pulse(ctx, self.dut.finish, island)
         assert not ctx.get(self.dut.pending)
 

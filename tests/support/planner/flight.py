@@ -9,9 +9,9 @@ from pathgene.hdl.protocol.codes import UNITS
 from pathgene.hdl.protocol.planner import VALUE_BITS, NoFlyShape, PathClass
 from pathgene.hdl.protocol.runs import ISLANDS, RETURNED, RunOptions, pack_best, run_request
 from pathgene.sim.model.block_marks import BlockMarks
-from pathgene.sim.model.planner.definition.no_fly import drawn
 from pathgene.sim.model.planner.run import NEVER, plan
 from tests.support.planner import cases as planner_cases
+from tests.support.planner.plain import drawn
 
 
 __all__ = ["Flight", "problem_payload", "run_payload", "shape_payload", "status_fields"]

@@ -1,8 +1,8 @@
 """Populations for the tests of breeding, and the words that breed them."""
 
 from pathgene.hdl.config import Config
-from pathgene.sim.model.planner.definition.breeder import Waypoint, bits, draw
 from tests.support.planner import cases as planner_cases
+from tests.support.planner.plain import Waypoint, bits, draw
 
 
 __all__ = ["TINY", "Words", "corner", "plan_of", "population", "problem", "waypoint"]

@@ -6,9 +6,9 @@ import pytest
 
 from pathgene.hdl.planner.breeder import Breeder
 from pathgene.sim.model.planner import evolver_cycles
-from pathgene.sim.model.planner.definition.breeder import breed
 from tests.support.gateware.streams import collect, simulate
 from tests.support.planner.cases import LARGE, SMALL, USUAL
+from tests.support.planner.plain import breed
 from tests.support.planner.population import TINY, Words, corner, population, problem
 
 

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from pathgene.hdl.planner.child_builder import ChildBuilder
-from pathgene.sim.model.planner.definition.breeder import cross, mutate
 from tests.support.gateware.streams import simulate
 from tests.support.planner.cases import SMALL
+from tests.support.planner.plain import cross, mutate
 from tests.support.planner.population import Words, corner, plan_of, population, problem
 
 

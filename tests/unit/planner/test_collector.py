@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import pytest
 
 from pathgene.hdl.planner.collector import Collector
-from pathgene.sim.model.planner.definition.sorting import Sorting
 from tests.support.gateware.streams import put, simulate
+from tests.support.planner.plain import Sorting
 
 
 SIZES = {

@@ -8,9 +8,9 @@ import pytest
 from pathgene.hdl.planner.population_layouts import slot_count
 from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
 from pathgene.sim.model.planner import evolver_cycles
-from pathgene.sim.model.planner.definition.sorting import Sorting
 from tests.support.planner.cases import SMALL, USUAL
 from tests.support.planner.evolver_bench import Bench
+from tests.support.planner.plain import Sorting
 from tests.support.planner.population import TINY
 
 

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from pathgene.hdl.planner.parent_draw import ParentDraw
-from pathgene.sim.model.planner.definition.breeder import bits
 from tests.support.gateware.streams import simulate
+from tests.support.planner.plain import bits
 from tests.support.planner.population import Words
 
 

@@ -9,10 +9,10 @@ import pytest
 from pathgene.hdl.planner.layouts import shape_layout
 from pathgene.hdl.planner.shape_drawer import ShapeDrawer
 from pathgene.hdl.protocol.planner import BEND_BITS, EDGE_BITS, EDGES, NoFlyShape, no_fly_request
-from pathgene.sim.model.planner.definition.no_fly import drawn
 from tests.support.gateware.streams import put, simulate
 from tests.support.planner.cases import LARGE, SMALL, USUAL
 from tests.support.planner.cases import shape as any_shape
+from tests.support.planner.plain import drawn
 
 
 #: A map of 8 corners along each edge.

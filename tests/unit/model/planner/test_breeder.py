@@ -1,4 +1,4 @@
-"""Breeding: the compiled one against the definition, and the shares of what it draws."""
+"""Breeding: its limits, its operators, and the shares in which they are drawn."""
 
 import collections
 import itertools
@@ -6,14 +6,10 @@ import itertools
 import numpy as np
 import pytest
 
-from pathgene.sim.model.planner.breeder import breed
-from pathgene.sim.model.planner.definition.breeder import Waypoint, cross, mutate
-from pathgene.sim.model.planner.definition.breeder import breed as defined
 from pathgene.sim.model.planner.definition.score import corner_of
-from pathgene.sim.model.planner.problem import problem_vector, sizes_vector
-from pathgene.sim.model.planner.random_words import source
 from pathgene.sim.model.random_source import RandomSource
 from tests.support.planner.cases import SMALL, USUAL, path, record
+from tests.support.planner.plain import Waypoint, breed, cross, mutate
 
 
 def population(config, rng):
@@ -24,34 +20,31 @@ def population(config, rng):
 
 
 @pytest.mark.parametrize("config", [SMALL, USUAL], ids=["small", "usual"])
-def test_compiled_breeding_is_the_defined_one(config):
+def test_children_of_each_length_and_different_survivors(config):
     rng = np.random.default_rng(12)
     for seed in range(30):
         problem = record(config, rng)
         ends = corner_of(problem, "start"), corner_of(problem, "goal")
-        parents = population(config, rng)
-        children, survivors = defined(config, problem, ends, parents, RandomSource(seed))
-
-        slots = config.population + config.children
-        paths = np.zeros((slots, config.max_waypoints + 2, 4), dtype=np.int64)
-        points = np.zeros(slots, dtype=np.int64)
-        order = rng.permutation(slots)
-        for slot, parent in zip(order[: config.population], parents, strict=True):
-            listed = [(*ends[0], 0), *parent, (*ends[1], 0)]
-            paths[slot, : len(listed)], points[slot] = listed, len(listed)
-        free = order[config.population :]
-        drawn = np.zeros(config.survivors, dtype=np.int64)
-        breed(
-            problem_vector(config, problem), sizes_vector(config, 0), paths, points, order, free,
-            drawn, np.zeros(slots, dtype=np.int64), source(seed),
-        )  # fmt: skip
-        assert drawn.tolist() == survivors
+        children, survivors = breed(
+            config, problem, ends, population(config, rng), RandomSource(seed)
+        )
         assert len(set(survivors)) == config.survivors
-        assert min(survivors) >= config.elites
-        for slot, child in zip(free, children, strict=True):
+        assert config.elites <= min(survivors) <= max(survivors) < config.population
+        assert len(children) == config.children
+        for child in children:
             assert config.MIN_WAYPOINTS <= len(child) <= config.max_waypoints
-            bred = paths[slot, 1 : points[slot] - 1].tolist()
-            assert [Waypoint(*waypoint) for waypoint in bred] == child
+
+
+def test_compiled_breeding_is_the_interpreted_one():
+    """The same words, from the compiled source and from the definition of the source."""
+    rng = np.random.default_rng(12)
+    for seed in range(30):
+        problem = record(USUAL, rng)
+        ends = corner_of(problem, "start"), corner_of(problem, "goal")
+        parents = population(USUAL, rng)
+        assert breed(USUAL, problem, ends, parents, RandomSource(seed)) == breed(
+            USUAL, problem, ends, parents, seed
+        )
 
 
 def test_children_stay_within_the_limits():
@@ -61,7 +54,7 @@ def test_children_stay_within_the_limits():
     inside = [[Waypoint(20, 11, 99), Waypoint(0, 0, 0)]] * SMALL.population
     random = RandomSource(3)
     for _ in range(50):
-        for child in defined(SMALL, problem, ends, inside, random)[0]:
+        for child in breed(SMALL, problem, ends, inside, random)[0]:
             for x, y, z, _ in child:
                 assert 0 <= x <= 20
                 assert 0 <= y <= 11

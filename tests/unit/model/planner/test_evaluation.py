@@ -1,73 +1,64 @@
-"""The evaluation of a path: the compiled one against the definition."""
+"""The evaluation of a path; the gateware's tests compare it with the evaluator of the chip."""
+
+import itertools
 
 import numpy as np
 import pytest
 
 from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
-from pathgene.sim.model.planner.cycles import WALK, counters_vector
-from pathgene.sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator, key_of
-from pathgene.sim.model.planner.definition.memo import Memo
-from pathgene.sim.model.planner.evaluation import evaluate
-from pathgene.sim.model.planner.memo import empty_memo
-from pathgene.sim.model.planner.problem import problem_vector, sizes_vector
-from pathgene.sim.model.planner.score import WORK_ROWS
-from tests.support.planner.cases import SMALL, USUAL, ground, headed, path, record, rows
+from pathgene.sim.model.planner.definition.score import score
+from pathgene.sim.model.planner.definition.walk import walk
+from pathgene.sim.model.planner.evaluation import NO_LIMIT
+from tests.support.planner.cases import SMALL, USUAL, ground, headed, path, record
+from tests.support.planner.plain import Evaluator
 
 
-class Both:
-    """The two evaluators, with a memo each, over one map."""
+STEEPEST = (1 << 24) - 1
 
-    def __init__(self, config, rng, memo, *, with_headings=False, **changes):
-        self.config = config
-        self.record = record(config, rng, **changes)
-        if with_headings:
-            self.record = headed(config, rng, self.record)
-        self.ground = ground(config, rng)
-        self.plain = Evaluator(config, self.record, self.ground, Memo(config, memo))
-        self.memo = empty_memo(memo)
-        self.counters = counters_vector()
-        self.vector = problem_vector(config, self.record)
-        self.sizes = sizes_vector(config, memo)
-        # One for all paths, as in a run.
-        self.work = np.full((WORK_ROWS, config.max_waypoints + 4), 1 << 40, dtype=np.int64)
 
-    def path(self, rng):
-        points = path(self.config, rng)
-        points[0], points[-1] = self.plain.ends
-        return points
+def evaluator_of(config, rng, memo, *, with_headings=False, **changes):
+    problem = record(config, rng, **changes)
+    if with_headings:
+        problem = headed(config, rng, problem)
+    return Evaluator(config, problem, ground(config, rng), memo)
 
-    def evaluate(self, points, limit, *, first):
-        """The key, after a check that both agree on it and on the margins."""
-        margins = list(range(len(points)))
-        compiled = rows(points, margins)
-        key = self.plain.evaluate(points, margins, limit, first=first)
-        assert key == evaluate(
-            self.vector, self.sizes, self.ground, self.memo, self.counters, self.work,
-            compiled, len(points), limit, first,
-        )  # fmt: skip
-        assert compiled[:, 3].tolist() == margins
-        return key
+
+def path_of(evaluator, rng):
+    points = path(evaluator.config, rng)
+    points[0], points[-1] = evaluator.ends
+    return points
 
 
 @pytest.mark.parametrize(
     ("memo", "with_headings"), [(0, False), (64, False), (64, True)], ids=["0", "64", "headings"]
 )
 @pytest.mark.parametrize("config", [SMALL, USUAL], ids=["small", "usual"])
-def test_compiled_evaluation_is_the_defined_one(config, memo, with_headings):
+def test_keys_are_those_of_the_plain_score_and_walk(config, memo, with_headings):
+    """Of a path without a limit: its cost if nothing is wrong, else penalty and all hits."""
     rng = np.random.default_rng(10)
     classes = set()
-    steepest = (1 << 24) - 1
     for _ in range(15):
-        both = Both(
-            config, rng, memo, climb=steepest, descent=steepest, radius=64,
+        evaluator = evaluator_of(
+            config, rng, memo, climb=STEEPEST, descent=STEEPEST, radius=64,
             with_headings=with_headings,
         )  # fmt: skip
         for _ in range(30):
-            points = both.path(rng)
-            cost = both.evaluate(points, NO_LIMIT, first=False) & (1 << VALUE_BITS) - 1
-            for limit in (cost, cost + 1, NO_LIMIT):
-                classes.add(both.evaluate(points, limit, first=True) >> VALUE_BITS)
-        assert both.counters[WALK] == both.plain.walk
+            points = path_of(evaluator, rng)
+            scored = score(evaluator.record, points)
+            chords = [arc.chord for arc in scored.arcs if arc is not None and arc.chord is not None]
+            segments = [*itertools.pairwise(points), *chords]
+            top = config.blocked_altitude
+            hits = sum(walk(evaluator.ground, top, *each)[0] for each in segments)
+            value = min(max(scored.cost >> evaluator.record.key_shift, 0), (1 << VALUE_BITS) - 1)
+            penalty = min(scored.penalty + (hits << 10), (1 << VALUE_BITS) - 1)
+            expected = PathClass.INFEASIBLE << VALUE_BITS | penalty if penalty else value
+            key = evaluator.evaluate(points, [0] * len(points), NO_LIMIT, first=False)
+            assert key == expected
+            for limit in (value, value + 1, NO_LIMIT):
+                key = evaluator.evaluate(points, [0] * len(points), limit, first=True)
+                is_given_up = not scored.penalty and value >= limit
+                assert (key >> VALUE_BITS == PathClass.GIVEN_UP) == is_given_up
+                classes.add(key >> VALUE_BITS)
     assert classes >= {PathClass.GIVEN_UP, PathClass.INFEASIBLE}
     # On the larger map no random path is free.
     assert config is USUAL or PathClass.FEASIBLE in classes
@@ -75,48 +66,30 @@ def test_compiled_evaluation_is_the_defined_one(config, memo, with_headings):
 
 def test_a_memo_changes_no_key_and_no_margin():
     rng = np.random.default_rng(11)
-    with_memo = Both(USUAL, rng, 512)
-    without = Evaluator(USUAL, with_memo.record, with_memo.ground, Memo(USUAL, 0))
-    paths = [with_memo.path(rng) for _ in range(20)]
+    with_memo = evaluator_of(USUAL, rng, 512)
+    without = Evaluator(USUAL, with_memo.record, with_memo.ground, 0)
+    paths = [path_of(with_memo, rng) for _ in range(20)]
     for _ in range(2):
         for points in paths:
             margins, expected = [0] * len(points), [0] * len(points)
-            key = with_memo.plain.evaluate(points, margins, NO_LIMIT, first=False)
+            key = with_memo.evaluate(points, margins, NO_LIMIT, first=False)
             assert key == without.evaluate(points, expected, NO_LIMIT, first=False)
             assert margins == expected
-    assert with_memo.plain.walk < without.walk * 0.75
-
-
-def test_keys_sort_by_class_then_value():
-    greatest = (1 << VALUE_BITS) - 1
-    keys = [
-        key_of(PathClass.FEASIBLE, -5),
-        key_of(PathClass.FEASIBLE, 1),
-        key_of(PathClass.FEASIBLE, greatest + 9),
-        key_of(PathClass.GIVEN_UP, 0),
-        key_of(PathClass.INFEASIBLE, 0),
-    ]
-    assert keys == sorted(keys)
-    assert keys[0] == 0
-    assert keys[2] == greatest
+    assert with_memo.walk < without.walk * 0.75
 
 
 def test_a_walk_continues_after_a_collision():
-    """Its margins equal a whole walk's, and the memo knows all; the key has fewer hits."""
+    """Its margins are those of a whole walk, and the memo knows all; the key has fewer hits."""
     rng = np.random.default_rng(12)
-    steepest = (1 << 24) - 1
-    both = Both(SMALL, rng, 64, climb=steepest, descent=steepest, radius=64)
-    both.ground[:] = 0
-    both.ground[8, 8] = both.ground[9, 20] = SMALL.blocked_altitude
-    start, goal = both.plain.ends
+    evaluator = evaluator_of(SMALL, rng, 64, climb=STEEPEST, descent=STEEPEST, radius=64)
+    evaluator.ground[:] = 0
+    evaluator.ground[8, 8] = evaluator.ground[9, 20] = SMALL.blocked_altitude
+    start, goal = evaluator.ends
     points = [start, (8, 8, 100), (9, 20, 100), (20, 20, 100), goal]
     margins, expected = [0, 7, 7, 7, 0], [0] * 5
-    key = both.plain.evaluate(points, margins, NO_LIMIT, first=True)
-    assert both.evaluate(points, NO_LIMIT, first=True) == key
-    whole = both.plain.walk
+    key = evaluator.evaluate(points, margins, NO_LIMIT, first=True)
+    whole = evaluator.walk
     # Again, all of it from the memo: a cycle a segment.
-    assert both.evaluate(points, NO_LIMIT, first=False) > key
-    assert both.plain.walk - whole == 4
-    both.plain.evaluate(points, expected, NO_LIMIT, first=False)
+    assert evaluator.evaluate(points, expected, NO_LIMIT, first=False) > key
+    assert evaluator.walk - whole == 4
     assert margins == expected
-    assert both.counters[WALK] > 0

@@ -1,4 +1,7 @@
-"""A run: the compiled one against the definition, and what a run promises."""
+"""A run: compiled and interpreted alike, and the promises of a run.
+
+``tests/cosim/test_planner_core.py`` compares runs with the gateware.
+"""
 
 import dataclasses
 import itertools
@@ -8,9 +11,9 @@ import pytest
 
 from pathgene.hdl.protocol.planner import PathClass
 from pathgene.hdl.protocol.runs import RunOptions
-from pathgene.sim.model.planner.definition.run import plan as defined
 from pathgene.sim.model.planner.run import plan
 from tests.support.planner.cases import SMALL, USUAL, ground, record
+from tests.support.planner.plain import interpreted_plan
 
 
 def problem(config, seed):
@@ -33,19 +36,19 @@ def problem(config, seed):
     ],
     ids=["cycles", "generations", "without-memo", "seeds-alone", "until-feasible"],
 )
-def test_compiled_run_is_the_defined_one_on_a_small_chip(options, seed):
+def test_compiled_run_is_the_interpreted_one_on_a_small_chip(options, seed):
     options = dataclasses.replace(options, seed=seed, give_up_rank=min(options.give_up_rank, 7))
     heights, problem_record = problem(SMALL, seed)
     outcome = plan(SMALL, heights, problem_record, options, marked=40)
-    assert outcome == defined(SMALL, heights, problem_record, options, marked=40)
+    assert outcome == interpreted_plan(SMALL, heights, problem_record, options, marked=40)
     assert outcome.keys == sorted(set(outcome.keys))
 
 
 @pytest.mark.ci
-def test_compiled_run_is_the_defined_one_on_the_usual_chip():
+def test_compiled_run_is_the_interpreted_one_on_the_usual_chip():
     options = RunOptions(seed=5, cycles=10**9, generations=12, seeds=32)
     heights, problem_record = problem(USUAL, 5)
-    assert plan(USUAL, heights, problem_record, options) == defined(
+    assert plan(USUAL, heights, problem_record, options) == interpreted_plan(
         USUAL, heights, problem_record, options
     )
 

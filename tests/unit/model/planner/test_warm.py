@@ -1,4 +1,4 @@
-"""What is left of an earlier path, and warm runs against the definition."""
+"""The rest of an earlier path, and warm runs without a compiler."""
 
 import dataclasses
 
@@ -7,10 +7,10 @@ import pytest
 
 from pathgene.hdl.protocol.planner import POSITION_FRACTION, PathClass
 from pathgene.hdl.protocol.runs import WARM_SLOPES, RunOptions
-from pathgene.sim.model.planner.definition.run import plan as defined
-from pathgene.sim.model.planner.definition.warm import ahead
 from pathgene.sim.model.planner.run import plan
+from pathgene.sim.model.planner.warm import ahead
 from tests.support.planner.cases import SMALL, USUAL, ground, headed, record
+from tests.support.planner.plain import interpreted_plan
 
 
 def problem(config, seed):
@@ -37,7 +37,7 @@ def moved(config, problem_record, path, seed):
     ],
     ids=["alone", "fresh", "without-memo"],
 )
-def test_compiled_warm_run_is_the_defined_one(options, seed):
+def test_compiled_warm_run_is_the_interpreted_one(options, seed):
     heights, earlier = problem(SMALL, seed)
     options = dataclasses.replace(options, seed=seed)
     cold = dataclasses.replace(options, slopes=WARM_SLOPES)
@@ -46,11 +46,11 @@ def test_compiled_warm_run_is_the_defined_one(options, seed):
     heights[10:14, 10:14] = SMALL.blocked_altitude
     warm = dataclasses.replace(options, warm=True)
     outcome = plan(SMALL, heights, later, warm, before.population)
-    assert outcome == defined(SMALL, heights, later, warm, before.population)
+    assert outcome == interpreted_plan(SMALL, heights, later, warm, before.population)
     assert outcome.population != plan(SMALL, heights, later, cold).population
 
 
-def test_compiled_warm_run_is_the_defined_one_on_the_usual_chip():
+def test_compiled_warm_run_is_the_interpreted_one_on_the_usual_chip():
     heights, earlier = problem(USUAL, 5)
     before = plan(USUAL, heights, earlier, RunOptions(seed=5, cycles=300_000))
     later = moved(USUAL, earlier, before.paths[0], 1)
@@ -58,7 +58,7 @@ def test_compiled_warm_run_is_the_defined_one_on_the_usual_chip():
         seed=6, cycles=10**9, generations=8, slopes=WARM_SLOPES, warm=True, seeds=32, share=13
     )
     outcome = plan(USUAL, heights, later, options, before.population)
-    assert outcome == defined(USUAL, heights, later, options, before.population)
+    assert outcome == interpreted_plan(USUAL, heights, later, options, before.population)
 
 
 def test_a_run_returns_its_population_from_the_best():

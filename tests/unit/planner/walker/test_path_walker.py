@@ -12,13 +12,13 @@ import pytest
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.planner.walker.path_walker import PathWalker
-from pathgene.hdl.protocol.planner import POSITION_FRACTION, SLOPE_BITS, PathClass
-from pathgene.sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator, key_of
-from pathgene.sim.model.planner.definition.memo import Memo
+from pathgene.hdl.protocol.planner import POSITION_FRACTION, SLOPE_BITS, VALUE_BITS, PathClass
 from pathgene.sim.model.planner.definition.score import score
+from pathgene.sim.model.planner.evaluation import NO_LIMIT
 from pathgene.sim.model.planner.walker_cycles import back, cost, walked
 from tests.support.gateware.streams import put, simulate
 from tests.support.planner.cases import ground, path, record
+from tests.support.planner.plain import Evaluator
 from tests.support.planner.walker_cases import corner, segments_of, upload
 
 
@@ -46,7 +46,7 @@ def case(config, rng, number, heading):
         exit_x=far,
         exit_altitude=problem.goal_altitude,
     )
-    evaluator = Evaluator(config, problem, terrain, Memo(config, 0))
+    evaluator = Evaluator(config, problem, terrain, 0)
     start, goal = evaluator.ends
     paths = []
     while len(paths) < number:
@@ -100,7 +100,7 @@ def expected(evaluator, paths):
     for points, _, first in paths:
         found = [0] * len(points)
         key = evaluator.evaluate(points, found, NO_LIMIT, first=first)
-        infeasible = key_of(PathClass.INFEASIBLE, 0)
+        infeasible = PathClass.INFEASIBLE << VALUE_BITS
         units = key - infeasible if key >= infeasible else 0
         assert units % 1024 == 0
         hits.append(units // 1024)

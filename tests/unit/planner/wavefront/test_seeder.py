@@ -8,10 +8,10 @@ import pytest
 
 from pathgene.hdl.planner.wavefront.seeder import Seeder
 from pathgene.hdl.protocol.planner import seed_waypoints
-from pathgene.sim.model.planner.definition.seeds import seed_path
 from pathgene.sim.model.planner.wavefront_cycles import WAYPOINT, seeding
 from tests.support.gateware.streams import simulate
 from tests.support.planner.cases import LARGE, SMALL, USUAL
+from tests.support.planner.plain import seed_path
 from tests.support.planner.wavefront import Words, corner, problem
 
 

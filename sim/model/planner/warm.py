@@ -1,4 +1,4 @@
-"""Warm start: what is left of the paths of an earlier run."""
+"""Warm start: the rest of the paths of an earlier run."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ __all__ = ["ahead"]
 
 
 def ahead(config: Config, record: ProblemRecord, path: Sequence[Point]) -> list[Point]:
-    """Return ``path`` without its first waypoints as far as they lie behind the start.
+    """Return ``path`` without the first waypoints that lie behind the start.
 
-    Behind is the half plane of the corners from which the start is on the way to the goal. The
-    fewest waypoints that a path must have are left.
+    Corners from which the start is on the way to the goal lie behind it: a half plane. The minimum
+    number of waypoints is left.
     """
     start, goal = corner_of(record, "start"), corner_of(record, "goal")
     passed = 0

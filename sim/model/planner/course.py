@@ -1,0 +1,104 @@
+"""What the kernels take: a problem on a chip, the state of a run, and a population."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from pathgene.sim.model.planner.random_words import Words
+from pathgene.sim.model.planner.walk import Ground, Integers
+
+
+__all__ = ["Course", "Members", "Route", "Scratch", "Surroundings"]
+
+
+class Course(NamedTuple):
+    """A problem on a chip: constant through a run.
+
+    Parameters
+    ----------
+    problem, sizes : (29,), (14,) int64
+        See :mod:`pathgene.sim.model.planner.problem`.
+    ground : (map_size, map_size) uint16
+        Highest cell around each corner.
+    """
+
+    problem: Integers
+    sizes: Integers
+    ground: Ground
+
+
+class Scratch(NamedTuple):
+    """Memo, counters and work space of the evaluation of paths.
+
+    Parameters
+    ----------
+    memo : (rows, 4) int64
+        Segments walked before.
+    delays, counters : (n,) int64
+        Latencies of the chip and counters of the run; see :mod:`pathgene.sim.model.planner.cycles`.
+    work : (WORK_ROWS, points) int64
+        Work space of a score.
+    """
+
+    memo: Integers
+    delays: Integers
+    counters: Integers
+    work: Integers
+
+
+class Surroundings(NamedTuple):
+    """Random source, spectator and work space of the generations of a run.
+
+    Parameters
+    ----------
+    words : Words
+        Random source.
+    watched : (WATCHED,) int64
+        Progress that another thread reads, and the stop that it asks for.
+    spare : (7, slots + 1) int64
+        Work space of a generation.
+    """
+
+    words: Words
+    watched: Integers
+    spare: Integers
+
+
+class Members(NamedTuple):
+    """A population; the arrays of a run have one more axis in front, the island.
+
+    Parameters
+    ----------
+    paths : (slots, points, 4) int64
+        Rows x, y, step and margin, start and goal included.
+    points, keys : (slots,) int64
+        Points of each path, ends included, and its key.
+    order : (slots + 1,) int64
+        Slots of the population from the best.
+    """
+
+    paths: Integers
+    points: Integers
+    keys: Integers
+    order: Integers
+
+
+class Route(NamedTuple):
+    """A way over the blocks of the map.
+
+    Parameters
+    ----------
+    blocks : (3, BLOCKS, BLOCKS) int64
+        Least ground of each block, and x and y of a corner that has it.
+    surface : (BLOCKS, BLOCKS) int64
+        Altitude above which the route lies.
+    places : (BLOCKS**2, 2) int64
+        Blocks x, y of the route, of which the first ``length`` count.
+    length : int
+        Blocks of the route.
+    """
+
+    blocks: Integers
+    surface: Integers
+    places: Integers
+    length: int

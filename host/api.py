@@ -59,7 +59,7 @@ class Terrain(HostTerrain):
         fill_voids : bool
             Interpolate the voids, which no path may cross otherwise.
         max_cells : int, optional
-            Most cells of a file, 1 or more; 25 million by default.
+            Maximum number of cells of a file, 1 or more; 25 million by default.
 
         Raises
         ------

@@ -22,7 +22,7 @@ from pathgene.host.problem.problem import Problem
 __all__ = ["SEARCHERS", "Connection", "connect", "interrupted", "with_path_of"]
 
 #: The planners that search, in order: the quick one, then one that finds ways out of valleys where
-#: the other finds none. Each runs as by default, with seed 0.
+#: the first finds none. Each runs with its defaults and seed 0.
 SEARCHERS = ("astar", "fpa-2opt")
 
 
@@ -63,7 +63,7 @@ def connect(
     searchers : sequence of str
         Names of planners; each searches if those before it have found no feasible path.
     best : Evaluation, optional
-        Evaluation of the best path known so far, which breaks a limit.
+        Evaluation of the best path known, which breaks a limit.
     stop : Stop, optional
         Ends the search when requested.
     """

@@ -1,4 +1,4 @@
-"""Files that a user gives: only regular files are opened, and only so much text is read.
+"""Files that a user gives: only regular files are opened, and texts of limited size are read.
 
 Texts of JSON and TOML are parsed here, so that whatever is wrong with one is a ValueError.
 """
@@ -71,7 +71,7 @@ def require_regular(path: Path) -> None:
 
 @contextmanager
 def opened(path: Path) -> Iterator[BufferedReader]:
-    """Open a regular file for reading; raises what :func:`require_regular` does."""
+    """Open a regular file for reading; raises the errors of :func:`require_regular`."""
     require_regular(path)
     with path.open("rb") as file:
         yield file

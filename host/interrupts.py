@@ -1,4 +1,4 @@
-"""Signals that request the end of a process: Ctrl-C and others, all with the same effect."""
+"""Signals that request the end of a process, Ctrl-C among them, all with the same effect."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ _LARGEST, _KEPT = 32 << 20, 1 << 30
 def keep_memory() -> None:
     """Have the process keep up to a GiB of memory that is freed.
 
-    An array of a map has over a thousand pages. Getting them anew from the kernel costs a replan
+    An array of a map has over a thousand pages. Getting them from the kernel again costs a replan
     several milliseconds. This has no effect with C libraries other than GNU's.
     """
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None)

@@ -1,6 +1,6 @@
 """Numbers that are not ours: of users, files and browsers.
 
-The caller words the error; this module only decides what is a number.
+The caller words the error; this module only decides which text is a number.
 """
 
 from __future__ import annotations

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 __all__ = ["FALLBACKS", "Plan", "Search"]
 
 
-#: What may follow where a planner finds no feasible path.
+#: Choices of a second search where a planner finds no feasible path.
 FALLBACKS = ("astar", "none")
 
 
@@ -107,7 +107,7 @@ class Plan:
 
     @property
     def failure(self) -> str | None:
-        """The sentence on what ended the search early, a lost board for example; None if nothing.
+        """A sentence on the early end of the search, such as a lost board, or None.
 
         The path is the best found until then.
         """
@@ -148,15 +148,15 @@ class Plan:
     ) -> Plan:
         """Plan the rest of a flight: zones have come or gone, the aircraft has moved.
 
-        On a board that is still open, ``ga-chip`` has the chip draw the zones and go on from its
+        On a board that is still open, ``ga-chip`` has the chip draw the zones and continue from its
         population, for a millisecond. Where zones have come and gone, the path keeps clear
-        of both, which is sooner known; :meth:`finish` sets the others free. All else is planned
-        anew, with the same options. The fallback is that of the plan.
+        of both, which is faster; :meth:`finish` clears the gone ones. Every other problem is
+        planned again, with the same options and the same fallback.
 
         Parameters
         ----------
         zones : iterable of Zone
-            Zones that have appeared; those of the problem stay.
+            Zones that have appeared; the problem's stay.
         start : (float, float, float), optional
             x, y and altitude, metres, where the aircraft will be when it has the new path.
         heading : float, optional
@@ -191,7 +191,7 @@ class Plan:
         return self.search.replan(self, Evaluator(problem, threads=self.evaluator.threads))
 
     def finish(self) -> None:
-        """Do what :meth:`replan` has left on the board: call it when the path is passed on.
+        """Finish the uploads of :meth:`replan`: call it when the path is passed on.
 
         Call it also where no path was found. Else the next replan does it.
         """
@@ -266,7 +266,7 @@ class Search:
         A name in :data:`pathgene.host.planners.PLANNERS`; by default the one that the board has the
         core for: see :func:`pathgene.host.planners.default.default_planner`.
     generations : int, optional
-        Most generations; the planner's own number by default.
+        Maximum number of generations; the planner's own by default.
     time_limit_s, target_fitness, population, seed
         See :class:`pathgene.host.planners.base.Options`.
     fallback : str, optional
@@ -274,7 +274,7 @@ class Search:
         with that planner, and then with ``fpa-2opt``, unless the reason is proven. ``none`` only
         looks for the reason; by default neither is done. As paper there is no fallback.
     **options
-        The planner's own options: those of :data:`pathgene.host.planners.OPTIONS` that its entry
+        The planner's own options: the rows of :data:`pathgene.host.planners.OPTIONS` that its entry
         lists. None is the default of each.
 
     Raises
@@ -350,7 +350,7 @@ class Search:
         Parameters
         ----------
         evaluators, seeds
-            Of each problem; the seed of the search is not used.
+            Evaluator and seed of each problem; the seed of the search is not used.
         stop : Stop, optional
             Ends all of them.
 

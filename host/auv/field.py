@@ -88,7 +88,7 @@ class AuvField:
     Attributes
     ----------
     evaluations : int
-        Segments measured so far, at the samples of the search.
+        Segments measured until now, at the samples of the search.
 
     Raises
     ------
@@ -141,7 +141,7 @@ class AuvField:
         tuple
             Points of all segments in a row, (p, 2) float64; the number of each segment's, (m,)
             int64; and the unit vectors in which the segments pass the points, (p, 2), or (0, 2)
-            where the rates are those of the steps alone.
+            where the rates come from the steps alone.
         """
         if self.samples is not None:
             number = self.samples if samples is None else samples
@@ -155,7 +155,7 @@ class AuvField:
         return points.reshape(-1, 2), np.full(len(counts), number), np.empty((0, 2))
 
     def measure(self, control: Floats, counts: Counts, samples: int | None = None) -> Floats:
-        """Return v1, v2 and v3 of segments, (m, 3); parameters are those of :meth:`points`."""
+        """Return v1, v2 and v3 of segments, (m, 3); parameters as for :meth:`points`."""
         if samples is None:
             self.evaluations += len(counts)
         points, points_of, directions = self.points(control, counts, samples)

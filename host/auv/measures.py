@@ -67,7 +67,7 @@ def slope(bed: Seabed, x: float, y: float, along_x: float, along_y: float) -> fl
 
 @compiled
 def least_angle(control: Floats, count: int) -> float:
-    """Least interior angle at a middle point of ``control[:count]``, radians; pi is straight on.
+    """Minimum interior angle at a middle point of ``control[:count]``, radians; pi is straight on.
 
     A repeated point has no angle and counts as 0.
     """
@@ -100,12 +100,12 @@ def measure(
     counts : (m,) int64
         Control points of each.
     points : (p, 2) float64
-        Points along the curve of each, one curve after the other.
+        Points along the curve of each, curve by curve.
     points_of : (m,) int64
         Number of points of each, 1 or more.
     directions : (p, 2) float64, or (0, 2)
         Unit vectors in which the curves pass the points. If given, the slopes at the points count
-        among the rates: between two points they may be greater than that of the step.
+        among the rates: between two points they may exceed the rate of the step.
     bed : tuple
         Result of :func:`seabed`.
     in_space : bool

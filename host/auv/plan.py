@@ -27,7 +27,7 @@ __all__ = ["GENERATIONS", "REPORT_SAMPLES", "describe", "evolve", "history", "te
 
 #: Table II.
 GENERATIONS = 100
-#: Samples of a segment at which a report adds the terms to those of the search, spaced alike.
+#: Samples of a segment at which a report adds the terms to the search's, spaced alike.
 REPORT_SAMPLES = 1001
 
 
@@ -97,8 +97,8 @@ def describe(field: AuvField, routes: Sequence[Route]) -> dict[str, Any]:
     """Return the summary of a run whose generations kept ``routes``, at least one.
 
     ``minimum_turn_deg`` is the least angle inside a segment, as v2 has it;
-    ``minimum_turn_at_crossover_deg`` also counts the angles at crossover points. ``cost`` is that
-    of the reading. ``as_paper`` says that the samples are even in the spline's parameter,
+    ``minimum_turn_at_crossover_deg`` also counts the angles at crossover points. ``cost`` belongs
+    to the reading. ``as_paper`` says that the samples are even in the spline's parameter,
     ``samples`` a segment; otherwise ``samples`` is null. ``segment_samples`` has the number of
     samples that the search has read of each segment.
     """

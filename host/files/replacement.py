@@ -30,10 +30,10 @@ _POLL_S = 0.02
 def replace_files(
     directory: Path, contents: Mapping[str, bytes], *, gone: Iterable[str] = ()
 ) -> None:
-    """Put files into a folder and remove others: all, or nothing has changed.
+    """Put files into a folder and remove obsolete ones: all, or nothing has changed.
 
     The files are written beside their places and synced, then renamed into them, the last of
-    ``contents`` last. A failure puts back what was renamed or removed until then. A special file
+    ``contents`` last. A failure undoes earlier renames and removals. A special file
     stays: its content is written to it before anything is renamed. Signals wait for the end.
 
     A process that is killed between two renames leaves older and newer files side by side, and

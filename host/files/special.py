@@ -15,11 +15,11 @@ from pathgene.host.numeric import whole
 
 __all__ = ["is_special", "write_patiently", "write_through"]
 
-# Most symbolic links followed, as in Linux.
+# Maximum number of symbolic links followed, as in Linux.
 _MOST_LINKS = 40
 # The system numbers them by an int.
 _MOST_DESCRIPTORS = 2**31 - 1
-# A reader that takes nothing for so long is given up: signals may be waiting for the end.
+# Seconds after which an idle reader is given up: signals may be waiting for the end.
 _PATIENCE_S = 10.0
 _POLL_S = 0.02
 

@@ -1,1 +1,1 @@
-"""Flights of planned tracks in a flight-dynamics model, and what they prove."""
+"""Flights of planned tracks in a flight-dynamics model, as proof that the tracks can be flown."""

@@ -32,10 +32,10 @@ MARGIN = 0.05
 
 # Looks between two looks at the ground, which only the turbulence and the mixture depend on.
 _LOOKS = 15
-# The lead-in lasts so long: the aircraft settles, then the wind rises, then it settles again.
+# Duration of the lead-in: the aircraft settles, then the wind rises, then it settles again.
 _LEAD_S = 45.0
 _WIND_S = (5.0, 20.0)
-# Another wind rises in so many seconds.
+# Seconds in which another wind rises.
 _TURN_S = 5.0
 _SHAKE_S = 25.0
 # A flight of more than this times the expected time, or this far off its track, is lost.
@@ -115,7 +115,7 @@ class Flight:
     """An aircraft in the air that follows a track.
 
     It begins on a straight lead-in before the track, in calm air; the wind rises there, then the
-    turbulence begins. The wind of a flight model must be set after its start: what is set before is
+    turbulence begins. The wind of a flight model must be set after its start: an earlier setting is
     ignored, or the aircraft would begin with the wrong airspeed.
 
     Parameters
@@ -197,7 +197,7 @@ class Flight:
         return self._guidance.route
 
     def follow(self, pieces: Sequence[Piece]) -> None:
-        """Go on along another track, which begins beside the aircraft or behind it."""
+        """Continue along another track, which begins beside or astern of the aircraft."""
         self._guidance.follow(Route(pieces))
         self.commands = self._guidance.commands(self.state)
 
@@ -246,7 +246,7 @@ class Flight:
 def limits_of(aircraft: Aircraft) -> Limits:
     """Return the largest commands: the aircraft's limits and :data:`MARGIN`.
 
-    The bank is that of its turning radius at its speed.
+    The bank follows from its turning radius at its speed.
     """
     speed = aircraft.cruise_speed_m_s
     more = 1 + MARGIN

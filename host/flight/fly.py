@@ -52,7 +52,7 @@ def fly(
     seed : int
         Its seed: the same seed gives the same flight.
     stop : Stop, optional
-        Ends the flight early: what was flown until then is judged, and is not kept.
+        Ends the flight early: the flown part is judged, and counts as not kept.
 
     Raises
     ------

@@ -18,12 +18,12 @@ from pathgene.host.flight.route import Place, Route
 __all__ = ["GRAVITY_M_S2", "MEAN_S", "Commands", "Guidance", "Limits", "State"]
 
 GRAVITY_M_S2 = 9.80665
-#: Seconds over which the bank is limited on average, and what it may be at once, as a factor: a
-#: turn begins faster than it goes on.
+#: Seconds over which the mean bank is limited, and the factor of the momentary limit: a turn begins
+#: with more bank than it keeps.
 MEAN_S = 5.0
 PEAK = 1.25
-# Most that is given up of the airspeed in a turn that takes nearly all of the bank, or more: gusts
-# from behind widen a turn. From which share of the bank on, how far ahead, and how fast.
+# Maximum reduction of the airspeed in a turn that takes nearly all of the bank, or more: gusts from
+# astern widen a turn. Then the share of the bank at which it begins, its look-ahead and its rate.
 _SLOWEST = 0.1
 _SLOW_FROM = 0.85
 _SLOW_AHEAD_S = 4.0
@@ -156,7 +156,7 @@ class Guidance:
         self.follow(route)
 
     def follow(self, route: Route) -> None:
-        """Go on along ``route``, which begins beside the aircraft or behind it.
+        """Continue along ``route``, which begins beside or astern of the aircraft.
 
         Its nearest point is sought from the beginning on: later parts may cross the same place.
         """
@@ -181,7 +181,7 @@ class Guidance:
         x, y = self.route.point(place.along_m + ahead, place.leg)
         dx, dy = x - state.x, y - state.y
         distance = max(math.hypot(dx, dy), 1.0)
-        # Of the angle from the velocity to the point, positive to the left.
+        # Sine of the angle from the velocity to the point, positive to the left.
         sine = (state.east_m_s * dy - state.north_m_s * dx) / (max(speed, 1.0) * distance)
         cosine = state.east_m_s * dx + state.north_m_s * dy
         if cosine < 0:

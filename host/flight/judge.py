@@ -34,18 +34,18 @@ SHARE = 0.5
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """What a flight kept and what it broke; the keys of ``flight.json``.
+    """Kept and broken promises of a flight; the keys of ``flight.json``.
 
     Parameters
     ----------
     kept : bool
         It arrived, kept half of the demanded clearance everywhere, and entered no zone.
     breaks : list of str
-        Sentences on what it broke; empty if ``kept``.
+        A sentence for each broken promise; empty if ``kept``.
     arrived : bool
         It reached the end of the track.
     interrupted : bool
-        It was ended early, by a signal; all other figures are of what was flown until then.
+        It was ended early, by a signal; all other figures are of the flown part.
     flight_time_s, length_m : float
         Time from start to goal, and length of the planned track.
     cross_track_rms_m, cross_track_max_m : float
@@ -56,14 +56,14 @@ class Verdict:
         Asked for, least of the planned track and least of the flight, over the surface
         ``max(nearest node, bilinear)``. NaN where no sample has ground below.
     clearance_share : float
-        Least share of the demanded clearance, which is less near both ends; infinite where none is
-        demanded.
+        Minimum share of the demanded clearance, which is less near both ends; infinite where none
+        is demanded.
     lowest_at_m : tuple of float
         x, y and horizontal distance along the track of the lowest point.
     zones_entered : list of str
         Names of the zones entered, their margin not counted.
     airspeed_m_s, power_W : tuple of float
-        Least and largest.
+        Minimum and maximum.
     limits : list
         Commands against the aircraft's limits, means of 5 s: ``limit``, ``worst``, ``allowed`` and
         ``excess``, worst / allowed - 1, the largest excess first.
@@ -105,7 +105,7 @@ def judge(problem: Problem, track: SmoothedTrack, flown: Flown, aircraft: Aircra
     Parameters
     ----------
     problem : Problem
-        What was planned for: terrain, zones and rules.
+        The planned problem: terrain, zones and rules.
     track : SmoothedTrack
         The planned track over the terrain.
     flown : Flown

@@ -28,7 +28,7 @@ class FlightModel:
     jsbsim : str
         Name of the model.
     folder : Path, optional
-        Folder of models that has it; that of the package ``jsbsim`` by default.
+        Folder of models that has it; by default the folder of the package ``jsbsim``.
     lookahead_s : float
         Length of the guidance's L1 in seconds.
     roll_rate_rad_s : float
@@ -36,7 +36,7 @@ class FlightModel:
     pitch_gain, pitch_trim_gain : float
         Elevator per error of the pitch rate, s/rad, and per its integral, 1/rad.
     throttle_level, throttle_climb : float
-        Throttle of level flight, and what a climb adds per unit of its sine.
+        Throttle of level flight, and its rise in a climb per unit of the sine.
     rudder_gain : float
         Rudder per radian of sideslip.
     brake_level, brake_climb : float

@@ -21,7 +21,7 @@ __all__ = ["FlightReport"]
 
 # Seconds between two points of the track in the file.
 _POINT_S = 1.0
-# What the file has of the track; more digits than the model's truth deserves cost space.
+# Columns of the track in the file; more digits than the model's truth deserves cost space.
 _COLUMNS = (
     ("t_s", 2),
     ("x", 2),
@@ -49,7 +49,7 @@ class FlightReport:
     flown : Flown
         Samples of the flight.
     verdict : Verdict
-        What it kept and broke.
+        Its kept and broken promises.
     model : FlightModel
         The aircraft that flew.
     aircraft : Aircraft
@@ -74,7 +74,7 @@ class FlightReport:
     seed: int
 
     def to_dict(self) -> dict[str, Any]:
-        """The content of ``flight.json``; every number is finite, None stands for the others."""
+        """The content of ``flight.json``; every number is finite or None."""
         every = round(_POINT_S / PERIOD_S)
         table = {
             "pathgene": version(),

@@ -123,8 +123,8 @@ class Route:
         x, y : float
             Metres in the terrain's frame.
         leg : int, optional
-            Leg of the last place: the search goes on from there and never back. It begins with the
-            first leg by default.
+            Leg of the last place: the search continues from there and never goes back. It begins
+            with the first leg by default.
         """
         while True:
             place = self._place(x, y, leg)

@@ -1,4 +1,4 @@
-"""JSBSim behind the terrain's local frame: state out, controls in.
+"""JSBSim in the terrain's local frame: state out, controls in.
 
 The flight takes place at the equator, with the middle of the terrain at latitude and longitude 0
 and the frame's axes along parallel and meridian. There the grid has no convergence, so the model's
@@ -31,7 +31,7 @@ _MOST_SEED = 2**31 - 1
 # Radii of WGS84 at the equator: along the parallel and along the meridian.
 _EAST_M = 6378137.0
 _NORTH_M = 6335439.327
-# The ground that the model is told of stays so far below, or its wheels would bounce off it.
+# Distance to the ground that the model is told of: nearer, its wheels would bounce off it.
 _WHEELS_M = 60.0
 
 Controls = tuple[float, float, float, float, float]

@@ -48,7 +48,7 @@ def in_processes(
     Parameters
     ----------
     tasks : sequence
-        What ``work`` takes; may be pickled, as are the outcomes.
+        Arguments of ``work``; they can be pickled, and so can the outcomes.
     jobs : int
         Tasks done at a time, 1 or more.
     work : callable

@@ -52,8 +52,8 @@ def test_zones_drawn_in_flight_are_flown_around(open_desk):
     page.get_by_role("button", name="Zone ahead").press("Enter")
     until(page, lambda: latest(page))
     found = re.fullmatch(
-        r"New path after ([\d.]+) ms and ([\d.]+) m \(chip and line [\d.]+, round trips \d+, "
-        r"host \d+\)",
+        r"New path after ([\d.]+) ms and ([\d.]+) m \(chip and line [\d.]+; "
+        r"assumed: round trips \d+, host \d+\)",
         latest(page),
     )
     assert 5 < float(found[1]) < 100

@@ -238,7 +238,7 @@ def _words(changes: Sequence[Mapping[str, Any]]) -> str:
     )
     parts = f"host {host:.0f}"
     if chip:
-        parts = f"chip and line {chip:.1f}, round trips {trips:.0f}, {parts}"
+        parts = f"chip and line {chip:.1f}; assumed: round trips {trips:.0f}, {parts}"
     return f"New path after {change['active_ms']:.1f} ms and {change['flown_m']:.2f} m ({parts})"
 
 

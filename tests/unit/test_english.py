@@ -16,13 +16,13 @@ from tools.english import HABITS, ROOMS, count, counts, main, room_files
 #: Whoever removes some lowers the numbers (``python -m tools.english --allowed`` prints the table);
 #: nobody raises them.
 ALLOWED: dict[str, tuple[int, ...]] = {
-    "hdl": (254, 70, 18, 12, 72),
+    "hdl": (245, 68, 17, 12, 69),
     "host": (258, 157, 52, 61, 62),
-    "sim": (80, 13, 2, 20, 13),
+    "sim": (70, 11, 0, 17, 12),
     "pathgene": (0, 1, 0, 0, 0),
     "tools": (2, 2, 0, 0, 5),
     "bench": (23, 22, 1, 7, 6),
-    "tests": (3, 2, 0, 0, 1),
+    "tests": (0, 0, 0, 0, 1),
     "docs": (12, 18, 1, 2, 15),
 }
 

@@ -89,7 +89,7 @@ class Route(NamedTuple):
     Parameters
     ----------
     blocks : (3, BLOCKS, BLOCKS) int64
-        Least ground of each block, and x and y of a corner that has it.
+        Minimum ground of each block, and x and y of a corner that has it.
     surface : (BLOCKS, BLOCKS) int64
         Altitude above which the route lies.
     places : (BLOCKS**2, 2) int64

@@ -35,7 +35,7 @@ def walk(
     y1: int,
     z1: int,
 ) -> tuple[int, int]:
-    """Return colliding corners and least margin of a segment."""
+    """Return colliding corners and minimum margin of a segment."""
     dx, dy, dz = x1 - x0, y1 - y0, z1 - z0
     low = min(z0, z1)
     last = max(abs(dx), abs(dy))

@@ -58,7 +58,7 @@ class Blocks:
     Attributes
     ----------
     least : Surface
-        Least ground of the blocks without a blocked corner, and of those of start and goal.
+        Minimum ground of the blocks without a blocked corner, and of those of start and goal.
     lowest : dict
         First of the lowest corners of each block, by rows.
     start, goal : Block

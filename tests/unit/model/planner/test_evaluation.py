@@ -34,7 +34,7 @@ def path_of(evaluator, rng):
 )
 @pytest.mark.parametrize("config", [SMALL, USUAL], ids=["small", "usual"])
 def test_keys_are_those_of_the_plain_score_and_walk(config, memo, with_headings):
-    """Of a path without a limit: its cost if nothing is wrong, else penalty and all hits."""
+    """A path without a limit has its cost if nothing is wrong, else penalty and all hits."""
     rng = np.random.default_rng(10)
     classes = set()
     for _ in range(15):
@@ -79,7 +79,7 @@ def test_a_memo_changes_no_key_and_no_margin():
 
 
 def test_a_walk_continues_after_a_collision():
-    """Its margins are those of a whole walk, and the memo knows all; the key has fewer hits."""
+    """Margins and memo are as after a whole walk; the key has fewer hits."""
     rng = np.random.default_rng(12)
     evaluator = evaluator_of(SMALL, rng, 64, climb=STEEPEST, descent=STEEPEST, radius=64)
     evaluator.ground[:] = 0

@@ -6,7 +6,7 @@ from pathgene.hdl.config import Config
 from pathgene.host.device.schemes import CONFIG_FIELDS, BoardScheme, OpenPort, split_config
 from pathgene.host.errors import InputError
 from pathgene.sim.default_config import DEFAULT_CONFIG
-from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.chip import Chip
 from pathgene.sim.model.port import ModelPort
 
 
@@ -27,7 +27,7 @@ class ModelScheme(BoardScheme):
                 f"{', '.join(CONFIG_FIELDS)}."
             )
         # The model answers while it is written to: silence means a damaged frame.
-        return OpenPort(ModelPort(ChipModel(config)), timeout_s=0.01, attempts=12)
+        return OpenPort(ModelPort(Chip(config)), timeout_s=0.01, attempts=12)
 
     def known_config(self, url: str) -> Config:
         """Return the configuration that the URL orders."""

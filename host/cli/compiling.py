@@ -13,10 +13,10 @@ __all__ = ["note_compiling", "note_compiling_routes"]
 def note_compiling(*, as_paper: bool) -> None:
     """Say that the kernels of evaluation are compiled now, unless numba has kept them on disk."""
     # Loads numba, which bad input need not wait for.
-    from pathgene.host.evaluation import kernels, verdict
+    from pathgene.host.evaluation import kernels, rule_kernels
 
     # The outermost kernel of every evaluation.
-    _note(kernels.path_terms if as_paper else verdict.strict_terms, "about a minute")
+    _note(kernels.path_terms if as_paper else rule_kernels.strict_terms, "about a minute")
 
 
 def note_compiling_routes() -> None:

@@ -29,7 +29,7 @@ from pathgene.host.problem.problem import Problem
 
 if TYPE_CHECKING:
     from pathgene.host.evaluation.broken import Stretch
-    from pathgene.host.evaluation.safety import StrictRule
+    from pathgene.host.evaluation.strict_rule import StrictRule
 
 __all__ = ["FINE", "Evaluator"]
 
@@ -91,7 +91,7 @@ class Evaluator:
         self._bare = constants_of(problem, self.ds_m)
         self._strict: StrictRule | None = None
         if problem.rules is not None:
-            from pathgene.host.evaluation.safety import StrictRule
+            from pathgene.host.evaluation.strict_rule import StrictRule
 
             self._strict = StrictRule(problem, self._bare)
         self._pool: ThreadPoolExecutor | None = None

@@ -8,8 +8,8 @@ import numpy as np
 
 from pathgene.host.evaluation import laying as fields
 from pathgene.host.evaluation.constants import TURN_AT_END_RAD, Constants, Floats
-from pathgene.host.evaluation.strict import track_point
-from pathgene.host.evaluation.verdict import FIGURES, FLOWN, FUEL, piece_figures
+from pathgene.host.evaluation.rule_kernels import FIGURES, FLOWN, FUEL, piece_figures
+from pathgene.host.evaluation.terrain_rule import track_point
 
 
 __all__ = ["LaidTrack", "Place"]
@@ -28,7 +28,7 @@ class LaidTrack:
     points : int
         Waypoints.
     turns, pieces, times : ndarray
-        As :func:`pathgene.host.evaluation.verdict.strict_terms` leaves them.
+        As :func:`pathgene.host.evaluation.rule_kernels.strict_terms` leaves them.
 
     Attributes
     ----------

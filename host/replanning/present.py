@@ -13,7 +13,7 @@ from pathgene.host.evaluation.geometry import Piece
 from pathgene.host.evaluation.laid_pieces import lay_pieces
 from pathgene.host.evaluation.problem_constants import constants_of
 from pathgene.host.evaluation.reference import Utopia
-from pathgene.host.evaluation.safety import StrictRule
+from pathgene.host.evaluation.strict_rule import StrictRule
 from pathgene.host.evaluation.zones import pack_zones, zone_metres
 from pathgene.host.problem.ends import Point
 from pathgene.host.problem.problem import Problem

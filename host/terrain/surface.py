@@ -1,7 +1,7 @@
 """The surface that paths clear: the higher of the nearest node and the height between four nodes.
 
-The compiled form for a single point is :func:`pathgene.host.evaluation.strict.surface_at`; both
-give the same numbers, bit for bit.
+The compiled form for a single point is
+:func:`pathgene.host.evaluation.terrain_rule.surface_at`; both give the same numbers, bit for bit.
 """
 
 from __future__ import annotations

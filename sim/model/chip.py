@@ -40,10 +40,10 @@ if TYPE_CHECKING:
     from pathgene.sim.model.check_commands import CheckingModel
     from pathgene.sim.model.run_commands import RunningModel
 
-__all__ = ["ChipModel"]
+__all__ = ["Chip"]
 
 
-class ChipModel:
+class Chip:
     """Answers requests as the chip does.
 
     The cycles of core and checker are exactly those of the chip. The cycles of receiver and

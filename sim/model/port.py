@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.chip import Chip
 
 
 __all__ = ["ModelPort"]
 
 
 class ModelPort:
-    """The methods of :class:`serial.Serial` that a link uses, over a :class:`ChipModel`.
+    """The methods of :class:`serial.Serial` that a link uses, over a :class:`Chip`.
 
     The model answers during a write, so a read never waits: bytes that are not there yet come only
     after another write.
 
     Parameters
     ----------
-    chip : ChipModel
+    chip : Chip
     """
 
-    def __init__(self, chip: ChipModel) -> None:
+    def __init__(self, chip: Chip) -> None:
         self.chip = chip
         self.timeout: float | None = None
         self.write_timeout: float | None = None  # A write never waits.

@@ -23,7 +23,7 @@ from pathgene.hdl.protocol import (
     start_request,
 )
 from pathgene.hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
-from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.chip import Chip
 from pathgene.sim.model.frames import FrameReceiverModel
 from tests.support.gateware.fuzz import Fuzz
 
@@ -123,7 +123,7 @@ async def random_requests(dut, stalled):
     await bench.reset()
     fuzz = Fuzz(CONFIG, seed=4 + stalled)
     receiver = FrameReceiverModel(CONFIG)
-    model = ChipModel(CONFIG)
+    model = Chip(CONFIG)
     refused = runs = generations = checks_done = session = expected = 0
     sticky = StickyError(0)
     while fuzz.frames < 300:

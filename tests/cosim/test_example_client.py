@@ -20,7 +20,7 @@ from pathgene.hdl.protocol.planner import NoFlyShape, ProblemRecord
 from pathgene.hdl.protocol.runs import RunOptions, pack_best
 from pathgene.host.device.boards import open_board
 from pathgene.sim.default_config import DEFAULT_CONFIG
-from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.chip import Chip
 from tests.support.gateware.chips import SMALL, board_url
 
 
@@ -162,7 +162,7 @@ def served_model(config, damage=lambda number, frame: frame):
         return bytes(passed)
 
     def serve():
-        model, begun = ChipModel(config), b""
+        model, begun = Chip(config), b""
         with listener.accept()[0] as line:
             while data := line.recv(4096):
                 whole, delimiter, begun = (begun + data).rpartition(bytes([DELIMITER]))

@@ -8,7 +8,7 @@ from pathgene.hdl.config import Config
 from pathgene.hdl.protocol import Command, LinkMode, info_reply
 from pathgene.hdl.protocol.codec import encode_frame
 from pathgene.host.device.link import Link
-from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.chip import Chip
 from pathgene.sim.model.core import Limits
 from pathgene.sim.model.frames import FrameReceiverModel
 from tests.support.gateware.faults import ByteFaults, FaultyTransport, FrameFaults, VirtualClock
@@ -31,7 +31,7 @@ def test_model_replies_after_twenty_million_random_bytes():
 def test_a_thousand_generations_over_a_bad_line(faults, rate, seed):
     rng = random.Random(seed)
     config = Config()
-    chip, twin = ChipModel(config), ChipModel(config)
+    chip, twin = Chip(config), Chip(config)
     clock = VirtualClock()
     port = FaultyTransport(
         chip.feed, clock, to_board=faults(rate, rng), from_board=faults(rate, rng)

@@ -12,7 +12,7 @@ from pathlib import Path
 from pathgene.hdl.config import CheckerBuild, Config, GeneticCore
 from pathgene.sim.cache import BuildCache, build_root
 from pathgene.sim.exported import exported_verilog
-from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.chip import Chip
 from pathgene.sim.verilator import build_verilator
 from tools.chips import SMALL
 from tools.faults.line import ChipOnLine
@@ -98,7 +98,7 @@ class ModelOnLine:
 
     def __init__(self, config: Config) -> None:
         self._config = config
-        self._model = ChipModel(config)
+        self._model = Chip(config)
 
     def feed(self, data: bytes, reset: int | None = None) -> bytes:
         """Receive bytes; see :class:`tools.faults.line.ChipOnLine`."""
@@ -108,7 +108,7 @@ class ModelOnLine:
             self._model.feed(data)
         self._model.close()
         # The memories of a real chip keep their contents. Nobody may rely on that.
-        self._model = ChipModel(self._config)
+        self._model = Chip(self._config)
         return b""
 
     def wait(self, seconds: float) -> tuple[bytes, float]:

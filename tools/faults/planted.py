@@ -19,7 +19,7 @@ from pathgene.host.device.map_copy import MapCopy
 from pathgene.host.device.window import Request
 from pathgene.host.errors import InputError
 from pathgene.host.files.disk import current
-from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.chip import Chip
 
 
 __all__ = ["PLANTED", "planted"]
@@ -134,12 +134,12 @@ def _no_limit_of_silence() -> Patch:
 
 def _command_repeated_by_the_chip() -> Patch:
     """The chip executes a repeated command again."""
-    usual = ChipModel._generate
+    usual = Chip._generate
 
-    def generate(self: ChipModel, payload: bytes, repeated: bool) -> bytes:
+    def generate(self: Chip, payload: bytes, repeated: bool) -> bytes:
         return usual(self, payload, False)
 
-    return mock.patch.object(ChipModel, "_generate", generate)
+    return mock.patch.object(Chip, "_generate", generate)
 
 
 def _file_written_in_its_place() -> Patch:

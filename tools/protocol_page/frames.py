@@ -34,7 +34,7 @@ from pathgene.hdl.protocol.planner import (
     ProblemRecord,
 )
 from pathgene.hdl.protocol.runs import RunOptions
-from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.chip import Chip
 from tools import chips
 from tools.protocol_page.segments import split_reply, split_request, values_of
 
@@ -64,7 +64,7 @@ class Recorder:
     def __init__(self, config: Config) -> None:
         self.config = config
         self.exchanges: list[dict[str, Any]] = []
-        self._chip = ChipModel(config)
+        self._chip = Chip(config)
         self._session = 0
         self._next = 0
 

@@ -33,7 +33,7 @@ from pathgene.hdl.protocol import (
 from pathgene.hdl.protocol.codec import encode_frame
 from pathgene.host.device.chip import Chip
 from pathgene.host.device.link import Link
-from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.chip import Chip as ChipModel
 from pathgene.sim.model.port import ModelPort
 from tools.recording.random_inputs import checksum, ground, point, population, shuffled, waypoint
 

@@ -29,7 +29,7 @@ from pathgene.hdl.protocol.codec import FrameSplitter, decode_frame, encode_fram
 from pathgene.hdl.protocol.runs import RunOptions
 from pathgene.host.device.map_frames import map_frames
 from pathgene.sim.board.scheme import start_simulated
-from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.chip import Chip
 from tests.support.gateware.chips import CHECKERS, LINE_CYCLES, board_url
 from tests.support.gateware.frame_mix import KINDS, FrameMix
 from tests.support.gateware.protocol_rules import ProtocolRules
@@ -81,7 +81,7 @@ class CommandFuzz:
         self.counts = collections.Counter()
         self.rules = ProtocolRules(config)
         self.mix = FrameMix(config, self.rules, seed)
-        self.model = ChipModel(config)
+        self.model = Chip(config)
         self._port = port
         # Before it is written, a map holds arbitrary data.
         self.command(Command.OPEN)

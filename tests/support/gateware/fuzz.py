@@ -20,7 +20,7 @@ from pathgene.hdl.protocol import (
 from pathgene.hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
 from pathgene.host.device.map_frames import map_frames
 from pathgene.sim.board.scheme import start_simulated
-from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.chip import Chip
 from pathgene.sim.model.frames import FrameReceiverModel
 from tests.support.gateware.chips import LINE_CYCLES, board_url
 from tests.support.gateware.faults import ByteFaults
@@ -58,7 +58,7 @@ class Fuzz:
         self.frames = 0
         self.statuses = dict.fromkeys(Status, 0)
         self.dropped = set()
-        self._model = ChipModel(config)
+        self._model = Chip(config)
         self._receiver = FrameReceiverModel(config)
         self._rng = random.Random(seed)
         self._faults = ByteFaults(0.01, self._rng)

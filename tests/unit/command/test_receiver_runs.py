@@ -12,7 +12,7 @@ from pathgene.hdl.protocol import Command, Status, StickyError, map_request, pac
 from pathgene.hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
 from pathgene.hdl.protocol.planner import EDGES, NoFlyShape, no_fly_request, problem_request
 from pathgene.hdl.protocol.runs import RunOptions, run_request
-from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.chip import Chip as ChipModel
 from pathgene.sim.model.frames import FrameReceiverModel
 from tests.support.gateware.fuzz import Fuzz
 from tests.support.gateware.refusals import run_refusals

@@ -19,7 +19,7 @@ from pathgene.host.device.schemes import split_config
 from pathgene.host.device.serial_scheme import SerialScheme
 from pathgene.host.errors import InputError
 from pathgene.sim.board.scheme import start_simulated
-from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.chip import Chip
 from tests.support.gateware.chips import SMALL, board_url
 
 
@@ -198,7 +198,7 @@ def terminal():
     near, far = os.openpty()
     tty.setraw(far)
     device = os.ttyname(far)
-    chip = ChipModel(Config())
+    chip = Chip(Config())
     thread = threading.Thread(
         target=serve,
         args=(chip, lambda size: os.read(near, size), lambda data: os.write(near, data)),
@@ -242,7 +242,7 @@ def listener():
 
 
 def test_opens_a_url_of_pyserial(listener):
-    url = listener(lambda peer: serve(ChipModel(SMALL), peer.recv, peer.sendall))
+    url = listener(lambda peer: serve(Chip(SMALL), peer.recv, peer.sendall))
     with open_board(url) as chip:
         assert chip.config == SMALL
         chip.load([[3, 4]] * 8)
@@ -294,7 +294,7 @@ def test_refuses_a_port_that_echoes(monkeypatch):
 )
 def test_the_patience_of_a_serial_board(listener, query, timeout_s, attempts):
     """15 s unless the URL names another; a slow line has the time of the buffered bytes."""
-    url = listener(lambda peer: serve(ChipModel(SMALL), peer.recv, peer.sendall))
+    url = listener(lambda peer: serve(Chip(SMALL), peer.recv, peer.sendall))
     with open_board(f"{url}{query}") as chip:
         assert chip.link.timeout_s == pytest.approx(timeout_s)
         assert chip.link.attempts == attempts
@@ -302,7 +302,7 @@ def test_the_patience_of_a_serial_board(listener, query, timeout_s, attempts):
 
 def test_gives_a_silent_board_up_after_its_patience(listener):
     def answer_twice(peer):
-        chip = ChipModel(SMALL)
+        chip = Chip(SMALL)
         for _ in range(2):  # INFO and OPEN.
             peer.sendall(chip.feed(peer.recv(4096)))
         silent(peer)

@@ -12,7 +12,7 @@ from pathgene.hdl.protocol import Command, Status, StickyError, config_from_info
 from pathgene.host.device.chip import Chip
 from pathgene.host.device.link import Link, RefusedError
 from pathgene.host.errors import InputError
-from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.chip import Chip as ChipModel
 from pathgene.sim.model.port import ModelPort
 from tests.support.gateware.chips import CHECKING, random_path
 from tests.unit.command.receiver_bench import CHECKING as BENCH

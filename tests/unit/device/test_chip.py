@@ -23,7 +23,7 @@ from pathgene.host.device.chip import Chip, Step
 from pathgene.host.device.link import Link, RefusedError
 from pathgene.host.device.waypoints import pack_waypoints, unpack_waypoints
 from pathgene.host.errors import InputError
-from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.chip import Chip as ChipModel
 from pathgene.sim.model.core import PaperCore
 from pathgene.sim.model.mutation import Limits
 from pathgene.sim.model.port import ModelPort

@@ -9,7 +9,7 @@ from pathgene.hdl.protocol import info_reply, info_values
 from pathgene.host.device.identity import built_config, request_info
 from pathgene.host.device.link import Link
 from pathgene.host.errors import InputError
-from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.chip import Chip
 from tests.support.gateware.chips import SMALL
 from tests.support.gateware.faults import FaultyTransport, VirtualClock
 
@@ -18,7 +18,7 @@ INFO = info_values(SMALL) | {"session": 0}
 
 
 def test_tells_the_configuration_of_a_board():
-    link = Link(FaultyTransport(ChipModel(SMALL).feed, clock := VirtualClock()), clock=clock)
+    link = Link(FaultyTransport(Chip(SMALL).feed, clock := VirtualClock()), clock=clock)
     info = request_info(link)
     assert info == INFO
     assert built_config(info) == SMALL

@@ -10,7 +10,7 @@ from pathgene.hdl.protocol import Command, LinkMode, info_reply
 from pathgene.hdl.protocol.codec import encode_frame
 from pathgene.host.device.link import Link, LinkError, LinkTimeoutError
 from pathgene.host.errors import JobError
-from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.chip import Chip
 from pathgene.sim.model.core import Limits
 from tests.support.gateware.faults import ByteFaults, FaultyTransport, FrameFaults, VirtualClock
 from tests.unit.device.link_bench import (
@@ -200,7 +200,7 @@ def test_generations_over_a_bad_line_match_the_core():
     """60 generations of a chip over a line with 5e-3 faults per byte, each executed once."""
     rng = random.Random(5)
     config = Config()
-    chip, twin = ChipModel(config), ChipModel(config)
+    chip, twin = Chip(config), Chip(config)
     clock = VirtualClock()
     faults = [ByteFaults(1e-3, rng), ByteFaults(1e-3, rng)]
     port = FaultyTransport(chip.feed, clock, to_board=faults[0], from_board=faults[1])

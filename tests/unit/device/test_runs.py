@@ -15,7 +15,7 @@ from pathgene.host.device.runs import Runs, RunStatus
 from pathgene.host.device.waypoints import unpack_waypoints
 from pathgene.host.errors import InputError
 from pathgene.sim.model import refusal
-from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.chip import Chip as ChipModel
 from pathgene.sim.model.planner.no_fly import block
 from pathgene.sim.model.planner.run import plan
 from pathgene.sim.model.port import ModelPort

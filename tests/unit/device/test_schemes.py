@@ -19,7 +19,7 @@ from tests.support.gateware.chips import SMALL, board_url
 PROBE = """
 from pathgene.host.device.schemes import BoardScheme, OpenPort, split_config
 from pathgene.hdl.config import Config
-from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.chip import Chip
 from pathgene.sim.model.port import ModelPort
 
 
@@ -30,7 +30,7 @@ class ProbeScheme(BoardScheme):
         return split_config(url, Config(clocks_per_bit=4))[1]
 
     def open(self, url):
-        return OpenPort(ModelPort(ChipModel(self.known_config(url))), timeout_s=0.5, attempts=7)
+        return OpenPort(ModelPort(Chip(self.known_config(url))), timeout_s=0.5, attempts=7)
 
 
 SCHEME = ProbeScheme()

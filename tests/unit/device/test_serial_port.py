@@ -14,7 +14,7 @@ import pytest
 from pathgene.host.device.boards import open_board
 from pathgene.host.device.link import Link, LinkTimeoutError
 from pathgene.host.device.serial_port import SerialPort
-from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.chip import Chip
 from tests.support.gateware.chips import CHECKING
 
 
@@ -72,7 +72,7 @@ def test_a_terminal_that_stalls_during_an_upload_costs_the_patience(terminal):
     """Its chip stops in the middle of a map; the error is one sentence."""
     near, path = terminal
     stopped = threading.Event()
-    chip = ChipModel(CHECKING)
+    chip = Chip(CHECKING)
 
     def serve():
         while not stopped.is_set():

@@ -24,7 +24,7 @@ from pathgene.hdl.protocol import (
 )
 from pathgene.sim.model.checker import check_path
 from pathgene.sim.model.checker_cycles import batch_cycles
-from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.chip import Chip
 from tests.support.gateware.chips import CHECKING, random_path, random_paths
 from tests.unit.model.test_chip import Session, ask
 
@@ -233,7 +233,7 @@ def test_refuses_bad_requests(host, code, payload, status):
 
 @pytest.mark.parametrize("code", [Command.MAP, Command.CHECK, Command.CHECK_PATHS, Command.RESULTS])
 def test_commands_are_unknown_without_a_checker(code):
-    chip = ChipModel(CHECKING.replace(checker="none"))
+    chip = Chip(CHECKING.replace(checker="none"))
     assert ask(chip, bytes((0, 0, code)) + bytes(11))[2] == Status.UNKNOWN_COMMAND
 
 
@@ -242,5 +242,5 @@ def test_only_a_chip_with_a_checker_avoids_the_ground(host):
     payload = layout.pack(seed=0, x=1, y=1, altitude=1, avoid_ground=1)
     host(Command.START, payload)
     assert host.chip.core.avoid_ground
-    chip = ChipModel(CHECKING.replace(checker="none"))
+    chip = Chip(CHECKING.replace(checker="none"))
     assert ask(chip, bytes((0, 0, Command.START)) + payload)[2] == Status.BAD_VALUE

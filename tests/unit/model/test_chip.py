@@ -27,7 +27,7 @@ from pathgene.hdl.protocol import (
     unpack_paths,
 )
 from pathgene.hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
-from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.chip import Chip
 from pathgene.sim.model.core import PaperCore
 from pathgene.sim.model.mutation import Limits
 from tests.support.gateware.chips import SMALL, random_paths
@@ -55,7 +55,7 @@ class Session:
     """Host that numbers its commands and expects each to be executed."""
 
     def __init__(self, config=SMALL):
-        self.chip = ChipModel(config)
+        self.chip = Chip(config)
         assert ask(self.chip, (1, 0, Command.OPEN)) == bytes((1, 0, Status.OK))
         self.sequence = 0
 
@@ -72,7 +72,7 @@ def host():
 
 
 def test_info_is_plain_and_needs_no_session():
-    chip = ChipModel(SMALL)
+    chip = Chip(SMALL)
     for session in (0, 1):
         answer = ask(chip, (99, 7, Command.INFO), plain=True)
         assert answer[:3] == bytes((99, 7, Status.OK))
@@ -116,7 +116,7 @@ def test_order_of_commands():
         ((1, 0x83, status), (1, 0x83, Status.DUPLICATE)),
         ((1, 2, status), (1, 2, Status.OK)),
     ]
-    chip = ChipModel(SMALL)
+    chip = Chip(SMALL)
     for body, header in script:
         assert ask(chip, body)[:3] == bytes(header), body
 
@@ -247,7 +247,7 @@ bodies = st.builds(
 
 @given(st.lists(st.tuples(bodies, st.booleans() | st.just(False)), max_size=30))
 def test_replies_to_any_bodies_by_the_rules(script):
-    chip = ChipModel(SMALL)
+    chip = Chip(SMALL)
     rules = ProtocolRules(SMALL)
     for body, plain in script:
         rules.judge(body, plain, ask(chip, body, plain=plain))
@@ -261,7 +261,7 @@ def test_replies_to_any_bodies_by_the_rules(script):
 
 @given(st.lists(st.binary(max_size=40), max_size=20))
 def test_replies_after_any_bytes(pieces):
-    chip = ChipModel(SMALL)
+    chip = Chip(SMALL)
     for piece in pieces:
         chip.feed(piece)
     answers = FrameSplitter().feed(
@@ -273,7 +273,7 @@ def test_replies_after_any_bytes(pieces):
 
 
 def test_accepts_bodies_in_pieces():
-    chip, other = ChipModel(SMALL), ChipModel(SMALL)
+    chip, other = Chip(SMALL), Chip(SMALL)
     data = b"".join(encode_frame(bytes((0, sequence, Command.READ, 0, 3))) for sequence in range(5))
     whole = chip.feed(data)
     assert whole

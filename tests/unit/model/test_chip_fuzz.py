@@ -5,7 +5,7 @@ import collections
 import pytest
 
 from pathgene.hdl.protocol import Status
-from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.chip import Chip
 from tests.support.gateware.command_fuzz import CHIPS, fault_free, fuzz, table
 from tests.support.gateware.frame_mix import KINDS
 
@@ -36,8 +36,8 @@ def test_answers_by_the_rules_and_works_as_before(chip, seeds, frames):
 
 def test_a_failure_names_the_command_that_repeats_it(monkeypatch):
     assert fault_free("paper")
-    read = ChipModel._read
-    monkeypatch.setattr(ChipModel, "_read", lambda *request: read(*request)[:-1])
+    read = Chip._read
+    monkeypatch.setattr(Chip, "_read", lambda *request: read(*request)[:-1])
     again = r"; again by: python -m tests\.command_fuzz paper 3 500$"
     with pytest.raises(AssertionError, match=rf"^frame 500 of seed 3, .*{again}"):
         fuzz("paper", 3, 600)

@@ -13,7 +13,7 @@ from pathgene.host.mission.build import planner_of
 from pathgene.host.planners import DEFAULT, OPTIONS, PLANNERS
 from pathgene.host.planners.default import default_planner, named_or_default
 from pathgene.host.planning import Search
-from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.chip import Chip
 
 
 CORES = {"planner": "ga-chip", "paper": "ga-fpga", "none": "ga-chip"}
@@ -33,7 +33,7 @@ def served():
                             connection.sendall(chip.feed(data))
 
         def start(core):
-            chip = ChipModel(Config(core=core))
+            chip = Chip(Config(core=core))
             thread = threading.Thread(target=run, args=(chip,), daemon=True)
             thread.start()
             return f"socket://127.0.0.1:{server.getsockname()[1]}"

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from pathgene.host.evaluation.strict import surface_at
+from pathgene.host.evaluation.terrain_rule import surface_at
 from pathgene.host.terrain import Terrain
 from pathgene.host.terrain.surface import VOID_M, surface_below
 from tests.support.host.flight_oracle import surface

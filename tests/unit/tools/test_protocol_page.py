@@ -8,7 +8,7 @@ from pathgene.hdl.config import Config
 from pathgene.hdl.protocol import Command, Status, StickyError
 from pathgene.hdl.protocol.codec import FrameError, decode_frame, encode_frame
 from pathgene.hdl.protocol.planner import VALUE_BITS
-from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.chip import Chip
 from tools.protocol_page.files import FRAMES, contents
 from tools.protocol_page.segments import split_reply, split_request
 
@@ -25,7 +25,7 @@ def test_committed_file(path):
 
 @pytest.mark.parametrize("chip", CHIPS)
 def test_model_gives_the_golden_replies(chip):
-    model = ChipModel(Config(**CHIPS[chip]["config"]))
+    model = Chip(Config(**CHIPS[chip]["config"]))
     assert CHIPS[chip]["exchanges"]
     for exchange in CHIPS[chip]["exchanges"]:
         replied = model.feed(bytes.fromhex(exchange["request"]["frame"]))

@@ -17,7 +17,7 @@ from pathgene.host.planners.chip.problem_record import problem_record
 from pathgene.host.planners.chip.schedule import ChipSchedule
 from pathgene.host.problem.corner_map import CornerMap
 from pathgene.host.problem.rules import Rules
-from pathgene.sim.model.chip import ChipModel
+from pathgene.sim.model.chip import Chip as ChipModel
 from pathgene.sim.model.planner.run import plan
 from pathgene.sim.model.port import ModelPort
 

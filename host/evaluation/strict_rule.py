@@ -10,11 +10,11 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from pathgene.host.evaluation import broken, verdict
+from pathgene.host.evaluation import broken, rule_kernels
 from pathgene.host.evaluation.constants import VOID_HEIGHT_M, Constants, Floats
 from pathgene.host.evaluation.laid_track import LaidTrack
 from pathgene.host.evaluation.packed_zones import pack_zones
-from pathgene.host.evaluation.strict import STACK_SHAPE, Required, Surface, excess_m
+from pathgene.host.evaluation.terrain_rule import STACK_SHAPE, Required, Surface, excess_m
 from pathgene.host.evaluation.zones import zone_intrusions
 from pathgene.host.problem.problem import Problem
 from pathgene.host.terrain import Terrain
@@ -74,14 +74,14 @@ class StrictRule:
         self._highest = self._high._replace(height_m=0.0)
         self._zones = pack_zones(problem.zones, rules.zone_margin_m)
         self._timed = pack_zones(problem.zones_at_times, rules.zone_margin_m)
-        self._strict = verdict.StrictCourse(
+        self._strict = rule_kernels.StrictCourse(
             self._surface, self._low, self._below, self._high, self._zones
         )
 
     def judge(self, path: Floats) -> tuple[tuple[Any, ...], LaidTrack]:
         """Return the terms of a path, see ``strict_terms``, and its smoothed track."""
         scratch = self._scratch(len(path))
-        terms = verdict.strict_terms(path, len(path), self._strict, scratch)
+        terms = rule_kernels.strict_terms(path, len(path), self._strict, scratch)
         return terms, LaidTrack(self._constants, len(path), *scratch.path, scratch.times)
 
     def lay(self, path: Floats) -> LaidTrack:
@@ -91,13 +91,13 @@ class StrictRule:
     def add_timed_zones(self, paths: Floats, lengths: NDArray[np.int64], penalty: Floats) -> None:
         """Add the metres of paths in the zones of ``problem.zones_at_times`` to ``penalty``."""
         scratch = self._scratch(paths.shape[1])
-        verdict.add_zone_metres(paths, lengths, self._constants, self._timed, scratch, penalty)
+        rule_kernels.add_zone_metres(paths, lengths, self._constants, self._timed, scratch, penalty)
 
     def penalty_cost(self, paths: Floats, lengths: NDArray[np.int64]) -> tuple[Floats, Floats]:
         """Return penalty and cost of paths (m, max_n, 3), (m,) each; infinite for bad paths."""
         scratch = self._scratch(paths.shape[1])
         results = [
-            verdict.strict_penalty(path, n, self._strict, scratch)
+            rule_kernels.strict_penalty(path, n, self._strict, scratch)
             for path, n in zip(paths, lengths.tolist(), strict=True)
         ]
         penalty, cost = np.array(results, dtype=np.float64).reshape(-1, 2).T
@@ -106,11 +106,11 @@ class StrictRule:
     def first_kept(self, paths: Floats, lengths: NDArray[np.int64]) -> int | None:
         """Return the index of the first of paths (m, max_n, 3) without a penalty, or None."""
         scratch = self._scratch(paths.shape[1])
-        first = int(verdict.first_kept(paths, lengths, self._strict, scratch))
+        first = int(rule_kernels.first_kept(paths, lengths, self._strict, scratch))
         return None if first < 0 else first
 
-    def _scratch(self, points: int) -> verdict.StrictScratch:
-        return verdict.scratch(points, self._zones)
+    def _scratch(self, points: int) -> rule_kernels.StrictScratch:
+        return rule_kernels.scratch(points, self._zones)
 
     def off_demand_m(self, pieces: Floats) -> float:
         """Return the metres of any track too low, too high over the surface, or off the map.
@@ -146,14 +146,14 @@ class StrictRule:
 
     def _extreme(self, track: LaidTrack, required: Required, known: float = _NONE) -> _Extreme:
         """Return the greatest excess over ``required``; ``known`` if none is greater than that."""
-        worst, row, share = verdict.extreme_of_track(
+        worst, row, share = rule_kernels.extreme_of_track(
             self._surface,
             required,
             track.pieces,
             track.rows,
             known,
             _STEP_M,
-            np.empty(verdict.STACK_SHAPE),
+            np.empty(rule_kernels.STACK_SHAPE),
         )
         return worst, (row, share)
 
@@ -246,11 +246,11 @@ class StrictRule:
             ("climb", 1, aircraft.max_climb_deg),
             ("descent", -1, aircraft.max_descent_deg),
         ):
-            worst, at = track.most(sign, verdict.VERTICAL_SPEED)
+            worst, at = track.most(sign, rule_kernels.VERTICAL_SPEED)
             allowed = speed * math.sin(math.radians(degrees))
             yield _most(name, max(worst, 0.0), allowed, track.flown_m(*at))
         if aircraft.engine_power_W is not None:
-            worst, at = track.most(1, verdict.THRUST)
+            worst, at = track.most(1, rule_kernels.THRUST)
             power = max(worst, 0.0) * speed / aircraft.propeller_efficiency
             yield _most("power", power, aircraft.engine_power_W, track.flown_m(*at))
         if aircraft.fuel_weight_N is not None:

@@ -20,7 +20,14 @@ from pathgene.host.evaluation.kernels import corners_m, cost_of, path_terms
 from pathgene.host.evaluation.laying import lay_segment, lay_turn
 from pathgene.host.evaluation.packed_zones import PackedZones
 from pathgene.host.evaluation.pieces import burn, fastest_over_ground, judge_slope, thrust_of
-from pathgene.host.evaluation.strict import STACK_SHAPE, Part, Required, Surface, excess_m, extreme
+from pathgene.host.evaluation.terrain_rule import (
+    STACK_SHAPE,
+    Part,
+    Required,
+    Surface,
+    excess_m,
+    extreme,
+)
 from pathgene.host.evaluation.zones import zone_metres_with
 
 
@@ -155,7 +162,7 @@ def extreme_of_track(
     """Return the greatest excess of a track to within ``step``, its piece, and the piece's share.
 
     Where no excess is greater than ``known``, ``known`` is returned, and piece and share mean
-    nothing. See :func:`pathgene.host.evaluation.strict.extreme` for the other parameters.
+    nothing. See :func:`pathgene.host.evaluation.terrain_rule.extreme` for the other parameters.
     """
     ds_m = surface.c.ds_m
     best = known

@@ -17,7 +17,7 @@ from pathgene.host.device.waypoints import unpack_waypoints
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners.allaire.ga_fpga import FpgaGeneticPlanner
 from pathgene.host.planners.base import Options
-from pathgene.host.problem import ChipMap
+from pathgene.host.problem.chip_map import ChipMap
 
 
 __all__ = ["run"]

@@ -27,7 +27,8 @@ from pathgene.host.evaluation import Evaluator
 from pathgene.host.flight.fly import fly
 from pathgene.host.planners import PLANNERS, make
 from pathgene.host.planners.base import Options
-from pathgene.host.problem import Problem, aircraft
+from pathgene.host.problem import aircraft
+from pathgene.host.problem.problem import Problem
 
 
 __all__ = ["MOST_SEEDS", "PLANNED", "STORE", "Row", "rows", "run"]

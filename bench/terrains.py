@@ -27,7 +27,7 @@ from pathgene.host.device.waypoints import unpack_waypoints
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners import make
 from pathgene.host.planners.base import Options
-from pathgene.host.problem import ChipMap
+from pathgene.host.problem.chip_map import ChipMap
 from pathgene.sim.harness import CheckerBatch, VerilatedChecker
 from pathgene.sim.model.checker import Point, TerrainModel, Verdict
 from pathgene.sim.model.checker_kernels import check_paths

@@ -18,11 +18,11 @@ from pathgene.host.device.boards import url_of
 from pathgene.host.errors import InputError
 from pathgene.host.evaluation import Evaluation, Evaluator
 from pathgene.host.files.output import prepare_directory
-from pathgene.host.planners import PLANNERS, make
-from pathgene.host.planners.arguments import own_options
+from pathgene.host.options.arguments import own_options
+from pathgene.host.options.table import FALLBACKS
+from pathgene.host.planners import DEFAULT_BOARD, PLANNERS, make
 from pathgene.host.planners.base import Options, Progress, Result, Stop
 from pathgene.host.planners.default import named_or_default
-from pathgene.host.planners.options import DEFAULT_BOARD
 from pathgene.host.problem.changes import changed_problem
 from pathgene.host.problem.zones import Zone
 from pathgene.host.report.summary import summarise
@@ -34,11 +34,7 @@ if TYPE_CHECKING:
 
     from pathgene.host.diagnosis import Reason
 
-__all__ = ["FALLBACKS", "Plan", "Search"]
-
-
-#: Choices of a second search where a planner finds no feasible path.
-FALLBACKS = ("astar", "none")
+__all__ = ["Plan", "Search"]
 
 
 class _TogetherPlanner(Protocol):
@@ -274,8 +270,8 @@ class Search:
         with that planner, and then with ``fpa-2opt``, unless the reason is proven. ``none`` only
         looks for the reason; by default neither is done. As paper there is no fallback.
     **options
-        The planner's own options: the rows of :data:`pathgene.host.planners.OPTIONS` that its entry
-        lists. None is the default of each.
+        The planner's own options: the rows of :data:`pathgene.host.options.table.OWN` that its
+        entry lists. None is the default of each.
 
     Raises
     ------

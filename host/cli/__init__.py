@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import functools
-import importlib
 import logging
 import re
 import sys
@@ -53,10 +52,7 @@ def _run(arguments: list[str], debug: bool) -> int:
         parsed = _parsed(_prepared(arguments))
         if parsed.command is None:
             raise InputError("No command is given; pathgene --help lists them.")
-        module, _, function = parsed.command.partition(":")
-        status: int = getattr(importlib.import_module(f"pathgene.host.cli.{module}"), function)(
-            parsed
-        )
+        status: int = parsed.command(parsed)
         sys.stdout.flush()
         return status
     except OutputError as error:

@@ -8,30 +8,84 @@ import itertools
 import sys
 import time
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pathgene.host import interrupts
-from pathgene.host.auv.field import PAPER_SAMPLES, AuvField
-from pathgene.host.auv.plan import GENERATIONS, REPORT_SAMPLES, describe, evolve, terms
+from pathgene.host.auv import PLANNERS
+from pathgene.host.cli.arguments import Commands, add_command, add_options
 from pathgene.host.cli.compiling import note_compiling_routes
 from pathgene.host.cli.ending import ending
 from pathgene.host.cli.output import note, print_json, print_pairs
 from pathgene.host.errors import InputError
 from pathgene.host.files.output import json_bytes, prepare_directory, writing_into
 from pathgene.host.files.replacement import replace_files
-from pathgene.host.planners.base import Stop
-from pathgene.host.planners.routes.field import READINGS, Route
-from pathgene.host.planners.routes.point_sampler import KINDS
-from pathgene.host.planners.routes.search import ADDED_POINTS
+from pathgene.host.options.table import NAMED, OWN
 from pathgene.host.progress import Bar
-from pathgene.host.report.summary import version
 
 
-__all__ = ["run"]
+if TYPE_CHECKING:
+    from pathgene.host.auv.field import AuvField
+    from pathgene.host.planners.routes.field import Route
+
+
+__all__ = ["add", "run"]
+
+
+def add(commands: Commands) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "auv",
+        run,
+        "Plan the path of an underwater vehicle, the problem of ga-dp",
+        "pathgene auv --landscape 1 --planner ga-dp --seed 1 --out auv",
+    )
+    parser.add_argument(
+        "--landscape", type=int, metavar="N", default=1, help="1 or 2 (default %(default)s)"
+    )
+    parser.add_argument(
+        "--planner",
+        choices=PLANNERS,
+        default=PLANNERS[0],
+        help="the planner of the paper, or the conventional GA that it is compared with "
+        "(default %(default)s)",
+    )
+    add_options(parser, [OWN[name] for name in ("reading", "draws", "added_points")])
+    parser.add_argument(
+        "--as-paper",
+        action="store_true",
+        help="read the seabed as in the paper, at 21 samples per segment, even in the spline's "
+        "parameter, which step over hills; without it the samples are even in arc length, and as "
+        "many as it takes",
+    )
+    parser.add_argument(
+        "--samples",
+        type=int,
+        metavar="N",
+        help="read the seabed in the paper's way at N samples per segment (--as-paper: 21)",
+    )
+    parser.add_argument(
+        "--length",
+        choices=("2d", "3d"),
+        default="2d",
+        help="horizontal length, or length along the seabed (default %(default)s)",
+    )
+    parser.add_argument(
+        "--generations", type=int, metavar="N", help="number of generations (default 100)"
+    )
+    add_options(parser, [NAMED["seed"], NAMED["out"]])
 
 
 def run(args: argparse.Namespace) -> int:
     """Plan, write the files and print the summary."""
+    from pathgene.host.auv.field import PAPER_SAMPLES, AuvField
+    from pathgene.host.auv.plan import GENERATIONS, describe, evolve, terms
+    from pathgene.host.planners.base import Stop
+    from pathgene.host.planners.routes.field import READINGS
+    from pathgene.host.planners.routes.point_sampler import KINDS
+    from pathgene.host.planners.routes.search import ADDED_POINTS
+    from pathgene.host.report.summary import version
+
     generations = GENERATIONS if args.generations is None else args.generations
     if generations < 1:
         raise InputError(f"The number of generations must be 1 or more, not {generations}.")
@@ -107,6 +161,8 @@ def _write(
 
 
 def _print(summary: dict[str, Any], written: list[Path]) -> None:
+    from pathgene.host.auv.plan import REPORT_SAMPLES
+
     fine = summary[f"at_{REPORT_SAMPLES}_samples"]
     names = {
         "delta": "delta",

@@ -8,30 +8,85 @@ import copy
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pathgene.host import interrupts
+from pathgene.host.cli.arguments import (
+    Commands,
+    add_command,
+    add_option,
+    add_options,
+    add_own_options,
+    leave_unset,
+)
 from pathgene.host.cli.compiling import note_compiling
-from pathgene.host.cli.options import ignored_options
 from pathgene.host.cli.output import note, print_json, print_pairs, print_table
-from pathgene.host.cli.problem import file_values
+from pathgene.host.cli.values import file_values, ignored_options
 from pathgene.host.cores import available_cores
-from pathgene.host.device.boards import known_config
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.files.output import prepare_directory, write_json, writing_into
-from pathgene.host.mission.batch import Job, Outcome, execute, kept_summary, names_of, save
-from pathgene.host.mission.build import planner_of
-from pathgene.host.mission.legs import shortcoming
+from pathgene.host.options.table import NAMED, options_of
 from pathgene.host.progress import Bar
-from pathgene.host.report.summary import version
 from pathgene.host.workers import LOCAL
 
 
-__all__ = ["run"]
+if TYPE_CHECKING:
+    from pathgene.host.mission.batch import Job, Outcome
+
+
+__all__ = ["add", "run"]
+
+
+def add(commands: Commands) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "batch",
+        run,
+        "Plan many problem files, in several processes or on a Dask cluster",
+        "pathgene batch north.toml south.toml --jobs 2 --out out/batch",
+        usage="PROBLEM.toml... [OPTIONS]",
+        notes="The exit status is 0 if every problem has a feasible path, 2 if bad input alone is "
+        "to blame, 1 otherwise.",
+    )
+    parser.add_argument(
+        "problems", metavar="PROBLEM.toml", nargs="+", help="problem files; see pathgene problem"
+    )
+    group = parser.add_argument_group("planning, in place of what the files say")
+    add_options(group, [*options_of("search", "planning"), NAMED["as_paper"]])
+    add_own_options(parser)
+    group = parser.add_argument_group("execution")
+    group.add_argument(
+        "--jobs",
+        type=int,
+        metavar="N",
+        help="problems planned at a time, each in a process (default one per core)",
+    )
+    group.add_argument(
+        "--scheduler",
+        metavar="ADDRESS|local",
+        nargs="?",
+        const=LOCAL,
+        help="plan on the Dask cluster at this address, or on one started here (local, or no "
+        "address); needs the extra pathgene[cluster]",
+    )
+    group = parser.add_argument_group("output")
+    add_option(
+        group,
+        NAMED["out"],
+        default="out/batch",
+        help="directory to write to, a folder for each problem; a problem whose result it holds is "
+        "not planned again (default %(default)s)",
+    )
+    add_options(group, [NAMED["picture"], NAMED["grid"]])
+    leave_unset(parser, besides=("problems", "jobs", "scheduler", "out"))
 
 
 def run(args: argparse.Namespace) -> int:
     """Plan the problems without a result, write ``batch.json`` and print a table."""
+    from pathgene.host.mission.batch import kept_summary, names_of
+    from pathgene.host.report.summary import version
+
     if args.jobs is not None and args.jobs < 1:
         raise InputError(f"The number of jobs must be 1 or more, not {args.jobs}.")
     if args.jobs is not None and args.scheduler not in (None, LOCAL):
@@ -75,6 +130,9 @@ def run(args: argparse.Namespace) -> int:
 
 def _job(args: argparse.Namespace, name: str, file: str) -> Job:
     """Return the job of a problem file and the options; note those that its planner lacks."""
+    from pathgene.host.mission.batch import Job
+    from pathgene.host.mission.build import planner_of
+
     own = copy.copy(args)
     own.problem = file
     given = {name: getattr(args, name) for name in args.option_defaults if name in vars(args)}
@@ -94,6 +152,8 @@ def _plan(
     kept: int,
 ) -> None:
     """Plan jobs; complete their rows, and save each result at once."""
+    from pathgene.host.mission.batch import execute
+
     if not jobs:
         return
     count = args.jobs or (1 if any(map(_on_hardware, jobs)) else available_cores())
@@ -116,6 +176,8 @@ def _plan(
 
 
 def _saved(directory: Path, job: Job, outcome: Outcome) -> dict[str, Any]:
+    from pathgene.host.mission.batch import save
+
     if outcome.summary is None:
         return _failed(outcome.failure or "It failed.", bad_input=outcome.bad_input)
     save(directory, job, outcome, note)
@@ -123,11 +185,15 @@ def _saved(directory: Path, job: Job, outcome: Outcome) -> dict[str, Any]:
 
 
 def _on_hardware(job: Job) -> bool:
+    from pathgene.host.device.boards import known_config
+
     board = job.values.get("board")
     return board is not None and known_config(board) is None
 
 
 def _terms(summary: Mapping[str, Any]) -> dict[str, Any]:
+    from pathgene.host.mission.legs import shortcoming
+
     return {
         "feasible": bool(summary["feasible"]),
         "planner": summary["planner"],

@@ -6,21 +6,20 @@ import argparse
 import contextlib
 import sys
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pathgene.hdl.config import GeneticCore
 from pathgene.host.cli.ending import ending
 from pathgene.host.cli.output import note, print_table
-from pathgene.host.cli.problem import source_of
-from pathgene.host.device.boards import with_core
+from pathgene.host.cli.values import source_of
 from pathgene.host.errors import InputError, PathgeneError
-from pathgene.host.mission.mission import Mission
-from pathgene.host.mission.planning import plan_mission
-from pathgene.host.planners import OPTIONS, PLANNERS
-from pathgene.host.planners.base import Stop
-from pathgene.host.planners.options import DEFAULT_BOARD
-from pathgene.host.planning import Plan, Search
+from pathgene.host.options.table import OWN, SEARCH
+from pathgene.host.planners import DEFAULT_BOARD, PLANNERS
 from pathgene.host.progress import Progress
+
+
+if TYPE_CHECKING:
+    from pathgene.host.mission.mission import Mission
+    from pathgene.host.planning import Plan, Search
 
 
 __all__ = ["plan_beside", "print_beside", "row_of", "searches_beside"]
@@ -48,17 +47,18 @@ def searches_beside(args: argparse.Namespace) -> list[Search]:
 
 
 def _search(args: argparse.Namespace, name: str) -> Search:
+    from pathgene.hdl.config import GeneticCore
+    from pathgene.host.device.boards import with_core
+    from pathgene.host.planning import Search
+
     having = PLANNERS[name].options if name in PLANNERS else ()
-    own = {option: getattr(args, option) for option in OPTIONS if option in having}
+    own = {option: getattr(args, option) for option in OWN if option in having}
     # Hardware, and a board whose core is named, have that core alone.
     if args.board is not None and with_core(args.board, GeneticCore.PAPER) == args.board:
         own = {option: DEFAULT_BOARD if option == "board" else own[option] for option in own}
     return Search(
         name,
-        generations=args.generations,
-        time_limit_s=args.time_limit,
-        target_fitness=args.target_fitness,
-        population=args.population,
+        **{option.field: getattr(args, name) for name, option in SEARCH.items()},
         seed=args.seed,
         **own,
     )
@@ -76,6 +76,9 @@ def plan_beside(
     KeyboardInterrupt
         If the user interrupts it.
     """
+    from pathgene.host.mission.planning import plan_mission
+    from pathgene.host.planners.base import Stop
+
     rows = []
     for search in searches:
         where = "" if search.board is None else f" on {search.board}"

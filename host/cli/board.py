@@ -7,21 +7,65 @@ import dataclasses
 import socket
 
 from pathgene.host import interrupts
+from pathgene.host.cli.arguments import Commands, add_command, add_command_group
 from pathgene.host.cli.listening import is_local
 from pathgene.host.cli.output import note, print_json, print_pairs
-from pathgene.host.device.boards import board_scheme, open_board
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.numeric import whole
+from pathgene.host.planners import DEFAULT_BOARD
 
 
-__all__ = ["info", "serve"]
+__all__ = ["add", "info", "serve"]
 
 # Time between two looks at a signal, seconds.
 _LOOK_S = 1.0
 
 
+def add(commands: Commands) -> None:
+    """Add the command and its commands."""
+    actions = add_command_group(
+        commands,
+        "board",
+        "Serve a simulated board, or describe a board",
+        "pathgene board info --board sim:",
+    )
+    serving = add_command(
+        actions,
+        "serve",
+        serve,
+        "Serve a simulated board to any serial client",
+        "pathgene board serve --board sim: --listen 127.0.0.1:5000",
+    )
+    serving.add_argument(
+        "--board", metavar="URL", default="sim:", help="sim: with its options (default %(default)s)"
+    )
+    where = serving.add_mutually_exclusive_group()
+    where.add_argument(
+        "--listen",
+        metavar="HOST:PORT",
+        default="127.0.0.1:0",
+        help="address to listen at; port 0 takes a free port (default %(default)s)",
+    )
+    where.add_argument("--pty", action="store_true", help="serve a pseudo terminal instead")
+    describing = add_command(
+        actions,
+        "info",
+        info,
+        "Describe the board at the other end of a link",
+        "pathgene board info --board /dev/ttyUSB0 --json",
+    )
+    describing.add_argument(
+        "--board",
+        metavar="URL",
+        default=DEFAULT_BOARD,
+        help="as for pathgene plan (default %(default)s)",
+    )
+
+
 def info(args: argparse.Namespace) -> int:
     """Describe the board at the other end of a link."""
+    from pathgene.host.device.boards import open_board
+
     with open_board(args.board) as chip:
         report = {
             "board": args.board,
@@ -45,6 +89,8 @@ def info(args: argparse.Namespace) -> int:
 
 def serve(args: argparse.Namespace) -> int:
     """Serve a simulated board until a signal, such as Ctrl-C, or the end of its simulator."""
+    from pathgene.host.device.boards import board_scheme
+
     if not args.pty:
         _check_address(args.listen)
     scheme = board_scheme(args.board)

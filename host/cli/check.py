@@ -4,51 +4,53 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from pathgene.host.checking import check
+from pathgene.host.cli.arguments import Commands, add_command, add_problem, complete_by_file
 from pathgene.host.cli.compiling import note_compiling
 from pathgene.host.cli.output import print_json, print_pairs, term_pairs
-from pathgene.host.cli.problem import (
-    complete_options,
-    end_point,
-    load_terrain,
-    load_zones,
-    placed,
-    rule_arguments,
-)
+from pathgene.host.cli.values import complete_options
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.files.output import reading
 from pathgene.host.formats.registry import read_path
 from pathgene.host.inputs import opened
-from pathgene.host.mission.build import aircraft_of, via_of
-from pathgene.host.mission.keys import RULES
-from pathgene.host.problem.aircraft import Aircraft
-from pathgene.host.problem.ends import Point
-from pathgene.host.problem.ends import end_point as end_point_of
-from pathgene.host.problem.problem import Problem
-from pathgene.host.problem.zones import Zone
-from pathgene.host.report.read import (
-    find_summary,
-    problem_of_path,
-    summary_aircraft,
-    summary_path,
-    summary_rules,
-    summary_terrain,
-    summary_way,
-    summary_wind_and_step,
-    summary_zones,
-)
-from pathgene.host.report.run_files import verify
-from pathgene.host.terrain import Terrain
+from pathgene.host.options.table import RULES
 
 
-__all__ = ["run"]
+if TYPE_CHECKING:
+    from pathgene.host.problem.aircraft import Aircraft
+    from pathgene.host.problem.ends import Point
+    from pathgene.host.problem.problem import Problem
+    from pathgene.host.problem.zones import Zone
+    from pathgene.host.terrain import Terrain
+
+
+__all__ = ["add", "run"]
 
 # Start and goal from options may differ from those in the file by the rounding of the file.
 _SAME_END_M = 0.01
+
+
+def add(commands: Commands) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "check",
+        run,
+        "Evaluate a given path",
+        "pathgene check --terrain tile.tif --path out/path.geojson --json",
+        usage="[PROBLEM.toml] --path FILE [OPTIONS]",
+        notes="The exit status is 0 for a feasible path, 1 for one that is not, 2 for bad input.",
+    )
+    parser.add_argument(
+        "--path",
+        metavar="FILE",
+        required=True,
+        help="GeoJSON, CSV with the header x,y,z, or a summary.json, which also supplies the "
+        "options that are not given",
+    )
+    add_problem(parser, of_path=True)
+    complete_by_file(parser, besides=("path",))
 
 
 def run(args: argparse.Namespace) -> int:
@@ -56,6 +58,18 @@ def run(args: argparse.Namespace) -> int:
 
     A path that is not feasible, or misses a via point, is a failure.
     """
+    from pathgene.host.checking import check
+    from pathgene.host.mission.build import placed_at, rules_of, terrain_of
+    from pathgene.host.report.read import (
+        find_summary,
+        problem_of_path,
+        summary_path,
+        summary_rules,
+        summary_terrain,
+        summary_wind_and_step,
+    )
+    from pathgene.host.report.run_files import verify
+
     told = "as_paper" in vars(args)
     complete_options(args)
     file = Path(args.path)
@@ -76,10 +90,10 @@ def run(args: argparse.Namespace) -> int:
             fill_voids=args.fill_voids,
             max_cells=args.max_cells,
         )
-        terrain = placed(args, terrain)
+        terrain = placed_at(vars(args), terrain)
         path = summary_path(file, summary)
     else:
-        terrain = load_terrain(args)
+        terrain = terrain_of(vars(args))
         path = read_path(file, terrain)
     problem = problem_of_path(
         terrain,
@@ -89,7 +103,7 @@ def run(args: argparse.Namespace) -> int:
         zones=_zones(args, summary, terrain),
         wind=args.wind or (0.0, 0.0),
         ds_m=args.ds,
-        **rule_arguments(args),
+        **rules_of(vars(args)),
     )
     _check_ends(args, problem)
 
@@ -120,21 +134,25 @@ def _take_rules(args: argparse.Namespace, stated: dict[str, Any], *, told: bool)
         args.as_paper = not (told or given)
         return
     values = {**stated, **stated["rules"].to_dict()}
-    for name in set(RULES) - given:
-        key = f"{name}_deg" if name.endswith("heading") else f"{name}_m"
-        setattr(args, name, 100 * values["reserve"] if name == "reserve" else values[key])
+    for name, option in RULES.items():
+        if name not in given and values[option.field] is not None:
+            setattr(args, name, option.of_field(values[option.field]))
 
 
 def _between(
     args: argparse.Namespace, summary: dict[str, Any] | None, terrain: Terrain
 ) -> tuple[Point, ...]:
     """Return the points of a mission between its start and its end."""
+    from pathgene.host.mission.build import end_of, via_of
+    from pathgene.host.problem.ends import end_point
+    from pathgene.host.report.read import summary_way
+
     via = via_of(vars(args), terrain)
     if args.return_to_start:
-        goal = end_point(args, "goal", terrain)
+        goal = end_of(vars(args), "goal", terrain)
         if goal is None:
             raise InputError("The goal is missing, where the path turns back; give --goal.")
-        return (*via, end_point_of("goal", goal, terrain, agl=args.agl))
+        return (*via, end_point("goal", goal, terrain, agl=args.agl))
     if via or summary is None:
         return via
     return summary_way(Path(args.path), summary)
@@ -142,6 +160,9 @@ def _between(
 
 def _aircraft(args: argparse.Namespace, summary: dict[str, Any] | None) -> Aircraft:
     """Return the aircraft of ``--uav``, else that of the summary, else the default."""
+    from pathgene.host.mission.build import aircraft_of
+    from pathgene.host.report.read import summary_aircraft
+
     if args.uav is None and summary is not None:
         stated = summary_aircraft(Path(args.path), summary)
         if stated is not None:
@@ -155,7 +176,10 @@ def _zones(
     terrain: Terrain,
 ) -> tuple[Zone, ...]:
     """Return the zones from the options, or without any, the zones of the summary."""
-    given = load_zones(args, terrain)
+    from pathgene.host.mission.build import zones_of
+    from pathgene.host.report.read import summary_zones
+
+    given = zones_of(vars(args), terrain)
     if given or summary is None:
         return given
     return summary_zones(Path(args.path), summary)
@@ -163,8 +187,12 @@ def _zones(
 
 def _check_ends(args: argparse.Namespace, problem: Problem) -> None:
     """Refuse a start or goal that differs from the path's end."""
+    import numpy as np
+
+    from pathgene.host.mission.build import end_of
+
     for name in ("start",) if args.return_to_start else ("start", "goal"):
-        given = end_point(args, name, problem.terrain)
+        given = end_of(vars(args), name, problem.terrain)
         if given is None:
             continue
         own = getattr(problem, name)

@@ -9,36 +9,109 @@ import sys
 from collections import Counter
 from collections.abc import Generator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pathgene.host import interrupts
+from pathgene.host.cli.arguments import (
+    Commands,
+    add_command,
+    add_option,
+    add_options,
+    add_own_options,
+    add_problem,
+    complete_by_file,
+)
 from pathgene.host.cli.compiling import note_compiling
-from pathgene.host.cli.options import own_options
 from pathgene.host.cli.output import note, print_json, print_pairs, print_table
-from pathgene.host.cli.problem import complete_options, make_problem, source_of
-from pathgene.host.compare.digest import problem_digest
-from pathgene.host.compare.entrants import SEARCH, Entrant, parse_entrants, planner_names
-from pathgene.host.compare.report import Field, document
-from pathgene.host.compare.runs import Outcome, Task, run_in_processes, run_on_cluster
-from pathgene.host.compare.session import complete, kept
-from pathgene.host.compare.store import RunStore
-from pathgene.host.compare.write import write_report
+from pathgene.host.cli.values import complete_options, own_options, source_of
 from pathgene.host.cores import available_cores
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.files.output import prepare_directory
-from pathgene.host.problem.problem import Problem
+from pathgene.host.options.table import NAMED, SEARCH, options_of
+from pathgene.host.planners import PLANNERS
 from pathgene.host.workers import LOCAL
 
 
-__all__ = ["run"]
+if TYPE_CHECKING:
+    from pathgene.host.compare.entrants import Entrant
+    from pathgene.host.compare.report import Field
+    from pathgene.host.compare.runs import Outcome, Task
+    from pathgene.host.problem.problem import Problem
+
+
+__all__ = ["add", "run"]
 
 _MOST_RUNS = 100_000
 # A p-value below this is printed as a bound.
 _SMALLEST_P = 1e-99
 
 
+def add(commands: Commands) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "compare",
+        run,
+        "Compare planners over many seeds",
+        "pathgene compare --planners ga-fpga,ga-pc,ga-pc:max_waypoints=8 --terrain tile.tif "
+        "--start 1200,1200,100 --goal 14000,14000,100 --agl --runs 5 --generations 20 "
+        "--out out/compare",
+        usage="[PROBLEM.toml] --planners NAME,... [OPTIONS]",
+    )
+    add_problem(parser)
+    group = parser.add_argument_group("comparison")
+    group.add_argument(
+        "--planners",
+        metavar="NAME[:KEY=VALUE]...,...",
+        required=True,
+        help=f"some of {', '.join(PLANNERS)}; options of one entry alone follow its name, as in "
+        "ga-pc:max_waypoints=8:generations=500; a planner may be listed several times",
+    )
+    group.add_argument(
+        "--runs",
+        type=int,
+        metavar="N",
+        default=50,
+        help="runs of each planner, with consecutive seeds (default %(default)s)",
+    )
+    add_option(group, NAMED["seed"], help="seed of the first run (default %(default)s)")
+    group.add_argument(
+        "--jobs",
+        type=int,
+        metavar="N",
+        help="simultaneous runs, each in a process (default one per core)",
+    )
+    group.add_argument(
+        "--scheduler",
+        metavar="ADDRESS|local",
+        nargs="?",
+        const=LOCAL,
+        help="run on the Dask cluster at this address, or on one started here for these runs "
+        "(local, or no address); needs the extra pathgene[cluster]",
+    )
+    group = parser.add_argument_group("planning")
+    add_options(group, options_of("search"))
+    add_own_options(parser)
+    group = parser.add_argument_group("output")
+    add_option(
+        group,
+        NAMED["out"],
+        default="out/compare",
+        help="directory to write to; runs that it already holds are not repeated "
+        "(default %(default)s)",
+    )
+    complete_by_file(parser, besides=("planners", "runs", "seed", "jobs", "scheduler", "out"))
+
+
 def run(args: argparse.Namespace) -> int:
     """Do the runs that are missing, write the report and print its tables."""
+    from pathgene.host.compare.digest import problem_digest
+    from pathgene.host.compare.entrants import parse_entrants, planner_names
+    from pathgene.host.compare.report import document
+    from pathgene.host.compare.session import complete, kept
+    from pathgene.host.compare.store import RunStore
+    from pathgene.host.compare.write import write_report
+
     complete_options(args)
     entrants = parse_entrants(
         args.planners,
@@ -47,7 +120,7 @@ def run(args: argparse.Namespace) -> int:
     )
     seeds = _seeds(args, entrants)
     jobs = _jobs(args, entrants)
-    problem = make_problem(args)
+    problem = _problem(args)
     directory = Path(args.out)
     prepare_directory(directory)
     if args.scheduler is None:
@@ -80,8 +153,19 @@ def run(args: argparse.Namespace) -> int:
     return _status(fields, seeds)
 
 
+def _problem(args: argparse.Namespace) -> Problem:
+    from pathgene.host.mission.build import mission_of
+
+    mission = mission_of(vars(args))
+    if mission.legs > 1:
+        raise InputError("Only single legs can be compared; leave via points and return out.")
+    return mission.problem
+
+
 def _write_interrupted(directory: Path, table: dict[str, Any]) -> None:
     """Write the report of a comparison that ends early, if the disk takes it."""
+    from pathgene.host.compare.write import write_report
+
     try:
         write_report(directory, table, warn=note, picture=False)
     except InputError as error:
@@ -94,6 +178,8 @@ def _execute(
     jobs: int,
     tasks: Sequence[Task],
 ) -> Generator[Outcome]:
+    from pathgene.host.compare.runs import run_in_processes, run_on_cluster
+
     jobs = min(jobs, len(tasks))
     if scheduler is None:
         return run_in_processes(problem, tasks, jobs)

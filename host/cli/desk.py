@@ -11,13 +11,60 @@ import threading
 from pathlib import Path
 
 from pathgene.host import interrupts
+from pathgene.host.cli.arguments import Commands, add_command, add_option
 from pathgene.host.cli.listening import is_local
 from pathgene.host.cli.output import note, print_json
 from pathgene.host.errors import InputError
 from pathgene.host.files.output import prepare_directory
+from pathgene.host.options.table import NAMED
 
 
-__all__ = ["run"]
+__all__ = ["add", "run"]
+
+
+def add(commands: Commands) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "desk",
+        run,
+        "Draw problems, plan them and compare the plans on a local web page",
+        "pathgene desk problem.toml --out out/desk",
+        notes="Prints the address to open, whose token lets in. Needs the extra pathgene[desk].",
+    )
+    parser.add_argument(
+        "problem",
+        metavar="PROBLEM.toml",
+        nargs="?",
+        help="problem file that the page opens with",
+    )
+    parser.add_argument(
+        "--host",
+        default="127.0.0.1",
+        help="address to listen at; 0.0.0.0 lets others in (default %(default)s)",
+    )
+    parser.add_argument(
+        "--port", type=int, metavar="N", default=0, help="port; 0 takes a free one (default 0)"
+    )
+    parser.add_argument(
+        "--open",
+        action="store_true",
+        help="open the page in your browser, if there is a screen for one",
+    )
+    add_option(
+        parser,
+        NAMED["out"],
+        default="out/desk",
+        help="directory in which each plan gets its own (default %(default)s)",
+    )
+    parser.add_argument(
+        "--jobs",
+        type=int,
+        metavar="N",
+        default=2,
+        help="plans made at a time; more of them wait (default %(default)s)",
+    )
+    add_option(parser, NAMED["max_cells"])
 
 
 def run(args: argparse.Namespace) -> int:

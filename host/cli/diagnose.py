@@ -4,32 +4,62 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from pathgene.host.cli.arguments import Commands, add_command, add_problem, complete_by_file
 from pathgene.host.cli.compiling import note_compiling
 from pathgene.host.cli.output import note, print_json, print_pairs
-from pathgene.host.cli.problem import complete_options, make_mission
-from pathgene.host.connection import connect
-from pathgene.host.diagnosis import Reason
-from pathgene.host.diagnosis.reason import listed
+from pathgene.host.cli.values import complete_options
 from pathgene.host.errors import JobError, NoPathError
-from pathgene.host.evaluation import Evaluator
 from pathgene.host.files.output import prepare_directory
-from pathgene.host.report.diagnosis import Drawn, write_diagnosis
-from pathgene.host.report.summary import version
+from pathgene.host.options.kinds import PATH
 
 
-__all__ = ["run"]
+if TYPE_CHECKING:
+    from pathgene.host.diagnosis import Reason
+    from pathgene.host.report.diagnosis import Drawn
+
+
+__all__ = ["add", "run"]
+
+
+def add(commands: Commands) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "diagnose",
+        run,
+        "Say whether start and goal are connected, or why not",
+        "pathgene diagnose --terrain canyon --agl --start 300,300,60 --goal 4700,4600,60 "
+        "--ceiling 400 --out out",
+        usage="[PROBLEM.toml] [OPTIONS]",
+        notes="The exit status is 0 if there is a path, 1 with the reason if none is found, 2 for "
+        "bad input.",
+    )
+    add_problem(parser)
+    group = parser.add_argument_group("output")
+    group.add_argument(
+        "--out",
+        type=PATH.parse,
+        metavar="DIR",
+        help="directory to write diagnosis.json to, and diagnosis.png, the picture that marks the "
+        "reason (default: no files, whatever the problem file says)",
+    )
+    complete_by_file(parser, besides=("out",))
 
 
 def run(args: argparse.Namespace) -> int:
     """Look for a path and print that there is one, or the reason of the first leg without one."""
+    from pathgene.host.connection import connect
+    from pathgene.host.evaluation import Evaluator
+    from pathgene.host.mission.build import mission_of
+
     complete_options(args)
     directory = None if args.out is None else Path(args.out)
     if directory is not None:
         prepare_directory(directory)
     try:
-        mission = make_mission(args)
+        mission = mission_of(vars(args))
     except NoPathError as error:
         # Its costs have nothing to be relative to, so nothing is searched, and drawn.
         _tell(args, directory, _report(error.reason, error.leg), [])
@@ -54,6 +84,8 @@ def run(args: argparse.Namespace) -> int:
 
 def _report(reason: Reason | None, leg: int | None) -> dict[str, Any]:
     """Return the output of ``--json``; ``leg`` counts from 1."""
+    from pathgene.host.report.summary import version
+
     return {
         "pathgene": version(),
         "connected": reason is None,
@@ -70,6 +102,8 @@ def _tell(
     drawn: Drawn | None = None,
 ) -> None:
     """Write the files and print the report; ``drawn`` is what the picture shows."""
+    from pathgene.host.report.diagnosis import write_diagnosis
+
     written = []
     if directory is not None:
         written = write_diagnosis(directory, report, drawn, note)
@@ -81,6 +115,8 @@ def _tell(
 
 def _pairs(report: dict[str, Any], planners: list[str]) -> list[tuple[str, str]]:
     """Return the report as names and texts; ``planners`` are those that found the paths."""
+    from pathgene.host.diagnosis.reason import listed
+
     reason = report["reason"]
     if reason is None:
         by = listed(dict.fromkeys(planners))

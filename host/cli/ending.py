@@ -5,10 +5,13 @@ from __future__ import annotations
 import contextlib
 import signal
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from pathgene.host import interrupts
-from pathgene.host.planners.base import Stop
 
+
+if TYPE_CHECKING:
+    from pathgene.host.planners.base import Stop
 
 __all__ = ["ending"]
 

@@ -5,21 +5,53 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from pathgene.host.cli.arguments import Commands, add_command, add_option
 from pathgene.host.cli.last_door import check_path
 from pathgene.host.cli.output import note, print_json, print_pairs
-from pathgene.host.evaluation import Evaluator
 from pathgene.host.files.output import prepare_directory
-from pathgene.host.formats.registry import parse_formats
-from pathgene.host.mission.export import export
-from pathgene.host.report.read import read_run
-from pathgene.host.web.page import page_of
+from pathgene.host.formats.registry import choices, parse_formats, usual
+from pathgene.host.options.kinds import PATH
+from pathgene.host.options.table import NAMED
 
 
-__all__ = ["run"]
+__all__ = ["add", "run"]
+
+
+def add(commands: Commands) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "export",
+        run,
+        "Write a planned path as files for ground stations and viewers",
+        "pathgene export out/summary.json --write plan,kml --out mission",
+        notes="The path is judged again; if it breaks a limit although its summary calls it "
+        "feasible, nothing is written and the exit status is 1. Altitudes are above mean sea "
+        "level; docs/files.md describes each file.",
+    )
+    parser.add_argument("summary", metavar="SUMMARY", help="summary.json of pathgene plan")
+    parser.add_argument(
+        "--write",
+        metavar="LIST",
+        default=usual(),
+        help=f"some of {choices()} (default %(default)s)",
+    )
+    parser.add_argument(
+        "--out",
+        type=PATH.parse,
+        metavar="DIR",
+        help="directory to write to (default: the folder of the summary)",
+    )
+    add_option(parser, NAMED["origin"])
 
 
 def run(args: argparse.Namespace) -> int:
     """Write the files and print their names."""
+    from pathgene.host.evaluation import Evaluator
+    from pathgene.host.mission.export import export
+    from pathgene.host.report.read import read_run
+    from pathgene.host.web.page import page_of
+
     formats = parse_formats(args.write)
     file = Path(args.summary)
     planned = read_run(file, origin=args.origin)

@@ -7,26 +7,78 @@ import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
-import numpy as np
-from numpy.typing import NDArray
-
-from pathgene.hdl.config import Config
-from pathgene.host.cli.feasible_files import read_map, read_points
+from pathgene.host.cli.arguments import Commands, add_command
 from pathgene.host.cli.output import print_json
-from pathgene.host.device.boards import open_board
-from pathgene.host.device.checker_boards import order_board, require_checker
-from pathgene.host.device.path_checks import CheckReport
-from pathgene.host.device.waypoints import pack_waypoints
+from pathgene.host.device.checker_modes import MODES
 from pathgene.host.errors import JobError
+from pathgene.host.planners import DEFAULT_BOARD
 
 
-__all__ = ["run"]
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from pathgene.hdl.config import Config
+    from pathgene.host.device.path_checks import CheckReport
+
+
+__all__ = ["add", "run"]
+
+
+def add(commands: Commands) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "feasible",
+        run,
+        "Check a path against a map with the collision checker of the chip",
+        "pathgene feasible --map canyon.npy --path path.csv --board sim: --mode parallel",
+        notes="The exit status is 0 for a clear path, 1 for a collision, 2 for bad input.",
+    )
+    parser.add_argument(
+        "--map",
+        metavar="FILE",
+        required=True,
+        help=".npy of integers [y, x], row 0 in the south: altitude steps, where the highest step "
+        "marks a no-fly cell; cells outside a smaller map are no-fly",
+    )
+    parser.add_argument(
+        "--path",
+        metavar="FILE",
+        required=True,
+        help="CSV with the header x,y,z of whole cells and altitude steps, the aircraft first, "
+        "the goal last",
+    )
+    parser.add_argument(
+        "--board",
+        metavar="URL",
+        default=DEFAULT_BOARD,
+        help="as for pathgene plan; model: and sim: are built for the mode (default %(default)s)",
+    )
+    parser.add_argument(
+        "--mode",
+        choices=tuple(MODES),
+        help="two-tier: two segments against the detailed map, all further ones against the "
+        "coarse map; detailed: all segments against the detailed map, one cell per cycle; "
+        "parallel: the same, several cells per cycle (default the board's; two-tier for model: "
+        "and sim:)",
+    )
+    parser.add_argument(
+        "--count",
+        action="store_true",
+        help="walk the whole path and count the colliding cells of each segment, terrain and "
+        "no-fly separately",
+    )
 
 
 def run(args: argparse.Namespace) -> int:
     """Check a path on a board and print its verdict; a collision is a failure."""
+    from pathgene.host.device.boards import open_board
+    from pathgene.host.device.checker_boards import order_board, require_checker
+    from pathgene.host.device.waypoints import pack_waypoints
+
     url, config = order_board(args.board, args.mode)
     # Read the files first: building a board may take a minute.
     files = _read(args, config) if config is not None else None
@@ -52,6 +104,8 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _read(args: argparse.Namespace, config: Config) -> tuple[NDArray[np.uint16], NDArray[np.int64]]:
+    from pathgene.host.cli.feasible_files import read_map, read_points
+
     return read_map(Path(args.map), config), read_points(Path(args.path), config)
 
 

@@ -7,33 +7,111 @@ import functools
 import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from pathgene.host import interrupts
+from pathgene.host.cli.arguments import Commands, add_command
 from pathgene.host.cli.ending import ending
 from pathgene.host.cli.output import note, print_json, print_pairs
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.files.output import prepare_directory, writing_into
-from pathgene.host.flight import fly as flight
-from pathgene.host.flight.models import model_named
-from pathgene.host.flight.report import FlightReport
-from pathgene.host.planners.base import Stop
-from pathgene.host.planners.default import named_or_default
-from pathgene.host.replanning import fly as replanning
-from pathgene.host.replanning.report import Replanned
-from pathgene.host.replanning.scenario import Scenario, parse_popup, read_scenario
-from pathgene.host.report.read import read_run
-from pathgene.host.report.run_files import FLIGHT
-from pathgene.host.terrain import Terrain
+from pathgene.host.options.kinds import PATH
+from pathgene.host.options.table import NAMED
+from pathgene.host.planners import DEFAULT_BOARD
 
 
-__all__ = ["run"]
+if TYPE_CHECKING:
+    from pathgene.host.flight.report import FlightReport
+    from pathgene.host.replanning.report import Replanned
+    from pathgene.host.replanning.scenario import Scenario
+    from pathgene.host.terrain import Terrain
 
-_Report = TypeVar("_Report", FlightReport, Replanned)
+
+__all__ = ["add", "run"]
+
+# Quoted: the classes are imported for type checking alone.
+_Report = TypeVar("_Report", "FlightReport", "Replanned")
+
+
+def add(commands: Commands) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "fly",
+        run,
+        "Fly a planned path in a flight-dynamics model and judge the flight",
+        "pathgene fly out/plan/summary.json --gusts light --popup ahead:1500,300@40",
+        usage="[OPTIONS] SUMMARY",
+        notes="It needs the extra pathgene[fly]. The exit status is 1 where the flight breaks the "
+        "ground, a zone or half the clearance, all as the summary states them; a plan made with "
+        "--as-paper is judged without a clearance. With --popup or --scenario the planner plans "
+        "anew in flight, in simulated time: chip cycles, bits on the line, and the processor's "
+        "seconds.",
+    )
+    parser.add_argument("summary", metavar="SUMMARY", help="summary.json of a plan")
+    parser.add_argument(
+        "--aircraft",
+        metavar="NAME",
+        help="silver-fox, c172p or j3cub (default: the one planned for); another than the one "
+        "planned for flies with its own speed and limits",
+    )
+    parser.add_argument(
+        "--wind",
+        metavar="VX,VY",
+        type=NAMED["wind"].kind.parse,
+        help="wind in m/s, x and y (default: the one planned for)",
+    )
+    parser.add_argument(
+        "--gusts",
+        metavar="NAME",
+        default="none",
+        help="Dryden turbulence: none, light, moderate or severe (default none)",
+    )
+    parser.add_argument(
+        "--seed", type=int, default=0, metavar="N", help="seed of the turbulence (default 0)"
+    )
+    parser.add_argument(
+        "--out",
+        type=PATH.parse,
+        metavar="DIR",
+        help="folder of flight.json, flight.png and flight.gif (default: that of SUMMARY)",
+    )
+    group = parser.add_argument_group("replanning in flight")
+    group.add_argument(
+        "--popup",
+        metavar="ZONE@T",
+        action="append",
+        default=[],
+        help="zone that appears T seconds after the start: X,Y,R; ahead:M,R on the path, M metres "
+        "ahead of the aircraft; goal:R; aircraft:R; or a file of zones; may be repeated",
+    )
+    group.add_argument(
+        "--scenario", metavar="FILE.toml", help="what happens during the flight; see docs"
+    )
+    group.add_argument(
+        "--planner",
+        metavar="NAME",
+        help="planner that plans during the flight (default: the one of the board; ga-chip)",
+    )
+    group.add_argument(
+        "--board", metavar="URL", default=DEFAULT_BOARD, help="its board (default %(default)s)"
+    )
+    group.add_argument(
+        "--planner-seconds",
+        metavar="S",
+        type=float,
+        help="time of a plan on the processor (default: measured before the flight)",
+    )
 
 
 def run(args: argparse.Namespace) -> int:
     """Fly the path of a summary; a flight that breaks something is a failure."""
+    from pathgene.host.flight import fly as flight
+    from pathgene.host.flight.models import model_named
+    from pathgene.host.planners.default import named_or_default
+    from pathgene.host.replanning import fly as replanning
+    from pathgene.host.report.read import read_run
+
     file = Path(args.summary)
     if args.aircraft is not None:
         model_named(args.aircraft)  # Refused before anything is read.
@@ -63,6 +141,8 @@ def run(args: argparse.Namespace) -> int:
 
 def _scenario(args: argparse.Namespace, terrain: Terrain) -> Scenario:
     """Return what happens in the flight."""
+    from pathgene.host.replanning.scenario import Scenario, parse_popup, read_scenario
+
     scenario = Scenario(tuple(parse_popup(text, terrain) for text in args.popup))
     if args.scenario is not None:
         scenario = read_scenario(args.scenario) + scenario
@@ -89,6 +169,9 @@ def _flown(
 
     A signal ends the flight; what was flown until then is written without pictures.
     """
+    from pathgene.host.planners.base import Stop
+    from pathgene.host.report.run_files import FLIGHT
+
     stop = Stop()
     with ending(stop):
         try:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from pathgene.host.checking import path_fault
+from typing import TYPE_CHECKING
+
 from pathgene.host.cli.compiling import note_compiling
 from pathgene.host.errors import JobError
-from pathgene.host.report.read import Run
+
+
+if TYPE_CHECKING:
+    from pathgene.host.report.read import Run
 
 
 __all__ = ["check_path"]
@@ -28,6 +32,8 @@ def check_path(run: Run, consequence: str, remedy: str) -> None:
     JobError
         If the path is not one to fly, and the summary does not say that it is infeasible.
     """
+    from pathgene.host.checking import path_fault
+
     if run.feasible is False:
         return
     note_compiling(as_paper=run.problem.as_paper)

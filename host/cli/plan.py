@@ -9,49 +9,89 @@ import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pathgene.host import interrupts
+from pathgene.host.cli.arguments import (
+    Commands,
+    add_command,
+    add_options,
+    add_own_options,
+    add_problem,
+    complete_by_file,
+)
 from pathgene.host.cli.beside import plan_beside, print_beside, row_of, searches_beside
 from pathgene.host.cli.compiling import note_compiling
 from pathgene.host.cli.ending import ending
-from pathgene.host.cli.options import own_options
 from pathgene.host.cli.output import note, print_json, print_pairs, term_pairs
-from pathgene.host.cli.problem import complete_options, make_mission, save_options, source_of
+from pathgene.host.cli.values import complete_options, own_options, save_options, source_of
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.files.output import prepare_directory
 from pathgene.host.formats.registry import check_formats, parse_formats
-from pathgene.host.mission.build import planner_of
-from pathgene.host.mission.export import exported
-from pathgene.host.mission.legs import shortcoming
-from pathgene.host.mission.planning import plan_mission
-from pathgene.host.planners.base import Stop
-from pathgene.host.planning import Plan, Search
+from pathgene.host.options.table import SEARCH, options_of
 from pathgene.host.progress import Progress
-from pathgene.host.report.write import Written, write_report
-from pathgene.host.web.page import page_of, require_library
 
 
-__all__ = ["run"]
+if TYPE_CHECKING:
+    from pathgene.host.planning import Plan
+    from pathgene.host.report.write import Written
+
+
+__all__ = ["add", "run"]
+
+
+def add(commands: Commands) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "plan",
+        run,
+        "Plan a path and write it with a summary and a picture",
+        "pathgene plan --terrain tile.tif --start 1200,1200,100 --goal 14000,14000,100 --agl "
+        "--nofly-circle 7000,7000,900 --board sim: --out out",
+        usage="[PROBLEM.toml] [OPTIONS]",
+        notes="The exit status is 0 with a feasible path, 1 without one, 2 for bad input.",
+    )
+    add_problem(parser)
+    group = parser.add_argument_group("planning")
+    add_options(group, options_of("search", "planning"))
+    group.add_argument(
+        "--beside",
+        metavar="NAME,...",
+        help="planners to run afterwards on the same problem, for a table of all; none of their "
+        "paths is written",
+    )
+    add_own_options(parser)
+    group = parser.add_argument_group("output")
+    add_options(group, options_of("output"))
+    group.add_argument(
+        "--save-problem",
+        metavar="FILE",
+        help="write a problem file, .toml, of these options before planning",
+    )
+    complete_by_file(parser, besides=("beside", "save_problem"))
 
 
 def run(args: argparse.Namespace) -> int:
     """Plan, write the files and print the summary."""
+    from pathgene.host.mission.build import mission_of, planner_of
+    from pathgene.host.mission.planning import plan_mission
+    from pathgene.host.planners.base import Stop
+    from pathgene.host.planning import Search
+    from pathgene.host.web.page import require_library
+
     complete_options(args)
     args.planner = planner_of(vars(args))
     search = Search(
         args.planner,
-        generations=args.generations,
-        time_limit_s=args.time_limit,
-        target_fitness=args.target_fitness,
-        population=args.population,
+        **{option.field: getattr(args, name) for name, option in SEARCH.items()},
         seed=args.seed,
         fallback=args.fallback,
         **own_options(args, args.planner),
     )
     searches = searches_beside(args)
     formats = parse_formats(args.write) if args.write else ()
-    mission = make_mission(args)
+    mission = mission_of(vars(args))
     check_formats(formats, mission.problem.terrain)
     if "html" in formats:
         require_library()
@@ -96,6 +136,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _save(args: argparse.Namespace, plan: Plan, formats: Sequence[str], directory: Path) -> Written:
     """Write the files; if the disk refuses them, keep the plan in a temporary folder and say so."""
+    from pathgene.host.report.write import write_report
 
     def write(folder: Path, *, picture: bool) -> Written:
         return write_report(
@@ -129,6 +170,9 @@ def _save(args: argparse.Namespace, plan: Plan, formats: Sequence[str], director
 
 def _others(plan: Plan, formats: Sequence[str]) -> dict[str, bytes]:
     """Return the contents of the files of ``--write``, by their names."""
+    from pathgene.host.mission.export import exported
+    from pathgene.host.web.page import page_of
+
     formats = [name for name in formats if name != "geojson"]  # Every run has it.
     feasible = plan.evaluation.feasible
     return exported(
@@ -143,6 +187,8 @@ def _others(plan: Plan, formats: Sequence[str]) -> dict[str, bytes]:
 
 def _status(plan: Plan) -> int:
     """Return the exit status; raise the error of a failed job, whose files are written."""
+    from pathgene.host.mission.legs import shortcoming
+
     result = plan.result
     if result.interrupted:
         note("Interrupted; the best path so far is written.")

@@ -4,11 +4,24 @@ from __future__ import annotations
 
 import argparse
 
+from pathgene.host.cli.arguments import Commands, add_command
 from pathgene.host.cli.output import print_json, print_table
-from pathgene.host.planners import OPTIONS, PLANNERS
+from pathgene.host.options.table import NAMED
+from pathgene.host.planners import PLANNERS
 
 
-__all__ = ["run"]
+__all__ = ["add", "run"]
+
+
+def add(commands: Commands) -> None:
+    """Add the command."""
+    add_command(
+        commands,
+        "planners",
+        run,
+        "List the planners and their papers",
+        "pathgene planners --json",
+    )
 
 
 def run(args: argparse.Namespace) -> int:
@@ -22,7 +35,7 @@ def run(args: argparse.Namespace) -> int:
                     "paper": entry.paper,
                     "generations": entry.generations,
                     "engines": list(entry.engines),
-                    "options": {name: OPTIONS[name].meaning for name in entry.options},
+                    "options": {name: NAMED[name].described for name in entry.options},
                 }
                 for name, entry in PLANNERS.items()
             ]
@@ -37,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
                         entry.description,
                         entry.paper,
                         " ".join(entry.engines),
-                        " ".join(f"--{name.replace('_', '-')}" for name in entry.options),
+                        " ".join(NAMED[name].flag for name in entry.options),
                     )
                     for name, entry in PLANNERS.items()
                 ),

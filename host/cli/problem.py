@@ -1,176 +1,114 @@
-"""The problem that the options and the problem file describe."""
+"""``pathgene problem``."""
 
 from __future__ import annotations
 
 import argparse
-import os
 from pathlib import Path
 from typing import Any
 
-from pathgene.host.compare.entrants import planner_names
+from pathgene.host.cli.arguments import Commands, add_command, add_command_group
+from pathgene.host.cli.output import print_json, print_pairs
 from pathgene.host.errors import InputError
-from pathgene.host.inputs import exists
-from pathgene.host.mission.build import (
-    end_of,
-    mission_of,
-    placed_at,
-    rules_of,
-    terrain_of,
-    zones_of,
-)
-from pathgene.host.mission.keys import RULES, TOGETHER
-from pathgene.host.mission.mission import Mission
-from pathgene.host.mission.problem_file import read_problem, save_problem
-from pathgene.host.planners import OPTIONS, PLANNERS
-from pathgene.host.problem.ends import Point
-from pathgene.host.problem.problem import Problem
-from pathgene.host.problem.zones import Zone
-from pathgene.host.terrain import Terrain
+from pathgene.host.files.output import output_file, prepare_file
+from pathgene.host.files.special import is_special
+from pathgene.host.planners import DEFAULT
 
 
-__all__ = [
-    "complete_options",
-    "end_point",
-    "file_values",
-    "load_terrain",
-    "load_zones",
-    "make_mission",
-    "make_problem",
-    "placed",
-    "rule_arguments",
-    "save_options",
-    "source_of",
-]
+__all__ = ["add", "check", "new"]
 
 
-def file_values(args: argparse.Namespace) -> dict[str, Any]:
-    """Return the values of the problem file that no option replaces; none without a file.
-
-    An option replaces all that the file says about the same: ``--start-geo`` also a ``start``, one
-    zone all zones, ``--as-paper`` the rules. Where planners are named, the options of the file that
-    none of them has are left out.
-
-    Raises
-    ------
-    InputError
-        If the problem file is bad.
-    """
-    given = set(vars(args))
-    values = {} if args.problem is None else read_problem(Path(args.problem))
-    replaced = {name for group in TOGETHER if given & set(group) for name in group}
-    if "as_paper" in given:
-        replaced |= set(RULES) if args.as_paper else set()
-    elif given & set(RULES):
-        replaced.add("as_paper")
-    planners = [args.planner] if "planner" in given else []
-    if "planners" in given:
-        planners = planner_names(args.planners)
-    if planners:
-        having = [PLANNERS[planner].options for planner in planners if planner in PLANNERS]
-        replaced |= set(OPTIONS).difference(*having)
-    return {
-        name: value for name, value in values.items() if value is not None and name not in replaced
-    }
-
-
-def complete_options(args: argparse.Namespace) -> None:
-    """Set the options that are not given: from the problem file, else to their defaults.
-
-    Raises
-    ------
-    InputError
-        If the problem file is bad.
-    """
-    given = set(vars(args))
-    values = file_values(args)
-    for name, default in args.option_defaults.items():
-        if name not in given:
-            setattr(args, name, values.get(name, default))
-    args.zones = values.get("zones", [])
-
-
-def save_options(args: argparse.Namespace, file: Path) -> None:
-    """Write the problem file of completed options: those that differ from their defaults.
-
-    Raises
-    ------
-    InputError
-        If it cannot be written.
-    """
-    # What defaults may become another day.
-    stated = {"planner", "seed"}
-    values = {
-        name: value
-        for name, value in vars(args).items()
-        if name in stated or value != args.option_defaults.get(name)
-    }
-    own = PLANNERS[args.planner].options
-    save_problem(
-        file, {name: value for name, value in values.items() if name not in OPTIONS or name in own}
+def add(commands: Commands) -> None:
+    """Add the command and its commands."""
+    actions = add_command_group(
+        commands,
+        "problem",
+        "Write and check problem files, which hold all options of a plan",
+        "pathgene problem new mine.toml",
     )
+    writing = add_command(
+        actions,
+        "new",
+        new,
+        "Write a problem file with every key explained, which plans as it is",
+        "pathgene problem new mine.toml",
+    )
+    writing.add_argument(
+        "file",
+        metavar="FILE",
+        nargs="?",
+        default="problem.toml",
+        help="file to write, which must not exist (default %(default)s)",
+    )
+    checking = add_command(
+        actions,
+        "check",
+        check,
+        "Check a problem file without planning: its keys, values, terrain, points and zones",
+        "pathgene problem check problem.toml --json",
+        notes="The exit status is 0 for a good file, 2 for a bad one.",
+    )
+    checking.add_argument("file", metavar="FILE", help="problem file")
 
 
-def load_terrain(args: argparse.Namespace) -> Terrain:
-    """Load the terrain of ``--terrain``, ``--fill-voids`` and ``--cell``, at ``--origin``."""
-    return terrain_of(vars(args))
+def new(args: argparse.Namespace) -> int:
+    """Write a template; refuse to replace a file."""
+    from pathgene.host.mission.problem_file import template
+
+    file = Path(args.file)
+    if file.exists() and not is_special(file):
+        raise InputError(f"{str(file)!r} exists; give the name of a new file.")
+    prepare_file(file)
+    with output_file(file) as binary:
+        binary.write(template().encode())
+    if args.json:
+        print_json({"file": str(file)})
+    else:
+        print_pairs([("file", str(file)), ("plan it with", f"pathgene plan {file}")])
+    return 0
 
 
-def placed(args: argparse.Namespace, terrain: Terrain) -> Terrain:
-    """Return the terrain with its south-west node at ``--origin``, if that is given."""
-    return placed_at(vars(args), terrain)
+def check(args: argparse.Namespace) -> int:
+    """Read a problem file, build what it describes, and describe that."""
+    from pathgene.host.mission.build import mission_of, search_of
+    from pathgene.host.mission.problem_file import read_problem
+    from pathgene.host.planners.default import asks_hardware
 
-
-def source_of(args: argparse.Namespace) -> dict[str, Any]:
-    """Return the origin of the terrain, as a summary states it."""
-    path = Path(args.terrain)
-    return {
-        "source": os.path.realpath(path) if exists(path) else args.terrain,
-        "fill_voids": args.fill_voids,
-        "cell_m": args.cell and list(args.cell),
+    values = read_problem(Path(args.file))
+    # Hardware need not be there yet.
+    is_asked = asks_hardware(values.get("planner"), values.get("board"))
+    search = search_of({**values, "planner": DEFAULT, "board": None} if is_asked else values)
+    mission = mission_of(values)
+    problem = mission.problem
+    report: dict[str, Any] = {
+        "file": args.file,
+        "terrain": problem.terrain.describe(),
+        "uav": problem.aircraft.name,
+        "zones": len(problem.zones),
+        "points": [list(point) for point in mission.way],
+        "legs": mission.legs,
+        "straight_m": mission.straight_m,
+        "as_paper": problem.as_paper,
+        "rules": None if problem.rules is None else problem.rules.to_dict(),
+        "planner": None if is_asked else search.planner,
+        "generations": values.get("generations") if is_asked else search.options.generations,
+        "seed": search.options.seed,
     }
-
-
-def load_zones(args: argparse.Namespace, terrain: Terrain) -> tuple[Zone, ...]:
-    """Return the no-fly zones of ``--nofly``, ``--nofly-circle`` and the problem file."""
-    return zones_of(vars(args), terrain)
-
-
-def end_point(args: argparse.Namespace, name: str, terrain: Terrain) -> Point | None:
-    """Return start or goal in local metres, with the third number as given."""
-    return end_of(vars(args), name, terrain)
-
-
-def make_mission(args: argparse.Namespace) -> Mission:
-    """Return the mission of ``pathgene plan``.
-
-    Raises
-    ------
-    InputError
-        If an option is bad or missing.
-    """
-    return mission_of(vars(args))
-
-
-def make_problem(args: argparse.Namespace) -> Problem:
-    """Return the problem of a command that has no missions.
-
-    Raises
-    ------
-    InputError
-        If an option is bad or missing, or there are via points or a return.
-    """
-    mission = make_mission(args)
-    if mission.legs > 1:
-        raise InputError("Only single legs can be compared; leave via points and return out.")
-    return mission.problem
-
-
-def rule_arguments(args: argparse.Namespace) -> dict[str, Any]:
-    """Return the keywords of :class:`Problem` that the options of the rules give.
-
-    Raises
-    ------
-    InputError
-        If a rule is out of range, or is given with ``--as-paper``.
-    """
-    return rules_of(vars(args))
+    if args.json:
+        print_json(report)
+    else:
+        rules = "none, as paper"
+        if problem.rules is not None:
+            rules = f"clearance {problem.rules.clearance_m:g} m"
+        names = zip(mission.names, mission.way, strict=True)
+        print_pairs(
+            [
+                ("terrain", problem.terrain.name),
+                ("aircraft", problem.aircraft.name),
+                ("no-fly zones", str(len(problem.zones))),
+                *((name, f"{x:.1f}, {y:.1f}, altitude {z:.1f} m") for name, (x, y, z) in names),
+                ("straight lines", f"{report['straight_m']:.1f} m"),
+                ("rules", rules),
+                ("planner", "the board's" if is_asked else search.planner),
+            ]
+        )
+    return 0

@@ -6,22 +6,65 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
+from pathgene.host.cli.arguments import Commands, add_command, add_command_group, add_options
 from pathgene.host.cli.output import print_json, print_pairs, print_table
-from pathgene.host.cli.problem import load_terrain
 from pathgene.host.errors import InputError
 from pathgene.host.files.output import output_file, prepare_file
-from pathgene.host.report.summary import finite
-from pathgene.host.terrain import embedded, synthetic
-from pathgene.host.terrain import info as describe
+from pathgene.host.options.table import NAMED
 
 
-__all__ = ["info", "list_embedded", "synth"]
+__all__ = ["add", "info", "list_embedded", "synth"]
+
+
+def add(commands: Commands) -> None:
+    """Add the command and its commands."""
+    actions = add_command_group(
+        commands, "terrain", "List, describe and make terrains", "pathgene terrain info tile.tif"
+    )
+    add_command(
+        actions,
+        "list",
+        list_embedded,
+        "List the embedded terrains",
+        "pathgene terrain list --json",
+    )
+    describing = add_command(
+        actions,
+        "info",
+        info,
+        "Describe a terrain",
+        "pathgene terrain info tile.tif --fill-voids",
+    )
+    describing.add_argument("terrain", metavar="FILE|NAME", help="as --terrain of pathgene plan")
+    describing.add_argument("--fill-voids", action="store_true", help=NAMED["fill_voids"].described)
+    add_options(describing, [NAMED["max_cells"], NAMED["cell"]])
+    making = add_command(
+        actions,
+        "synth",
+        synth,
+        "Make a synthetic terrain",
+        "pathgene terrain synth canyon --seed 3 --out canyon3.npz",
+    )
+    making.add_argument(
+        "kind",
+        metavar="KIND",
+        choices=("canyon", "river", "large-canyon"),
+        help="canyon, river or large-canyon",
+    )
+    making.add_argument(
+        "--seed",
+        type=int,
+        metavar="N",
+        default=0,
+        help="seed of the terrain; the same seed gives the same terrain (default %(default)s)",
+    )
+    making.add_argument("--out", metavar="FILE", required=True, help=".npz file to write")
 
 
 def list_embedded(args: argparse.Namespace) -> int:
     """List the embedded terrains."""
+    from pathgene.host.terrain import embedded
+
     entries = embedded.describe()
     if args.json:
         print_json([entry._asdict() for entry in entries])
@@ -32,7 +75,11 @@ def list_embedded(args: argparse.Namespace) -> int:
 
 def info(args: argparse.Namespace) -> int:
     """Describe a terrain."""
-    report = finite(describe(load_terrain(args)))
+    from pathgene.host.mission.build import terrain_of
+    from pathgene.host.report.summary import finite
+    from pathgene.host.terrain import info as describe
+
+    report = finite(describe(terrain_of(vars(args))))
     if args.json:
         print_json(report)
     else:
@@ -42,6 +89,12 @@ def info(args: argparse.Namespace) -> int:
 
 def synth(args: argparse.Namespace) -> int:
     """Make a synthetic terrain and describe it."""
+    import numpy as np
+
+    from pathgene.host.report.summary import finite
+    from pathgene.host.terrain import info as describe
+    from pathgene.host.terrain import synthetic
+
     if args.seed < 0:
         raise InputError(f"The seed must be 0 or more, not {args.seed}.")
     file = Path(args.out)

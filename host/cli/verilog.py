@@ -6,19 +6,51 @@ import argparse
 import dataclasses
 from pathlib import Path
 
-from pathgene.hdl.config import Config
-from pathgene.hdl.verilog import TOPS, export
+from pathgene.host.cli.arguments import Commands, add_command
 from pathgene.host.cli.output import print_json, print_pairs
 from pathgene.host.errors import InputError
 from pathgene.host.files.output import output_file, prepare_file
 from pathgene.host.old_words import current_setting, current_top
 
 
-__all__ = ["run"]
+__all__ = ["add", "run"]
+
+
+def add(commands: Commands) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "verilog",
+        run,
+        "Write the Verilog of the chip or of one of its units",
+        "pathgene verilog --top chip --out chip.v --set max_waypoints=20",
+    )
+    parser.add_argument(
+        "--top", metavar="NAME", required=True, help="chip, ga_core, or the name of a unit"
+    )
+    parser.add_argument("--out", metavar="FILE", required=True, help="file to write")
+    parser.add_argument(
+        "--set",
+        type=_setting,
+        metavar="KEY=VALUE",
+        action="append",
+        default=[],
+        help="set a field of the configuration; may be repeated",
+    )
+
+
+def _setting(text: str) -> tuple[str, str]:
+    key, equals, value = text.partition("=")
+    if not (key and equals):
+        raise argparse.ArgumentTypeError(f"must be KEY=VALUE, not {text!r}")
+    return key, value
 
 
 def run(args: argparse.Namespace) -> int:
     """Write the Verilog of a top."""
+    from pathgene.hdl.config import Config
+    from pathgene.hdl.verilog import TOPS, export
+
     top = current_top(args.top)
     if top not in TOPS:
         raise InputError(f"There is no top {top!r}; the tops are {', '.join(TOPS)}.")

@@ -6,29 +6,22 @@ import argparse
 import dataclasses
 import json
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from pathgene.host.compare.digest import digest_of
 from pathgene.host.device.boards import known_config
 from pathgene.host.errors import InputError
-from pathgene.host.planners import OPTIONS, PLANNERS, make
+from pathgene.host.options.option import Option
+from pathgene.host.options.table import OWN, SEARCH
+from pathgene.host.planners import PLANNERS, make
 from pathgene.host.planners.base import Options, Planner
 from pathgene.host.report.summary import version
 
 
-__all__ = ["SEARCH", "Entrant", "parse_entrants", "planner_names", "split_label"]
+__all__ = ["Entrant", "parse_entrants", "planner_names", "split_label"]
 
-#: Options that every planner has, by their name on the command line: the field of
-#: :class:`pathgene.host.planners.base.Options`, and what turns a text into its value.
-SEARCH: Mapping[str, tuple[str, Callable[[str], Any]]] = {
-    "generations": ("generations", int),
-    "time_limit": ("time_limit_s", float),
-    "target_fitness": ("target_fitness", float),
-    "population": ("population", int),
-}
-_KINDS: Mapping[object, str] = {int: "a whole number", float: "a number"}
 # A value may be a URL, whose colons are followed by no name with an equals sign.
 _NEXT_OPTION = re.compile(r":(?=[A-Za-z][\w-]*=)")
 
@@ -104,17 +97,19 @@ def parse_entrants(
     Parameters
     ----------
     text : str
-        ``NAME[:KEY=VALUE]...``, separated by commas. Keys are those of :data:`SEARCH` and of the
-        planner's own options, with ``_`` or ``-``.
+        ``NAME[:KEY=VALUE]...``, separated by commas. Keys are the names in
+        :data:`pathgene.host.options.table.SEARCH` and the planner's own options, with ``_`` or
+        ``-``.
     search : mapping
-        Values of :data:`SEARCH` for all, None where there is none.
+        Values of the options in ``SEARCH`` for all, None where there is none.
     own : mapping
         Own options for all planners that have them.
 
     Raises
     ------
     InputError
-        If there is no such planner or option, a value is bad, or two entrants are the same.
+        If there is no such planner or option, a value is bad, an option is given twice to one
+        entrant, or two entrants are the same.
     """
     entrants: list[Entrant] = []
     for label in text.split(","):
@@ -137,20 +132,24 @@ def _parse(label: str, search: Mapping[str, Any], own: Mapping[str, Any]) -> Ent
     given = {"generations": entry.generations}
     given |= {key: value for key, value in search.items() if value is not None}
     chosen = {key: value for key, value in own.items() if key in entry.options}
+    listed = set()
     for setting in settings:
         key, _, value = setting.partition("=")
         key = key.replace("-", "_")
+        if key in listed:
+            raise InputError(f"{label}: {key} is given twice; leave one out.")
+        listed.add(key)
         if key in SEARCH:
-            given[key] = _value(label, key, value, SEARCH[key][1])
+            given[key] = _value(label, SEARCH[key], value)
         elif key in entry.options:
-            chosen[key] = _value(label, key, value, OPTIONS[key].type, OPTIONS[key].choices)
+            chosen[key] = _value(label, OWN[key], value)
         else:
             raise InputError(
                 f"{label}: {name} has no option {key!r}; it has "
                 f"{', '.join((*SEARCH, *entry.options))}."
             )
     try:
-        options = Options(**{SEARCH[key][0]: value for key, value in given.items()})
+        options = Options(**{SEARCH[key].field: value for key, value in given.items()})
         entrant = Entrant(label, name, chosen, options)
         entrant.make()  # Refuses bad options before anything runs.
     except InputError as error:
@@ -158,18 +157,13 @@ def _parse(label: str, search: Mapping[str, Any], own: Mapping[str, Any]) -> Ent
     return entrant
 
 
-def _value(
-    label: str,
-    key: str,
-    text: str,
-    convert: Callable[[str], Any],
-    choices: tuple[str, ...] = (),
-) -> Any:
+def _value(label: str, option: Option, text: str) -> Any:
     try:
-        value = convert(text)
+        value = option.kind.parse(text)
+        if option.choices and value not in option.choices:
+            raise ValueError
     except (ValueError, TypeError, argparse.ArgumentTypeError):
-        kind = _KINDS.get(convert, "of its kind")
-        raise InputError(f"{label}: {key} must be {kind}, not {text!r}.") from None
-    if choices and value not in choices:
-        raise InputError(f"{label}: {key} must be one of {', '.join(choices)}, not {text!r}.")
+        raise InputError(
+            f"{label}: {option.name} must be {option.kind.name}, not {text!r}."
+        ) from None
     return value

@@ -21,10 +21,10 @@ from pathgene.host.formats.registry import check_formats, parse_formats
 from pathgene.host.inputs import opened, parse_json, read_text
 from pathgene.host.mission.build import mission_of, search_of
 from pathgene.host.mission.export import exported
-from pathgene.host.mission.keys import KEYS
 from pathgene.host.mission.legs import shortcoming
 from pathgene.host.mission.mission import Mission
 from pathgene.host.mission.planning import plan_mission
+from pathgene.host.options.table import options_of
 from pathgene.host.planners.base import Result
 from pathgene.host.planning import Plan, Search
 from pathgene.host.report.run_files import SUMMARY, verify
@@ -37,7 +37,7 @@ from pathgene.host.workers.processes import in_processes
 __all__ = ["Job", "Outcome", "execute", "kept_summary", "names_of", "save"]
 
 #: Values that decide what is written, not what is planned.
-_OUTPUT = {key.dest for key in KEYS if key.table == "output"}
+_OUTPUT = {option.name for option in options_of("output")}
 # Most problems that a GPU plans at once, and most nodes of their maps, of 16 or 24 bytes each.
 _MOST_TOGETHER, _MOST_NODES = 64, 50_000_000
 

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from pathgene.host.errors import InputError
-from pathgene.host.mission.keys import RULES
 from pathgene.host.mission.mission import Mission
 from pathgene.host.mission.problem_file import read_problem
-from pathgene.host.planners import OPTIONS, PLANNERS
+from pathgene.host.options.table import FALLBACKS, OWN, RULES, SEARCH
+from pathgene.host.planners import PLANNERS
 from pathgene.host.planners.default import named_or_default
 from pathgene.host.planning import Search
 from pathgene.host.problem.aircraft import DEFAULT, Aircraft
@@ -61,7 +61,8 @@ def mission_of(values: Values, terrain: Terrain | None = None) -> Mission:
     Parameters
     ----------
     values : mapping
-        Values by the names in :data:`pathgene.host.mission.keys.KEYS`; None is the default of each.
+        Values by the names in :data:`pathgene.host.options.table.OPTIONS`; None is the default of
+        each.
     terrain : Terrain, optional
         The terrain of the values, where it is loaded already.
 
@@ -99,12 +100,9 @@ def search_of(values: Values) -> Search:
     having = PLANNERS[planner].options if planner in PLANNERS else ()
     return Search(
         planner,
-        generations=values.get("generations"),
-        time_limit_s=values.get("time_limit"),
-        target_fitness=values.get("target_fitness"),
-        population=values.get("population"),
+        **{option.field: values.get(name) for name, option in SEARCH.items()},
         seed=values.get("seed") or 0,
-        fallback=values.get("fallback") or "astar",
+        fallback=values.get("fallback") or FALLBACKS[0],
         **{name: values[name] for name in having if values.get(name) is not None},
     )
 
@@ -117,7 +115,7 @@ def planner_of(values: Values) -> str:
     InputError, JobError
         As :func:`pathgene.host.planners.default.named_or_default`.
     """
-    own = {name: values.get(name) for name in OPTIONS}
+    own = {name: values.get(name) for name in OWN}
     return named_or_default(values.get("planner"), own)
 
 
@@ -241,18 +239,15 @@ def rules_of(values: Values) -> dict[str, Any]:
                 f"--as-paper has no rules; leave out one of --as-paper and --{option}."
             )
         return {"as_paper": True}
-    rules: dict[str, Any] = {
-        f"{name}_m": given[name]
-        for name in ("clearance", "corridor", "ceiling", "ceiling_agl", "zone_margin")
-        if name in given
+    fields = {
+        table: {
+            option.field: option.to_field(given[name])
+            for name, option in RULES.items()
+            if name in given and option.table == table
+        }
+        for table in ("rules", "mission")
     }
-    if "reserve" in given:
-        rules["reserve"] = given["reserve"] / 100
-    return {
-        "rules": Rules(**rules),
-        "start_heading_deg": given.get("start_heading"),
-        "goal_heading_deg": given.get("goal_heading"),
-    }
+    return {"rules": Rules(**fields["rules"]), **fields["mission"]}
 
 
 def _needed(values: Values, name: str, terrain: Terrain) -> Point:

@@ -9,7 +9,7 @@ from pathgene.host.checking import evaluator_of
 from pathgene.host.errors import InputError
 from pathgene.host.mission.mission import Mission
 from pathgene.host.mission.planning import plan_mission
-from pathgene.host.planners.arguments import require_functions
+from pathgene.host.options.arguments import require_functions
 from pathgene.host.planners.base import Progress, Stop
 from pathgene.host.planning import Plan, Search
 from pathgene.host.problem.problem import Problem

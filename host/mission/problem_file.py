@@ -11,8 +11,10 @@ from typing import Any
 from pathgene.host.errors import InputError
 from pathgene.host.files.output import output_file, reading
 from pathgene.host.inputs import parse_toml, read_text
-from pathgene.host.mission.keys import TABLES, Key, keys_of
-from pathgene.host.mission.values import to_toml
+from pathgene.host.options.kinds import to_toml
+from pathgene.host.options.option import Option
+from pathgene.host.options.table import TABLES, keys_of
+from pathgene.host.planners import PLANNERS
 from pathgene.host.problem.aircraft import PARAMETERS
 
 
@@ -93,7 +95,7 @@ def problem_text(values: Mapping[str, Any], folder: Path, name: str = "FILE") ->
         if table == "aircraft":
             given = _aircraft_table(values.get("uav"), folder)
         else:
-            own = {name: values.get(key.dest) for name, key in keys_of(table).items() if key.dest}
+            own = {key: values.get(option.name) for key, option in keys_of(table).items()}
             given = _written(keys_of(table), own, folder)
         if given:
             lines += ["", f"[{table}]", *_lines(given)]
@@ -112,13 +114,12 @@ def template() -> str:
         lines += ["", "", *_comment(meaning)]
         listed = table == "zones"
         lines += ["# [[zones]]" if listed else f"[{table}]"]
-        for key in keys_of(table).values():
-            is_active = key.name in active and table in ("terrain", "mission")
-            # The meaning of a planner's own option ends with its default.
-            stated = "(default" in key.meaning
-            default = f" ({key.default})" if key.default and not stated else ""
-            lines += ["", *_comment(f"{key.meaning[:1].upper()}{key.meaning[1:]}{default}.")]
-            lines += [f"{'' if is_active else '# '}{key.name} = {key.example}"]
+        for key, option in keys_of(table).items():
+            is_active = key in active and table in ("terrain", "mission")
+            meaning = _full_meaning(option)
+            default = f" ({option.default_text})" if option.default_text else ""
+            lines += ["", *_comment(f"{meaning[:1].upper()}{meaning[1:]}{default}.")]
+            lines += [f"{'' if is_active else '# '}{key} = {option.example}"]
     return "\n".join(lines) + "\n"
 
 
@@ -128,9 +129,10 @@ def markdown() -> str:
     for table, meaning in TABLES.items():
         title = "[[zones]]" if table == "zones" else f"[{table}]"
         rows = [
-            f"| `{key.name}` | {key.meaning}; {key.kind.name} | "
-            f"{key.default or 'required'} | {f'`{key.option}`' if key.option else ''} |"
-            for key in keys_of(table).values()
+            f"| `{key}` | {_full_meaning(option)}; {option.kind.name} | "
+            f"{option.default_text or 'required'} | "
+            f"{f'`{option.shown_flag}`' if option.shown_flag else ''} |"
+            for key, option in keys_of(table).items()
         ]
         parts += [
             f"### `{title}`",
@@ -143,6 +145,14 @@ def markdown() -> str:
             "",
         ]
     return "\n".join(parts)
+
+
+def _full_meaning(option: Option) -> str:
+    """Return the meaning, after the planners that have the option where only some have it."""
+    if option.group != "own":
+        return option.meaning
+    having = ", ".join(name for name, entry in PLANNERS.items() if option.name in entry.options)
+    return f"for {having}: {option.meaning}"
 
 
 def _values(document: dict[str, Any], folder: Path) -> dict[str, Any]:
@@ -158,16 +168,16 @@ def _values(document: dict[str, Any], folder: Path) -> dict[str, Any]:
         if name == "aircraft":
             values["uav"] = _uav(table, folder)
             continue
-        for key, value in _read(name, table, folder):
-            values[key.dest] = value
+        for option, value in _read(name, table, folder):
+            values[option.name] = value
     for one, other in (("start", "start_geo"), ("goal", "goal_geo"), ("via", "via_geo")):
         if one in values and other in values:
             raise InputError(f"[mission] has both {one} and {other}; leave one out.")
     return values
 
 
-def _read(name: str, table: dict[str, Any], folder: Path) -> Iterator[tuple[Key, Any]]:
-    """Yield the keys of a table with their values."""
+def _read(name: str, table: dict[str, Any], folder: Path) -> Iterator[tuple[Option, Any]]:
+    """Yield the options of a table with their values."""
     known = keys_of(name)
     for key, value in table.items():
         if key not in known:
@@ -185,7 +195,7 @@ def _zones(tables: Any, folder: Path) -> list[dict[str, Any]]:
         raise InputError("zones must be tables, [[zones]] once for each.")
     zones = []
     for number, table in enumerate(tables, start=1):
-        zone = {key.name: value for key, value in _read("zones", table, folder)}
+        zone = {option.key: value for option, value in _read("zones", table, folder)}
         shapes = [shape for shape in _SHAPES if shape in zone]
         if len(shapes) != 1:
             raise InputError(
@@ -210,7 +220,7 @@ def _uav(table: dict[str, Any], folder: Path) -> Any:
         if key not in known:
             raise InputError(f"there is no key {key!r} in [aircraft]{_nearest(key, known)}")
     chosen = {key: value for key, value in table.items() if key in keys_of("aircraft")}
-    read = {key.name: value for key, value in _read("aircraft", chosen, folder)}
+    read = {option.key: value for option, value in _read("aircraft", chosen, folder)}
     if "file" in read:
         if len(table) > 1:
             raise InputError("[aircraft] with a file must have no other key.")
@@ -245,12 +255,12 @@ def _aircraft_table(uav: Any, folder: Path) -> dict[str, Any]:
     return _written(keys_of("aircraft"), {key: uav}, folder)
 
 
-def _written(keys: Mapping[str, Key], values: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+def _written(keys: Mapping[str, Option], values: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     """Return the values that are not None as TOML takes them, in the order of the keys."""
     return {
-        name: key.kind.write(values[name], folder)
-        for name, key in keys.items()
-        if values.get(name) is not None and values[name] != []
+        key: option.kind.write(values[key], folder)
+        for key, option in keys.items()
+        if values.get(key) is not None and values[key] != []
     }
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from pathgene.host.planners.options import ENGINES, OPTIONS, Option
-from pathgene.host.planners.registry import DEFAULT, PLANNERS, Entry, make
+from pathgene.host.planners.options import DEFAULT_BOARD, ENGINES
+from pathgene.host.planners.registry import DEFAULT, ON_PAPER_CORE, PLANNERS, Entry, make
 
 
-__all__ = ["DEFAULT", "ENGINES", "OPTIONS", "PLANNERS", "Entry", "Option", "make"]
+__all__ = ["DEFAULT", "DEFAULT_BOARD", "ENGINES", "ON_PAPER_CORE", "PLANNERS", "Entry", "make"]

@@ -9,13 +9,10 @@ from pathgene.hdl.config import GeneticCore
 from pathgene.host.device.boards import known_config, open_board, with_core
 from pathgene.host.device.chip import Chip
 from pathgene.host.errors import InputError
-from pathgene.host.planners import DEFAULT, PLANNERS
+from pathgene.host.planners import DEFAULT, ON_PAPER_CORE, PLANNERS
 
 
-__all__ = ["default_planner", "named_or_default"]
-
-#: Planner of a chip with the paper core.
-_PARALLEL = "ga-fpga"
+__all__ = ["asks_hardware", "default_planner", "named_or_default"]
 
 
 def default_planner(board: str | Chip | None = None) -> str:
@@ -45,12 +42,25 @@ def default_planner(board: str | Chip | None = None) -> str:
             known = known_config(url)
         except InputError:
             # What is wrong with both cores is reported when the board is opened.
-            return _PARALLEL
+            return ON_PAPER_CORE
         if known is None:
             with open_board(url) as chip:
                 known = chip.config
         config = known
-    return _PARALLEL if config.paper_core else DEFAULT
+    return ON_PAPER_CORE if config.paper_core else DEFAULT
+
+
+def asks_hardware(planner: str | None, board: str | None) -> bool:
+    """Return True if the planner is the default one, and hardware decides which that is.
+
+    Parameters
+    ----------
+    planner : str or None
+        Name of a planner; None where none is named.
+    board : str or None
+        URL of the board; None where none is named.
+    """
+    return planner is None and board is not None and known_config(board) is None
 
 
 def named_or_default(planner: str | None, options: Mapping[str, Any]) -> str:
@@ -61,7 +71,7 @@ def named_or_default(planner: str | None, options: Mapping[str, Any]) -> str:
     planner : str or None
         Name of a planner.
     options : mapping
-        Options in :data:`pathgene.host.planners.OPTIONS`; None is the default of each.
+        Options in :data:`pathgene.host.options.table.OWN`; None is the default of each.
 
     Raises
     ------

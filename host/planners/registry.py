@@ -14,10 +14,11 @@ from pathgene.host.planners.options import ENGINES
 if TYPE_CHECKING:
     from pathgene.host.planners.base import Planner
 
-__all__ = ["DEFAULT", "PLANNERS", "Entry", "make"]
+__all__ = ["DEFAULT", "ON_PAPER_CORE", "PLANNERS", "Entry", "make"]
 
-#: The planner where none is named: :mod:`pathgene.host.planners.default` has the exception.
-DEFAULT = "ga-chip"
+#: The planner where none is named, on a board with the paper core:
+#: :mod:`pathgene.host.planners.default` decides.
+ON_PAPER_CORE = "ga-fpga"
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,8 @@ class Entry:
     generations : int
         Generations that it runs by default.
     options : tuple of str
-        Names in :data:`OPTIONS` that are keywords of ``constructor``.
+        Names of its own options in :mod:`pathgene.host.options.table`, keywords of
+        ``constructor``.
     constructor : callable
         Returns the planner and loads its module: :func:`_lazy` makes one.
     engines : tuple of str
@@ -133,6 +135,9 @@ PLANNERS: Mapping[str, Entry] = {
         constructor=_lazy("routes.spline_routes:ConventionalRoutePlanner"),
     ),
 }
+
+#: The planner where none is named, on all other boards.
+DEFAULT = next(iter(PLANNERS))
 
 
 def make(name: str, **options: Any) -> Planner:

@@ -13,7 +13,7 @@ import pytest
 
 from pathgene.host.cli import main
 from pathgene.host.evaluation import Evaluator
-from pathgene.host.problem import Problem
+from pathgene.host.problem.problem import Problem
 from pathgene.host.terrain import Terrain
 
 

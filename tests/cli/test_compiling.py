@@ -9,7 +9,7 @@ import pytest
 
 from pathgene.host.cli.compiling import note_compiling
 from pathgene.host.evaluation import Evaluator
-from pathgene.host.problem import Problem
+from pathgene.host.problem.problem import Problem
 from pathgene.host.terrain import Terrain
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import pathgene.host.cli.feasible
+import pathgene.host.device.boards
 import pathgene.host.device.map_copy
 from bench.testing_trajectory import TESTING_TRAJECTORY, canyon_map
 from pathgene.host.cli import main
@@ -200,7 +201,10 @@ def test_sends_only_the_part_of_the_map_that_the_path_may_reach(
 ):
     """The results equal the results of an upload of the whole map."""
     sent = []
-    real_open, real_part = pathgene.host.cli.feasible.open_board, pathgene.host.cli.feasible._walked
+    real_open, real_part = (
+        pathgene.host.device.boards.open_board,
+        pathgene.host.cli.feasible._walked,
+    )
 
     def counted(url):
         chip = real_open(url)
@@ -213,7 +217,7 @@ def test_sends_only_the_part_of_the_map_that_the_path_may_reach(
         monkeypatch.setattr(chip, "close", end)
         return chip
 
-    monkeypatch.setattr(pathgene.host.cli.feasible, "open_board", counted)
+    monkeypatch.setattr(pathgene.host.device.boards, "open_board", counted)
     board = "--board", board_url("model", SMALL[mode]), "--mode", mode
     edge = SMALL[mode].map_size
     for options, _, _ in small_cases(tmp_path, 12):
@@ -260,7 +264,7 @@ def test_shows_the_progress_of_the_upload_on_a_terminal(level, capsys, monkeypat
 
 def test_a_real_board_limits_sizes_and_mode(level, capsys, monkeypatch):
     is_closed = []
-    real = pathgene.host.cli.feasible.open_board
+    real = pathgene.host.device.boards.open_board
     served = "model:?checker=parallel&lanes=4&map_size=64&max_waypoints=3"
 
     def attached(url):
@@ -270,7 +274,7 @@ def test_a_real_board_limits_sizes_and_mode(level, capsys, monkeypatch):
         monkeypatch.setattr(chip, "close", lambda: (is_closed.append(True), close()))
         return chip
 
-    monkeypatch.setattr(pathgene.host.cli.feasible, "open_board", attached)
+    monkeypatch.setattr(pathgene.host.device.boards, "open_board", attached)
     board = "--board", "/dev/ttyUSB0"
     printed = feasible(capsys, *level, *board)
     assert (printed["cell"], printed["cells"]) == ([10, 5], 9)
@@ -411,7 +415,7 @@ def test_reads_files_before_a_board_is_built(level, tmp_path, capsys, monkeypatc
     def opened(url):
         raise AssertionError(url)
 
-    monkeypatch.setattr(pathgene.host.cli.feasible, "open_board", opened)
+    monkeypatch.setattr(pathgene.host.device.boards, "open_board", opened)
     assert refused(capsys, *level[:3], tmp_path / "no.csv", "--board", "sim:").startswith(
         "Cannot read the path "
     )

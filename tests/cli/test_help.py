@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 import rasterio
 
-from pathgene.host.cli import main
+from pathgene.host.cli import board, desk, main
 from pathgene.host.cli.parser import build_parser
 from pathgene.host.mission.problem_file import template
-from pathgene.host.planners import OPTIONS, PLANNERS
+from pathgene.host.options.table import OWN
+from pathgene.host.planners import PLANNERS
 
 
 COMMANDS = [
@@ -41,7 +42,7 @@ COMMANDS = [
 ]
 
 # They serve until Ctrl-C; tests/cosim/test_served_board.py and test_desk.py run them.
-SERVING = {("board", "serve"): "board:serve", ("desk",): "desk:run"}
+SERVING = {("board", "serve"): board.serve, ("desk",): desk.run}
 
 
 def example(command, capsys):
@@ -200,7 +201,7 @@ def test_options_are_grouped(command, outputs, capsys, monkeypatch):
         f"--{name.replace('_', '-')}": {
             planner for planner, entry in PLANNERS.items() if name in entry.options
         }
-        for name in OPTIONS
+        for name in OWN
     }
 
 
@@ -269,10 +270,10 @@ def test_debug_shows_a_traceback(capsys):
 def test_an_internal_error_is_one_sentence(capsys, monkeypatch):
     import pathgene.host.cli.planners
 
-    def fails(args):
+    def fails(rows):
         raise ZeroDivisionError("by zero,\nof all things")
 
-    monkeypatch.setattr(pathgene.host.cli.planners, "run", fails)
+    monkeypatch.setattr(pathgene.host.cli.planners, "print_table", fails)
     assert main(["planners"]) == 1
     assert capsys.readouterr().err == (
         "pathgene: Internal error, ZeroDivisionError: by zero, of all things; --debug shows "

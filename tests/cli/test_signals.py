@@ -83,7 +83,7 @@ def test_an_interrupt_before_a_path_is_found_writes_nothing(hills, tmp_path, mon
         os.kill(os.getpid(), signal.SIGTERM)
         time.sleep(60)
 
-    monkeypatch.setattr("pathgene.host.cli.plan.plan_mission", interrupted)
+    monkeypatch.setattr("pathgene.host.mission.planning.plan_mission", interrupted)
     command = ["plan", "--terrain", str(hills), *ENDS, "--planner", "ga-pc", "--out", str(tmp_path)]
     assert main(command) == 128 + signal.SIGTERM
     assert capsys.readouterr().err.splitlines()[-1] == (
@@ -107,11 +107,11 @@ def test_a_job_that_fails_by_the_signal_is_an_interrupt(hills, tmp_path, monkeyp
 
     command = ["plan", "--terrain", str(hills), *ENDS]
     with monkeypatch.context() as patch:
-        patch.setattr("pathgene.host.cli.plan.plan_mission", failed)
+        patch.setattr("pathgene.host.mission.planning.plan_mission", failed)
         assert interrupted() == (
             f"pathgene: Interrupted before a path was found; nothing is written to {tmp_path}."
         )
-    monkeypatch.setattr("pathgene.host.cli.plan.make_mission", failed)
+    monkeypatch.setattr("pathgene.host.mission.build.mission_of", failed)
     assert interrupted().startswith("pathgene: The simulated board failed with status -15: ")
     assert list(tmp_path.iterdir()) == []
 

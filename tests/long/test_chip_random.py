@@ -13,7 +13,7 @@ from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners import make
 from pathgene.host.planners.base import Options
 from pathgene.host.planning import Search
-from pathgene.host.problem import Problem
+from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
 from pathgene.host.problem.zones import Circle
 from tests.support.host.flight_oracle import examine

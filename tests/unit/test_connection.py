@@ -8,7 +8,9 @@ from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners import PLANNERS, make
 from pathgene.host.planners.base import Options, Stop
 from pathgene.host.planning import Search
-from pathgene.host.problem import Circle, Polygon, Problem, Rules
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.zones import Circle, Polygon
 from pathgene.host.terrain import Terrain, load
 from tests.support.host.closed_problems import lane
 

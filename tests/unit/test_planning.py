@@ -168,8 +168,12 @@ def test_a_problem_imports_nothing_heavy(tmp_path):
     script = """
 import sys
 import pathgene.host.evaluation, pathgene.host.planners.base, pathgene.host.planning
-import pathgene.host.formats.geojson, pathgene.host.report.summary, pathgene.host.formats.csv,
-pathgene.host.report.write from pathgene.host.problem import Aircraft, ChipMap, Circle, Problem
+import pathgene.host.formats.geojson, pathgene.host.report.summary, pathgene.host.formats.csv
+import pathgene.host.report.write
+from pathgene.host.problem.aircraft import Aircraft
+from pathgene.host.problem.chip_map import ChipMap
+from pathgene.host.problem.zones import Circle
+from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.aircraft import load as aircraft
 from pathgene.host.terrain import load
 problem = Problem(load(sys.argv[1]), (300, 300, 500), (3700, 2700, 500), aircraft("heron"))

@@ -25,7 +25,7 @@ from pathgene.host.errors import InputError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners import make
 from pathgene.host.planners.base import Options
-from pathgene.host.problem import Problem
+from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zones import Circle
 from pathgene.host.report.run_files import SUMMARY, verify
 from pathgene.host.report.summary import summarise

@@ -15,8 +15,8 @@ from pathgene.hdl.protocol.runs import WARM_SLOPES, RunOptions
 from pathgene.host.device.chip import Chip
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners.chip.problem_on_chip import ProblemOnChip
-from pathgene.host.problem import Problem
 from pathgene.host.problem.corner_map import CornerMap
+from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zones import Circle
 from pathgene.host.terrain import Terrain
 

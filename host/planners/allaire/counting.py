@@ -16,7 +16,7 @@ from pathgene.host.evaluation import Evaluator
 from pathgene.host.evaluation.geometry import smooth
 from pathgene.host.evaluation.track import SmoothedTrack
 from pathgene.host.planners.base import Run
-from pathgene.host.problem import ChipMap
+from pathgene.host.problem.chip_map import ChipMap
 
 
 __all__ = ["CAUSES", "BoardCollisionCounter", "refutation"]

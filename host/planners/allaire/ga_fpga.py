@@ -22,7 +22,7 @@ from pathgene.host.planners.allaire.counting import BoardCollisionCounter
 from pathgene.host.planners.base import Options, Progress, Result, Run, Stop
 from pathgene.host.planners.grid.initial import astar_paths, check_init
 from pathgene.host.planners.options import DEFAULT_BOARD
-from pathgene.host.problem import ChipMap
+from pathgene.host.problem.chip_map import ChipMap
 
 
 if TYPE_CHECKING:

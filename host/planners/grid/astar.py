@@ -15,7 +15,7 @@ from pathgene.host.planners.grid.altitudes import lowest_altitudes
 from pathgene.host.planners.grid.grid_search import SearchGrid
 from pathgene.host.planners.grid.polylines import lengthened, on_corners, polylines, thinned
 from pathgene.host.planners.grid.turns_at_ends import Leads, around, leads
-from pathgene.host.problem import ChipMap
+from pathgene.host.problem.chip_map import ChipMap
 
 
 __all__ = ["DEFAULT_MAX_WAYPOINTS", "MOST_SEARCHES", "AstarPlanner", "searches"]

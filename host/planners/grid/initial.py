@@ -17,7 +17,7 @@ from pathgene.host.planners.grid.altitudes import lowest_altitudes
 from pathgene.host.planners.grid.astar import searches
 from pathgene.host.planners.grid.grid_search import Prices
 from pathgene.host.planners.grid.polylines import lengthened
-from pathgene.host.problem import ChipMap
+from pathgene.host.problem.chip_map import ChipMap
 from pathgene.host.problem.problem import Problem
 
 

@@ -117,7 +117,7 @@ def add_field(
 
     A text is read by the field itself unless there is a function ``read``.
     """
-    default = field.key.default
+    default = field.option.default_text
     meaning = f"{field.meaning[:1].upper()}{field.meaning[1:]}."
     if field.widget == "switch":
         switch = ui.switch(

@@ -9,7 +9,7 @@ from pathgene.host.errors import InputError
 from pathgene.host.files.output import output_file
 from pathgene.host.formats.registry import zone_suffixes
 from pathgene.host.inputs import parse_toml
-from pathgene.host.mission.keys import TABLES
+from pathgene.host.options.table import TABLES
 from pathgene.host.problem import aircraft
 from pathgene.host.problem.zones import read_zones
 from pathgene.host.web.desk.sheet import MOST_BYTES, Sheet, zone_table

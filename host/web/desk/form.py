@@ -1,4 +1,4 @@
-"""The fields of the form, made from the keys of a problem file."""
+"""The fields of the form, made from the table of options."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from pathlib import Path
 from typing import Any, Literal
 
 from pathgene.host.errors import InputError
-from pathgene.host.mission.keys import KEYS, TABLES, Key
-from pathgene.host.mission.values import BOOLEAN, CELL, INTEGER, NUMBER
 from pathgene.host.numeric import parse
-from pathgene.host.planners import OPTIONS, PLANNERS
+from pathgene.host.options.kinds import BOOLEAN, CELL, INTEGER, NUMBER
+from pathgene.host.options.option import Option
+from pathgene.host.options.table import OPTIONS, TABLES
+from pathgene.host.planners import PLANNERS
 from pathgene.host.problem import aircraft
 
 
@@ -26,9 +27,6 @@ GROUPS = {
     "terrain": "Terrain",
 }
 
-# What has a place of its own on the page: the map and its lists.
-_ELSEWHERE = {"terrain", "start", "goal", "via", "start_geo", "goal_geo", "via_geo"}
-
 
 @dataclass(frozen=True)
 class Field:
@@ -36,8 +34,8 @@ class Field:
 
     Parameters
     ----------
-    key : Key
-        Its key in a problem file, with meaning and default.
+    option : Option
+        Its row in the table of options, with meaning and default.
     widget : str
         How it is shown: ``switch``, ``choice``, ``number``, or ``text``.
     choices : tuple of str
@@ -46,7 +44,7 @@ class Field:
         Its meaning for users, without a full stop.
     """
 
-    key: Key
+    option: Option
     widget: Widget
     choices: tuple[str, ...]
     meaning: str
@@ -55,8 +53,8 @@ class Field:
     def label(self) -> str:
         """Its name as a page shows it."""
         # The name of a planner or of an aircraft, not of a zone.
-        named = self.key.name == "name" and self.key.table != "zones"
-        return self.key.table if named else self.key.name.replace("_", " ")
+        named = self.option.key == "name" and self.option.table != "zones"
+        return self.option.table if named else self.option.key.replace("_", " ")
 
     def text_of(self, value: Any) -> str:
         """Return a value as the field shows it; empty for None."""
@@ -79,42 +77,40 @@ class Field:
         if text is None or text == "":
             return None
         try:
-            return self.key.kind.read(_typed(self.key, text), Path())
+            return self.option.kind.read(_typed(self.option, text), Path())
         except ValueError:
             raise InputError(
-                f"The {self.label} must be {self.key.kind.name}, not {text!r}."
+                f"The {self.label} must be {self.option.kind.name}, not {text!r}."
             ) from None
 
 
-def _typed(key: Key, text: Any) -> Any:
-    """Return what TOML would give for a text."""
+def _typed(option: Option, text: Any) -> Any:
+    """Return the TOML value of a text."""
     if not isinstance(text, str):
         return text
-    if key.kind is INTEGER:
+    if option.kind is INTEGER:
         return int(text)
-    if key.kind is NUMBER:
+    if option.kind is NUMBER:
         return parse(text)
-    if _is_list(key):
+    if _is_list(option):
         parts = [parse(part) for part in text.replace(";", ",").split(",")]
-        return parts[0] if key.kind is CELL and len(parts) == 1 else parts
+        return parts[0] if option.kind is CELL and len(parts) == 1 else parts
     return text
 
 
-def _is_list(key: Key) -> bool:
-    return key.kind is CELL or key.kind.name.startswith("a list of ")
+def _is_list(option: Option) -> bool:
+    return option.kind is CELL or option.kind.name.startswith("a list of ")
 
 
-def _field(key: Key) -> Field:
+def _field(option: Option) -> Field:
     widget: Widget = "text"
-    if key.kind is BOOLEAN:
+    if option.kind is BOOLEAN:
         widget = "switch"
-    elif key.kind.choices:
+    elif option.choices:
         widget = "choice"
-    elif key.kind in (NUMBER, INTEGER):
+    elif option.kind in (NUMBER, INTEGER):
         widget = "number"
-    option = OPTIONS.get(key.dest)
-    meaning = key.meaning if option is None else option.meaning
-    return Field(key, widget, key.kind.choices, meaning)
+    return Field(option, widget, option.choices, option.meaning)
 
 
 def fields_of(table: str) -> list[Field]:
@@ -125,26 +121,20 @@ def fields_of(table: str) -> list[Field]:
     table : str
         One of :data:`GROUPS`, or ``aircraft``.
     """
+    options = [option for option in OPTIONS if option.table == table and option.desk == "form"]
     if table == "aircraft":
-        (key,) = (key for key in KEYS if key.table == table and key.name == "name")
-        return [Field(key, "choice", tuple(aircraft.names()), TABLES[table].rstrip("."))]
-    keys = [
-        key
-        for key in KEYS
-        if key.table == table and key.dest not in OPTIONS and key.dest not in _ELSEWHERE
-    ]
-    return list(map(_field, keys))
+        (option,) = (option for option in options if option.key == "name")
+        return [Field(option, "choice", tuple(aircraft.names()), TABLES[table].rstrip("."))]
+    return [_field(option) for option in options if option.group != "own"]
 
 
 def planner_fields(planner: str) -> list[Field]:
     """Return the fields of a planner's own options."""
     own = PLANNERS[planner].options
-    return [_field(key) for key in KEYS if key.dest in own]
+    return [_field(option) for option in OPTIONS if option.group == "own" and option.name in own]
 
 
 #: Fields of a zone besides its shape.
 ZONE_FIELDS = tuple(
-    _field(key)
-    for key in KEYS
-    if key.table == "zones" and key.name in ("name", "lower", "upper", "t0", "t1")
+    _field(option) for option in OPTIONS if option.table == "zones" and option.desk == "form"
 )

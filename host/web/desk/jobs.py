@@ -127,7 +127,7 @@ class Jobs:
         Parameters
         ----------
         values : mapping
-            Values of the problem by the names in :data:`pathgene.host.mission.keys.KEYS`.
+            Values of the problem by the names in :data:`pathgene.host.options.table.OPTIONS`.
         name : str
             What the folder of the plan is called besides the time.
         statement : str, optional

@@ -123,7 +123,7 @@ class Panels:
                     self._entry("zone", number, "polygon"),
                 ).props("type=textarea autogrow").classes("wide")
             for field in ZONE_FIELDS:
-                name = field.key.name
+                name = field.option.key
                 entry = self._entry("zone", number, name)
                 add_field(field, zone.get(name), self._setter(zone, name), entry)
 
@@ -134,12 +134,12 @@ class Panels:
             if table == "aircraft" and isinstance(values.get("uav"), dict):
                 ui.label(f"{values['uav']['name']}, described in its problem").classes("wide")
             for field in fields_of(table):
-                if field.key.dest == "planner":
+                if field.option.name == "planner":
                     continue  # It is above the views.
-                self._form_field(field, field.key.dest or "uav")
+                self._form_field(field, field.option.name)
             if table == "planner":
                 for field in planner_fields(self._sheet.planner):
-                    self._form_field(field, field.key.dest)
+                    self._form_field(field, field.option.name)
 
     def _form_field(self, field: Field, dest: str) -> None:
         def read_board(text: str) -> Any:

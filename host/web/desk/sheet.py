@@ -10,7 +10,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pathgene.host.device.boards import known_config
 from pathgene.host.errors import InputError
 from pathgene.host.mission.build import (
     aircraft_of,
@@ -20,10 +19,11 @@ from pathgene.host.mission.build import (
     search_of,
     zones_of,
 )
-from pathgene.host.mission.keys import KEYS, RULES
 from pathgene.host.mission.mission import Mission
 from pathgene.host.mission.problem_file import parse_problem, problem_text, read_problem
-from pathgene.host.planners import DEFAULT, OPTIONS, PLANNERS
+from pathgene.host.options.table import OWN, RULES, options_of
+from pathgene.host.planners import DEFAULT, PLANNERS
+from pathgene.host.planners.default import asks_hardware
 from pathgene.host.problem import aircraft
 from pathgene.host.problem.ends import place
 from pathgene.host.problem.zones import Zone
@@ -42,19 +42,18 @@ MOST_BYTES = 1_000_000
 _END_SHARE, _END_HEIGHT_M = 0.1, 100.0
 # Places that a mouse gives, to the decimetre.
 _DECIMALS = 1
-# What the desk decides itself.
-_OUTPUT = ("out", "write", "picture", "grid")
+# The desk decides these itself.
+_OUTPUT = tuple(option.name for option in options_of("output"))
 # The values of the planner, which say how a problem is solved.
-_PLANNER = frozenset(key.dest for key in KEYS if key.table == "planner")
+_PLANNER = frozenset(option.name for option in options_of("planning", "search", "own"))
 
 
 class Sheet:
     """The problem of a page.
 
-    Its values stand by the names in :data:`pathgene.host.mission.keys.KEYS`, in one form: the
+    Its values stand by the names in :data:`pathgene.host.options.table.OPTIONS`, in one form: the
     terrain by its name on the desk, points in metres of the terrain's frame, zones as tables of a
-    circle or a polygon. Only what differs from the defaults has a value. A method that raises
-    changes nothing.
+    circle or a polygon. A value at its default is left out. A method that raises changes nothing.
 
     Parameters
     ----------
@@ -342,7 +341,7 @@ class Sheet:
     def _without_field(self) -> frozenset[str]:
         """Return the options that the planner does not have."""
         own = PLANNERS[self.planner].options
-        return frozenset(name for name in OPTIONS if name not in own)
+        return frozenset(name for name in OWN if name not in own)
 
 
 def zone_table(zone: Zone) -> dict[str, Any]:
@@ -356,7 +355,6 @@ def zone_table(zone: Zone) -> dict[str, Any]:
 
 def _planner(values: Mapping[str, Any]) -> str:
     """Return the planner that is named, or the default one; hardware is not asked."""
-    board = values.get("board")
-    if values.get("planner") is None and board is not None and known_config(board) is None:
+    if asks_hardware(values.get("planner"), values.get("board")):
         return DEFAULT
     return planner_of(values)

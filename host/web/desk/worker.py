@@ -37,7 +37,7 @@ class PlanTask:
     Parameters
     ----------
     values : mapping
-        Its values by the names in :data:`pathgene.host.mission.keys.KEYS`.
+        Its values by the names in :data:`pathgene.host.options.table.OPTIONS`.
     folder : Path
         The folder of the plan.
     """

@@ -11,9 +11,9 @@ import rasterio
 
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.formats.plan import plan_document
-from pathgene.host.mission.values import to_toml
-from pathgene.host.problem import Problem
+from pathgene.host.options.kinds import to_toml
 from pathgene.host.problem.aircraft import load as load_aircraft
+from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zones import Circle, Polygon
 from pathgene.host.report.summary import describe_problem
 from pathgene.host.terrain import Terrain

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from pathgene.host.evaluation import Evaluator
-from pathgene.host.problem import Circle, Polygon, Rules, aircraft
+from pathgene.host.problem import aircraft
+from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.zones import Circle, Polygon
 
 
 START, GOAL = (500.0, 2500.0, 300.0), (4500.0, 2500.0, 300.0)

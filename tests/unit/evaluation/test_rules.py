@@ -5,7 +5,8 @@ import pytest
 
 from pathgene.host.evaluation import Arc, Evaluator, Straight
 from pathgene.host.evaluation.geometry import smooth
-from pathgene.host.problem import Circle, Rules
+from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.zones import Circle
 
 
 START, GOAL = (500.0, 2500.0, 300.0), (4500.0, 2500.0, 300.0)

@@ -7,7 +7,8 @@ import pytest
 
 from pathgene.host.errors import InputError
 from pathgene.host.flight.fly import fly, save
-from pathgene.host.problem import Circle, Problem
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Circle
 from pathgene.host.terrain import Terrain
 
 

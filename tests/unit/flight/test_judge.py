@@ -10,8 +10,10 @@ import pytest
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.flight.flight import Flown, limits_of
 from pathgene.host.flight.judge import demanded_m, entered, judge
-from pathgene.host.problem import Circle, Polygon, Problem, aircraft
+from pathgene.host.problem import aircraft
+from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.zones import Circle, Polygon
 from pathgene.host.terrain import Terrain
 
 

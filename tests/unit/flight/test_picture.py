@@ -8,7 +8,7 @@ from matplotlib.text import Text
 
 from pathgene.host.flight.fly import fly
 from pathgene.host.flight.picture import draw
-from pathgene.host.problem import Problem
+from pathgene.host.problem.problem import Problem
 from pathgene.host.terrain import Terrain
 from tests.support.host.pictures import assert_texts_apart
 

@@ -8,7 +8,7 @@ import pytest
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.mission.joint import JoinedEvaluator
 from pathgene.host.mission.mission import Mission
-from pathgene.host.problem import Problem
+from pathgene.host.problem.problem import Problem
 from pathgene.host.report.via import visits
 from pathgene.host.terrain import Terrain
 

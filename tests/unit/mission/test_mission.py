@@ -9,7 +9,9 @@ import pytest
 from pathgene.host.errors import InputError, NoPathError
 from pathgene.host.evaluation import Evaluator, problem_utopia, utopia
 from pathgene.host.mission.mission import Mission
-from pathgene.host.problem import Circle, Problem, Rules
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.zones import Circle
 from pathgene.host.terrain import Terrain
 
 

@@ -12,7 +12,8 @@ from pathgene.host.mission.mission import Mission
 from pathgene.host.mission.planning import plan_mission
 from pathgene.host.planners.base import Stop
 from pathgene.host.planning import Plan, Search
-from pathgene.host.problem import Circle, Problem
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Circle
 from pathgene.host.report.read import read_run
 from pathgene.host.report.write import scene
 from pathgene.host.terrain import Terrain, load

@@ -10,12 +10,13 @@ import pytest
 from pathgene.host.cli.parser import build_parser
 from pathgene.host.errors import InputError
 from pathgene.host.mission.build import mission_of, search_of
-from pathgene.host.mission.keys import KEYS, TABLES, keys_of
 from pathgene.host.mission.problem_file import markdown, read_problem, save_problem, template
-from pathgene.host.problem import Circle, Polygon
+from pathgene.host.options.table import NAMED, OPTIONS, TABLES, keys_of
+from pathgene.host.problem.zones import Circle, Polygon
 
 
 ROOT = Path(__file__).resolve().parents[3]
+KEYS = [option for option in OPTIONS if option.table]
 GLIDER = re.findall(
     r"```toml\n(.*?)```", (ROOT / "docs" / "rules.md").read_text(), flags=re.DOTALL
 )[0]
@@ -57,25 +58,19 @@ def plan_actions():
 
 def test_every_option_of_plan_has_a_key():
     actions = plan_actions()
-    # Zones and the aircraft are tables of several keys.
-    several = {"nofly": "--nofly", "nofly_circle": "--nofly-circle", "uav": "--uav"}
-    assert set(actions) == {key.dest for key in KEYS if key.dest} | set(several)
-    options = {key.option for key in KEYS}
-    for dest, option in several.items():
-        assert option in actions[dest]
-        assert option in options
-    for key in KEYS:
-        if key.dest:
-            assert key.option in actions[key.dest], key
+    keys = {name: option for name, option in NAMED.items() if option.table}
+    assert set(actions) == set(keys)
+    for name, option in keys.items():
+        assert option.shown_flag in actions[name], name
 
 
-@pytest.mark.parametrize("key", KEYS, ids=lambda key: f"{key.table}.{key.name}")
-def test_every_example_is_a_value_and_is_written_back(key, tmp_path):
-    (value,) = tomllib.loads(f"{key.name} = {key.example}").values()
-    read = key.kind.read(value, tmp_path)
-    assert key.kind.read(key.kind.write(read, tmp_path), tmp_path) == read
+@pytest.mark.parametrize("option", KEYS, ids=lambda option: f"{option.table}.{option.key}")
+def test_every_example_is_a_value_and_is_written_back(option, tmp_path):
+    (value,) = tomllib.loads(f"{option.key} = {option.example}").values()
+    read = option.kind.read(value, tmp_path)
+    assert option.kind.read(option.kind.write(read, tmp_path), tmp_path) == read
     with pytest.raises(ValueError):
-        key.kind.read({"no": "value"}, tmp_path)
+        option.kind.read({"no": "value"}, tmp_path)
 
 
 def test_the_template_plans_as_it_is(written):
@@ -88,10 +83,12 @@ def test_the_template_plans_as_it_is(written):
 
 def test_the_template_states_one_default_of_a_key():
     text = template().replace("\n# ", " ")
-    assert "(default model:)." in text
-    assert "default" not in "".join(re.findall(r"\) \(.*", text))
-    assert "(the planner's)" in text  # Where the meaning states none.
-    assert not re.search(r"\(default[^)]*\)[^\n]*\(the planner's\)", text)
+    assert "a URL of pyserial (model:)." in text
+    assert "default" not in text.partition("[planner]")[2]
+    for option in KEYS:
+        if option.default_text:
+            stated = re.escape(f"({option.default_text}).")
+            assert re.search(rf"{stated}\s+{option.key} = {re.escape(option.example)}", text)
 
 
 def test_the_template_has_every_key_once():
@@ -102,7 +99,7 @@ def test_the_template_has_every_key_once():
             table = header[1]
         elif item := re.fullmatch(r"(?:# )?(\w+) = (.*)", line):
             found.append((table, item[1], item[2]))
-    assert found == [(key.table, key.name, key.example) for key in KEYS]
+    assert found == [(option.table, option.key, option.example) for option in KEYS]
     assert max(map(len, template().splitlines())) <= 100
 
 

@@ -9,8 +9,8 @@ from pathgene.host.mission.joint import reason_of_joint
 from pathgene.host.mission.mission import Mission
 from pathgene.host.mission.planning import plan_mission
 from pathgene.host.planning import Search
-from pathgene.host.problem import Problem
 from pathgene.host.problem.aircraft import load
+from pathgene.host.problem.problem import Problem
 from pathgene.host.terrain import Terrain
 from tests.support.host.closed_problems import lane
 

@@ -10,7 +10,8 @@ from pathgene.hdl.config import Config
 from pathgene.host.device.boards import open_board
 from pathgene.host.errors import InputError
 from pathgene.host.mission.build import planner_of
-from pathgene.host.planners import DEFAULT, OPTIONS, PLANNERS
+from pathgene.host.options.table import OWN
+from pathgene.host.planners import DEFAULT, PLANNERS
 from pathgene.host.planners.default import default_planner, named_or_default
 from pathgene.host.planning import Search
 from pathgene.sim.model.chip import Chip
@@ -117,7 +118,7 @@ def test_a_named_planner_is_taken():
     ],
 )
 def test_options_that_the_default_planner_lacks(options, sentence):
-    values = dict.fromkeys(OPTIONS) | options
+    values = dict.fromkeys(OWN) | options
     for call in (lambda: named_or_default(None, values), lambda: Search(**options)):
         with pytest.raises(InputError, match=sentence):
             call()

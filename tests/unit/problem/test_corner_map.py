@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from pathgene.hdl.config import Config
-from pathgene.host.problem import Problem
 from pathgene.host.problem.corner_map import EASES, CornerMap
+from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
 from pathgene.host.problem.zones import Circle
 from pathgene.host.terrain import Terrain

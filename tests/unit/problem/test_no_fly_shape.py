@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from pathgene.hdl.config import Config
-from pathgene.host.problem import Problem
 from pathgene.host.problem.corner_map import CornerMap
 from pathgene.host.problem.no_fly_shape import no_fly_shape
+from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
 from pathgene.host.problem.zones import Zone
 from pathgene.host.terrain import Terrain

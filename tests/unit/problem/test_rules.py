@@ -3,7 +3,7 @@
 import pytest
 
 from pathgene.host.errors import InputError
-from pathgene.host.problem import Rules
+from pathgene.host.problem.rules import Rules
 
 
 def test_defaults():

@@ -12,7 +12,8 @@ from pathgene.host.diagnosis.reason import CODES
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners.base import Options
 from pathgene.host.planners.grid.astar import AstarPlanner
-from pathgene.host.problem import Polygon, Problem
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Polygon
 from pathgene.host.report.diagnosis import _MEANINGS, _scene, write_diagnosis
 from pathgene.host.report.palette import TROUBLE
 from pathgene.host.terrain import Terrain

@@ -13,7 +13,7 @@ from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners.allaire.counting import CAUSES, BoardCollisionCounter, refutation
 from pathgene.host.planners.allaire.ga_fpga import FpgaGeneticPlanner
 from pathgene.host.planners.base import Options, Run
-from pathgene.host.problem import ChipMap
+from pathgene.host.problem.chip_map import ChipMap
 from pathgene.host.problem.zones import Circle
 from pathgene.sim.model.checker import TerrainModel, check_path
 from tests.support.gateware.chips import board_url

@@ -14,7 +14,7 @@ from pathgene.host.errors import InputError, JobError
 from pathgene.host.planners import ga_fpga
 from pathgene.host.planners.allaire.ga_fpga import FpgaGeneticPlanner, draw_paths, ranking
 from pathgene.host.planners.base import Options, Stop
-from pathgene.host.problem import ChipMap
+from pathgene.host.problem.chip_map import ChipMap
 from pathgene.sim.model.core import PaperCore
 from pathgene.sim.model.mutation import Limits
 

@@ -12,7 +12,9 @@ from hypothesis import strategies as st
 from pathgene.host.evaluation.geometry import smooth
 from pathgene.host.planners.chip import detours as module
 from pathgene.host.planners.chip.detours import detours
-from pathgene.host.problem import Problem, Rules, aircraft
+from pathgene.host.problem import aircraft
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.rules import Rules
 from pathgene.host.terrain import Terrain
 
 

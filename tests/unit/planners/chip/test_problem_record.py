@@ -15,9 +15,9 @@ from pathgene.host.evaluation import Evaluator
 from pathgene.host.evaluation.geometry import smooth
 from pathgene.host.evaluation.reference import problem_utopia
 from pathgene.host.planners.chip.problem_record import committed_points, problem_record, whole_path
-from pathgene.host.problem import Problem
 from pathgene.host.problem.aircraft import load
 from pathgene.host.problem.corner_map import CornerMap
+from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
 from pathgene.host.terrain import Terrain
 from pathgene.host.terrain.surface import surface_below

@@ -7,7 +7,8 @@ import pytest
 
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners.chip.repairs import load_repairs, repair
-from pathgene.host.problem import Problem, Rules
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.rules import Rules
 from pathgene.host.problem.zones import Zone
 from pathgene.host.terrain import Terrain
 

@@ -20,7 +20,7 @@ from pathgene.host.planners.routes.spline_routes import (
     ConventionalRoutePlanner,
     DeterministicRoutePlanner,
 )
-from pathgene.host.problem import ChipMap
+from pathgene.host.problem.chip_map import ChipMap
 from pathgene.host.problem.zones import Circle
 
 

@@ -7,7 +7,8 @@ from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners import make
 from pathgene.host.planners.base import Options
 from pathgene.host.planners.grid.turns_at_ends import leads
-from pathgene.host.problem import Problem, Rules
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.rules import Rules
 from pathgene.host.terrain import Terrain
 
 

@@ -3,8 +3,8 @@
 import pytest
 
 from pathgene.host.errors import InputError
-from pathgene.host.mission.keys import KEYS
-from pathgene.host.planners import OPTIONS, PLANNERS
+from pathgene.host.options.table import NAMED, OPTIONS, OWN
+from pathgene.host.planners import PLANNERS
 from pathgene.host.problem import aircraft
 from pathgene.host.web.desk.form import GROUPS, ZONE_FIELDS, fields_of, planner_fields
 
@@ -12,24 +12,25 @@ from pathgene.host.web.desk.form import GROUPS, ZONE_FIELDS, fields_of, planner_
 def every_field():
     fields = [field for table in GROUPS for field in fields_of(table)]
     fields += [field for planner in PLANNERS for field in planner_fields(planner)]
-    return {field.key.dest: field for field in fields}
+    return {field.option.name: field for field in fields}
 
 
 def test_every_key_has_a_field_or_a_place_on_the_page():
     on_map = {"terrain", "start", "start_geo", "goal", "goal_geo", "via", "via_geo"}
-    output = {key.dest for key in KEYS if key.table == "output"}
-    dests = {key.dest for key in KEYS if key.dest}
-    assert set(every_field()) == dests - on_map - output
-    assert {field.key.name for field in ZONE_FIELDS} == {"name", "lower", "upper", "t0", "t1"}
+    on_map |= {"nofly", "nofly_circle", "uav"}
+    output = {option.name for option in OPTIONS if option.table == "output"}
+    names = {option.name for option in NAMED.values() if option.table}
+    assert set(every_field()) == names - on_map - output
+    assert {field.option.key for field in ZONE_FIELDS} == {"name", "lower", "upper", "t0", "t1"}
 
 
 def test_a_planner_has_its_own_options_with_their_meaning():
     for name, entry in PLANNERS.items():
         fields = planner_fields(name)
-        assert {field.key.dest for field in fields} == set(entry.options)
+        assert {field.option.name for field in fields} == set(entry.options)
         for field in fields:
-            assert field.meaning == OPTIONS[field.key.dest].meaning
-            assert field.choices == OPTIONS[field.key.dest].choices
+            assert field.meaning == OWN[field.option.name].meaning
+            assert field.choices == OWN[field.option.name].choices
 
 
 def test_the_aircraft_are_the_shipped_ones():

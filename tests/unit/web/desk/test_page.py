@@ -23,9 +23,7 @@ NONSENSE = "fifty, about 5 m/s NW"
 def texts(fields, *place):
     """Return the places of the fields that take a text; each text is a name of a zone."""
     typed = [field for field in fields if field.widget in ("number", "text")]
-    return [
-        (*place, field.key.dest or field.key.name) for field in typed if field.key.name != "name"
-    ]
+    return [(*place, field.option.name) for field in typed if field.option.key != "name"]
 
 
 def places():

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from pathgene.host.errors import InputError
-from pathgene.host.mission.keys import KEYS
 from pathgene.host.mission.mission import Mission
 from pathgene.host.mission.problem_file import read_problem, save_problem
+from pathgene.host.options.table import NAMED
 from pathgene.host.problem.aircraft import load as load_aircraft
 from pathgene.host.terrain import load
 from pathgene.host.web.desk.desk import Desk
@@ -196,7 +196,7 @@ def test_the_task_of_a_planner_names_the_file(terrains, tmp_path):
     assert Path(task["terrain"]).is_file()
     assert sheet.terrain().width_m == 29 * 9
     assert f'source = "{name}"' in sheet.text()
-    named = {key.dest for key in KEYS} | {"uav", "zones"}
+    named = {*NAMED, "zones"}
     assert set(task) - {"max_cells", "self_contained"} <= named
 
 

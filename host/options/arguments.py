@@ -1,4 +1,4 @@
-"""Arguments as a user gives them: options that a planner alone has, callbacks."""
+"""Arguments of the Python API: options that only some planners have, and callbacks."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ from typing import Any
 from pathgene.host.device.chip import Chip
 from pathgene.host.errors import InputError
 from pathgene.host.numeric import integer
-from pathgene.host.planners import OPTIONS, PLANNERS
+from pathgene.host.options.kinds import INTEGER
+from pathgene.host.options.table import OWN
+from pathgene.host.planners import PLANNERS
 
 
 __all__ = ["own_options", "require_functions"]
@@ -32,14 +34,14 @@ def own_options(planner: str, options: Mapping[str, Any]) -> dict[str, Any]:
                 f"The planner {planner} has no option {name!r}, only {', '.join(having)}."
             )
     for name, value in own.items():
-        option = OPTIONS[name]
+        option = OWN[name]
         if name == "board" and isinstance(value, Chip):
             continue
-        if option.type is int:
+        if option.kind is INTEGER:
             own[name] = integer(f"option {name}", value)
             continue
         if isinstance(value, str):
-            own[name] = value = option.type(value)
+            own[name] = value = option.kind.parse(value)
         if not isinstance(value, str) or not value or value not in (option.choices or (value,)):
             kinds = " or ".join(option.choices) or f"a {option.metavar}"
             raise InputError(f"The option {name} must be {kinds}, not {value!r}.")

@@ -87,7 +87,7 @@ def work(connection: Connection) -> None:
     os.nice(_NICENESS)
     # Loaded while the task is still to come.
     for name in ("mission.planning", "web.scene", "web.desk.saving"):
-        importlib.import_module(f"host.{name}")
+        importlib.import_module(f"pathgene.host.{name}")
 
     try:
         task = connection.recv()

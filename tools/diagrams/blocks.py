@@ -1,17 +1,18 @@
-"""Block diagrams of the chip, its genetic core and the host, as graphs in DOT."""
+"""Block diagrams of the chip, both genetic cores and the host, as graphs in DOT."""
 
 from __future__ import annotations
 
 import html
 import importlib
 import textwrap
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 import grimp
 
+from pathgene.hdl.planner.core import PlannerCore
 from pathgene.hdl.top import Chip
 from tools.diagrams.units import Unit, units_of
-from tools.protocol_page.frames import SMALL
+from tools.protocol_page.frames import PLANNER, SMALL
 
 
 __all__ = ["GRAPHS", "chip", "graphs"]
@@ -24,7 +25,7 @@ _HEAD = """digraph {
 """
 _BLUE, _GREY = "#e8f0fa", "#f4f4f4"
 #: Names of files in docs/pictures.
-GRAPHS = ("chip", "core", "host")
+GRAPHS = ("chip", "core", "host", "planner_core", "evolver", "evaluator")
 #: Packages that the host's picture shows, besides the folders of host.
 _NEIGHBOURS = (
     "pathgene.hdl.config",
@@ -39,10 +40,16 @@ _NEIGHBOURS = (
 def graphs() -> dict[str, str]:
     """Return each graph by its name."""
     top = chip()
+    planner = units_of(PlannerCore(PLANNER))
     return {
         "chip": _units_graph(top, "the line"),
         "core": _units_graph(top.find("PaperCore"), "the rest of the chip"),
         "host": _host_graph(),
+        "planner_core": _units_graph(
+            planner, "the commands", hidden=("NearestCorner", "RunStatus"), steady=("problems",)
+        ),
+        "evolver": _units_graph(planner.find("Evolver"), "the rest of the core"),
+        "evaluator": _units_graph(planner.find("PathEvaluator"), "the rest of the core"),
     }
 
 
@@ -51,24 +58,33 @@ def chip() -> Unit:
     return units_of(Chip(SMALL))
 
 
-def _units_graph(whole: Unit, outside: str) -> str:
+def _units_graph(
+    whole: Unit, outside: str, hidden: Sequence[str] = (), steady: Sequence[str] = ()
+) -> str:
+    """Return the units of ``whole``, without the ``hidden`` kinds and the ``steady`` signals."""
     lines = [_HEAD % ("TB", _BLUE)]
-    units = dict(whole.units)
-    feeds = whole.connections()
+    units = {name: unit for name, unit in whole.units.items() if unit.kind not in hidden}
+    names = {whole.name, *units}
+    feeds = {
+        ends: [signal for signal in signals if signal not in steady]
+        for ends, signals in whole.connections().items()
+        if names.issuperset(ends)
+    }
+    feeds = {ends: signals for ends, signals in feeds.items() if signals}
     # A skid buffer counts as part of the wire.
     for name, unit in whole.units.items():
-        if unit.kind == "SkidBuffer":
+        if unit.kind == "SkidBuffer" and name in units:
             feeds = _joined(feeds, name)
             del units[name]
     for name, unit in units.items():
         lines.append(f"  {name} [label=<{_label(unit)}>]")
     lines.append(f'  outside [label="{outside}", shape=plaintext, style="", fontsize=11]')
-    control = {name for name, unit in units.items() if unit.kind == "Control"}
+    control = {name for name, unit in units.items() if unit.kind in ("Control", "RunControl")}
     for (source, target), outputs in sorted(feeds.items()):
         steering = {source, target} & control
         style = ', style=dashed, color="#909090", fontcolor="#707070"' if steering else ""
-        names = {whole.name: "outside"}
-        ends = f"{names.get(source, source)} -> {names.get(target, target)}"
+        shown = {whole.name: "outside"}
+        ends = f"{shown.get(source, source)} -> {shown.get(target, target)}"
         lines.append(f'  {ends} [label="{_wrapped(sorted(outputs))}"{style}]')
     return "\n".join([*lines, "}", ""])
 

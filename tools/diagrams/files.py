@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 from tools.diagrams.blocks import chip, graphs
+from tools.diagrams.child import child_scene
 from tools.diagrams.scenes import scenes
 
 
@@ -25,7 +26,8 @@ def drawn() -> dict[Path, str]:
 
 def waveforms() -> dict[Path, str]:
     """Simulate for a few seconds and return the waveforms as SVG."""
-    return {_path(name): svg for name, svg in scenes(chip()).items()}
+    waves = {**scenes(chip()), "child": child_scene()}
+    return {_path(name): svg for name, svg in waves.items()}
 
 
 def is_drawn(name: str, graph: str) -> bool:

@@ -45,7 +45,7 @@ class Unit:
     @property
     def file(self) -> str:
         """Source file of the class, relative to the repository."""
-        return str(Path(inspect.getfile(type(self.component))).relative_to(_ROOT))
+        return str(Path(inspect.getfile(type(self.component))).resolve().relative_to(_ROOT))
 
     def find(self, kind: str) -> Unit:
         """Return the only unit of a class, at any depth.

@@ -16,7 +16,7 @@ from bench.report import Options
 from pathgene.host.errors import PathgeneError
 
 
-#: Every benchmark and what it measures.
+#: Every benchmark and its measurement.
 NAMES = {
     "generation": "cycles of a generation beside the paper's, bytes of the three link modes",
     "feasibility": "cycles of the collision checker's builds beside the paper's",

@@ -17,7 +17,7 @@ from pathgene.host.planners.base import Options, Result
 __all__ = ["run"]
 
 _MOST_SEEDS = 10
-# Evaluation and what it waits for: seconds of the paper's PC, alone and with sorted populations.
+# Evaluation with its waits: seconds of the paper's PC, alone and with sorted populations.
 _PAPER_EVALUATION_S = 60.0, 50.0
 
 

@@ -1,4 +1,4 @@
-"""Measures what a choice of the definition is worth: processes import it with one text changed."""
+"""Alterations of the definition, for its choices: processes import it with one text changed."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["Alteration"]
 
 @dataclass(frozen=True)
 class Alteration:
-    """A text that stands once in the source of a module, and what stands there instead."""
+    """A text that stands once in the source of a module, and its replacement."""
 
     module: str
     old: str

@@ -84,7 +84,7 @@ PAPER: dict[tuple[int, str], tuple[tuple[float, float, float], ...]] = {
 }
 
 _EVERY = 10  # Generations between the rows of table IV.
-_TIMES_EVALUATIONS = 10  # Evaluations of the direct optimizer, relative to those of the planners.
+_TIMES_EVALUATIONS = 10  # Evaluations of the direct optimizer, relative to the planners' own.
 # Each optimization takes longer than a run, and varies less. By samples.
 _RUNS_PER_OPTIMIZATION: dict[int | None, int] = {PAPER_SAMPLES: 10, None: 25}
 _NEAR_ENOUGH = 1.15

@@ -47,7 +47,7 @@ _COUNTED_MS = 50
 _YARDSTICK = "astar"
 _POLISHED = "ga-chip, 50 ms and polish"
 _POLISHED_BOARD = f"{_POLISHED}, sizes of the ulx3s-85f"
-#: The time whose share of feasible runs is told, and so many times the seeds for it.
+#: The time whose share of feasible runs is reported, and the factor of its number of seeds.
 _SHARED_MS, _MORE_SEEDS = 10, 10
 
 
@@ -176,7 +176,7 @@ def _by_terrain(outcomes: Sequence[Outcome], seeds: int) -> list[list[Outcome]]:
 
 
 def _fitness(name: str, table: Table, measured: _Measured, seeds: int) -> Report:
-    """Return F by chip time, then that of the other planners with their seconds."""
+    """Return F by chip time, then F and seconds of the planners beside it."""
     fewer = [
         f"{title} {other.seeds}" for title, other in table.others().items() if other.seeds < seeds
     ]
@@ -282,7 +282,7 @@ def _cycles(measured: _Measured) -> Report:
 
 
 def _race(measured: _Measured) -> Report:
-    """Return the seconds of the model until its mean F is that of the yardstick."""
+    """Return the seconds of the model until its mean F reaches the yardstick's."""
     report = Report(
         "Seconds of a processor core until astar's F: the compiled model, and astar itself",
         ("terrain", "astar's F", "astar, seconds", "chip's F", "chip ms", "model, seconds"),

@@ -1,4 +1,4 @@
-"""Choices of the planner core, one changed at a time: what each is worth in 10 ms."""
+"""Choices of the planner core, one changed at a time, with the effect of each in 10 ms."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Replanning on the chip: a disc appears ahead of the aircraft; its model goes on from there."""
+"""Replanning on the chip: a disc appears ahead of the aircraft; its model continues from there."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ ROWS = {
 
 @dataclass(frozen=True)
 class Scenario:
-    """A flight that goes on otherwise: the aircraft's place, its heading, and a new disc."""
+    """A flight that continues another way: the aircraft's place, its heading, and a new disc."""
 
     start: tuple[float, float, float]
     heading_deg: float
@@ -119,8 +119,8 @@ class Scenario:
 class Outcome:
     """Runs of one plan: ``feasible`` by the strict rule; ``fitness`` beside it.
 
-    ``cycles`` are those of the runs, ``drawing`` those of the disc. ``whole_ms`` are milliseconds
-    of the plan: see :class:`pathgene.host.planners.chip.chip_time.ChipTime`.
+    ``cycles`` are spent by the runs, ``drawing`` by the disc. ``whole_ms`` are milliseconds of the
+    plan: see :class:`pathgene.host.planners.chip.chip_time.ChipTime`.
     """
 
     fitness: float
@@ -308,7 +308,7 @@ def _outcomes(
     """Plan a scenario by every row."""
     outcomes: dict[str, list[Outcome]] = {name: [] for name in rows}
     for seed in range(max((row.seeds for row in rows.values() if not row.cold_ms), default=0)):
-        # The flight again: a replan goes on from its map and its population.
+        # The flight again: a replan continues from its map and its population.
         replanner = _fly(chip, flown, number).replanner
         assert replanner is not None
         result = replanner.replan(evaluator, planners.Options(seed=_SEEDS_APART * seed))
@@ -337,7 +337,7 @@ def _on_chip(chip: Chip, evaluator: Evaluator, chip_ms: int, seed: int) -> plann
 
 
 def _outcome(result: planners.Result, row: Row) -> Outcome:
-    """Return the outcome of the first run alone, or of what else the row counts."""
+    """Return the outcome of the first run alone, or of all steps that the row counts."""
     assert result.hardware is not None
     runs = result.hardware["runs"]
     counted = runs if row.retries else runs[:1]

@@ -77,7 +77,7 @@ class Outcome:
     feasible : bool
         There is a feasible one.
     generations, cycles : int
-        Of all runs.
+        Sums over all runs.
     seconds : float
         Processor time of the model, or of the plan.
     units : mapping

@@ -86,7 +86,7 @@ _FIGURES: dict[str, tuple[str, Callable[[list[float]], float]]] = {
     "least share": ("clearance_share", min),
     "largest excess": ("excess", max),
 }
-# Digits after the point; 1 of all others.
+# Digits after the point; every further figure has 1.
 _DIGITS = {"least share": 2, "largest excess": 2}
 _COLUMNS = (
     "map, aircraft, weather",
@@ -188,7 +188,7 @@ def run(options: BenchOptions) -> Report:
 
 
 def _measure_missing(kept: Kept, wanted: list[Row], seeds: int) -> None:
-    """Measure what is missing, one planner of a row a core."""
+    """Measure the missing results, one planner of a row per core."""
     tasks = [
         (row, planner)
         for row in wanted
@@ -282,7 +282,7 @@ def _cells(parts: list[Outcome]) -> tuple[object, ...]:
 
 
 def _measure(row: Row, planner: str, seeds: int) -> list[Outcome]:
-    """Plan with every seed and fly what differs."""
+    """Plan with every seed and fly the different paths."""
     try:
         task = row.problem()
         evaluator = Evaluator(task, threads=1)

@@ -26,8 +26,8 @@ Measured = TypeVar("Measured")
 class Kept:
     """Results by row and part of the row, in a JSON file that is committed.
 
-    The file is written as soon as a result is there, so an interrupted run goes on where it was, on
-    another machine, too. A result follows from sources: after a change of their code it counts as
+    The file is written as soon as a result is there, so an interrupted run continues, on another
+    machine, too. A result follows from sources: after a change of their code it counts as
     missing, and is replaced when it is measured again.
 
     Parameters
@@ -62,7 +62,7 @@ class Kept:
         return {key: value for key, value in result.items() if key != "sources"}
 
     def keep(self, row: str, part: str, result: Result) -> None:
-        """Keep a result: a dictionary of what JSON can hold."""
+        """Keep a result: a dictionary of JSON values."""
         self._rows.setdefault(row, {})[part] = {"sources": self._sources, **result}
         with replacing(self._file) as file:
             file.write(self._text().encode())

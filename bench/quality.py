@@ -23,7 +23,7 @@ from pathgene.host.planners.base import Options
 
 __all__ = ["VARIANTS", "Variant", "run"]
 
-#: The planner that all others are compared with.
+#: The planner that every planner is compared with.
 _YARDSTICK = "astar"
 
 Outcome = dict[str, Any]

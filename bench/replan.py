@@ -1,8 +1,8 @@
 """Replans in flight: 1,000 scenarios flown in JSBSim with every planner, beside a yardstick.
 
 The yardstick is ``astar`` told at the same instant, from the same state and heading, and without
-any planning time: what it survives can be survived. Results are kept as they come, so that an
-interrupted run goes on where it was.
+any planning time: a flight that it survives can be survived. Results are kept as they come, so
+that an interrupted run continues.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ YARDSTICK = "yardstick"
 _CHIP = "ga-chip, model:"
 # Its planner and its board; they also look whether there is a path.
 _MODEL = "ga-chip", "model:?core=planner"
-#: Rows: planner, board, and how many of the scenarios, one of so many.
+#: Rows: planner, board, and n where the row flies one of n scenarios.
 ROWS: dict[str, tuple[str, str, int]] = {
     YARDSTICK: ("astar", "", 1),
     _CHIP: (*_MODEL, 1),
@@ -226,14 +226,14 @@ def _change(change: Change, session: _Timed, ample: Chip) -> Result:
 
 
 class _Timed(Session):
-    """A flight that measures what the host computes for a new path: all but the wait for a board.
+    """A flight that measures the host's computing for a new path: all but the wait for a board.
 
     Attributes
     ----------
     host_ms : dict
         Milliseconds of the latest path, by the identity of its change.
     questions : dict
-        What was asked at the instant of a needed change, by its identity.
+        Questions asked at the instant of a needed change, by its identity.
     """
 
     def __init__(self, *args: Any, **options: Any) -> None:

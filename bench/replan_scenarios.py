@@ -21,7 +21,7 @@ from pathgene.host.replanning.scenario import Event, NewZone, Placed, Scenario
 
 __all__ = ["KINDS", "Drawn", "draw_mission", "draw_scenario"]
 
-#: What happens: the kinds in turn.
+#: Kinds of events, in turn.
 KINDS = (
     "next leg",
     "far ahead",
@@ -40,7 +40,7 @@ KINDS = (
 # Metres from start to goal, and heights over ground of both.
 _LENGTHS_M = 3_000.0, 7_000.0
 _HEIGHTS_M = 40.0, 150.0
-# The mission begins with so many zones at most; radii of zones, metres.
+# Maximum number of zones at the beginning of a mission; radii of zones, metres.
 _MOST_ZONES = 2
 _RADII_M = 100.0, 400.0
 # Shares of the flight time at which something happens.
@@ -48,14 +48,14 @@ _SHARES = 0.1, 0.6
 _WIND_M_S = 8.0
 _STORM_M_S = 6.0
 _GONE_S = 60.0
-# Ends stay so far from the edge of the map and from zones, metres.
+# Distance of ends from the edge of the map and from zones, metres.
 _EDGE_M = 400.0
 _CLEAR_M = 250.0
 
 
 @dataclass(frozen=True)
 class Drawn:
-    """A scenario: its number, its kind, the terrain, and what happens."""
+    """A scenario: its number, its kind, the terrain, and its events."""
 
     number: int
     kind: str
@@ -108,7 +108,7 @@ def draw_mission(number: int) -> Problem:
 
 
 def draw_scenario(number: int, mission: Problem, seconds: float) -> Drawn:
-    """Return what happens during a flight of so many seconds."""
+    """Return the events during a flight of ``seconds``."""
     source = _source(number, 1)
     kind = KINDS[number % len(KINDS)]
     at_s = round(float(source.uniform(*_SHARES)) * seconds, 2)

@@ -24,8 +24,8 @@ def digest(*names: str) -> str:
     Parameters
     ----------
     *names : str
-        Folders or files, relative to the repository. Of a folder, all Python, XML and TOML files
-        count, by name and content; of Python, the code alone.
+        Folders or files, relative to the repository. A folder counts with all
+        its Python, XML and TOML files, by name and content; Python with its code alone.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """The collision checker over the terrains of the scenarios: random paths and evolved ones.
 
 Every build checks every path on the simulated gateware, stopping at the first collision and
-counting all of them, and every result is compared with that of the software model.
+counting all of them, and every result is compared with the software model's.
 """
 
 from __future__ import annotations

@@ -33,7 +33,7 @@ TABLES: tuple[Table, ...] = (BOARDS_TABLE, LANES_TABLE, UNITS_TABLE, PAPERS_TABL
 
 
 def run(options: Options) -> Report:
-    """Measure what is missing, keep and write it, and return the boards' table."""
+    """Measure the missing rows, keep and write them, and return the boards' table."""
     store = Store(STORE)
     jobs = [*board_jobs(), *lanes_jobs(), *unit_jobs(), *paper_jobs()]
     if options.only:

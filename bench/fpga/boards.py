@@ -143,7 +143,7 @@ def _lanes_name(board: str, lanes: int) -> str:
 
 
 def _chip_name(board: Board) -> str:
-    """Return the name of a row: that of the board alone for the chip with the paper core."""
+    """Return the name of a row: the board's name alone for the chip with the paper core."""
     return board.name if board.chip is ChipKind.PAPER else f"{board.name}, {board.chip}"
 
 

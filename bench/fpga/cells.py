@@ -17,7 +17,7 @@ CELLS = ("LUTs", "flip-flops", "block RAMs", "multipliers")
 
 @dataclass(frozen=True)
 class Family:
-    """Cells of a family, by what they are.
+    """Cells of a family by their kind.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ class Family:
     multipliers: Mapping[str, int]
 
     def count(self, cells: Mapping[str, int]) -> dict[str, Any]:
-        """Return how many of :data:`CELLS` so many cells of each kind are."""
+        """Return the numbers of :data:`CELLS` for numbers of cells of each kind."""
         kinds = (self.luts, self.registers, self.block_rams, self.multipliers)
         counts = (
             sum(weight * cells.get(cell, 0) for cell, weight in kind.items()) for kind in kinds
@@ -52,7 +52,7 @@ _ROUTED = {
 _LUTS = {f"LUT{inputs}": 1 for inputs in range(1, 7)}
 # 16 rows of a bit take a LUT, 32 two; a memory with a second port holds its rows twice.
 _LUT_RAMS = {"RAM16X1S": 1, "RAM16X1D": 2, "RAM32X1D": 2, "RAM64X1D": 2, "RAM32M": 4, "RAM64M": 4}
-#: Of ``synth_xilinx``; block RAMs of 18 kbit.
+#: Cells of ``synth_xilinx``; block RAMs of 18 kbit.
 XILINX = Family(
     {**_LUTS, **_LUT_RAMS, "SRL16E": 1, "SRLC32E": 1},
     dict.fromkeys(("FDRE", "FDSE", "FDCE", "FDPE"), 1),
@@ -73,5 +73,5 @@ def used(routed: Routed, family: str) -> dict[str, Any]:
 
 
 def chip_clock(routed: Routed) -> tuple[float, float]:
-    """Return what the chip's clock achieves, and what it was asked for, MHz."""
+    """Return the achieved and the asked frequency of the chip's clock, MHz."""
     return min(routed.clocks.values(), key=lambda clock: clock[0] / clock[1])

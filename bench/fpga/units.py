@@ -1,4 +1,4 @@
-"""Units alone: on the device of a board, and on those of the papers."""
+"""Units alone: on the device of a board, and on the papers' devices."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class _Device:
     synthesis: str
     routing: tuple[str, ...]
     asked_mhz: int
-    #: Commands behind synthesis, and the chip whose cells it takes. Not in a row's digest, which
+    #: Commands after synthesis, and the chip whose cells it takes. Not in a row's digest, which
     #: has ``synthesis``: they come with it.
     finish: str = field(default="", repr=False)
     chip: ChipKind = field(default=ChipKind.PAPER, repr=False)
@@ -198,7 +198,7 @@ class _PaperJob(Job):
         """Write the sources; see :class:`~bench.fpga.job.Job`."""
         device = _PAPER_DEVICES[self.name]
         _write(_component(device.top, device.config), folder)
-        # Its ports are those of the unit, which may be renamed.
+        # Its ports are the unit's, which may be renamed.
         netlist = Netlist.read(folder / "unit.v", "unit", port_names=False)
         return digest_of(netlist, device.family)
 
@@ -240,7 +240,7 @@ def _write(unit: Any, folder: Path, platform: Any = None) -> None:
 
 
 def _synthesize(folder: Path, command: str, *further: str) -> None:
-    """Synthesize the unit by ``command``, do what follows, and count its cells."""
+    """Synthesize the unit by ``command``, run the further commands, and count its cells."""
     script = ["read_verilog unit.v", f"{command} -top unit", *further]
     script.append("tee -q -o cells.json stat -json")
     (folder / "unit.ys").write_text("\n".join(script) + "\n", encoding="utf-8")

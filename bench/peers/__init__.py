@@ -37,8 +37,8 @@ _MOST_SEEDS = 5
 class _Outcome:
     """The result of one run.
 
-    ``early`` is the fitness after the seconds that ``fpa-2opt`` takes; ``late`` is that of a run
-    with as many evaluations as ``fpa-2opt`` has candidates, evaluated in full or not.
+    ``early`` is the fitness after the seconds that ``fpa-2opt`` takes; ``late`` is the fitness of
+    a run with as many evaluations as ``fpa-2opt`` has candidates, evaluated in full or not.
     """
 
     fitness: float

@@ -29,7 +29,7 @@ class Objective:
     waypoints : int
         Free waypoints of a path; x, y and z of each are three numbers of a vector, metres.
     evaluations : int
-        Most evaluations.
+        Maximum number of evaluations.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Objective:
     history : list of (int, float, float)
         At each improvement: evaluations, seconds since the first one began, best fitness.
     best : ndarray
-        The best path so far, (waypoints + 2, 3), start and goal included.
+        The best path evaluated, (waypoints + 2, 3), start and goal included.
     """
 
     def __init__(self, evaluator: Evaluator, waypoints: int, evaluations: int) -> None:

@@ -11,11 +11,11 @@ from typing import NamedTuple
 import pytest
 from numba.core.caching import IndexDataCacheFile
 
-from pathgene.host.evaluation.jit import source_stamp
+from pathgene.jit import source_stamp
 
 
 INNER = """
-from pathgene.host.evaluation.jit import inlined
+from {} import inlined
 
 @inlined
 def inner(x):
@@ -23,7 +23,7 @@ def inner(x):
 """
 OUTER = """
 from kernel_inner import inner
-from pathgene.host.evaluation.jit import compiled
+from {} import compiled
 
 @compiled
 def outer(x):
@@ -31,15 +31,15 @@ def outer(x):
 """
 
 
-@pytest.fixture
-def load(tmp_path, monkeypatch):
+@pytest.fixture(params=["pathgene.host.evaluation.jit", "pathgene.sim.model.planner.compiled"])
+def load(tmp_path, monkeypatch, request):
     """Function that writes and imports both modules as a new process would."""
     # Python takes bytecode of the same second and length for the file's own.
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
 
     def load(value):
-        (tmp_path / "kernel_inner.py").write_text(INNER.format(value))
-        (tmp_path / "kernel_outer.py").write_text(OUTER)
+        (tmp_path / "kernel_inner.py").write_text(INNER.format(request.param, value))
+        (tmp_path / "kernel_outer.py").write_text(OUTER.format(request.param))
         source_stamp.cache_clear()
         for name in ("kernel_inner", "kernel_outer"):
             spec = importlib.util.spec_from_file_location(name, tmp_path / f"{name}.py")
@@ -61,11 +61,11 @@ def test_notices_a_change_in_another_file(load):
     assert not changed.stats.cache_hits
 
 
-def test_stamp_covers_the_evaluation_and_the_folder(tmp_path):
-    empty = source_stamp(tmp_path)
+def test_stamp_covers_the_folders(tmp_path):
+    empty = source_stamp((tmp_path,))
     (tmp_path / "one.py").write_text("1")
     source_stamp.cache_clear()
-    assert source_stamp(tmp_path) != empty
+    assert source_stamp((tmp_path,)) != empty
 
 
 def test_ignores_entries_of_removed_classes(load, monkeypatch):

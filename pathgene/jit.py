@@ -1,0 +1,127 @@
+"""Compilation of kernels for the CPU, and their cache on disk; for host and simulation alike."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import inspect
+import logging
+import pickle
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import numba
+from numba import njit
+from numba.core.caching import IndexDataCacheFile
+
+
+__all__ = ["Compiler", "source_stamp"]
+
+_Function = TypeVar("_Function", bound=Callable[..., object])
+_LOG = logging.getLogger("pathgene.kernels")
+
+
+class Compiler:
+    """Decorators that compile a function at its first call and keep the result on disk.
+
+    Division follows IEEE 754 and raises nothing; no arithmetic is reordered, so results agree with
+    the reference and are the same on every machine. A kernel holds no lock.
+
+    The cache on disk is that of numba, which notices changes only in the file of the outermost
+    function; here it notices them in all sources beside that file and in ``folders``.
+
+    Parameters
+    ----------
+    *folders : Path
+        Folders whose sources belong to every kernel.
+    """
+
+    def __init__(self, *folders: Path) -> None:
+        self._folders = folders
+
+    def compiled(self, function: _Function) -> _Function:
+        """Compile a function that makes and copies no arrays.
+
+        References to arrays are not counted: the caller holds them. The counts would take most of
+        the time of a small function.
+        """
+        return self._compiled(function)
+
+    def allocating(self, function: _Function) -> _Function:
+        """Compile a function that makes or copies arrays, and runs long enough for that."""
+        return self._compiled(function, counted=True)
+
+    def inlined(self, function: _Function) -> _Function:
+        """Compile a small function that is inlined where it is called.
+
+        A call passes every field of every argument, which takes longer than such a function.
+        """
+        return self._compiled(function, inline=True)
+
+    def _compiled(
+        self, function: _Function, *, inline: bool = False, counted: bool = False
+    ) -> _Function:
+        # _nrt: numba's runtime, which makes arrays and counts the references to them.
+        dispatcher = njit(
+            cache=True, nogil=True, error_model="numpy", forceinline=inline, _nrt=counted
+        )(function)
+        # There is no cache on disk if the compiler is off or no folder is writable.
+        kept = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
+        if kept is not None:
+            beside = Path(inspect.getfile(function)).resolve().parent
+            stamp = source_stamp((beside, *self._folders))
+            kept = _CheckedFiles(kept._cache_path, kept._index_name.removesuffix(".nbi"), stamp)
+            dispatcher._cache._cache_file = kept
+            # In the version, too, which is read first: the cache of other sources may hold objects
+            # of classes that no longer exist, and must not be read.
+            kept._version = f"{numba.__version__} {stamp}"
+        return cast(_Function, dispatcher)
+
+
+class _CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]  # numba has no types.
+    """The files in which numba keeps a kernel; a damaged file counts as none.
+
+    numba itself would fail for ever at a torn file, and run the code of an altered one.
+    """
+
+    def save(self, key: Any, data: Any) -> None:
+        """Keep a kernel, unless the disk takes nothing: that costs time alone."""
+        with contextlib.suppress(OSError):
+            super().save(key, data)
+
+    def _load_index(self) -> dict[Any, Any]:
+        try:
+            return cast(dict[Any, Any], super()._load_index())
+        except Exception as error:  # The error that pickle raises depends on the damage.
+            _LOG.info("an index of compiled kernels is damaged (%s)", type(error).__name__)
+            return {}
+
+    def _load_data(self, name: str) -> Any:
+        digest, dumped = super()._load_data(name)
+        if hashlib.sha256(dumped).digest() != digest:
+            raise ValueError("the digest differs")
+        return pickle.loads(dumped)
+
+    def load(self, key: Any) -> Any:
+        """Return a kernel that was kept, or None."""
+        try:
+            return super().load(key)
+        except Exception as error:
+            _LOG.info("a compiled kernel is damaged (%s)", type(error).__name__)
+            return None
+
+    def _save_data(self, name: str, data: Any) -> None:
+        dumped = self._dump(data)
+        super()._save_data(name, (hashlib.sha256(dumped).digest(), dumped))
+
+
+@cache
+def source_stamp(folders: tuple[Path, ...]) -> str:
+    """Return a digest of the sources in ``folders`` and of this module."""
+    digest = hashlib.sha256()
+    here = Path(__file__).resolve()
+    for file in sorted({here, *(file for folder in folders for file in folder.glob("*.py"))}):
+        digest.update(file.read_bytes())
+    return digest.hexdigest()

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pathgene.host.diagnosis.barriers import nearest_points
 from pathgene.host.diagnosis.bounds import Bounds, is_permanent, zone_name
 from pathgene.host.diagnosis.reason import Figure, Reason, rounded_down, rounded_up
+from pathgene.host.evaluation.aircraft_limits import line_limits
 from pathgene.host.problem.ends import Point
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zones import Zone
@@ -52,20 +53,24 @@ def _reason(end: str, point: Point, sentence: str, figure: Figure, *zones: str) 
 
 
 def _ceilings(problem: Problem, end: str, point: Point) -> Iterator[Reason]:
-    rules, aircraft = problem.rules, problem.aircraft
+    rules = problem.rules
     assert rules is not None
     x, y, z = point
-    for limit, name, ceiling in (
-        ("ceiling", "the ceiling", rules.ceiling_m),
-        ("service-ceiling", f"the service ceiling of {aircraft.name}", aircraft.service_ceiling_m),
-    ):
-        if ceiling is not None and z > ceiling + _LEAST_M:
+    ceilings = (
+        [] if rules.ceiling_m is None else [("ceiling", "the ceiling", rules.ceiling_m, False)]
+    )
+    for line, altitude in line_limits(problem):
+        ceilings.append((line.name, line.words(problem), altitude, line.is_minimum))
+    for limit, name, altitude, is_minimum in ceilings:
+        beyond = altitude - z if is_minimum else z - altitude
+        if beyond > _LEAST_M:
+            would_do = rounded_down(z) if is_minimum else rounded_up(z)
             yield _reason(
                 end,
                 point,
-                f"The {end} at {rounded_up(z):.1f} m is {rounded_up(z - ceiling):.1f} m above "
-                f"{name}, {ceiling:.1f} m.",
-                Figure(limit, ceiling, rounded_up(z), "m"),
+                f"The {end} at {would_do:.1f} m is {rounded_up(beyond):.1f} m "
+                f"{'below' if is_minimum else 'above'} {name}, {altitude:.1f} m.",
+                Figure(limit, altitude, would_do, "m"),
             )
     if rules.ceiling_agl_m is not None:
         height = z - float(surface_below(problem.terrain, np.array([x]), np.array([y]))[0])

@@ -42,8 +42,6 @@ CODES = (
 )
 
 
-# Limits that a value must not be below; zones besides.
-_LEAST = ("clearance", "turn", "stall")
 # Digits of the figures of a broken limit; more only where they would look alike.
 _DIGITS = range(3, 12)
 # Names in a sentence.
@@ -174,7 +172,11 @@ def broken_limit(limits: Sequence[Mapping[str, Any]] | None) -> str | None:
     if not limits:
         return None
     name, worst, allowed = str(limits[0]["limit"]), limits[0]["worst"], limits[0]["allowed"]
-    least = name in _LEAST or name.startswith("zone ")
+    # Loads the kernels, which a reason alone does not need.
+    from pathgene.host.evaluation.aircraft_limits import limit_named
+
+    limit = limit_named(name)
+    least = limit.is_minimum if limit else name == "clearance" or name.startswith("zone ")
     if not (worst < allowed if least else worst > allowed):
         return None
     texts = ((f"{worst:.{digits}g}", f"{allowed:.{digits}g}") for digits in _DIGITS)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pathgene.host.evaluation import broken, rule_kernels
+from pathgene.host.evaluation.aircraft_limits import AIRCRAFT_LIMITS, AircraftLimit
 from pathgene.host.evaluation.constants import VOID_HEIGHT_M, Constants, Floats
 from pathgene.host.evaluation.laid_track import LaidTrack
 from pathgene.host.evaluation.packed_zones import pack_zones
@@ -77,12 +78,16 @@ class StrictRule:
         self._strict = rule_kernels.StrictCourse(
             self._surface, self._low, self._below, self._high, self._zones
         )
+        # The kernels know the others.
+        self._not_compiled = [limit for limit in AIRCRAFT_LIMITS if not limit.is_compiled]
 
     def judge(self, path: Floats) -> tuple[tuple[Any, ...], LaidTrack]:
         """Return the terms of a path, see ``strict_terms``, and its smoothed track."""
         scratch = self._scratch(len(path))
         terms = rule_kernels.strict_terms(path, len(path), self._strict, scratch)
-        return terms, LaidTrack(self._constants, len(path), *scratch.path, scratch.times)
+        track = LaidTrack(self._constants, len(path), *scratch.path, scratch.times)
+        *others, beyond = terms
+        return (*others, beyond + self._beyond_m(track)), track
 
     def lay(self, path: Floats) -> LaidTrack:
         """Return the smoothed track of a path with the figures of its pieces."""
@@ -101,13 +106,27 @@ class StrictRule:
             for path, n in zip(paths, lengths.tolist(), strict=True)
         ]
         penalty, cost = np.array(results, dtype=np.float64).reshape(-1, 2).T
+        if self._not_compiled:
+            for i in np.flatnonzero(np.isfinite(penalty)).tolist():
+                penalty[i] += self._beyond_m(self.lay(paths[i, : lengths[i]]))
         return penalty, cost
 
     def first_kept(self, paths: Floats, lengths: NDArray[np.int64]) -> int | None:
         """Return the index of the first of paths (m, max_n, 3) without a penalty, or None."""
+        if self._not_compiled:
+            kept = np.flatnonzero(self.penalty_cost(paths, lengths)[0] == 0)
+            return int(kept[0]) if len(kept) else None
         scratch = self._scratch(paths.shape[1])
         first = int(rule_kernels.first_kept(paths, lengths, self._strict, scratch))
         return None if first < 0 else first
+
+    def _beyond_m(self, track: LaidTrack) -> float:
+        """Return the metres of a track beyond the limits that the kernels do not know."""
+        return sum(
+            stop - start
+            for limit in self._not_compiled
+            for _, start, stop in broken.merged(limit.name, limit.stretches(self._problem, track))
+        )
 
     def _scratch(self, points: int) -> rule_kernels.StrictScratch:
         return rule_kernels.scratch(points, self._zones)
@@ -139,7 +158,7 @@ class StrictRule:
         found = [
             *self._heights(track, lowest, highest),
             *self._zone_distances(track),
-            *self._figures(track),
+            *self._figures(track, self._aircraft_limits()[1]),
         ]
         limits = [limit for _, limit in sorted(found, key=lambda item: -item[0])]
         return -lowest[0], highest[0], limits
@@ -165,29 +184,20 @@ class StrictRule:
         is a turn radius to either side of its waypoint, and fuel is missing from where it is used
         up; the others are exact.
         """
-        aircraft, limits = self._problem.aircraft, self._problem.limits
         low, outside = broken.off_demand(self._surface, self._low, self._below, track)
         high: list[broken.Span] = []
         if math.isfinite(self._high.height_m):
             high, _ = broken.off_demand(self._surface, self._high, self._high, track)
-        radius = aircraft.turn_radius_m
-        turn = "turn" if limits.stall_speed_m_s <= aircraft.cruise_speed_m_s else "stall"
+        lines, others = self._aircraft_limits()
         found: list[tuple[str, Iterable[broken.Span]]] = [
             ("map", outside),
             ("clearance", low),
             ("ceiling-agl", high),
-            ("climb", broken.too_steep(track, 1)),
-            ("descent", broken.too_steep(track, -1)),
-            ("power", broken.too_weak(track, limits.thrust_N)),
-            ("fuel", broken.out_of_fuel(track, limits.fuel_N)),
-            (turn, broken.impossible_turns(track, radius)),
         ]
-        for name, ceiling in (
-            ("ceiling", self._rules.ceiling_m),
-            ("service-ceiling", aircraft.service_ceiling_m),
-        ):
-            if ceiling is not None:
-                found.append((name, broken.above(track, ceiling)))
+        found += [(limit.name, limit.stretches(self._problem, track)) for limit in others]
+        if self._rules.ceiling_m is not None:
+            found.append(("ceiling", broken.above(track, self._rules.ceiling_m)))
+        found += [(limit.name, limit.stretches(self._problem, track)) for limit in lines]
         for number, zone in enumerate(self._problem.zones):
             spans = broken.within_zone(track, self._zones, number)
             found.append((f"zone {zone.name or number + 1}", spans))
@@ -212,13 +222,15 @@ class StrictRule:
         if math.isfinite(self._high.height_m):
             height, at = highest
             yield _most("ceiling-agl", height, self._high.height_m, track.flown_m(*at))
-        top, at = track.highest()
-        for name, ceiling in (
-            ("ceiling", self._rules.ceiling_m),
-            ("service-ceiling", self._problem.aircraft.service_ceiling_m),
-        ):
-            if ceiling is not None:
-                yield _most(name, top, ceiling, track.flown_m(*at))
+        if self._rules.ceiling_m is not None:
+            top, at = track.highest()
+            yield _most("ceiling", top, self._rules.ceiling_m, track.flown_m(*at))
+        yield from self._figures(track, self._aircraft_limits()[0])
+
+    def _aircraft_limits(self) -> tuple[list[AircraftLimit], list[AircraftLimit]]:
+        """Return the limits of the aircraft on altitudes, and the others."""
+        lines = [each for each in AIRCRAFT_LIMITS if each.altitude_m(self._problem) is not None]
+        return lines, [each for each in AIRCRAFT_LIMITS if each not in lines]
 
     def _required_m(self, track: LaidTrack, at: tuple[int, float], *, beside: bool) -> float:
         """Return the clearance demanded at a place of the track, metres."""
@@ -238,30 +250,12 @@ class StrictRule:
             worst = -1.0 if found.metres and margin <= found.distance_m else found.distance_m
             yield _least(f"zone {zone.name or number}", worst, margin, at.at_m)
 
-    def _figures(self, track: LaidTrack) -> Iterator[_Scored]:
-        """Yield the limits of the aircraft."""
-        aircraft, limits = self._problem.aircraft, self._problem.limits
-        speed = aircraft.cruise_speed_m_s
-        for name, sign, degrees in (
-            ("climb", 1, aircraft.max_climb_deg),
-            ("descent", -1, aircraft.max_descent_deg),
-        ):
-            worst, at = track.most(sign, rule_kernels.VERTICAL_SPEED)
-            allowed = speed * math.sin(math.radians(degrees))
-            yield _most(name, max(worst, 0.0), allowed, track.flown_m(*at))
-        if aircraft.engine_power_W is not None:
-            worst, at = track.most(1, rule_kernels.THRUST)
-            power = max(worst, 0.0) * speed / aircraft.propeller_efficiency
-            yield _most("power", power, aircraft.engine_power_W, track.flown_m(*at))
-        if aircraft.fuel_weight_N is not None:
-            yield _most("fuel", track.fuel, limits.fuel_N, track.length_m)
-        radius, at = track.tightest_turn()
-        if math.isfinite(radius):
-            wind = math.hypot(*self._problem.wind)
-            allowed = aircraft.turn_radius_m * (1.0 + wind / speed) ** 2
-            yield _least("turn", radius, allowed, track.flown_m(*at))
-            if limits.stall_speed_m_s > 0:
-                yield _least("stall", speed, limits.stall_speed_m_s, track.flown_m(*at))
+    def _figures(self, track: LaidTrack, limits: Iterable[AircraftLimit]) -> Iterator[_Scored]:
+        """Yield limits of the aircraft, where they apply."""
+        for limit in limits:
+            if (worst := limit.worst(self._problem, track)) is not None:
+                scored = _least if limit.is_minimum else _most
+                yield scored(limit.name, worst.value, worst.allowed, worst.at_m)
 
 
 # The ground of a terrain as the kernels take it: a changed problem has the same.

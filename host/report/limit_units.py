@@ -1,11 +1,15 @@
 """Units of the limits in reports."""
 
-__all__ = ["unit_of"]
+from __future__ import annotations
 
-# Those of the limits that are not lengths.
-_UNITS = {"climb": "m/s", "descent": "m/s", "power": "W", "fuel": "N", "stall": "m/s"}
+
+__all__ = ["unit_of"]
 
 
 def unit_of(limit: str) -> str:
     """Return the unit of a limit, by the name that it has in a report."""
-    return _UNITS.get(limit, "m")
+    # Loads the kernels.
+    from pathgene.host.evaluation.aircraft_limits import limit_named
+
+    own = limit_named(limit)
+    return "m" if own is None else own.unit

@@ -15,6 +15,7 @@ from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
 from pathgene.host.evaluation import Evaluator, Samples
+from pathgene.host.evaluation.aircraft_limits import line_limits
 from pathgene.host.problem.problem import Problem
 from pathgene.host.report import points, zone_shapes
 from pathgene.host.report.along import surface_and_demand
@@ -146,7 +147,7 @@ def _ceilings(problem: Problem, ground: Floats) -> list[tuple[str, Floats]]:
         (f"{name} {ceiling:,.0f} m", np.full(len(ground), ceiling))
         for name, ceiling in (
             ("ceiling", problem.rules.ceiling_m),
-            ("service ceiling", problem.aircraft.service_ceiling_m),
+            *((limit.label, altitude) for limit, altitude in line_limits(problem)),
         )
         if ceiling is not None
     ]

@@ -46,6 +46,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pathgene.host.evaluation import Evaluator, Samples
+from pathgene.host.evaluation.aircraft_limits import line_limits
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zones import Zone
 from pathgene.host.report.along import broken_limits, surface_and_demand, why
@@ -273,7 +274,7 @@ def ceilings_scene(problem: Problem) -> list[dict[str, Any]]:
         return []
     stated = (
         ("ceiling", problem.rules.ceiling_m, False),
-        ("service ceiling", problem.aircraft.service_ceiling_m, False),
+        *((limit.label, altitude, False) for limit, altitude in line_limits(problem)),
         ("ceiling above ground", problem.rules.ceiling_agl_m, True),
     )
     return [

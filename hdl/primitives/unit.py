@@ -54,7 +54,7 @@ class Parameter:
     name : str or None
         Name in messages and in the docstring; None for the attribute's, in words.
     also : tuple of object
-        Values that are accepted besides those of the rule.
+        Values that are accepted although the rule forbids them.
     """
 
     #: Type in the docstring.
@@ -239,7 +239,7 @@ class Unit(wiring.Component):
     declares its ports as annotations, or makes them of its parameters in :meth:`interface`.
     """
 
-    #: The declared parameters by name, those of base classes first.
+    #: The declared parameters by name, inherited ones first.
     parameters = {}
 
     def __init_subclass__(cls, **options):

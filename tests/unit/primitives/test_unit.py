@@ -64,7 +64,7 @@ def test_arguments_are_attributes():
     assert set(mixer.signature.members) == {"word"}
 
 
-def test_subclasses_add_parameters_behind_inherited_ones():
+def test_subclasses_add_parameters_after_inherited_ones():
     made = Wide(**SIZES, factor=2)
     assert list(Wide.parameters) == [*Mixer.parameters, "factor"]
     assert "factor" not in Mixer.parameters

@@ -67,9 +67,9 @@ class BuildCache:
 
         ``build`` fills an empty directory, which gets its final name only when ``build`` returns:
         later calls never find the result of a build that failed or was killed. A file in it states
-        the SHA-256 of the others; a directory that differs from it is built anew. If several
-        processes need the same key, one builds and the others wait. A build removes what killed
-        builds have left, of any key.
+        the SHA-256 of all other files; a directory that differs from it is built again. If several
+        processes need the same key, one builds while the rest wait. A build removes the remains of
+        killed builds, of any key.
 
         Parameters
         ----------
@@ -130,7 +130,7 @@ class BuildCache:
         """Remove directories that killed builds have left; this process holds the lock ``held``."""
         for left in self.root.glob(f"*.{'[0-9a-f]' * _DIGITS}"):
             key = left.name.rpartition(".")[0]
-            # A build that goes on has the lock of its key, and keeps its directory.
+            # A running build has the lock of its key, and keeps its directory.
             lock = contextlib.nullcontext() if key == held else self._locked(key, wait=False)
             with contextlib.suppress(OSError), lock:
                 shutil.rmtree(left, ignore_errors=True)

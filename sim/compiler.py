@@ -45,7 +45,7 @@ status=$?
 exit $status
 """
 
-# What tools print when a disk takes nothing.
+# Messages of tools when a disk takes nothing.
 _NO_ROOM = ("No space left on device", "Disk quota exceeded", "Read-only file system")
 
 # Process groups of the tools that run now.

@@ -296,7 +296,7 @@ class Evaluator:
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return penalty and cost of a population as for :meth:`fitness`; infinite for bad paths.
 
-        With ``fine`` they are those of a reported feasibility: by the strict rule, or as paper at
+        With ``fine`` they decide a reported feasibility: by the strict rule, or as paper at
         samples of ``ds / 8``.
         """
         if fine and self._strict is not None:

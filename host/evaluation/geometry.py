@@ -36,7 +36,7 @@ class Straight:
     run_m : float
         Horizontal length.
     rise_m : float
-        Altitude gained, negative when descending. Heading, run and rise are those of the
+        Altitude gained, negative when descending. Heading, run and rise belong to the
         segment: on the sliver that two arcs may leave, the end points differ only by rounding.
     """
 

@@ -1,6 +1,6 @@
 """The fitness of paths, compiled: the definition as small scalar functions.
 
-The functions sum what those of :mod:`pathgene.host.evaluation.pieces` measure. Like them, they
+The functions sum the measures of :mod:`pathgene.host.evaluation.pieces`. Like them, they
 serve a CPU core and a CUDA thread alike.
 
 Source: Roberge and Tarbouchi, sections 3.1 and 3.2, equations (1) to (3).
@@ -172,18 +172,18 @@ def fitness_above(
 
     The evaluation stops as soon as the fitness cannot exceed ``incumbent``. The result is the
     fitness and True, or a value from the fitness to ``incumbent`` and False: ``value > incumbent``
-    holds for the same candidates as without the stops, and then the value is that of the full
+    holds for the same candidates as without the stops, and then the value equals the full
     evaluation, bit by bit.
 
     Why: the penalty is a sum of terms of 0 or more, added in a fixed order. Rounding to nearest is
-    monotone, so the same sum over a part of the terms, with 0 for the others, is never above it.
+    monotone, so the same sum over a part of the terms, with 0 for the rest, is never above it.
     Equation (3), as computed by :func:`fitness_of`, never rises with the penalty: each operation in
-    its branches is monotone, its values for P > 0 are at most 1 and those for P = 0 at least 1, and
+    its branches is monotone, its values for P > 0 are at most 1, for P = 0 at least 1, and
     with P > 0 it does not depend on the cost, except that a NaN gives the least value. Hence the
-    fitness at the part of the penalty known so far is an upper bound. A candidate that passes every
+    fitness at the known part of the penalty is an upper bound. A candidate that passes every
     stop has had all its terms summed in the order of :func:`penalty_cost`.
 
-    Arguments are those of :func:`path_terms`; every coordinate must be within the limits there or
+    Arguments as for :func:`path_terms`; every coordinate must be within the limits there or
     NaN.
     """
     c = course.c

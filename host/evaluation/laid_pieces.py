@@ -23,7 +23,7 @@ def lay_pieces(pieces: Sequence[Piece], airspeed_m_s: float) -> tuple[Floats, Fl
     -------
     tuple
         (n, PIECE_FIELDS) float64, of which only the geometry is filled in, and (n + 1,) float64,
-        the last being the end of the last piece. In wind the times are those of still air.
+        the last being the end of the last piece. In wind the times are as in still air.
     """
     rows = np.zeros((len(pieces), fields.PIECE_FIELDS))
     for row, piece in zip(rows, pieces, strict=True):

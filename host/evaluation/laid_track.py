@@ -33,7 +33,7 @@ class LaidTrack:
     Attributes
     ----------
     rows : int
-        Rows of ``pieces``; those of length 0 are none.
+        Rows of ``pieces``; a row of length 0 is no piece.
     figures : (rows, FIGURES) float64
         Figures of each piece.
     turns : (at least points, TURN_FIELDS) float64

@@ -48,7 +48,7 @@ __all__ = [
 ]
 
 # Fields of a turn and of a piece: the heading's unit vector is (UX, UY), AIR the distance through
-# the air, STEEP the length if it is too steep, and the last four are those of the thrust.
+# the air, STEEP the length if it is too steep, and the last four describe the thrust.
 ANGLE, SIDE, RUN, TANGENT = range(4)
 TURN_FIELDS = 4
 RISE, LENGTH, X, Y, Z, X_END, Y_END, Z_END, UX, UY = range(3, 13)
@@ -79,7 +79,7 @@ def turn(
     side = 1.0 if cross >= 0.0 else -1.0
     if cross == 0.0:
         return math.pi, side, math.inf
-    # The tangent of half the angle, by that of its two forms which loses no digits.
+    # The tangent of half the angle, in the form that loses no digits.
     lengths = run_a * run_b
     half = abs(cross) / (lengths + dot) if dot > 0.0 else (lengths - dot) / abs(cross)
     return angle, side, radius_m * half
@@ -114,7 +114,7 @@ def lay_turn(path: Floats, n: int, i: int, c: Constants, turns: Floats) -> None:
 
 @inlined
 def is_impossible(turns: Floats, n: int, i: int) -> bool:
-    """Return whether the arc at point ``i`` does not fit beside those of its neighbours."""
+    """Return whether the arc at point ``i`` does not fit beside its neighbours."""
     here = turns[i, TANGENT]
     if not here > 0.0:
         return False

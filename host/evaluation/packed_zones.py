@@ -46,7 +46,7 @@ XA, YA, XB, YB, EX, EY, EDGE_LENGTH = range(7)
 EDGE_BOX = 7
 _EDGE_FIELDS = 11
 
-# Most crossings of a piece with an edge: two with each parallel, two with the circle of its start.
+# Maximum crossings of a piece with an edge: two with each parallel, two with its start's circle.
 _MARKS_PER_EDGE = 6
 
 
@@ -58,7 +58,7 @@ class PackedZones(NamedTuple):
     zones : (n, 12) float64
         A row per zone.
     edges : (m, 11) float64
-        Edges of all polygons, those of one zone in a row.
+        Edges of all polygons, zone by zone.
     bounds : (n, 2) int64
         First edge of a zone, and the one after its last; equal for a circle.
     reach_m : float

@@ -62,7 +62,7 @@ __all__ = [
 ]
 
 ARC_PARTS_IN_WIND = 8
-# Below it the series is exact to 1e-16. Most pieces lie below: 1 km has less than 1e-8.
+# Below it the series is exact to 1e-16. Nearly all pieces lie below: 1 km has less than 1e-8.
 _SMALL_SQUARE = 1e-5
 
 
@@ -85,7 +85,7 @@ def fastest_over_ground(
 ) -> float:
     """Return the greatest ground speed on a piece, m/s; it must be possible in this wind.
 
-    On an arc it is that with the wind behind, where the arc points so, or that at one of its ends.
+    On an arc it is reached with a tail wind, where the arc points so, or at one of its ends.
     """
     time = air_time(c, horizontal_m_s, ux, uy, 1.0)
     fastest = 1.0 / time if time > 0.0 else 0.0
@@ -189,7 +189,7 @@ def prepare_burn(c: Constants, pieces: Floats, row: int) -> None:
         e = pressure_area * c.drag_coefficient
         discriminant = 4.0 * a * e - b * b
         half = 0.5 * pieces[row, AIR] * c.burn_per_m
-        # The square of the argument, its sign that of the discriminant.
+        # The square of the argument, with the sign of the discriminant.
         square = discriminant * (half * half)
         if abs(square) < _SMALL_SQUARE:
             # The series of tan(x) / x and of tanh(x) / x, in one.

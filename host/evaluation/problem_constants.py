@@ -16,7 +16,7 @@ __all__ = ["constants_of"]
 def constants_of(problem: Problem, ds_m: float, *, best: Utopia | None = None) -> Constants:
     """Return the kernels' constants of a problem; ``roofed`` is 0.
 
-    Costs are relative to ``best``, by default to what :func:`problem_utopia` returns, or raises.
+    Costs are relative to ``best``, by default to :func:`problem_utopia`, which may raise.
     """
     terrain, aircraft, limits = problem.terrain, problem.aircraft, problem.limits
     start, goal = (heading or (0.0, 0.0) for heading in problem.headings)

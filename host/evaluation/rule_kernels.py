@@ -64,8 +64,8 @@ class StrictCourse(NamedTuple):
     surface : Surface
         The terrain and constants; nothing is sampled.
     low, below, high : Required
-        Least height over the corridor and right below the track, and greatest height; an infinite
-        greatest height is not searched.
+        Minimum height over the corridor and right below the track, and maximum height; an infinite
+        maximum height is not searched.
     zones : PackedZones
         All zones, widened by their margin.
     """

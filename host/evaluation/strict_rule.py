@@ -33,7 +33,7 @@ _Extreme = tuple[float, tuple[int, float]]
 _STEP_M = 0.01
 # Below every excess.
 _NONE = -1e301
-# An end without effect on what is demanded.
+# An end without effect on the demand.
 _NO_END = (0.0, 0.0, math.inf, 0.0)
 
 
@@ -134,7 +134,7 @@ class StrictRule:
     def off_demand_m(self, pieces: Floats) -> float:
         """Return the metres of any track too low, too high over the surface, or off the map.
 
-        ``pieces`` is what :func:`pathgene.host.evaluation.laid_pieces.lay_pieces` returns.
+        ``pieces`` come from :func:`pathgene.host.evaluation.laid_pieces.lay_pieces`.
         """
         stack = np.empty(STACK_SHAPE)
         surface, rows = self._surface, len(pieces)
@@ -182,7 +182,7 @@ class StrictRule:
         They are empty exactly for the feasible. A stretch that breaks several limits comes several
         times. Stretches too low or too high are found in parts of ``ds``, a turn that does not fit
         is a turn radius to either side of its waypoint, and fuel is missing from where it is used
-        up; the others are exact.
+        up; all other stretches are exact.
         """
         low, outside = broken.off_demand(self._surface, self._low, self._below, track)
         high: list[broken.Span] = []

@@ -34,7 +34,7 @@ class Evaluation:
     void_crossed_m : float
         The part of ``distance_under_terrain_m`` over voids.
     minimum_clearance_m : float
-        Least height over the terrain among the samples of the smoothed path at ``ds / 8``, its
+        Minimum height over the terrain among the samples of the smoothed path at ``ds / 8``, its
         start and its goal; voids are left out.
     penalty_fine : float
         Equation (1) at ``ds / 8``, metres.
@@ -85,7 +85,7 @@ class Evaluation:
     limits: list[dict[str, Any]] | None = None
 
     def to_dict(self) -> dict[str, Any]:
-        """The terms as plain JSON values; as paper without those of the rules."""
+        """The terms as plain JSON values; as paper without the terms of the rules."""
         if self.limits is None:
             return {name: getattr(self, name) for name in _AS_PAPER}
         # Not `asdict`, which copies each value of thousands of zones.

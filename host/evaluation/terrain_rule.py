@@ -116,7 +116,7 @@ def surface_extremes(
         for end in range(2):
             height = between_nodes(ground, c, x0 if end == 0 else x1, first_y + float(i))
             low, high = min(low, height), max(high, height)
-    # The surface is the greater of two heights: its lower bound is that of either.
+    # The surface is the greater of two heights: a lower bound of either is one of both.
     return max(nearest_low, low), high
 
 
@@ -216,7 +216,7 @@ def extreme(
     part : Part
         The part that is searched.
     incumbent : float
-        Excess known so far: the result is at least this.
+        Known excess: the result is at least this.
     step : float
         Smallest gain over the incumbent worth searching for, metres.
     verdict : bool
@@ -255,8 +255,8 @@ def extreme(
         low, high = surface_extremes(
             ground, c, x_cells - ex, x_cells + ex, y_cells - ey, y_cells + ey
         )
-        # The track at both ends of the stretch: what is demanded there less the altitude is the
-        # most that it is between them, for each of the demands on its own; on an arc, nearly.
+        # The track at both ends of the stretch: the demand less the altitude there is the maximum
+        # between them, for each of the demands on its own; on an arc, nearly.
         x0, y0, ux0, uy0 = track_point(pieces, row, a0, 0.0)
         x1, y1, ux1, uy1 = track_point(pieces, row, a1, 0.0)
         z0, z1 = z + climb * a0, z + climb * a1

@@ -29,7 +29,8 @@ class Samples:
     x, y, z : ndarray
         Positions.
     ground : ndarray
-        Height of the ground below; NaN over a void. Outside the map, that of the nearest node.
+        Height of the ground below, NaN over a void; outside the map, that height at the nearest
+        node.
     clearance : ndarray
         ``z - ground``.
     """

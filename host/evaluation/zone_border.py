@@ -1,6 +1,6 @@
 """Zones with their margin, compiled: their borders, their inside, their heights and times.
 
-Pieces, rows, fractions and marks are those of :mod:`pathgene.host.evaluation.crossings`.
+Pieces, rows, fractions and marks as in :mod:`pathgene.host.evaluation.crossings`.
 """
 
 import math
@@ -102,7 +102,7 @@ def applies(
         # Where the wind cannot be flown the time is not known: the zone may be active.
         if math.isfinite(start) and math.isfinite(seconds):
             first, last = _clip(start, seconds, zones[zone, T0], zones[zone, T1], low, high)
-            # Along an arc in wind the speed changes, so any time of the arc may be that of a place.
+            # Along an arc in wind the speed changes, so any time of the arc may belong to a place.
             uneven = pieces[row, ANGLE] > 0.0 and pieces[row, AIR] != pieces[row, LENGTH]
             if not uneven:
                 low, high = first, last
@@ -165,7 +165,7 @@ def mark_border(
         return cross_circle(pieces, row, x, y, radius, low, high, marks, count)
     west, south, east, north = box_of(pieces, row)
     for i in range(first, last):
-        # Edges form rings: the circle of an edge's end is that of the next one's start.
+        # Edges form rings: the circle at an edge's end is also at the next one's start.
         if apart(west, south, east, north, edge_table, i, EDGE_BOX):
             continue
         x, y = edge_table[i, XA], edge_table[i, YA]

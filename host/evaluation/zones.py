@@ -8,8 +8,8 @@ its mid-point tells which. A cut too many is harmless. A cut is missing only whe
 touches the border without entering by more than some nanometres, so the border is set a micrometre
 further out: a track that enters the widened zone itself is never free by rounding.
 
-Heights have their micrometre the other way: a track that keeps exactly the margin above or below a
-zone is free, as one that keeps exactly its clearance is.
+Heights have their micrometre in the opposite direction: a track that keeps exactly the margin above
+or below a zone is free, as one that keeps exactly its clearance is.
 
 Polygons hold by the even-odd rule, their holes included, and so do their edges.
 """
@@ -74,7 +74,7 @@ _METRES, _ROW, _T, _DISTANCE, _NEAREST_ROW, _NEAREST_T = range(6)
 
 
 class Intrusion(NamedTuple):
-    """Metres of a track inside one zone, and its least distance from it.
+    """Metres of a track inside one zone, and its minimum distance from the zone.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ class Intrusion(NamedTuple):
     entry : Spot or None
         Where the track first enters; None if it never does.
     distance_m : float
-        Least horizontal distance from the track to the zone without its margin, where the zone
+        Minimum horizontal distance from the track to the zone without its margin, where the zone
         applies: within its heights (with the margin) and its times. 0 inside, infinite if the zone
         applies nowhere.
     nearest : Spot or None
@@ -299,9 +299,9 @@ def _fill_intrusions(
 def zone_intrusions(
     pieces: Floats, rows: int, times: Floats, packed: PackedZones
 ) -> tuple[Intrusion, ...]:
-    """Return what a track has to do with each zone, in the order of the zones.
+    """Return metres and distances of a track in each zone, in the order of the zones.
 
-    The arguments are those of :func:`zone_metres`, the sum of whose terms per zone the ``metres``
+    Arguments as for :func:`zone_metres`, the sum of whose terms per zone the ``metres``
     are.
     """
     found = np.empty((len(packed.zones), 6))

@@ -99,7 +99,7 @@ class SimulatedBoard:
         Parameters
         ----------
         timeout : float or None
-            Of the port's reads, seconds.
+            Timeout of the port's reads, seconds.
         ends_board : bool
             Closing the port ends the board as well.
 
@@ -127,7 +127,7 @@ class SimulatedBoard:
         return self._process.pid
 
     def cycles(self) -> int:
-        """Return the number of cycles simulated so far.
+        """Return the number of cycles simulated until now.
 
         Raises
         ------
@@ -138,7 +138,7 @@ class SimulatedBoard:
         return int(self._answer("cycles ").split()[1])
 
     def reset_chip(self, after_bytes: int, after_cycles: int = 0) -> None:
-        """Reset the chip for one cycle, in the middle of what it will be doing then.
+        """Reset the chip for one cycle, in the middle of its work.
 
         Parameters
         ----------

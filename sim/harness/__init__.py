@@ -42,7 +42,7 @@ class CheckerBatch:
     entries : list of list of dict
         Fields of ``count_layout`` of each path.
     offered : list of int
-        Clock in which each verdict was first offered; that of the first point is 1.
+        Clock in which each verdict was first offered; the first point has clock 1.
     cycles : int
         Cycles from the first point to the transfer of the last verdict.
     """
@@ -59,7 +59,7 @@ class VerilatedChecker:
     Parameters
     ----------
     config : Config
-        Of a build with a checker.
+        Sizes of a build with a checker.
 
     Raises
     ------

@@ -27,7 +27,7 @@ def two_tier_cycles(
     Parameters
     ----------
     config : Config
-        Of the two-tier build.
+        Sizes of the two-tier build.
     terrain : TerrainModel
     paths : iterable of sequences of (int, int, int)
     count : bool

@@ -1,6 +1,6 @@
 """Compiled collision check of whole batches of paths.
 
-The integers are those of :func:`pathgene.sim.model.checker.check_path`, without a division per
+The integers are as in :func:`pathgene.sim.model.checker.check_path`, without a division per
 cell: x and y advance by the remainders of their sides (*Bresenham*), the altitude by its rise times
 the length.
 """

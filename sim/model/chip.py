@@ -1,4 +1,4 @@
-"""Model of the whole chip behind its UART, byte for byte: the board of the URL ``model:``."""
+"""Model of the whole chip at its UART, byte for byte: the board of the URL ``model:``."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ __all__ = ["Chip"]
 class Chip:
     """Answers requests as the chip does.
 
-    The cycles of core and checker are exactly those of the chip. The cycles of receiver and
-    transmitter are those of the bytes on the line; the chip takes a few more for each command.
+    The cycles of core and checker equal the chip exactly. The cycles of receiver and transmitter
+    count the bytes on the line; the chip takes a few more for each command.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ class Chip:
         return bytes(answers)
 
     def close(self) -> None:
-        """End a run that goes on: nobody will ask for it."""
+        """End a run in progress: nobody will ask for it."""
         if self.running:
             self.running.end()
 

@@ -86,7 +86,7 @@ class PaperCore:
     MUTATION_CYCLES = 2
     #: Cycles of the population update (*allaire-2008*, section 4.4).
     UPDATE_CYCLES = 1
-    #: Cycles, besides those of a lookup, from a candidate to the state after its mutation: move,
+    #: Cycles, besides a lookup, from a candidate to the state after its mutation: move,
     #: clamp, compare, decide, store.
     CANDIDATE_CYCLES = 5
 

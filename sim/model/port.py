@@ -45,5 +45,5 @@ class ModelPort:
         """Do nothing: all written bytes have arrived."""
 
     def close(self) -> None:
-        """End what the model is doing."""
+        """End the work of the model."""
         self.chip.close()

@@ -47,9 +47,9 @@ _LOOK_S = 0.1
 class RunningModel:
     """Executes PROBLEM, RUN, STOP, BEST and BLOCK.
 
-    A run of up to 4,000 generations is over when RUN is answered. A longer one goes on in a thread:
-    STATUS reports it, STOP ends it, BEST is refused, and before all else the caller waits for its
-    end by :meth:`settle`, where the chip refuses the command.
+    A run of up to 4,000 generations is over when RUN is answered. A longer one continues in a
+    thread: STATUS reports it, STOP ends it, BEST is refused, and before all else the caller waits
+    for its end by :meth:`settle`, where the chip refuses the command.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ class RunningModel:
     record : ProblemRecord or None
         The problem, if there is one.
     cycles, generations : int
-        Of all runs.
+        Totals of all runs.
     """
 
     def __init__(self, config: Config, terrain: TerrainModel) -> None:
@@ -83,7 +83,7 @@ class RunningModel:
         return self._latest
 
     def settle(self) -> None:
-        """Wait for the end of a run that goes on."""
+        """Wait for the end of a run in progress."""
         if self._run is not None:
             self._latest = self._run.result()
             self._run = None
@@ -91,7 +91,7 @@ class RunningModel:
             self.generations += self._latest.generations
 
     def end(self) -> None:
-        """Let a run that goes on end with its present generation."""
+        """Let a run in progress end with its present generation."""
         if self._run is not None:
             self._run.watched[WATCHED_STOP] = 1
 
@@ -205,7 +205,7 @@ class _Run:
     Parameters
     ----------
     work : callable
-        Does the run; takes what is ``watched`` of it.
+        Does the run; takes the array ``watched``.
 
     Attributes
     ----------
@@ -233,11 +233,11 @@ class _Run:
         return self._thread.is_alive()
 
     def wait(self, seconds: float) -> None:
-        """Wait for the end, so long at most."""
+        """Wait for the end, ``seconds`` at most."""
         self._thread.join(seconds)
 
     def result(self) -> Outcome:
-        """Wait for the end; return the result, or raise what the run has raised."""
+        """Wait for the end; return the result, or raise the error of the run."""
         self._thread.join()
         if self._error is not None:
             raise self._error

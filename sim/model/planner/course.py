@@ -1,4 +1,4 @@
-"""What the kernels take: a problem on a chip, the state of a run, and a population."""
+"""Arguments of the kernels: a problem on a chip, the state of a run, and a population."""
 
 from __future__ import annotations
 

@@ -1,11 +1,11 @@
-"""Cycles of a run, equal to those of the gateware: the one place that knows how its units overlap.
+"""Cycles of a run, as in the gateware: the one place that knows how its units overlap.
 
 Cycles are counted from the first one of a run. A path passes scorer, decision and walker in the
 order in which paths come. The scorer takes a point in every slot of two cycles and never waits
-inside a path; the decision follows a fixed time behind, and the walker takes the paths that are to
-be walked one right after the other. So the cycle of a path's key follows from the cycle in which
+inside a path; the decision follows a fixed time later, and the walker takes the paths that are to
+be walked without a gap. The cycle of a path's key follows from the cycle in which
 its points are there, the number of its points, the cycles of its walk, the paths before it, and how
-many of those in the sorter each of them passes.
+many members each of them passes in the sorter.
 
 Kernels of the compiled model and the plain definition both call these functions.
 """
@@ -159,7 +159,7 @@ def passes(counters: Integers, key: int) -> bool:
 
 @inlined
 def pass_over(delays: Integers, counters: Integers, passed: int) -> None:
-    """Pass over the population; what stays passes so many members in the sorter, all together."""
+    """Pass over the population, whose members pass ``passed`` members in the sorter, summed up."""
     population = delays[_POPULATION]
     spent = passing_over(population, population - delays[_CHILDREN], passed)
     counters[_FREE] = max(counters[_PASS], counters[_FREE]) + spent
@@ -192,7 +192,7 @@ def vacate(counters: Integers) -> None:
 
 @compiled
 def spread(counters: Integers, spent: int, further: int) -> None:
-    """Go on behind a scan or a route that takes ``spent`` cycles, and ``further`` ones."""
+    """Continue after a scan or a route that takes ``spent`` cycles, and ``further`` ones."""
     counters[CYCLES] += spent + further
     counters[WAVEFRONT] += spent
 
@@ -218,7 +218,7 @@ def _free_after(counters: Integers, number: int) -> int:
 
 @compiled
 def settle(delays: Integers, counters: Integers) -> None:
-    """Go on to the step behind a first population, all of whose paths have keys."""
+    """Continue with the step after a first population, all of whose paths have keys."""
     store = counters[_KEY] + 1 + EVALUATED
     counters[_FREE] = settled(store, counters[_FREE], delays[_POPULATION])
     counters[CYCLES] = counters[_FREE] + POPULATION
@@ -227,14 +227,14 @@ def settle(delays: Integers, counters: Integers) -> None:
 
 @compiled
 def share_out(counters: Integers) -> None:
-    """Go on behind the division of the time among islands."""
+    """Continue after the division of the time among islands."""
     counters[CYCLES] += SPLIT_TO_AIM
     counters[_BEGUN] = counters[_POINTS] = 0
 
 
 @compiled
 def aim(counters: Integers) -> None:
-    """Go on to the first cycle of a population that limits are compared with."""
+    """Continue with the first cycle of a population that limits are compared with."""
     counters[CYCLES] += AIMED
 
 
@@ -272,22 +272,22 @@ def finish(counters: Integers) -> None:
 
 @compiled
 def collect(delays: Integers, counters: Integers) -> None:
-    """Go on to the cycle in which a population can be read, all of whose members are sorted."""
+    """Continue with the cycle in which a population, all sorted, can be read."""
     counters[_FREE] = counters[CYCLES] = ready(counters[_FREE], delays[_POPULATION])
     counters[SORT] += delays[_POPULATION]
 
 
 @compiled
 def next_island(counters: Integers) -> None:
-    """Go on to the aim of the next island."""
+    """Continue with the aim of the next island."""
     counters[CYCLES] += NEXT_ISLAND
 
 
 @compiled
 def merge(delays: Integers, counters: Integers, passed: int) -> None:
-    """Go on to the first cycle of the population that two islands become.
+    """Continue with the first cycle of the population that two islands become.
 
-    ``passed``: how many members the second island's pass in the sorter, all together.
+    ``passed``: how many members the second island passes in the sorter, summed up.
     """
     population = delays[_POPULATION]
     merged = counters[CYCLES] + MERGED[0]
@@ -298,7 +298,7 @@ def merge(delays: Integers, counters: Integers, passed: int) -> None:
 
 @compiled
 def end(counters: Integers) -> None:
-    """Go on to the end of the run."""
+    """Continue with the end of the run."""
     counters[CYCLES] += END
 
 

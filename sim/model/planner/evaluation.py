@@ -32,7 +32,7 @@ from pathgene.sim.model.planner.walker_cycles import MEMO_HIT, walking
 
 __all__ = ["GIVEN_UP", "NO_LIMIT", "evaluate"]
 
-#: A key above all others: no path is given up.
+#: A key above every key: no path is given up.
 NO_LIMIT = 4 << VALUE_BITS
 #: Feasible paths have lower keys.
 GIVEN_UP = PathClass.GIVEN_UP << VALUE_BITS

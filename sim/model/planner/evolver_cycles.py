@@ -1,10 +1,11 @@
-"""Cycles of the evolver, equal to those of the gateware.
+"""Cycles of the evolver, as in the gateware.
 
-Those of a plan depend on nothing that is drawn, those of the sorter on its members. A member that
-is taken in cycle t and passes k others is inserted in the cycles up to t + 1 + k; from t + 2 + k on
-the sorter is *free*, and can take the next one. In a first population the worst member is dropped
-for each better one too many, and is passed, too. After a ``store`` in cycle s such a population is
-there, and keys are taken again, N cycles from s + 1 on, or from when the sorter is free.
+The cycles of a plan depend on nothing that is drawn, the cycles of the sorter on its members. A
+member that is taken in cycle t and passes k members is inserted in the cycles up to t + 1 + k; from
+t + 2 + k on the sorter is *free*, and can take the next one. In a first population the worst member
+is dropped for each better one too many, and is passed, too. After a ``store`` in cycle s such a
+population is there, and keys are taken again, N cycles from s + 1 on, or from when the sorter is
+free.
 
 A generation of n children begins in cycle b, with populations of N members. ::
 
@@ -96,7 +97,7 @@ def planning(children: int) -> int:
 
 @inlined
 def inserting(passed: int) -> int:
-    """Return the cycles in which a member is inserted that passes so many others."""
+    """Return the cycles of the insertion of a member that passes ``passed`` members."""
     return 1 + passed
 
 
@@ -141,7 +142,7 @@ def ready(is_sorted: int, population: int) -> int:
     Parameters
     ----------
     is_sorted : int
-        The first cycle behind the pass in which the sorter is free of the last child.
+        The first cycle after the pass in which the sorter is free of the last child.
     population : int
     """
     return is_sorted + population + 1

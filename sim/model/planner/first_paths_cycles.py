@@ -1,4 +1,4 @@
-"""Cycles of the paths of a first population, equal to those of the gateware.
+"""Cycles of the paths of a first population, as in the gateware.
 
 All paths are made one by one: each begins when the goal of the one before is taken, the first when
 they are launched. The words of a seed, at most 17, are taken by then: its first point is not even
@@ -22,7 +22,7 @@ SEED = 1 + 2 + WAYPOINT + 1
 
 @inlined
 def member_offered(free: int, dropped: int) -> int:
-    """Return the cycle in which the first point of a member is offered, and all others from then.
+    """Return the cycle from which the points of a member are offered.
 
     Parameters
     ----------

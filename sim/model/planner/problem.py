@@ -78,7 +78,7 @@ def problem_vector(config: Config, record: ProblemRecord) -> Integers:
 
 
 def sizes_vector(config: Config, memo: int) -> Integers:
-    """Return the sizes of ``config`` and of a memo of so many rows, (14,) int64."""
+    """Return the sizes of ``config`` and of a memo of ``memo`` rows, (14,) int64."""
     sizes = (
         config.population,
         config.children,

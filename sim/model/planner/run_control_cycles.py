@@ -1,4 +1,4 @@
-"""Cycles between the steps of a run, equal to those of the gateware.
+"""Cycles between the steps of a run, as in the gateware.
 
 Cycle 0 is that in which the scan of the blocks begins. Random source and memo are ready long before
 its end.
@@ -24,7 +24,7 @@ __all__ = [
 #: From cycle 0 to the begin of the first route, or of the paths of a warm run, beside the cycles of
 #: the scan.
 SCANNED = 2
-#: From the begin of a route to that of its seeds, beside the cycles of the route.
+#: From the begin of a route to the begin of its seeds, beside the cycles of the route.
 ROUTED = 2
 #: From the first cycle without a path that is made or evaluated to the store of the population.
 EVALUATED = 1

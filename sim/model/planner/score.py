@@ -69,7 +69,7 @@ __all__ = [
 
 #: Rows of the work space of :func:`score`; a column is a point, or the segment that begins there.
 #: Corner; x, y and altitude in the score; sides, length and rise of the segment; tangent of half
-#: the turn; tangent; tangent if it fits, else 0; its shares of the segments before and behind;
+#: the turn; tangent; tangent if it fits, else 0; its shares of the segments before and after;
 #: altitudes at the ends of the arc; its length.
 (
     _CORNER_X, _CORNER_Y, _X, _Y, _ALTITUDE, _DX, _DY, _LENGTH, _RISE, _HALF_TURN, _TANGENT, _USED,
@@ -112,7 +112,7 @@ def score(
 
     With ``first``, a path with a penalty has the cost 0, and its chords are not written. ``work``,
     (WORK_ROWS, n or more) int64, gets the chords of every other path; n are its points with the
-    entry before them and the exit behind them, where there are such.
+    entry before them and the exit after them, where there are such.
     """
     last = _lay_out(problem, path, points, work)
     penalty = _measure_segments(problem, last, work) + _measure_arcs(problem, last, work)
@@ -210,7 +210,7 @@ def _measure_arcs(problem: Integers, last: int, work: Integers) -> int:
     penalty = 0
     for k in range(1, last):
         tangent = work[_USED, k]
-        # The quotients have so few bits that rounding them before they are cut changes none.
+        # The quotients are short enough that rounding them before they are cut changes none.
         share = float(tangent << SHARE_BITS)
         back = int(share / max(work[_LENGTH, k - 1], 1))
         on = int(share / max(work[_LENGTH, k], 1))

@@ -1,7 +1,7 @@
-"""Cycles of the scorer, equal to those of the gateware.
+"""Cycles of the scorer, as in the gateware.
 
 Cycles in which its ``phase`` is 1, the second of a slot, are odd here. The points of a path are
-those of its score, an entry and an exit included: m points take 2 m cycles.
+the points of its score, an entry and an exit included: m points take 2 m cycles.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def launched(first: int, second: int, free: int, room: int) -> int:
         Cycles from which its first two points are offered, unless the scorer takes the point before
         each later than that; there is always a cycle between.
     free : int
-        What :func:`freed` returns for the path before, or 0.
+        Result of :func:`freed` for the path before, or 0.
     room : int
         Cycle from which there is room.
     """
@@ -52,7 +52,7 @@ def launched(first: int, second: int, free: int, room: int) -> int:
 
 @inlined
 def freed(launch: int, points: int) -> int:
-    """Return the first cycle in which the path behind one of so many points may be launched."""
+    """Return the first cycle in which the path after one of ``points`` points may be launched."""
     return launch + 2 * points
 
 
@@ -83,7 +83,7 @@ class ScorerCycles:
         return launch + self.chord + 2 * segment
 
     def scored(self, launch: int, points: int) -> int:
-        """Return the cycle of the score of a path of so many points."""
+        """Return the cycle of the score of a path of ``points`` points."""
         return self.sent(launch, points - 2) + self.score
 
 
@@ -116,11 +116,11 @@ def _pricing(widths: Widths) -> int:
 
 
 def _product(first: int, second: int) -> int:
-    """Return the cycles of a product of numbers of so many bits, sign included."""
+    """Return the cycles of a product of numbers of ``first`` and ``second`` bits, sign included."""
     multipliers = -(-first // _CELL_BITS) * -(-second // _CELL_BITS)
     return 1 + (multipliers - 1).bit_length()
 
 
 def _slots(cycles: int) -> int:
-    """Return the cycles until a value that takes so many is held through a slot."""
+    """Return the cycles until a value that takes ``cycles`` is held through a slot."""
     return (cycles | 1) + 1

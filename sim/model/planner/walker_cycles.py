@@ -1,9 +1,9 @@
-"""Cycles of the walker of paths, equal to those of the gateware.
+"""Cycles of the walker of paths, as in the gateware.
 
 A path costs the sum of the costs of its segments and chords, in the order in which they are walked,
-those behind a first collision included: one cycle where the memo answers, else a cycle for each
-group of as many corners as there are lanes. Paths follow each other without a gap. The memo is that
-of the definition, looked up and filled segment by segment in this order; lengths of pipelines
+all after a first collision included: one cycle where the memo answers, else a cycle for each
+group of as many corners as there are lanes. Paths follow each other without a gap. The memo is as
+in the definition, looked up and filled segment by segment in this order; lengths of pipelines
 change neither its answers nor the sum, only how late the first segment is and the last result.
 """
 
@@ -25,7 +25,7 @@ FRONT = 5
 
 @inlined
 def walking(corners: int, lanes: int) -> int:
-    """Return the cycles of a segment of so many corners that the memo does not answer."""
+    """Return the cycles of a segment of ``corners`` corners that the memo does not answer."""
     return (corners + lanes - 1) // lanes
 
 
@@ -50,7 +50,7 @@ def walked(offered: int, free: int, costs: Iterable[int]) -> int:
     Parameters
     ----------
     offered : int
-        Cycle in which the first segment of the path is offered; the others follow as fast as they
+        Cycle in which the first segment of the path is offered; all others follow as fast as they
         are taken.
     free : int
         Cycle in which the walker is free for the path.

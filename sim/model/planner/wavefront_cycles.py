@@ -1,4 +1,4 @@
-"""Cycles of the wavefront's units, as the gateware takes them: of each, those of its ``busy``."""
+"""Cycles of the wavefront's units, as the gateware takes them: each unit's ``busy``."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ WAYPOINT = 18
 def scanning(marked: int, shift: int, lanes: int, latency: int) -> int:
     """Return the cycles of a scan of ``marked`` blocks of ``2**shift`` corners along each edge.
 
-    ``latency`` is that of the map's memory.
+    ``latency`` is the latency of the map's memory.
     """
     rows = max(1, (1 << shift) // lanes) << shift
     return BLOCKS**2 + marked * (rows - 1) + BLOCKS + latency + lanes.bit_length() + 3
@@ -39,7 +39,7 @@ def scanning(marked: int, shift: int, lanes: int, latency: int) -> int:
 
 @inlined
 def spreading(limit_passes: int, passes: int) -> int:
-    """Return the cycles of a wavefront of so many passes; without a limit of slopes, 0 of these."""
+    """Return the cycles of a wavefront; ``limit_passes`` is 0 without a limit of slopes."""
     return 2 * _FILL + (limit_passes + passes) * PASS + 1 + (limit_passes > 0)
 
 
@@ -65,11 +65,11 @@ def scanned(marked: int, shift: int, lanes: int, latency: int) -> int:
 
 @inlined
 def launched(limit_passes: int, passes: int, blocks: int, is_straight: bool) -> int:
-    """Return those of a wavefront and its route: see :func:`spreading` and :func:`routing`."""
+    """Return the cycles of a wavefront and its route: see :func:`spreading` and :func:`routing`."""
     return spreading(limit_passes, passes) + routing(blocks, is_straight) + 2
 
 
 @inlined
 def seeded(longest: int) -> int:
-    """Return those of a path: see :func:`seeding`."""
+    """Return the cycles of a path: see :func:`seeding`."""
     return seeding(longest) + 1

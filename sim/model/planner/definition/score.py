@@ -1,8 +1,8 @@
-"""Score of a path: what it costs, and what makes it unflyable without a look at the ground.
+"""Score of a path: its cost, and all that makes it unflyable apart from the ground.
 
 Lengths are in units of 2**-8 of the longer side of a cell, altitudes in sixteenths of a step. Every
-root is rounded down but those of lengths that cost, which are rounded to the nearest, or cutting a
-path into more pieces would shorten it.
+root is rounded down but the roots of lengths that cost, which are rounded to the nearest, or
+cutting a path into more pieces would shorten it.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ def piece_cost(record: ProblemRecord, before: int, after: int, length: int) -> i
 def score(record: ProblemRecord, path: Sequence[Point]) -> Score:
     """Return the score of ``path``: two points or more, the corners of start and goal included.
 
-    The entry and the exit, where the record has them, count as points before and behind them.
+    The entry and the exit, where the record has them, count as points before and after them.
     """
     path, places, altitudes = _extended(record, path)
     sides = [

@@ -58,7 +58,7 @@ class Blocks:
     Attributes
     ----------
     least : Surface
-        Minimum ground of the blocks without a blocked corner, and of those of start and goal.
+        Minimum ground of the blocks without a blocked corner, and of the blocks of start and goal.
     lowest : dict
         First of the lowest corners of each block, by rows.
     start, goal : Block
@@ -77,8 +77,8 @@ class Blocks:
 class Prices:
     """Constants of the costs of steps, rounded down.
 
-    The unit of a cost is ``2**unit``: that of a key's value, or a greater one if the factors would
-    not fit in 18 bits.
+    The unit of a cost is ``2**unit``: the unit of a key's value, or a greater one if the factors
+    would not fit in 18 bits.
 
     Attributes
     ----------
@@ -109,9 +109,9 @@ class Prices:
 
 
 def prices_of(config: Config, record: ProblemRecord, distances: tuple[int, int, int]) -> Prices:
-    """Return the constants of the costs of steps over so many units of length.
+    """Return the constants of the costs of steps over distances in units of length.
 
-    Their costs are those of :func:`pathgene.sim.model.planner.definition.score.piece_cost` except
+    Their costs equal :func:`pathgene.sim.model.planner.definition.score.piece_cost` except
     for rounding, as long as nothing ends at its greatest value.
     """
     fraction = config.altitude_bits - 4
@@ -214,7 +214,7 @@ def descend(
 ) -> list[Block]:
     """Return the route from start to goal; a straight line of 64 blocks where there is none.
 
-    Of the eight neighbours, by rows, the first with the least cost follows.
+    The first of the eight neighbours, by rows, with the minimum cost follows.
     """
     if blocks.start not in field:
         (x, y), (goal_x, goal_y) = blocks.start, blocks.goal

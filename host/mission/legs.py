@@ -146,11 +146,6 @@ class MissionPlan(Plan):
         """The least distance between the path and each via point, and the goal before a return."""
         return visits(self.evaluator, self.path)
 
-    @property
-    def failing_leg(self) -> Leg | None:
-        """The first leg without a feasible path; None if all have one."""
-        return next((leg for leg in self.legs if not leg.feasible), None)
-
 
 def shortcoming(summary: Mapping[str, Any]) -> str | None:
     """Return why the path of a summary is not one to fly, in a sentence; None if it is."""

@@ -29,7 +29,7 @@ class Compiler:
     Division follows IEEE 754 and raises nothing; no arithmetic is reordered, so results agree with
     the reference and are the same on every machine. A kernel holds no lock.
 
-    The cache on disk is that of numba, which notices changes only in the file of the outermost
+    The cache on disk is numba's own, which notices changes only in the file of the outermost
     function; here it notices them in all sources beside that file and in ``folders``.
 
     Parameters

@@ -2,10 +2,50 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 
-__all__ = ["Layout", "numbered"]
+__all__ = ["Field", "Layout", "numbered"]
+
+
+class Field(tuple[str, int]):
+    """Name and width of a field, with its text for the page of the protocol.
+
+    Parameters
+    ----------
+    name : str
+    width : int
+        Bits.
+    values : str
+        Range of values.
+    meaning : str
+    size : str or None
+        Attribute of :class:`pathgene.hdl.config.Config` that is the width; None if the width is
+        constant.
+    """
+
+    values: str
+    meaning: str
+    size: str | None
+
+    def __new__(
+        cls,
+        name: str,
+        width: int,
+        values: str,
+        meaning: str,
+        size: str | None = None,
+    ) -> Field:
+        """Make a field, which is equal to the pair of its name and width."""
+        field = super().__new__(cls, (name, width))
+        field.values, field.meaning, field.size = values, meaning, size
+        return field
+
+    @property
+    def base(self) -> str:
+        """Name without the number of a numbered field."""
+        return re.sub(r"_\d+$", "", self[0])
 
 
 @dataclass(frozen=True)
@@ -15,7 +55,8 @@ class Layout:
     Parameters
     ----------
     fields : tuple of (str, int)
-        Name and width in bits of each field, the lowest first.
+        Name and width in bits of each field, the lowest first: a :class:`Field` each, or pairs
+        without a text.
     """
 
     fields: tuple[tuple[str, int], ...]
@@ -67,6 +108,8 @@ class Layout:
         return values
 
 
-def numbered(name: str, count: int, width: int) -> tuple[tuple[str, int], ...]:
-    """Return ``count`` fields of the same width, named ``name_0`` and so on."""
-    return tuple((f"{name}_{i}", width) for i in range(count))
+def numbered(
+    name: str, count: int, width: int, values: str, meaning: str, size: str | None = None
+) -> tuple[Field, ...]:
+    """Return ``count`` fields of the same width and text, named ``name_0`` and so on."""
+    return tuple(Field(f"{name}_{i}", width, values, meaning, size) for i in range(count))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathgene.hdl.config import CheckerBuild, Config, GeneticCore, SurvivorSelection
 from pathgene.hdl.protocol.codec import VERSION
 from pathgene.hdl.protocol.codes import COUNTER_BITS, UNITS, Counter, LinkMode
-from pathgene.hdl.protocol.layout import Layout, numbered
+from pathgene.hdl.protocol.layout import Field, Layout, numbered
 from pathgene.hdl.protocol.random_words import SEED_BITS
 
 
@@ -38,6 +38,36 @@ _CHECKERS = (CheckerBuild.NONE, CheckerBuild.TWO_TIER, CheckerBuild.PARALLEL)
 _CORES = (GeneticCore.NONE, GeneticCore.PAPER, GeneticCore.PLANNER)
 
 
+_SLOTS = "0 … population − 1"
+#: Meanings of the cycles of a run by their units.
+_UNITS = {
+    "breed": "Cycles in which children were planned",
+    "score": "Cycles in which points were scored",
+    "walk": "Cycles in which segments and chords were walked",
+    "sort": "Cycles in which a population was collected and sorted",
+    "wavefront": "Cycles of scans, wavefronts and routes",
+}
+_COUNTERS = {
+    Counter.CYCLES: "Cycles",
+    Counter.RECEIVE: "Cycles in which a frame came in or a command was parsed",
+    Counter.CROSSOVER: "Cycles of crossover",
+    Counter.MUTATION: "Cycles of mutation",
+    Counter.UPDATE: "Cycles of population updates",
+    Counter.TRANSMIT: "Cycles in which a reply was made or sent",
+    Counter.LONGEST: "Cycles of the longest generation since the latest START",
+    Counter.GENERATIONS: "Generations, runs included",
+    Counter.REFUSED_MUTATIONS: "Mutations that a limit on the path's length forbade",
+    Counter.BYTES_RECEIVED: "Bytes received, delimiters and damaged frames included",
+    Counter.BYTES_SENT: "Bytes sent before this reply",
+    Counter.FEASIBILITY: "Cycles of the collision checker",
+    Counter.CELLS: "Cells checked, of each path up to its first hit",
+    Counter.READS: "Addresses that the checker gave to the map's memory",
+    Counter.PATHS: "Paths checked",
+    Counter.REDRAWN: "New waypoints drawn again because they lay in the ground",
+    Counter.LEFT_OUT: "Mutations left out because every draw lay in the ground",
+}
+
+
 def start_request(config: Config) -> Layout:
     """Return the seed of the random source, and the limits and treatment of new waypoints.
 
@@ -46,82 +76,131 @@ def start_request(config: Config) -> Layout:
     ground, the mutation is left out.
     """
     return Layout(
-        (("seed", SEED_BITS), ("x", 16), ("y", 16), ("altitude", 16), ("avoid_ground", 1))
+        (
+            Field("seed", SEED_BITS, "any", "Seed of the random source"),
+            Field("x", 16, "0 … map_size − 1", "Highest x of a new waypoint"),
+            Field("y", 16, "0 … map_size − 1", "Highest y of a new waypoint"),
+            Field("altitude", 16, "0 … blocked − 1", "Highest altitude of a new waypoint"),
+            Field("avoid_ground", 1, "0; 1 with a checker", "Draw a waypoint in the ground again"),
+        )
     )
 
 
 def write_request(config: Config) -> Layout:
     """Return the first slot; the waypoints of one or more paths follow."""
-    return Layout((("slot", 8),))
+    return Layout((Field("slot", 8, _SLOTS, "First slot"),))
 
 
 def read_request(config: Config) -> Layout:
     """Return the first slot and the number of slots, 1 or more."""
-    return Layout((("slot", 8), ("count", 8)))
+    return Layout(
+        (
+            Field("slot", 8, _SLOTS, "First slot"),
+            Field("count", 8, "1 … population − slot", "Slots"),
+        )
+    )
 
 
 def generate_request(config: Config, mode: LinkMode) -> Layout:
     """Return the link mode and, in all modes but POPULATION, the slots from best to worst."""
-    order = () if mode is LinkMode.POPULATION else numbered("slot", config.population, 8)
-    return Layout((("mode", 8), *order))
+    order = (
+        ()
+        if mode is LinkMode.POPULATION
+        else numbered(
+            "slot",
+            config.population,
+            8,
+            _SLOTS,
+            "Slots from the best path to the worst: each exactly once",
+        )
+    )
+    return Layout((Field("mode", 8, "link mode", "Form of request and reply"), *order))
 
 
 def map_request(config: Config) -> Layout:
     """Return the south-western cell and the size of a rectangle; its cells follow by rows."""
-    return Layout((("x", 16), ("y", 16), ("width", 16), ("height", 16)))
+    return Layout(
+        (
+            Field("x", 16, "0 … map_size − 1", "Westernmost column"),
+            Field("y", 16, "0 … map_size − 1", "Southernmost row"),
+            Field("width", 16, "1 … map_size − x", "Columns"),
+            Field("height", 16, "1 … map_size − y", "Rows"),
+        )
+    )
 
 
 def check_request(config: Config) -> Layout:
     """Return the :class:`CheckFlag`; the points follow, 2 to ``max_waypoints + 2`` of them."""
-    return Layout((("flags", 8),))
+    return Layout((Field("flags", 8, "0 … 3", "Check flags"),))
 
 
 def check_paths_request(config: Config) -> Layout:
     """Return the slots to check, :class:`CheckFlag`, and the two ends that all paths share."""
     return Layout(
         (
-            ("slot", 8),
-            ("count", 8),
-            ("flags", 8),
-            ("start", config.waypoint_bits),
-            ("goal", config.waypoint_bits),
+            Field("slot", 8, _SLOTS, "First slot"),
+            Field("count", 8, "1 … population − slot", "Slots"),
+            Field("flags", 8, "0 … 3", "Check flags"),
+            Field(
+                "start",
+                config.waypoint_bits,
+                "a waypoint",
+                "First point of every path",
+                "waypoint_bits",
+            ),
+            Field(
+                "goal",
+                config.waypoint_bits,
+                "a waypoint",
+                "Last point of every path",
+                "waypoint_bits",
+            ),
         )
     )
 
 
 def results_request(config: Config) -> Layout:
     """Return the first path, 0 for the first of the latest check, and the number of paths."""
-    return Layout((("path", 8), ("count", 8)))
+    return Layout(
+        (
+            Field("path", 8, "0 … paths − 1", "First path of the latest check"),
+            Field("count", 8, "1 … paths − path", "Paths"),
+        )
+    )
 
 
 def info_reply(config: Config) -> Layout:
     """Return version and build, whose place never changes, the session, then the configuration."""
     return Layout(
         (
-            ("version", 8),
-            ("build_id", 32),
-            ("session", 8),
-            ("population", 16),
-            ("children", 8),
-            ("elites", 8),
-            ("survivors", 8),
-            ("perturbs", 8),
-            ("inserts", 8),
-            ("deletes", 8),
-            ("max_waypoints", 8),
-            ("map_size", 16),
-            ("coarse_factor", 16),
-            ("altitude_bits", 8),
-            ("box_percent", 8),
-            ("rank_survivors", 8),
-            ("clock_hz", 32),
-            ("clocks_per_bit", 16),
-            ("receive_buffer", 16),
-            ("core", 8),
-            ("checker", 8),
-            ("lanes", 8),
-            ("memory_latency", 8),
-            ("redraws", 8),
+            Field("version", 8, "1 … 255", "Version of the protocol"),
+            Field("build_id", 32, "any", "Fingerprint of the configuration; a host may ignore it"),
+            Field("session", 8, "0 … 255", "The open session"),
+            Field("population", 16, "power of two, 4 … 256", "Slots"),
+            Field("children", 8, "even, 4 or more", "Paths bred in each generation"),
+            Field("elites", 8, "1 or more", "Best paths that are always kept"),
+            Field("survivors", 8, "1 or more", "Other paths that are kept, drawn at random"),
+            Field("perturbs", 8, "1 or more", "Mutators that move a waypoint"),
+            Field("inserts", 8, "1 or more", "Mutators that insert a waypoint"),
+            Field("deletes", 8, "1 or more", "Mutators that delete a waypoint"),
+            Field(
+                "max_waypoints", 8, "3 … 64", "Waypoints of the longest path; the shortest has 2"
+            ),
+            Field("map_size", 16, "power of two, 8 … 4096", "Cells along each edge of the map"),
+            Field("coarse_factor", 16, "power of two", "Cells along the edge of a coarse cell"),
+            Field("altitude_bits", 8, "4 … 16", "Width of an altitude"),
+            Field(
+                "box_percent", 8, "1 … 100", "Edge of the mutation box, percent of the map's edge"
+            ),
+            Field("rank_survivors", 8, "0, 1", "1: survivors are drawn by rank; 0: uniformly"),
+            Field("clock_hz", 32, "1 or more", "Clock of the chip, hertz"),
+            Field("clocks_per_bit", 16, "4 … 65535", "Cycles of a bit on the line"),
+            Field("receive_buffer", 16, "power of two, 256 … 32768", "Credit in bytes, see above"),
+            Field("core", 8, "0, 1, 2", "Genetic core: 0 none, 1 paper, 2 planner"),
+            Field("checker", 8, "see below", "Build of the collision checker"),
+            Field("lanes", 8, "1, 2, 4, 8, 16", "Cells checked in a cycle"),
+            Field("memory_latency", 8, "1, 2", "Cycles from an address of the map to its data"),
+            Field("redraws", 8, "0 … 7", "Further draws of a new waypoint that lies in the ground"),
         )
     )
 
@@ -171,14 +250,26 @@ def status_reply(config: Config) -> Layout:
     :data:`pathgene.hdl.protocol.planner.VALUE_BITS`; and cycles of its units. ``generation`` counts
     those of the run. Fields are consistent in themselves, and final where ``running`` is 0.
     """
-    latest = (("crossover", 16), ("mutation", 16), ("update", 16))
-    run = (("running", 8), ("cycles", 32), ("key", 32), *((unit, 32) for unit in UNITS))
+    latest = (
+        Field("crossover", 16, "cycles", "Crossover of the latest generation"),
+        Field("mutation", 16, "cycles", "Mutation of the latest generation"),
+        Field("update", 16, "cycles", "Population update of the latest generation"),
+    )
+    run = (
+        Field("running", 8, "0, 1", "1: the run is not over"),
+        Field("cycles", 32, "modulo 2³²", "Cycles of the latest run"),
+        Field("key", 32, "a key", "Key of the best path, class 3 if there is none"),
+        *(Field(unit, 32, "modulo 2³²", _UNITS[unit]) for unit in UNITS),
+    )
+    generations = "Generations of the latest run, of all islands"
+    if not config.planner_core:
+        generations = "Generations since START"
     return Layout(
         (
-            ("state", 8),
-            ("history", 32),
-            ("errors", 8),
-            ("generation", 32),
+            Field("state", 8, "a state", "State of the chip: always TRANSMIT, since it replies"),
+            Field("history", 32, "8 states", "Latest eight states, 4 bits each, the latest lowest"),
+            Field("errors", 8, "sticky errors", "Errors since reset or CLEAR"),
+            Field("generation", 32, "modulo 2³²", generations),
             *(run if config.planner_core else latest),
         )
     )
@@ -190,12 +281,21 @@ def counters_reply(config: Config) -> Layout:
     Each counter is consistent in itself; counters that run while the answer is made are read some
     cycles apart. The bytes sent do not include this answer.
     """
-    return Layout(tuple((counter.value, COUNTER_BITS) for counter in Counter))
+    return Layout(
+        tuple(
+            Field(counter.value, COUNTER_BITS, "modulo 2⁴⁸", _COUNTERS[counter])
+            for counter in Counter
+        )
+    )
 
 
 def survivors_reply(config: Config) -> Layout:
     """Return the survivors' former slots, which precede the children in :data:`LinkMode.RANK`."""
-    return Layout(numbered("survivor", config.survivors, 8))
+    return Layout(
+        numbered(
+            "survivor", config.survivors, 8, _SLOTS, "Slot of a survivor before this generation"
+        )
+    )
 
 
 def recipe_reply(config: Config) -> Layout:
@@ -208,29 +308,73 @@ def recipe_reply(config: Config) -> Layout:
     mutations: list[tuple[str, int]] = []
     for i in range(config.mutators):
         mutations += [
-            (f"applied_{i}", 1),
-            (f"child_{i}", config.child_bits),
-            (f"index_{i}", config.index_bits),
+            Field(f"applied_{i}", 1, "0, 1", "1: the mutation was applied"),
+            Field(
+                f"child_{i}",
+                config.child_bits,
+                "0 … children − 1",
+                "Child of the mutator",
+                "child_bits",
+            ),
+            Field(
+                f"index_{i}",
+                config.index_bits,
+                "0 … max_waypoints − 1",
+                "Waypoint of that child",
+                "index_bits",
+            ),
         ]
     return Layout(
         (
-            *numbered("parent", config.crossovers, config.slot_bits),
-            *numbered("survivor", config.survivors, config.slot_bits),
+            *numbered(
+                "parent",
+                config.crossovers,
+                config.slot_bits,
+                _SLOTS,
+                "Slot of a parent before this generation",
+                "slot_bits",
+            ),
+            *numbered(
+                "survivor",
+                config.survivors,
+                config.slot_bits,
+                _SLOTS,
+                "Slot of a survivor before this generation",
+                "slot_bits",
+            ),
             *mutations,
-            *numbered("waypoint", config.patches, config.waypoint_bits),
-            ("checksum", 32),
+            *numbered(
+                "waypoint",
+                config.patches,
+                config.waypoint_bits,
+                "a waypoint",
+                "New waypoint, without its last bit",
+                "waypoint_bits",
+            ),
+            Field("checksum", 32, "CRC-32", "The new population as READ of all slots returns it"),
         )
     )
 
 
 def check_reply(config: Config) -> Layout:
     """Return the totals of a check: cycles of the checker, reads of the map, cells checked."""
-    return Layout((("cycles", 32), ("reads", 32), ("cells", 32)))
+    return Layout(
+        (
+            Field("cycles", 32, "modulo 2³²", "Cycles of the checker"),
+            Field("reads", 32, "modulo 2³²", "Addresses given to the map's memory"),
+            Field("cells", 32, "modulo 2³²", "Cells checked, of each path up to its first hit"),
+        )
+    )
 
 
 def path_record(config: Config) -> Layout:
     """Return the collision flag of a path and the number of :func:`entry_record` in its result."""
-    return Layout((("collision", 1), ("entries", 7)))
+    return Layout(
+        (
+            Field("collision", 1, "0, 1", "1: the path collides, and a hit record follows"),
+            Field("entries", 7, "0 … 127", "Entry records that follow; 0 unless counting"),
+        )
+    )
 
 
 def hit_record(config: Config) -> Layout:
@@ -241,11 +385,35 @@ def hit_record(config: Config) -> Layout:
     """
     return Layout(
         (
-            ("segment", config.segment_bits),
-            ("coarse", 1),
-            ("x", config.coordinate_bits),
-            ("y", config.coordinate_bits),
-            ("cells", config.path_cells_bits),
+            Field(
+                "segment",
+                config.segment_bits,
+                "0 … max_waypoints",
+                "Segment, 0 the one from the path's first point",
+                "segment_bits",
+            ),
+            Field("coarse", 1, "0, 1", "1: x and y are a cell of the coarse map"),
+            Field(
+                "x",
+                config.coordinate_bits,
+                "0 … map_size − 1",
+                "Column of the first hit",
+                "coordinate_bits",
+            ),
+            Field(
+                "y",
+                config.coordinate_bits,
+                "0 … map_size − 1",
+                "Row of the first hit",
+                "coordinate_bits",
+            ),
+            Field(
+                "cells",
+                config.path_cells_bits,
+                "1 or more",
+                "Cells checked up to this one",
+                "path_cells_bits",
+            ),
         )
     )
 
@@ -254,8 +422,26 @@ def entry_record(config: Config) -> Layout:
     """Return the colliding cells of one segment: those of terrain, and blocked ones."""
     return Layout(
         (
-            ("segment", config.segment_bits),
-            ("terrain", config.segment_cells_bits),
-            ("nofly", config.segment_cells_bits),
+            Field(
+                "segment",
+                config.segment_bits,
+                "0 … max_waypoints",
+                "Segment, 0 the one from the path's first point",
+                "segment_bits",
+            ),
+            Field(
+                "terrain",
+                config.segment_cells_bits,
+                "0 … map_size",
+                "Its cells in terrain",
+                "segment_cells_bits",
+            ),
+            Field(
+                "nofly",
+                config.segment_cells_bits,
+                "0 … map_size",
+                "Its blocked cells",
+                "segment_cells_bits",
+            ),
         )
     )

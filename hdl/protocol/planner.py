@@ -10,7 +10,7 @@ import enum
 from dataclasses import dataclass
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol.layout import Layout
+from pathgene.hdl.protocol.layout import Field, Layout
 
 
 __all__ = [
@@ -305,17 +305,28 @@ class NoFlyShape:
 def no_fly_request(config: Config) -> Layout:
     """Return the layout of a :class:`NoFlyShape`."""
     bits = config.coordinate_bits
-    edges = (
-        (f"{name}_{i}", width)
+    edges = [
+        (
+            Field(
+                f"at_{i}",
+                bits + EDGE_BITS + 1,
+                "two's complement",
+                "Value of an edge at the first corner",
+            ),
+            Field(f"east_{i}", EDGE_BITS, "two's complement", "Its gain per corner eastwards"),
+            Field(f"north_{i}", EDGE_BITS, "two's complement", "The same northwards"),
+        )
         for i in range(EDGES)
-        for name, width in zip(_EDGE, (bits + EDGE_BITS + 1, EDGE_BITS, EDGE_BITS), strict=True)
-    )
+    ]
     return Layout(
         (
-            *((name, bits) for name in ("first_x", "first_y", "last_x", "last_y")),
-            ("bend_x", BEND_BITS),
-            ("bend_y", BEND_BITS),
-            *edges,
+            Field("first_x", bits, "0 … last_x", "First corner of the box", "coordinate_bits"),
+            Field("first_y", bits, "0 … last_y", "The same northwards", "coordinate_bits"),
+            Field("last_x", bits, "0 … map_size − 1", "Last corner of the box", "coordinate_bits"),
+            Field("last_y", bits, "0 … map_size − 1", "The same northwards", "coordinate_bits"),
+            Field("bend_x", BEND_BITS, "any", "Bend of edge 0 eastwards"),
+            Field("bend_y", BEND_BITS, "any", "The same northwards"),
+            *(field for edge in edges for field in edge),
         )
     )
 
@@ -325,32 +336,74 @@ def problem_request(config: Config) -> Layout:
     position = config.coordinate_bits + POSITION_FRACTION
     altitude = config.altitude_bits + ALTITUDE_FRACTION
 
-    def place(end: str) -> tuple[tuple[str, int], ...]:
-        return (f"{end}_x", position), (f"{end}_y", position), (f"{end}_altitude", altitude)
-
     return Layout(
         (
-            *place("start"),
-            *place("goal"),
-            ("x_limit", config.coordinate_bits),
-            ("y_limit", config.coordinate_bits),
-            ("altitude_limit", config.altitude_bits),
-            ("x_scale", SCALE_FRACTION + 1),
-            ("y_scale", SCALE_FRACTION + 1),
-            ("rise", RISE_BITS),
-            ("climb", SLOPE_BITS),
-            ("descent", SLOPE_BITS),
-            ("radius", RADIUS_BITS),
-            ("base", BASE_BITS),
-            ("drag", DRAG_FRACTION),
-            ("fuel", FUEL_BITS),
-            ("fuel_shift", 5),
-            ("key_shift", 6),
-            ("block_shift", 4),
-            ("has_entry", 1),
-            *place("entry"),
-            ("has_exit", 1),
-            *place("exit"),
+            Field("start_x", position, "any", "Start, 1/256 of a cell from the first corner"),
+            Field("start_y", position, "any", "The same northwards"),
+            Field("start_altitude", altitude, "any", "Start, 1/16 of a step"),
+            Field("goal_x", position, "any", "Goal"),
+            Field("goal_y", position, "any", "The same northwards"),
+            Field("goal_altitude", altitude, "any", "Goal, 1/16 of a step"),
+            Field(
+                "x_limit",
+                config.coordinate_bits,
+                "0 … map_size − 1",
+                "Highest x of a waypoint",
+                "coordinate_bits",
+            ),
+            Field(
+                "y_limit",
+                config.coordinate_bits,
+                "0 … map_size − 1",
+                "Highest y of a waypoint",
+                "coordinate_bits",
+            ),
+            Field(
+                "altitude_limit",
+                config.altitude_bits,
+                "0 … blocked − 1",
+                "Highest altitude of a waypoint",
+                "altitude_bits",
+            ),
+            Field(
+                "x_scale",
+                SCALE_FRACTION + 1,
+                "0 … 2¹⁴",
+                "Side of a cell in x, 2⁻¹⁴ of the longer side",
+            ),
+            Field("y_scale", SCALE_FRACTION + 1, "0 … 2¹⁴", "Side of a cell in y"),
+            Field("rise", RISE_BITS, "any", "1/16 of a step in units of length, 2⁻¹⁶"),
+            Field(
+                "climb",
+                SLOPE_BITS,
+                "any",
+                "Steepest climb, 1/16 of a step per unit of length, 2⁻¹²",
+            ),
+            Field("descent", SLOPE_BITS, "any", "Steepest descent"),
+            Field("radius", RADIUS_BITS, "any", "Turning radius, units of length"),
+            Field("base", BASE_BITS, "two's complement", "Altitude of step 0, 1/32 of a step"),
+            Field("drag", DRAG_FRACTION, "any", "Drag of level flight, 2⁻¹⁶ of the weight"),
+            Field("fuel", FUEL_BITS, "any", "Weight of fuel in the cost"),
+            Field("fuel_shift", 5, "any", "Right shift of that weight"),
+            Field("key_shift", 6, "any", "Right shift of a cost that makes it a value"),
+            Field(
+                "block_shift",
+                4,
+                "0 … ⌈log₂ map_size⌉ − 5, or 0",
+                "Corners of a block, as a power of two",
+            ),
+            Field(
+                "has_entry", 1, "0, 1", "1: the heading at the start is fixed by a point before it"
+            ),
+            Field("entry_x", position, "any", "That point, which counts in the score alone"),
+            Field("entry_y", position, "any", "The same northwards"),
+            Field("entry_altitude", altitude, "any", "1/16 of a step"),
+            Field(
+                "has_exit", 1, "0, 1", "1: the heading at the goal is fixed by a point beyond it"
+            ),
+            Field("exit_x", position, "any", "That point"),
+            Field("exit_y", position, "any", "The same northwards"),
+            Field("exit_altitude", altitude, "any", "1/16 of a step"),
         )
     )
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol.layout import Layout, numbered
+from pathgene.hdl.protocol.layout import Field, Layout, numbered
 from pathgene.hdl.protocol.paths import pack_paths, unpack_paths
 from pathgene.hdl.protocol.planner import MEMO_ROWS, VALUE_BITS, PathClass
 from pathgene.hdl.protocol.random_words import SEED_BITS
@@ -209,18 +209,29 @@ def run_request(config: Config) -> Layout:
     """
     return Layout(
         (
-            ("seed", SEED_BITS),
-            ("cycles", 32),
-            ("generations", 32),
-            ("give_up_rank", 8),
-            ("seeds", 16),
-            ("lifts", 3),
-            ("share", 5),
-            ("warm", 1),
-            ("islands", 2),
-            ("until_feasible", 1),
-            *numbered("slope", ISLANDS, SLOPE_BITS),
-            ("paths", 4),
+            Field("seed", SEED_BITS, "any", "Seed of the random source"),
+            Field("cycles", 32, "any", "The run ends with the generation that reaches them"),
+            Field("generations", 32, "any", "Or these, of all islands together"),
+            Field(
+                "give_up_rank",
+                8,
+                "0 … population − 1",
+                "A child not cheaper than this rank is not walked",
+            ),
+            Field("seeds", 16, "population or more", "Paths seeded along each route"),
+            Field("lifts", 3, "0 … 4", "Passes that raise a first population out of the ground"),
+            Field("share", 5, "0 … 16", "Sixteenths of the time that two islands have together"),
+            Field("warm", 1, "0, 1", "1: the population of the run before is the first island"),
+            Field("islands", 2, "1, 2; 0, 1 if warm", "Islands of fresh seeds"),
+            Field("until_feasible", 1, "0, 1", "1: the generations wait for a feasible path"),
+            *numbered(
+                "slope",
+                ISLANDS,
+                SLOPE_BITS,
+                "0 … 15",
+                "Steepest slope of each, in halves of the climb limit; 0 any",
+            ),
+            Field("paths", 4, "1 … 8", "Maximum number of paths that BEST returns"),
         )
     )
 

@@ -9,9 +9,9 @@ from pathgene.hdl.config import GeneticCore
 from pathgene.host.compare.entrants import parse_entrants
 from pathgene.host.device.boards import entered, known_config, open_board, with_core
 from pathgene.host.errors import InputError
-from pathgene.host.mission.keys import keys_of
 from pathgene.host.old_words import current_engine, current_setting, current_top, current_url
-from pathgene.host.planners.arguments import own_options
+from pathgene.host.options.arguments import own_options
+from pathgene.host.options.table import keys_of
 
 
 def note(old, new):

@@ -4,15 +4,23 @@ from __future__ import annotations
 
 import enum
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from pathgene.hdl.config import CheckerBuild, Config
-from pathgene.hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, Command, frame_crc, info_values
+from pathgene.hdl.protocol import (
+    BODY_HEADER_BYTES,
+    CRC_BYTES,
+    Command,
+    Layout,
+    frame_crc,
+    info_values,
+)
+from pathgene.hdl.protocol.layout import Field
 from tools.protocol_page.frames import DEFAULT, PLANNER, SMALL
 from tools.protocol_page.segments import Segment, split_reply, split_request, waypoint_layout
-from tools.protocol_page.texts import CODES, COMMANDS, MESSAGES, Field
+from tools.protocol_page.texts import CODES, COMMANDS, MESSAGES
 
 
 __all__ = ["protocol_page"]
@@ -132,28 +140,27 @@ def _size_table() -> str:
 
 def _layout_table(name: str) -> str:
     """Return the table of one message, for the default chip."""
-    layout_of, texts = MESSAGES[name]
+    layout_of = MESSAGES[name]
     for config in (DEFAULT, SMALL):
-        _check_texts(config, name, layout_of(config).fields, texts)
-    places: dict[str, list[tuple[int, int]]] = {}
+        _check_widths(config, name, _fields_of(name, layout_of(config)))
+    places: dict[str, list[tuple[int, Field]]] = {}
     at = 0
-    for field, width in layout_of(DEFAULT).fields:
-        places.setdefault(_base(field, texts), []).append((at, width))
-        at += width
+    for field in _fields_of(name, layout_of(DEFAULT)):
+        places.setdefault(field.base, []).append((at, field))
+        at += field[1]
     in_bytes = all(bit % 8 == 0 for found in places.values() for bit, _ in found)
     rows = []
-    for field, found in places.items():
-        text = texts[field]
-        first, width = found[0]
+    for base, found in places.items():
+        first, field = found[0]
         unit = 8 if in_bytes else 1
-        offset, title = str(first // unit), f"`{field}`"
+        offset, title = str(first // unit), f"`{base}`"
         if len(found) > 1:
             step = (found[1][0] - first) // unit
             stride = "i" if step == 1 else f"{step}·i"
             offset = f"{offset} + {stride}" if first else stride
-            title = f"`{field}_i`, i = 0 … {len(found) - 1}"
-        size = f"{width} (`{text.width}`)" if text.width else str(width)
-        rows.append((offset, size, title, text.values, text.meaning))
+            title = f"`{base}_i`, i = 0 … {len(found) - 1}"
+        size = f"{field[1]} (`{field.size}`)" if field.size else str(field[1])
+        rows.append((offset, size, title, field.values, field.meaning))
     total = layout_of(DEFAULT)
     same = total.size == layout_of(SMALL).size
     size = f"{total.size} byte{'s' * (total.size != 1)}{'' if same else ' on the default chip'}"
@@ -161,23 +168,18 @@ def _layout_table(name: str) -> str:
     return f"{size}:\n\n{_table(head, rows)}"
 
 
-def _base(field: str, texts: Mapping[str, Field]) -> str:
-    return field if field in texts else field.rpartition("_")[0]
+def _fields_of(name: str, layout: Layout) -> list[Field]:
+    """Return the fields of a message, each of which has a text."""
+    bare = [field[0] for field in layout.fields if not isinstance(field, Field)]
+    if bare:
+        raise ValueError(f"Fields of {name} must have texts, unlike {', '.join(bare)}")
+    return [field for field in layout.fields if isinstance(field, Field)]
 
 
-def _check_texts(
-    config: Config,
-    name: str,
-    fields: Sequence[tuple[str, int]],
-    texts: Mapping[str, Field],
-) -> None:
-    bases = [_base(field, texts) for field, _ in fields]
-    if list(dict.fromkeys(bases)) != list(texts):
-        raise ValueError(f"Texts of {name} must be those of its fields, {bases}")
-    for base, (_, width) in zip(bases, fields, strict=True):
-        symbol = texts[base].width
-        if symbol is not None and getattr(config, symbol) != width:
-            raise ValueError(f"Width of {name}.{base} must be {symbol}, not {width}")
+def _check_widths(config: Config, name: str, fields: Sequence[Field]) -> None:
+    for field in fields:
+        if field.size is not None and getattr(config, field.size) != field[1]:
+            raise ValueError(f"Width of {name}.{field.base} must be {field.size}, not {field[1]}")
 
 
 def _example(config: Config, exchange: dict[str, Any]) -> str:

@@ -29,6 +29,7 @@ from pathgene.hdl.protocol import (
     survivors_reply,
     write_request,
 )
+from pathgene.hdl.protocol.layout import Field
 from pathgene.hdl.protocol.planner import no_fly_request, problem_request
 from pathgene.hdl.protocol.runs import run_request
 
@@ -83,10 +84,28 @@ def waypoint_layout(config: Config) -> Layout:
     """Return the fields of a waypoint as :func:`pathgene.hdl.protocol.pack_paths` packs them."""
     return Layout(
         (
-            ("x", config.coordinate_bits),
-            ("y", config.coordinate_bits),
-            ("altitude", config.altitude_bits),
-            ("last", 1),
+            Field(
+                "x",
+                config.coordinate_bits,
+                "0 … map_size − 1",
+                "Column of the map, from the west",
+                "coordinate_bits",
+            ),
+            Field(
+                "y",
+                config.coordinate_bits,
+                "0 … map_size − 1",
+                "Row of the map, from the south",
+                "coordinate_bits",
+            ),
+            Field(
+                "altitude",
+                config.altitude_bits,
+                "0 … blocked − 1",
+                "Altitude step",
+                "altitude_bits",
+            ),
+            Field("last", 1, "0, 1", "1 ends the path"),
         )
     )
 

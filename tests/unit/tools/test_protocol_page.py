@@ -7,8 +7,10 @@ import pytest
 from pathgene.hdl.config import Config
 from pathgene.hdl.protocol import Command, Status, StickyError
 from pathgene.hdl.protocol.codec import FrameError, decode_frame, encode_frame
+from pathgene.hdl.protocol.layout import Field, Layout, numbered
 from pathgene.hdl.protocol.planner import VALUE_BITS
 from pathgene.sim.model.chip import Chip
+from tools.protocol_page import page
 from tools.protocol_page.files import FRAMES, contents
 from tools.protocol_page.segments import split_reply, split_request
 
@@ -94,3 +96,37 @@ def test_a_payload_without_a_layout_is_no_payload_of_the_page():
         split_request(config, Command.OPEN, b"1")
     with pytest.raises(ValueError, match=r"^The reply OPEN has a payload, of which no layout is"):
         split_reply(config, Command.OPEN, b"", b"1")
+
+
+def layout_table(monkeypatch, layout):
+    """Return the lines of the page's table of a new message."""
+    monkeypatch.setitem(page.MESSAGES, "new_request", lambda config: layout)
+    return page._layout_table("new_request").splitlines()
+
+
+def test_a_new_message_has_its_table_from_its_fields(monkeypatch):
+    """The fields of the recipe "Add a message" are all that a table needs."""
+    slots = numbered("slot", 3, 8, "any", "Slots to move")
+    assert layout_table(monkeypatch, Layout((Field("mode", 8, "0, 1", "1: move"), *slots))) == [
+        "4 bytes:",
+        "",
+        "| Byte | Bits | Field | Values | Meaning |",
+        "| --- | --- | --- | --- | --- |",
+        "| 0 | 8 | `mode` | 0, 1 | 1: move |",
+        "| 1 + i | 8 | `slot_i`, i = 0 … 2 | any | Slots to move |",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("field", "sentence"),
+    [
+        (("mode", 8), r"^Fields of new_request must have texts, unlike mode$"),
+        (
+            Field("x", 7, "any", "Column", "altitude_bits"),
+            r"^Width of new_request\.x must be altitude_bits, not 7$",
+        ),
+    ],
+)
+def test_a_field_without_a_text_or_of_another_width_is_refused(monkeypatch, field, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        layout_table(monkeypatch, Layout((field,)))

@@ -6,9 +6,7 @@ With the paper's samples, even in the spline's parameter, and with samples that 
 from __future__ import annotations
 
 import itertools
-import sys
 from collections.abc import Iterable, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from math import ceil
 from textwrap import wrap
@@ -18,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import differential_evolution
 
+from bench.campaign import measure
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from pathgene.host.auv.field import ENDS, PAPER_SAMPLES, AuvField, Base, delta
@@ -156,18 +155,17 @@ def run(options: BenchOptions) -> Report:
         for samples, landscape, draws in itertools.product(_SAMPLES, LANDSCAPES, KINDS)
         for planner, reading in _PLANNERS
     ]
-    outcomes: dict[_Case, list[_Outcome]] = {}
-    with ProcessPoolExecutor() as pool:
-        for case in cases:
-            outcomes[case] = list(
-                pool.map(_planned, itertools.repeat(case), range(options.trials), chunksize=5)
-            )
-            report.rows += _rows(case, outcomes[case])
-            print(f"cheng-table4: {case} done", file=sys.stderr, flush=True)
-        direct = {
-            (samples, landscape): _optimized(pool, samples, landscape, outcomes, options.trials)
-            for samples, landscape in itertools.product(_SAMPLES, LANDSCAPES)
-        }
+    tasks = list(itertools.product(cases, range(options.trials)))
+    planned = measure("cheng-table4", tasks, _planned, name=lambda task: str(task[0]))
+    outcomes: dict[_Case, list[_Outcome]] = {case: [] for case in cases}
+    for (case, _), outcome in zip(tasks, planned, strict=True):
+        outcomes[case].append(outcome)
+    for case in cases:
+        report.rows += _rows(case, outcomes[case])
+    direct = {
+        (samples, landscape): _optimized(samples, landscape, outcomes, options.trials)
+        for samples, landscape in itertools.product(_SAMPLES, LANDSCAPES)
+    }
     report.notes = [
         "PL, ER, MT: path length, elevation rate, minimum turn in degrees. Draws uniform is the",
         "paper's; the paper's delta is equation (3) of its columns. Sum: the mean delta shown is",
@@ -297,7 +295,6 @@ def optimize(
 
 
 def _optimized(
-    pool: ProcessPoolExecutor,
     samples: int | None,
     landscape: int,
     outcomes: dict[_Case, list[_Outcome]],
@@ -309,16 +306,16 @@ def _optimized(
     budget = int(_TIMES_EVALUATIONS * used)
     seeds = range(ceil(runs / _RUNS_PER_OPTIMIZATION[samples]))
     sizes = range(FEWEST_CONTROL_POINTS, MOST_CONTROL_POINTS + 1)
-    jobs = {
-        points: [pool.submit(optimize, landscape, points, budget, seed, samples) for seed in seeds]
-        for points in sizes
-    }
-    found = {points: [job.result() for job in submitted] for points, submitted in jobs.items()}
-    print(
-        f"cheng-table4: direct optimizer, {_name(samples)}, landscape {landscape} done",
-        file=sys.stderr,
-        flush=True,
+    tasks = [(landscape, points, budget, seed, samples) for points in sizes for seed in seeds]
+    deltas = measure(
+        "cheng-table4",
+        tasks,
+        optimize,
+        name=lambda _: f"direct optimizer, {_name(samples)}, landscape {landscape}",
     )
+    found: dict[int, list[float]] = {points: [] for points in sizes}
+    for (_, points, *_), value in zip(tasks, deltas, strict=True):
+        found[points].append(value)
     return found
 
 

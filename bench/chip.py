@@ -7,11 +7,11 @@ import math
 import sys
 import time
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from statistics import mean
 from typing import Any
 
+from bench.campaign import measure
 from bench.chip_runs import (
     BOARD_CHIP,
     BOARD_URL,
@@ -28,7 +28,6 @@ from bench.scenarios import SYNTHETIC, UNTUNED, missing, problem
 from pathgene.hdl.config import Config
 from pathgene.hdl.protocol.codes import UNITS
 from pathgene.hdl.protocol.runs import RunOptions
-from pathgene.host.cores import available_cores
 from pathgene.host.errors import InputError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners import PLANNERS, make
@@ -145,16 +144,25 @@ def _measured(name: str, table: Table, seeds: int) -> _Measured:
         ]
         measured[title] = _by_terrain(run_all(tasks), seeds)
         print(f"chip: {name}, {title} done", file=sys.stderr, flush=True)
-    with ProcessPoolExecutor(available_cores(), initializer=_compile) as pool:
-        for title, other in table.others().items():
-            own = min(seeds, other.seeds)
-            plans = [
-                (title, terrain, table.clearance_m, seed)
-                for terrain in table.terrains()
-                for seed in range(own)
-            ]
-            measured[title] = _by_terrain(list(pool.map(_plan, plans)), own)
-            print(f"chip: {name}, {title} done", file=sys.stderr, flush=True)
+    own = {title: min(seeds, other.seeds) for title, other in table.others().items()}
+    plans = [
+        (title, terrain, table.clearance_m, seed)
+        for title in own
+        for terrain in table.terrains()
+        for seed in range(own[title])
+    ]
+    outcomes = measure(
+        "chip",
+        [(plan,) for plan in plans],
+        _plan,
+        name=lambda task: f"{name}, {task[0][0]}",
+        prepare=_compile,
+    )
+    for title, count in own.items():
+        of_title = [
+            outcome for plan, outcome in zip(plans, outcomes, strict=True) if plan[0] == title
+        ]
+        measured[title] = _by_terrain(of_title, count)
     return measured
 
 

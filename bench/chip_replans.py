@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import sys
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from itertools import chain
 from statistics import mean
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.campaign import measure
 from bench.chip_runs import BOARD_URL, terrains
 from bench.report import Options, Report
 from bench.scenarios import missing, problem
-from pathgene.host.cores import available_cores
 from pathgene.host.device.boards import open_board
 from pathgene.host.device.chip import Chip
 from pathgene.host.errors import InputError
@@ -154,11 +153,13 @@ def run(options: Options) -> Report:
         for setting in dict.fromkeys(row.setting for row in rows.values())
         for terrain in terrains()
     ]
-    cases: list[Case] = []
-    with ProcessPoolExecutor(available_cores()) as pool:
-        for task, found in zip(tasks, pool.map(_measure, tasks), strict=True):
-            cases += found
-            print(f"chip-replans: {task[0]}, {task[1]} done", file=sys.stderr, flush=True)
+    found = measure(
+        "chip-replans",
+        [(task,) for task in tasks],
+        _measure,
+        name=lambda task: f"{task[0][0]}, {task[0][1]}",
+    )
+    cases = list(chain.from_iterable(found))
     report = Report(
         f"Replanning on the chip: {count} scenarios of each terrain, 100 MHz, 8 lanes",
         (

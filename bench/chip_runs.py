@@ -5,10 +5,8 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-import multiprocessing
 import time
 from collections.abc import Iterable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import mean
@@ -18,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.altered import Alteration
+from bench.campaign import measure
 from bench.scenarios import SYNTHETIC, names, problem
 from pathgene.hdl.boards import find_board
 from pathgene.hdl.config import Config, GeneticCore
@@ -25,7 +24,6 @@ from pathgene.hdl.protocol.codes import UNITS
 from pathgene.hdl.protocol.planner import BLOCKS
 from pathgene.hdl.protocol.runs import Outcome as RunOutcome
 from pathgene.hdl.protocol.runs import RunOptions
-from pathgene.host.cores import available_cores
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners.base import choose
 from pathgene.host.planners.chip.problem_record import chip_ends, problem_record, whole_path
@@ -102,20 +100,23 @@ def terrains() -> list[str]:
 
 def run_all(tasks: Sequence[Task], alteration: Alteration | None = None) -> list[Outcome]:
     """Do all tasks, in as many processes as there are cores; with an altered definition, if any."""
+    runs = [(task,) for task in tasks]
+
+    def name(run: tuple[Task]) -> str:
+        return f"runs over {run[0].terrain}"
+
     if alteration is None:
-        with ProcessPoolExecutor(available_cores(), initializer=_compile) as pool:
-            return list(pool.map(_run, tasks))
-    # New processes have imported nothing yet.
-    with (
-        TemporaryDirectory() as folder,
-        ProcessPoolExecutor(
-            available_cores(),
-            multiprocessing.get_context("spawn"),
-            initializer=alteration.apply,
-            initargs=(Path(folder),),
-        ) as pool,
-    ):
-        return list(pool.map(_run, tasks))
+        return measure("chip", runs, _run, name=name, prepare=_compile)
+    with TemporaryDirectory() as folder:
+        return measure(
+            "chip",
+            runs,
+            _run,
+            name=name,
+            prepare=alteration.apply,
+            prepare_arguments=(Path(folder),),
+            spawned=True,
+        )
 
 
 def share(outcomes: Iterable[Outcome]) -> str:

@@ -2,7 +2,7 @@
 
 A row of a table is a map, an aircraft and a weather; all distinct feasible paths of all planners
 and seeds are flown, none is chosen. Results are kept by row and planner in ``docs/flights.json``
-(:class:`bench.kept.Kept`); ``docs/flight.md`` shows them.
+(:class:`bench.store.Store`); ``docs/flight.md`` shows them.
 """
 
 from __future__ import annotations
@@ -18,10 +18,11 @@ from statistics import mean
 from typing import Any
 
 from bench import pages
-from bench.kept import Kept, measure
+from bench.campaign import measure
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import SYNTHETIC, missing, names, problem
+from bench.store import Store
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.flight.fly import fly
@@ -181,13 +182,13 @@ def run(options: BenchOptions) -> Report:
         raise InputError(
             f"No row has {options.only!r} in its name; one is 'canyon silver-fox calm safe'."
         )
-    kept = Kept(STORE, *_SOURCES)
+    kept = Store(STORE, *_SOURCES)
     _measure_missing(kept, wanted, min(options.seeds, MOST_SEEDS))
     pages.keep("flight", _report(kept, rows()))
     return _report(kept, wanted)
 
 
-def _measure_missing(kept: Kept, wanted: list[Row], seeds: int) -> None:
+def _measure_missing(kept: Store, wanted: list[Row], seeds: int) -> None:
     """Measure the missing results, one planner of a row per core."""
     tasks = [
         (row, planner)
@@ -201,15 +202,20 @@ def _measure_missing(kept: Kept, wanted: list[Row], seeds: int) -> None:
         flush=True,
     )
 
-    def keep(task: tuple[Row, str, int], outcomes: list[Outcome]) -> str:
+    def keep(task: tuple[Row, str, int], outcomes: list[Outcome]) -> None:
         row, planner, _ = task
         kept.keep(row.name, planner, _worst(outcomes))
-        return f"{row.name}, {planner}"
 
-    measure("flight", [(*task, seeds) for task in tasks], _measure, keep)
+    measure(
+        "flight",
+        [(*task, seeds) for task in tasks],
+        _measure,
+        name=lambda task: f"{task[0].name}, {task[1]}",
+        keep=keep,
+    )
 
 
-def _report(kept: Kept, wanted: list[Row]) -> Report:
+def _report(kept: Store, wanted: list[Row]) -> Report:
     """Return the tables of rows by the rules and as paper, with those planners that are kept."""
     tables = []
     for as_paper in (False, True):

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-from concurrent.futures import ProcessPoolExecutor
 from statistics import mean
 from typing import Any
 
+from bench.campaign import measure
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import HELD_OUT, SYNTHETIC, problem
-from pathgene.host.cores import available_cores
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners import PLANNERS, make
 from pathgene.host.planners.base import Options
@@ -40,16 +39,23 @@ def run(options: BenchOptions) -> Report:
     """Plan every problem by every variant, as paper and with a clearance."""
     seeds = min(options.seeds, _MOST_SEEDS)
     reports = []
-    with ProcessPoolExecutor(available_cores(), initializer=_compile) as pool:
-        for title, clearance_m in _TABLES.items():
-            tasks = [
-                (name, clearance_m, variant, seed)
-                for name in HELD_OUT
-                for variant in VARIANTS
-                for seed in range(1 if variant == _YARDSTICK else seeds)
-            ]
-            found = dict(zip(tasks, pool.map(_fitness, tasks), strict=True))
-            reports.append(_table(title, clearance_m, found, seeds))
+    tasks = [
+        (name, clearance_m, variant, seed)
+        for clearance_m in _TABLES.values()
+        for name in HELD_OUT
+        for variant in VARIANTS
+        for seed in range(1 if variant == _YARDSTICK else seeds)
+    ]
+    fitness = measure(
+        "held-out",
+        [(task,) for task in tasks],
+        _fitness,
+        name=lambda task: f"{task[0][0]}, clearance {task[0][1]}",
+        prepare=_compile,
+    )
+    found = dict(zip(tasks, fitness, strict=True))
+    for title, clearance_m in _TABLES.items():
+        reports.append(_table(title, clearance_m, found, seeds))
     return dataclasses.replace(reports[0], further=reports[1:])
 
 

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import os
-import sys
 from collections import Counter
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import nullcontext
 from operator import itemgetter
 from statistics import mean
@@ -15,9 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.campaign import measure
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import missing, names, problem
+from pathgene.host.cores import available_cores
 from pathgene.host.device.boards import open_board
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners import make
@@ -58,40 +57,38 @@ def run(options: BenchOptions) -> Report:
     runs: dict[str, Any] = {}
     cases = [(name, "model:") for name in names()]
     cases += [(name, "sim:") for name in names()[:_SIMULATED]]
-    workers = min(os.cpu_count() or 1, options.seeds)
-    with ProcessPoolExecutor(workers) as pool:
-        for name, board in cases:
-            seeds = range(options.seeds)
-            ways: dict[str, list[Outcome]] = {}
-            for way in ("host", "board"):
-                where = board if way == "board" else "model:"
-                jobs = [
-                    pool.submit(_plans, name, where, way, seeds[first::workers])
-                    for first in range(workers)
-                ]
-                outcomes = [outcome for job in jobs for outcome in job.result()]
-                ways[way] = sorted(outcomes, key=itemgetter("seed"))
-            counted = [outcome["hardware"]["feasibility"] for outcome in ways["board"]]
-            report.rows.append(
-                (
-                    f"{name}, on {board}",
-                    *(_found(ways["host"])),
-                    *(_found(ways["board"])),
-                    sum(outcome["claimed"] for outcome in ways["board"]),
-                    *(
-                        sum(outcome["refuted"][cause] for outcome in ways["board"])
-                        for cause in CAUSES
-                    ),
-                    sum(
-                        outcome["fitness"] > 1 and not outcome["feasible"]
-                        for outcome in ways["board"]
-                    ),
-                    mean(own["host_samples_saved"] for own in counted),
-                    mean(own["cells"] for own in counted),
-                )
+    # A process plans several seeds on one board.
+    workers = min(available_cores(), options.seeds)
+    tasks = [
+        (name, board if way == "board" else "model:", way, range(first, options.seeds, workers))
+        for name, board in cases
+        for way in ("host", "board")
+        for first in range(workers)
+    ]
+    planned = iter(
+        measure("onboard", tasks, _plans, name=lambda task: f"{task[0]}, {task[2]}, {task[1]}")
+    )
+    for name, board in cases:
+        ways: dict[str, list[Outcome]] = {}
+        for way in ("host", "board"):
+            outcomes = [outcome for _ in range(workers) for outcome in next(planned)]
+            ways[way] = sorted(outcomes, key=itemgetter("seed"))
+        counted = [outcome["hardware"]["feasibility"] for outcome in ways["board"]]
+        report.rows.append(
+            (
+                f"{name}, on {board}",
+                *(_found(ways["host"])),
+                *(_found(ways["board"])),
+                sum(outcome["claimed"] for outcome in ways["board"]),
+                *(sum(outcome["refuted"][cause] for outcome in ways["board"]) for cause in CAUSES),
+                sum(
+                    outcome["fitness"] > 1 and not outcome["feasible"] for outcome in ways["board"]
+                ),
+                mean(own["host_samples_saved"] for own in counted),
+                mean(own["cells"] for own in counted),
             )
-            runs[f"{name} {board}"] = ways
-            print(f"onboard: {name} on {board} done", file=sys.stderr, flush=True)
+        )
+        runs[f"{name} {board}"] = ways
     report.notes = [
         "Scenarios and F as in BENCH=quality. Board: --feasibility board, so the chip counts the",
         "colliding cells of the straight path and its mutations reject points in the ground; every",

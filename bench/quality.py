@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from statistics import mean, stdev
 from typing import Any
 
 from scipy.stats import ttest_rel
 
+from bench.campaign import measure
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import SYNTHETIC, missing, names, problem
@@ -82,21 +81,26 @@ def run(options: BenchOptions) -> Report:
         for variant in VARIANTS
         if variant.name == _YARDSTICK or options.only in variant.name
     ]
+    tasks = [
+        (name, variant, seed)
+        for name in (*names(), *SYNTHETIC)
+        for variant in variants
+        for seed in range(options.seeds)
+    ]
+    outcomes = measure(
+        "quality",
+        tasks,
+        _plan,
+        name=lambda task: task[0],
+        prepare=_compile,
+        prepare_arguments=(variants,),
+    )
     runs: dict[str, dict[str, list[Outcome]]] = {}
-    with ProcessPoolExecutor(initializer=_compile, initargs=(variants,)) as pool:
-        for name in (*names(), *SYNTHETIC):
-            jobs = {
-                variant.name: [
-                    pool.submit(_plan, name, variant, seed) for seed in range(options.seeds)
-                ]
-                for variant in variants
-            }
-            runs[name] = {title: [job.result() for job in some] for title, some in jobs.items()}
-            yardstick = [outcome["fitness"] for outcome in runs[name][_YARDSTICK]]
-            report.rows += [
-                (name, title, *_row(outcomes, yardstick)) for title, outcomes in runs[name].items()
-            ]
-            print(f"quality: {name} done", file=sys.stderr, flush=True)
+    for (name, variant, _), outcome in zip(tasks, outcomes, strict=True):
+        runs.setdefault(name, {}).setdefault(variant.name, []).append(outcome)
+    for name, of_terrain in runs.items():
+        yardstick = [outcome["fitness"] for outcome in of_terrain[_YARDSTICK]]
+        report.rows += [(name, title, *_row(some, yardstick)) for title, some in of_terrain.items()]
     report.notes = [
         "Scenario: start and goal at 8 % and 92 % of both axes, 100 m above ground; two no-fly",
         "circles of 6 % of the straight line at 35 % and 65 % of it; voids filled. F of the path",

@@ -16,11 +16,12 @@ from pathlib import Path
 from typing import Any
 
 from bench import pages
-from bench.kept import Kept, measure
+from bench.campaign import measure
 from bench.replan_at_once import Question, is_there_a_path
 from bench.replan_report import report
 from bench.replan_scenarios import KINDS, draw_mission, draw_scenario
 from bench.report import Options, Report
+from bench.store import Store
 from pathgene.host.device.chip import Chip
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.evaluation import Evaluator
@@ -94,7 +95,7 @@ def run(options: Options) -> Report:
         raise InputError(f"No row has {options.only!r} in its name; there are {', '.join(ROWS)}.")
     count = SCENARIOS if options.seeds == Options.seeds else options.seeds
     _STORE.parent.mkdir(parents=True, exist_ok=True)
-    kept = Kept(_STORE, *_SOURCES)
+    kept = Store(_STORE, *_SOURCES)
     tasks = []
     for name, (_, _, every) in rows.items():
         numbers = [
@@ -109,13 +110,18 @@ def run(options: Options) -> Report:
     tasks.sort(key=lambda task: task[1][0])
     print(f"replan: {sum(len(task[1]) for task in tasks)} flights", file=sys.stderr, flush=True)
 
-    def keep(task: tuple[str, list[int]], results: list[Result]) -> str:
+    def keep(task: tuple[str, list[int]], results: list[Result]) -> None:
         name, numbers = task
         for number, result in zip(numbers, results, strict=True):
             kept.keep(name, str(number), result)
-        return f"{name}, {numbers[0]} to {numbers[-1]}"
 
-    measure("replan", tasks, fly_row, keep)
+    measure(
+        "replan",
+        tasks,
+        fly_row,
+        name=lambda task: f"{task[0]}, {task[1][0]} to {task[1][-1]}",
+        keep=keep,
+    )
     yardstick = _results(kept, YARDSTICK, count)
     if not options.only:
         results = {name: _results(kept, name, count) for name in ROWS}
@@ -259,12 +265,12 @@ class _Timed(Session):
         return super()._attempted(planner, departure)
 
 
-def _results(kept: Kept, name: str, count: int) -> dict[int, Result]:
+def _results(kept: Store, name: str, count: int) -> dict[int, Result]:
     found = {number: kept.get(name, str(number)) for number in range(count)}
     return {number: result for number, result in found.items() if result and result["flown"]}
 
 
-def _draw_worst(failed: Sequence[int], kept: Kept, count: int) -> None:
+def _draw_worst(failed: Sequence[int], kept: Store, count: int) -> None:
     """Draw the worst flights of the chip's model: failures, other losses, least clearances."""
     others = _results(kept, _CHIP, count)
     lowest = sorted(

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import os
-import sys
 from collections.abc import Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor
 from math import ceil
-from multiprocessing import get_context
 from typing import Any
 
 import numpy as np
 from scipy import stats
 
+from bench.campaign import measure
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import TABLE_4, missing, names_of, problem_at_one_cell
@@ -65,15 +62,12 @@ def run(
         ),
     )
     runs: dict[str, dict[str, list[Trial]]] = {}
-    # Spawned: a process that has had threads must not be forked.
-    with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as pool:
-        for name in names_of(TABLE_4):
-            trials = _trials(pool, name, options.trials, iterations, population)
-            hybrid = [trial["fitness"] for trial in trials["fpa-2opt"]]
-            for way in _WAYS:
-                report.rows.append(_row(name, way, trials[way], hybrid))
-            runs[name] = trials
-            print(f"roberge-table4: {name} done", file=sys.stderr, flush=True)
+    for name in names_of(TABLE_4):
+        trials = _trials(name, options.trials, iterations, population)
+        hybrid = [trial["fitness"] for trial in trials["fpa-2opt"]]
+        for way in _WAYS:
+            report.rows.append(_row(name, way, trials[way], hybrid))
+        runs[name] = trials
     for name, ways in PAPER.items():
         for way, (length, altitude, fuel, mean, deviation) in zip(
             ("fpa", "fpa-2opt"), ways, strict=True
@@ -106,29 +100,29 @@ def run(
     return report
 
 
-def _trials(
-    pool: Executor,
-    name: str,
-    count: int,
-    iterations: int,
-    population: int,
-) -> dict[str, list[Trial]]:
+def _trials(name: str, count: int, iterations: int, population: int) -> dict[str, list[Trial]]:
     """Return all trials of a map by variant."""
     seeds = range(count)
 
-    def plan(planner: str, lengths: Sequence[int]) -> list[Trial]:
-        return list(
-            pool.map(
-                _trial, [name] * count, [planner] * count, seeds, lengths, [population] * count
-            )
+    def plan(way: str, planner: str, lengths: Sequence[int]) -> list[Trial]:
+        return measure(
+            "roberge-table4",
+            [
+                (name, planner, seed, length, population)
+                for seed, length in zip(seeds, lengths, strict=True)
+            ],
+            _trial,
+            name=lambda _: f"{name}, {way}",
+            # A process that has had threads must not be forked.
+            spawned=True,
         )
 
-    hybrid = plan("fpa-2opt", [iterations] * count)
+    hybrid = plan("fpa-2opt", "fpa-2opt", [iterations] * count)
     # After the first population, an iteration without 2-opt has one candidate per solution.
     longer = [ceil(trial["candidates"] / population) - 1 for trial in hybrid]
     return {
-        "fpa": plan("fpa", [iterations] * count),
-        "fpa, equal evaluations": plan("fpa", longer),
+        "fpa": plan("fpa", "fpa", [iterations] * count),
+        "fpa, equal evaluations": plan("fpa, equal evaluations", "fpa", longer),
         "fpa-2opt": hybrid,
     }
 

@@ -1,7 +1,7 @@
 """Cost of safety: every planner as paper and with three clearances, over nine terrains.
 
 A row is a terrain, a planner and a set of rules. Results are kept in ``docs/safety.json``
-(:class:`bench.kept.Kept`); ``docs/results.md`` shows them.
+(:class:`bench.store.Store`); ``docs/results.md`` shows them.
 """
 
 from __future__ import annotations
@@ -16,10 +16,11 @@ from statistics import mean, median
 from typing import Any
 
 from bench import pages
-from bench.kept import Kept, measure
+from bench.campaign import measure
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import SYNTHETIC, missing, names, problem
+from bench.store import Store
 from pathgene.host.errors import InputError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners import PLANNERS, make
@@ -115,30 +116,35 @@ def run(options: BenchOptions) -> Report:
         raise InputError(
             f"No row has {options.only!r} in its name; one is 'canyon astar clearance 30 m'."
         )
-    kept = Kept(STORE, *_SOURCES)
+    kept = Store(STORE, *_SOURCES)
     _measure_missing(kept, wanted, min(options.seeds, MOST_SEEDS))
     pages.keep("safety", _report(_runs(kept, rows())))
     return _report(_runs(kept, wanted))
 
 
-def _runs(kept: Kept, wanted: Sequence[Row]) -> dict[Row, list[Outcome]]:
+def _runs(kept: Store, wanted: Sequence[Row]) -> dict[Row, list[Outcome]]:
     """Return the outcomes of the rows that are kept."""
     found = {row: kept.get(row.plan, row.rules) for row in wanted}
     return {row: result["outcomes"] for row, result in found.items() if result is not None}
 
 
-def _measure_missing(kept: Kept, wanted: Sequence[Row], seeds: int) -> None:
+def _measure_missing(kept: Store, wanted: Sequence[Row], seeds: int) -> None:
     """Measure and keep the rows of which results of a seed are missing, one a core."""
     runs = _runs(kept, wanted)
     lacking = [row for row in wanted if len(runs.get(row, ())) < seeds]
     print(f"safety: {len(lacking)} of {len(wanted)} rows to measure", file=sys.stderr, flush=True)
 
-    def keep(task: tuple[Row, int], outcomes: list[Outcome]) -> str:
+    def keep(task: tuple[Row, int], outcomes: list[Outcome]) -> None:
         row, _ = task
         kept.keep(row.plan, row.rules, {"outcomes": outcomes})
-        return row.name
 
-    measure("safety", [(row, seeds) for row in lacking], _plans, keep)
+    measure(
+        "safety",
+        [(row, seeds) for row in lacking],
+        _plans,
+        name=lambda task: task[0].name,
+        keep=keep,
+    )
 
 
 def _plans(row: Row, seeds: int) -> list[Outcome]:

@@ -7,14 +7,13 @@ counting all of them, and every result is compared with the software model's.
 from __future__ import annotations
 
 import itertools
-import sys
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from statistics import mean
 
 import numpy as np
 
+from bench.campaign import measure
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import missing, names, problem
@@ -180,15 +179,14 @@ def run(options: BenchOptions) -> Report:
     cases = list(itertools.product(names(), _KINDS))
     seeds: dict[str, int] = {}
     of_kind: dict[str, list[_Outcomes]] = {kind: [] for kind in _KINDS}
-    with ProcessPoolExecutor() as pool:
-        jobs = [pool.submit(_check, name, kind) for name, kind in cases]
-        for (name, kind), job in zip(cases, jobs, strict=True):
-            outcomes, used = job.result()
-            if used:
-                seeds[name] = used
-            of_kind[kind].append(outcomes)
-            report.rows += [_row(name, kind, mode, [outcomes]) for mode in _MODES]
-            print(f"terrains: {kind} paths over {name} done", file=sys.stderr, flush=True)
+    checked = measure(
+        "terrains", cases, _check, name=lambda case: f"{case[1]} paths over {case[0]}"
+    )
+    for (name, kind), (outcomes, used) in zip(cases, checked, strict=True):
+        if used:
+            seeds[name] = used
+        of_kind[kind].append(outcomes)
+        report.rows += [_row(name, kind, mode, [outcomes]) for mode in _MODES]
     report.rows += [
         _row("all", kind, mode, every) for kind, every in of_kind.items() for mode in _MODES
     ]

@@ -2,24 +2,23 @@
 
 The synthesis and place-and-route tools run for hours; ``make setup-synth`` installs them. A row is
 kept in ``docs/results.json`` as soon as it is measured, and is measured again only when its circuit
-or the tools have changed (:mod:`bench.fpga.store`); ``docs/boards.md`` shows all rows.
+or the tools have changed (:mod:`bench.fpga.table`); ``docs/boards.md`` shows all rows.
 """
 
 from __future__ import annotations
 
-import os
 import sys
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from dataclasses import replace
-from multiprocessing import get_context
 from pathlib import Path
 
 from bench import pages
+from bench.campaign import measure
 from bench.fpga.boards import BOARDS_TABLE, LANES_TABLE, board_jobs, lanes_jobs
 from bench.fpga.job import Job, Measured
-from bench.fpga.store import Store, Table
+from bench.fpga.table import Table, rows
 from bench.fpga.units import PAPERS_TABLE, UNITS_TABLE, paper_jobs, unit_jobs
 from bench.report import Options, Report
+from bench.store import Store
 from pathgene.host.errors import InputError, PathgeneError
 
 
@@ -45,7 +44,7 @@ def run(options: Options) -> Report:
     report = BOARDS_TABLE.report(store)
     report.notes += failed
     report.failed = bool(failed)
-    report.data = {table.name: store.rows(table.name) for table in TABLES}
+    report.data = {table.name: rows(store, table.name) for table in TABLES}
     return report
 
 
@@ -58,27 +57,24 @@ def tables(store: Store) -> Report:
 def _measure(jobs: list[Job], store: Store) -> list[str]:
     """Run the jobs whose rows are not in ``store``, one a core; return why some failed."""
     failed: list[str] = []
-    # Each job mostly waits for the tools that it runs.
-    with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as pool:
-        running: dict[Future[Measured | None], Job] = {}
-        try:
-            for job in jobs:
-                known = store.digest(job.table, job.name)
-                running[pool.submit(job.measure_unless, known, _FOLDER)] = job
-            while running:
-                ended, _ = wait(running, return_when=FIRST_COMPLETED)
-                for future in ended:
-                    job = running.pop(future)
-                    try:
-                        measured = future.result()
-                    except PathgeneError as error:
-                        failed.append(f"{job.name}: {error}")
-                        print(f"{job.table}: {failed[-1]}", file=sys.stderr, flush=True)
-                        continue
-                    if measured is not None:
-                        store.keep(job.table, job.name, measured)
-                        print(f"{job.table}: {job.name} done", file=sys.stderr, flush=True)
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+
+    def keep(task: tuple[Job, str | None, Path], measured: Measured | None) -> None:
+        job, _, _ = task
+        if measured is not None:
+            store.keep(job.table, job.name, {"row": measured.row}, measured.digest)
+
+    def give_up(task: tuple[Job, str | None, Path], error: PathgeneError) -> None:
+        job, _, _ = task
+        failed.append(f"{job.name}: {error}")
+        print(f"{job.table}: {failed[-1]}", file=sys.stderr, flush=True)
+
+    measure(
+        "fpga",
+        [(job, store.digest(job.table, job.name), _FOLDER) for job in jobs],
+        Job.measure_unless,
+        name=lambda task: f"{task[0].table}, {task[0].name}",
+        keep=keep,
+        failed=give_up,
+        spawned=True,
+    )
     return failed

@@ -12,7 +12,7 @@ from typing import Any
 from bench.feasibility import cells_per_cycle
 from bench.fpga.cells import CELLS, chip_clock, used
 from bench.fpga.job import LIMIT_S, Job, digest_of, without_names
-from bench.fpga.store import Table
+from bench.fpga.table import Table
 from pathgene.hdl.boards import BOARDS, chips_of, find_board
 from pathgene.hdl.boards.board import Board, ChipKind
 from pathgene.hdl.boards.build import prepare, try_seeds

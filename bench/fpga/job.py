@@ -33,7 +33,7 @@ class Measured:
     ----------
     digest : str
         Digest of the netlist up to names, the tools' options and their versions; see
-        :mod:`bench.fpga.store`.
+        :mod:`bench.fpga.table`.
     row : dict of str to int, float or str
         Cells by the heads of the table's columns.
     """

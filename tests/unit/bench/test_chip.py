@@ -4,7 +4,7 @@ import dataclasses
 
 import pytest
 
-from bench import chip, chip_ablation, chip_replans, chip_runs
+from bench import campaign, chip, chip_ablation, chip_replans, chip_runs
 from bench.chip_runs import Outcome, share, through_terrains
 from bench.report import Options
 from pathgene.hdl.protocol.runs import RunOptions
@@ -61,7 +61,7 @@ def test_a_row_of_the_ablation_is_a_run_of_each_clearance(monkeypatch):
 def test_the_chip_is_beside_the_other_planners(monkeypatch):
     monkeypatch.setattr(chip, "TIMES_MS", (1, 2))
     monkeypatch.setattr(chip, "OTHERS", {"astar": chip.Other("astar", seeds=1)})
-    monkeypatch.setattr(chip, "ProcessPoolExecutor", Pool)
+    monkeypatch.setattr(campaign, "ProcessPoolExecutor", Pool)
     report = chip.run(Options(seeds=2, only="as paper"))
     assert [row[0] for row in report.rows] == ["chip, 1 ms", "chip, 2 ms", "astar"]
     assert [row[3] for row in report.rows[:2]] == ["2 of 2", "2 of 2"]
@@ -86,7 +86,7 @@ def test_the_chip_is_beside_the_other_planners(monkeypatch):
 def test_untuned_ground_has_few_other_planners(monkeypatch):
     monkeypatch.setattr(chip, "TIMES_MS", (1,))
     monkeypatch.setattr(chip, "UNTUNED", ("river-102",))
-    monkeypatch.setattr(chip, "ProcessPoolExecutor", Pool)
+    monkeypatch.setattr(campaign, "ProcessPoolExecutor", Pool)
     monkeypatch.setattr(chip, "_compile", lambda: None)
     report = chip.run(Options(seeds=1, only="untuned"))
     assert report.columns[1] == "river-102"

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from bench import chip_replans
+from bench import campaign, chip_replans
 from bench.chip_replans import ROWS, scenario
 from bench.report import Options
 from bench.scenarios import problem
@@ -16,7 +16,7 @@ from tests.support.host.pool import Pool
 
 def test_replans_are_beside_astar(monkeypatch):
     monkeypatch.setattr(chip_replans, "terrains", lambda: ["canyon"])
-    monkeypatch.setattr(chip_replans, "ProcessPoolExecutor", Pool)
+    monkeypatch.setattr(campaign, "ProcessPoolExecutor", Pool)
     report = chip_replans.run(Options(seeds=2, only="as paper"))
     names = [name for name in ROWS if "as paper" in name]
     assert [row[0] for row in report.rows] == names

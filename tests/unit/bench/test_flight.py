@@ -6,9 +6,9 @@ import pytest
 
 from bench import flight, pages
 from bench.flight import PLANNED, Row, rows, run
-from bench.kept import Kept
 from bench.report import Options
 from bench.scenarios import names
+from bench.store import Store
 from pathgene.host.errors import InputError
 from pathgene.host.planners import make
 
@@ -104,7 +104,7 @@ def test_a_flight_by_the_rules_that_breaks_them_fails_the_run(one):
         "excess": {"excess": 0.06},
     }
     for outcome, failed in (({}, False), (bad["kept"], True), (bad["excess"], True)):
-        kept = Kept(flight.STORE, "bench/scenarios.py")
+        kept = Store(flight.STORE, "bench/scenarios.py")
         kept.keep(row.name, "astar", flight._worst([FLOWN | {"path": "a"} | outcome]))
         assert flight._report(kept, [row]).failed is failed
 

@@ -10,8 +10,9 @@ from bench.__main__ import main
 from bench.fpga import STORE, TABLES, tables
 from bench.fpga.boards import board_jobs, device_of, lanes_jobs
 from bench.fpga.job import Job, Measured, digest_of, without_names
-from bench.fpga.store import Store, Table
+from bench.fpga.table import Table, rows
 from bench.fpga.units import paper_jobs, unit_jobs
+from bench.store import Store
 from pathgene.hdl.boards import find_board
 from pathgene.hdl.boards.tools import BuildError
 from pathgene.host.errors import PathgeneError
@@ -104,11 +105,11 @@ def test_stores_each_row_at_once(tmp_path):
     path: Path = tmp_path / "results.json"
     assert Store(path).digest("units", "line") is None
     one, other = Store(path), Store(path)
-    one.keep("units", "line", Measured("abc", {"LUTs": 7}))
-    other.keep("papers", "line", Measured("def", {"LUTs": 8}))
+    one.keep("units", "line", {"row": {"LUTs": 7}}, "abc")
+    other.keep("papers", "line", {"row": {"LUTs": 8}}, "def")
     again = Store(path)
     assert (again.digest("units", "line"), again.digest("units", "core")) == ("abc", None)
-    assert again.rows("papers") == {"line": {"LUTs": 8}}
+    assert rows(again, "papers") == {"line": {"LUTs": 8}}
     report = TABLE.report(again)
     assert report.rows == [("line", 7)]
     assert report.notes == ["Not measured yet: core."]

@@ -1,4 +1,4 @@
-"""Measured rows, in a file that is kept with the sources.
+"""Tables of the rows that a store keeps.
 
 A row is stale when its digest no longer fits its sources. The digest covers the netlist up to names
 (:class:`tools.netlist.Netlist`), options of the tools, seed, floor plan, and the versions of the
@@ -14,51 +14,15 @@ iCEBreaker's chip and the genetic core alone, whose circuits had changed, were m
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
 
-from bench.fpga.job import Measured
 from bench.report import Report
+from bench.store import Store
 
 
-__all__ = ["Store", "Table"]
-
-
-class Store:
-    """Rows of all tables, by table and name; every change is written at once.
-
-    Parameters
-    ----------
-    path : Path
-        JSON; need not be there.
-    """
-
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        self._read()
-
-    def digest(self, table: str, name: str) -> str | None:
-        """Return the digest of a measured row's sources, or None."""
-        kept = self._tables.get(table, {}).get(name)
-        return None if kept is None else str(kept["digest"])
-
-    def rows(self, table: str) -> dict[str, dict[str, Any]]:
-        """Return the rows of a table by their names."""
-        return {name: kept["row"] for name, kept in self._tables.get(table, {}).items()}
-
-    def keep(self, table: str, name: str, measured: Measured) -> None:
-        """Keep a row, and the rows that another process has kept in the same file."""
-        self._read()
-        self._tables.setdefault(table, {})[name] = asdict(measured)
-        self._path.write_text(json.dumps(self._tables, indent=1) + "\n", encoding="utf-8")
-
-    def _read(self) -> None:
-        self._tables: dict[str, dict[str, dict[str, Any]]] = (
-            json.loads(self._path.read_text(encoding="utf-8")) if self._path.exists() else {}
-        )
+__all__ = ["Table", "rows"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,14 +47,19 @@ class Table:
 
     def report(self, store: Store) -> Report:
         """Return the rows that are in ``store``; a note names the missing ones."""
-        rows = store.rows(self.name)
+        known = rows(store, self.name)
         report = Report(self.title, self.columns, notes=list(self.notes))
         report.rows = [
-            (name, *(rows[name][column] for column in self.columns[1:]))
+            (name, *(known[name][column] for column in self.columns[1:]))
             for name in self.order
-            if name in rows
+            if name in known
         ]
-        missing = [name for name in self.order if name not in rows]
+        missing = [name for name in self.order if name not in known]
         if missing:
             report.notes.append(f"Not measured yet: {'; '.join(missing)}.")
         return report
+
+
+def rows(store: Store, table: str) -> dict[str, dict[str, Any]]:
+    """Return the rows of a table by their names."""
+    return {name: kept["row"] for name, kept in store.parts(table).items()}

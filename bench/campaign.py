@@ -1,0 +1,96 @@
+"""Tasks of a benchmark, measured in processes."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from multiprocessing import get_context
+from typing import Any, TypeVar
+
+from pathgene.host.cores import available_cores
+from pathgene.host.errors import PathgeneError
+
+
+__all__ = ["measure"]
+
+Task = TypeVar("Task", bound=tuple[Any, ...])
+Measured = TypeVar("Measured")
+
+
+def measure(
+    bench: str,
+    tasks: Sequence[Task],
+    work: Callable[..., Measured],
+    *,
+    name: Callable[[Task], str],
+    keep: Callable[[Task, Measured], None] | None = None,
+    failed: Callable[[Task, PathgeneError], None] | None = None,
+    prepare: Callable[..., None] | None = None,
+    prepare_arguments: tuple[Any, ...] = (),
+    spawned: bool = False,
+) -> list[Measured]:
+    """Measure tasks in processes, one per core, and return their results in the tasks' order.
+
+    An error or an interrupt cancels the tasks that have not begun.
+
+    Parameters
+    ----------
+    bench : str
+        Name of the benchmark, for the progress on standard error.
+    tasks : sequence of tuple
+        Arguments of ``work``.
+    work : callable
+        Runs in a process.
+    name : callable
+        Takes a task and returns the name under which its end is reported. Tasks with the same name
+        are reported once, when all of them are done.
+    keep : callable, optional
+        Called with a task and its result as soon as the result is there.
+    failed : callable, optional
+        Called with a task and its :class:`PathgeneError`; the task has no result then, and the
+        others continue. By default such an error ends the campaign.
+    prepare : callable, optional
+        Runs once in each process, for example to compile code before anything is timed.
+    prepare_arguments : tuple
+        Arguments of ``prepare``.
+    spawned : bool
+        Start processes that have imported nothing, rather than copies of this one: needed where
+        this process has had threads, or where ``prepare`` alters sources.
+    """
+    started = time.monotonic()
+    results: dict[int, Measured] = {}
+    left = Counter(map(name, tasks))
+    groups = len(left)
+    context = get_context("spawn") if spawned else None
+    with ProcessPoolExecutor(available_cores(), context, prepare, prepare_arguments) as pool:
+        try:
+            jobs = {pool.submit(work, *task): number for number, task in enumerate(tasks)}
+            for job in as_completed(jobs):
+                number = jobs[job]
+                task = tasks[number]
+                try:
+                    results[number] = job.result()
+                except PathgeneError as error:
+                    if failed is None:
+                        raise
+                    failed(task, error)
+                else:
+                    if keep is not None:
+                        keep(task, results[number])
+                group = name(task)
+                left[group] -= 1
+                if not left[group]:
+                    del left[group]
+                    minutes = (time.monotonic() - started) / 60
+                    print(
+                        f"{bench}: {group} ({groups - len(left)} of {groups}, {minutes:.1f} min)",
+                        file=sys.stderr,
+                        flush=True,
+                    )
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    return [results[number] for number in sorted(results)]

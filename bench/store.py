@@ -1,0 +1,108 @@
+"""Measured results, kept in a JSON file from run to run."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from bench.sources import digest
+from pathgene.host.errors import InputError
+from pathgene.host.files.output import replacing
+
+
+__all__ = ["Result", "Store"]
+
+Result = dict[str, Any]
+
+
+class Store:
+    """Results by row and part of the row, in a JSON file that is committed.
+
+    The file is written after each result, so an interrupted run continues where it stopped, also on
+    another machine. Results that another process has written meanwhile stay. A result has the
+    digest of its sources: after a change of their code it counts as missing, and is replaced when
+    it is measured again.
+
+    Parameters
+    ----------
+    file : Path
+        The file; without it there are no results.
+    *sources : str
+        Folders and files for :func:`bench.sources.digest`; without them, each result comes with a
+        digest of its own.
+
+    Raises
+    ------
+    InputError
+        If the file is not one of results.
+    """
+
+    def __init__(self, file: Path, *sources: str) -> None:
+        self._file = file
+        self._sources = digest(*sources) if sources else None
+        # The name of a result's digest in the file.
+        self._key = "sources" if sources else "digest"
+        self._rows: dict[str, dict[str, Result]] = {}
+        self._state: tuple[int, ...] = ()
+        self._read()
+
+    def get(self, row: str, part: str) -> Result | None:
+        """Return the result of a part of a row; None if it is missing or stale."""
+        if self._sources is not None and self.digest(row, part) != self._sources:
+            return None
+        return self.parts(row).get(part)
+
+    def digest(self, row: str, part: str) -> str | None:
+        """Return the digest of a result's sources; None if it is missing."""
+        result = self._rows.get(row, {}).get(part)
+        return None if result is None else str(result[self._key])
+
+    def parts(self, row: str) -> dict[str, Result]:
+        """Return the results of a row by part, stale ones included."""
+        return {
+            part: {key: value for key, value in result.items() if key != self._key}
+            for part, result in self._rows.get(row, {}).items()
+        }
+
+    def keep(self, row: str, part: str, result: Result, digest: str | None = None) -> None:
+        """Keep a result: a dictionary of values that JSON can hold.
+
+        ``digest`` is needed in a store without sources.
+        """
+        self._read()
+        kept = {self._key: self._sources if digest is None else digest, **result}
+        self._rows.setdefault(row, {})[part] = kept
+        with replacing(self._file) as file:
+            file.write(self._text().encode())
+        self._state = self._stat()
+
+    def _read(self) -> None:
+        """Read the file, unless it is as this process has left it."""
+        state = self._stat()
+        if state == self._state:
+            return
+        try:
+            self._rows = json.loads(self._file.read_text("utf-8"))
+        except ValueError:
+            raise InputError(f"{self._file} holds no results; remove it or restore it.") from None
+        self._state = state
+
+    def _stat(self) -> tuple[int, ...]:
+        """Return what tells another content of the file; empty where there is none."""
+        try:
+            found = self._file.stat()
+        except FileNotFoundError:
+            return ()
+        return found.st_ino, found.st_mtime_ns, found.st_size
+
+    def _text(self) -> str:
+        """Return the content of the file, one result per line."""
+        rows = []
+        for row, parts in sorted(self._rows.items()):
+            lines = ",\n".join(
+                f"  {json.dumps(part)}: {json.dumps(result, allow_nan=False)}"
+                for part, result in sorted(parts.items())
+            )
+            rows.append(f" {json.dumps(row)}: {{\n{lines}\n }}")
+        return "{\n" + ",\n".join(rows) + "\n}\n"

@@ -51,7 +51,7 @@ def measure(
         Called with a task and its result as soon as the result is there.
     failed : callable, optional
         Called with a task and its :class:`PathgeneError`; the task has no result then, and the
-        others continue. By default such an error ends the campaign.
+        campaign continues. By default such an error ends it.
     prepare : callable, optional
         Runs once in each process, for example to compile code before anything is timed.
     prepare_arguments : tuple

@@ -88,7 +88,7 @@ def run(
             )
     report.notes = [
         "Means over the paths reported, infeasible ones included; ds is one cell, 6 free",
-        "waypoints; maps, zones, starts and goals are those of bench/scenarios.py: the paper's are",
+        "waypoints; maps, zones, starts and goals are from bench/scenarios.py: the paper's are",
         "not published, and its rows show the direction and the range. p: Welch's t-test,",
         "two-sided. Equal evaluations: fpa with so many iterations that it makes as many",
         "candidates as fpa-2opt; those given up early, because they could not be better, count on",

@@ -91,7 +91,7 @@ def clearance_table(rounds: int) -> Report:
         notes=[
             "Scenarios of BENCH=quality, all other rules by default, one thread. Each cell is the",
             f"median of {rounds} ratios of processor time. A ratio is of two plans with one seed,",
-            "one after the other, without the clearance first; the problem's rasters are included.",
+            "in turn, without the clearance first; the problem's rasters are included.",
             "In brackets: the same of the number of evaluations, where it differs. CPU seconds:",
             "the least and the greatest median of a map.",
         ],

@@ -89,7 +89,7 @@ class Store:
         self._state = state
 
     def _stat(self) -> tuple[int, ...]:
-        """Return what tells another content of the file; empty where there is none."""
+        """Return numbers that change with the content of the file; empty without a file."""
         try:
             found = self._file.stat()
         except FileNotFoundError:

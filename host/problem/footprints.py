@@ -141,7 +141,7 @@ class Disc(Footprint):
 
 @dataclass(frozen=True)
 class Area(Footprint):
-    """The area within the first of ``corners``, less the other rings, by the even-odd rule."""
+    """The area within the first of ``corners``, less the holes, by the even-odd rule."""
 
     corners: tuple[Ring, ...]
 

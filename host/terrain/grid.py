@@ -130,12 +130,12 @@ class Terrain:
 
     @property
     def lowest(self) -> float:
-        """Least height in metres, voids apart."""
+        """Lowest height in metres, without voids."""
         return float(np.nanmin(self.elevation))
 
     @property
     def highest(self) -> float:
-        """Greatest height in metres, voids apart."""
+        """Highest height in metres, without voids."""
         return float(np.nanmax(self.elevation))
 
     def ground(self, x: ArrayLike, y: ArrayLike) -> Any:

@@ -53,7 +53,7 @@ def load(
     fill_voids : bool
         Interpolate the voids, which are otherwise impassable.
     max_cells : int, optional
-        Most cells of a file, 1 or more; 25 million by default.
+        Maximum number of cells of a file, 1 or more; 25 million by default.
     self_contained : bool
         Refuse a file that names other files, as a virtual raster does: for content that somebody
         else gives, as a browser does.

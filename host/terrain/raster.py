@@ -182,7 +182,7 @@ def _opened_alone(path: Path) -> Iterator[DatasetReader]:
 
 
 def _require_place(path: Path, transform: Affine) -> None:
-    """Check that the corners of pixels are finite, and pixels no lines.
+    """Check that the transform is finite and invertible.
 
     Raises
     ------
@@ -210,7 +210,7 @@ def _require_readable(path: Path, most: int, seen: set[Path], depth: int = 0) ->
     """
     if depth > _MOST_DEPTH:
         raise InputError(
-            f"{path}: is behind more than {_MOST_DEPTH} virtual rasters, each made of the next; "
+            f"{path}: is nested in more than {_MOST_DEPTH} virtual rasters, each made of the next; "
             "give the heights as a GeoTIFF, with gdal_translate for example."
         )
     if not path.is_dir():
@@ -241,7 +241,7 @@ def _require_blocks(path: Path, file: DatasetReader, most: int) -> None:
 
 
 def _require_regular_beside(path: Path) -> None:
-    """Check what GDAL may open with a raster: files of its name beside it, all of a folder.
+    """Check the files that GDAL may open with a raster: the ones of its name, or all of a folder.
 
     Raises
     ------

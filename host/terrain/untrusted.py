@@ -1,4 +1,4 @@
-"""Terrain files as anybody may give them: with a limit of cells, and without other files."""
+"""Terrain files from anybody: a limit on their cells, and no further files."""
 
 from __future__ import annotations
 
@@ -31,16 +31,16 @@ __all__ = [
 #: Cells of a terrain, unless the user allows more: 200 MB of heights.
 MAX_CELLS = 25_000_000
 
-#: Raster formats of GDAL that hold all their heights themselves. The other formats are not on the
-#: list because some of them name files of this machine or addresses in a network: VRT, GTI, MRF,
+#: Raster formats of GDAL that hold all their heights themselves. No further format is on the
+#: list, since some of them name files of this machine or addresses in a network: VRT, GTI, MRF,
 #: WMS, WMTS, STACTA, HFA, HDF5, KMLSUPEROVERLAY, the XML of satellites.
 SELF_CONTAINED = (
     "GTiff", "SRTMHGT", "AAIGrid", "GRASSASCIIGrid", "GSAG", "GSBG", "GS7BG", "USGSDEM", "DTED",
     "BT", "Terragen", "HF2", "SIGDEM", "GXF", "GTX", "ZMap", "PNG", "XYZ",
 )  # fmt: skip
 
-#: What reading a damaged file in numpy's formats raises: RuntimeError of an encrypted member,
-#: KeyError of a missing one, OverflowError and TypeError of an impossible shape.
+#: Errors that a damaged file in numpy's formats raises: RuntimeError for an encrypted member,
+#: KeyError for a missing one, OverflowError and TypeError for an impossible shape.
 UNREADABLE = (
     OSError,
     ValueError,
@@ -67,7 +67,7 @@ _STATED_CRS = re.compile(r"\s*([A-Za-z]+:\d+\s*$|[A-Za-z_]+\s*[\[(]|\+proj=|\{)"
 _NAMED_FILE = re.compile(
     r"PROJ4_GRIDS|PARAMETERFILE|(?:grids|file|model)\s*=\s*(?!@null\b)|\binit\s*=", re.IGNORECASE
 )
-# What a user can do about a file with too many cells.
+# Advice for a file with too many cells.
 _REMEDY = "cut it, make it coarser, or allow more (--max-cells)"
 
 
@@ -149,7 +149,7 @@ def read_values(archive: zipfile.ZipFile, key: str) -> NDArray[Any]:
 def _member(archive: zipfile.ZipFile, key: str) -> Any:
     """Open an array of an ``.npz``, compressed as numpy does it."""
     info = archive.getinfo(f"{key}.npy")
-    # The others could ask for gigabytes before the first byte is there.
+    # Decompression of another kind may allocate gigabytes before the first byte.
     if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
         raise ValueError(f"compression {info.compress_type}")
     return archive.open(info)

@@ -44,7 +44,7 @@ def require_heights(
     place : callable
         Takes row and column of a node and returns its place, in words.
     remedy : callable
-        Takes the height of the node and returns what the user can do, in words.
+        Takes the height of the node and returns advice for the user, in words.
 
     Raises
     ------

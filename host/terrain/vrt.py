@@ -26,7 +26,7 @@ _ARGUMENT = "dataset_filename"
 
 
 def sources(path: Path) -> Iterator[Path]:
-    """Yield the files that a virtual raster names; none of another file.
+    """Yield the files that a virtual raster names, or nothing for another kind of file.
 
     Raises
     ------
@@ -34,7 +34,7 @@ def sources(path: Path) -> Iterator[Path]:
         If ``path`` is no regular file, is virtual and larger than a text may be, or names anything
         but files: GDAL would wait for a pipe in ``/vsisubfile/0_9,PIPE`` or in a nested XML text.
     OSError, ValueError
-        If it cannot be read, or is virtual and no XML.
+        If it cannot be read, or is virtual but not XML.
     """
     with opened(path) as file:
         if _ROOT not in file.read(_HEAD_BYTES):
@@ -57,7 +57,7 @@ def sources(path: Path) -> Iterator[Path]:
 
 
 def _names(element: ET.Element, values: Mapping[str, str]) -> Iterator[str]:
-    """Yield what an element names; to GDAL, an attribute is an element, and all cases are one."""
+    """Yield the names in an element; GDAL reads attributes as elements and ignores case."""
     key = (values.get("key") or values.get("name") or "").lower()
     if _folded(element.tag) in _NAMING or key in _NAMING or _ARGUMENT in key:
         yield "".join(element.itertext())
@@ -70,5 +70,5 @@ def _folded(name: str) -> str:
 
 
 def _is_plain(name: str) -> bool:
-    """Return whether GDAL takes a name for that of a file: not of a subdataset, nor for XML."""
+    """Return whether GDAL takes a name for a file, not for a subdataset or for XML."""
     return not name.startswith(("<", "\\", "/vsi")) and ":" not in name.partition("/")[0]

@@ -49,7 +49,7 @@ def to_utm(raster: Raster, max_cells: int | None = None) -> Raster:
     raster : Raster
         North up, at least 2 x 2 pixels.
     max_cells : int, optional
-        Most cells of a terrain, by default :data:`pathgene.host.terrain.untrusted.MAX_CELLS`. The
+        Maximum number of cells, by default :data:`pathgene.host.terrain.untrusted.MAX_CELLS`. The
         grid may have twice as many, since pixels are narrower towards the poles.
 
     Returns
@@ -61,7 +61,7 @@ def to_utm(raster: Raster, max_cells: int | None = None) -> Raster:
     ------
     InputError
         If the raster is wider than 12 degrees, reaches beyond 84 degrees of latitude, or its cells
-        are so much longer than wide that the grid would have too many.
+        are much longer than wide and the grid would have too many.
     """
     rows, columns = raster.heights.shape
     side = raster.transform
@@ -111,7 +111,7 @@ def largest_rectangle(usable: Bools) -> tuple[slice, slice]:
     """
     best, area = (slice(0, 0), slice(0, 0)), 0
     columns = usable.shape[1]
-    # A last bar of height 0 takes all others off the stack.
+    # A last bar of height 0 empties the stack.
     tall = np.zeros(columns + 1, dtype=np.int64)
     for row, cells in enumerate(usable):
         tall[:-1] = np.where(cells, tall[:-1] + 1, 0)

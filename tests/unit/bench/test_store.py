@@ -48,7 +48,7 @@ def test_a_result_may_have_a_digest_of_its_own(tmp_path):
     file = tmp_path / "results.json"
     one, other = Store(file), Store(file)
     one.keep("boards", "ulx3s", {"row": {"LUTs": 7}}, "abc")
-    # The other store reads what was written meanwhile.
+    # Each store keeps the results that another has written meanwhile.
     other.keep("boards", "ecpix5", {"row": {"LUTs": 8}}, "def")
     one.keep("units", "line", {"row": {"LUTs": 9}}, "012")
     again = Store(file)

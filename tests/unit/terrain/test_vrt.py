@@ -88,7 +88,7 @@ def test_a_chain_of_virtual_rasters(virtual, tmp_path):
     for number in range(1, 1500):
         virtual(f"{number - 1}.vrt", file=f"{number}.vrt")
     assert load(tmp_path / "30.vrt").highest == 399
-    assert "is behind more than 50 virtual rasters" in refusal(tmp_path / "1499.vrt")
+    assert "is nested in more than 50 virtual rasters" in refusal(tmp_path / "1499.vrt")
 
 
 def test_a_source_of_huge_blocks(virtual, tmp_path):

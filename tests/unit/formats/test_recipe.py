@@ -2,6 +2,7 @@
 
 import json
 import re
+import subprocess
 import sys
 import textwrap
 from pathlib import Path
@@ -19,13 +20,16 @@ PAGE = Path(__file__).resolve().parents[3] / "CONTRIBUTING.md"
 PLACE = {"crs": "EPSG:32632", "origin": (400_000.0, 5_130_000.0)}
 
 
+def blocks():
+    """Return the code of the recipe: the file of a format, and its row."""
+    section = PAGE.read_text().partition("## Add a format")[2].partition("\n## ")[0]
+    return map(textwrap.dedent, re.findall(r"```python\n(.*?)\n *```", section, re.DOTALL))
+
+
 @pytest.fixture
 def recipe(monkeypatch):
     """Add the format of the recipe, as its file and its row do."""
-    section = PAGE.read_text().partition("## Add a format")[2].partition("\n## ")[0]
-    module_text, row_text = map(
-        textwrap.dedent, re.findall(r"```python\n(.*?)\n *```", section, re.DOTALL)
-    )
+    module_text, row_text = blocks()
     names = {}
     exec(row_text, names)
     row = names["row"]
@@ -78,11 +82,6 @@ def test_its_row_is_in_help_and_sentences(plain, tmp_path, capsys):
     with pytest.raises(SystemExit):
         main(["export", "--help"])
     assert "wkt (databases)" in " ".join(capsys.readouterr().out.split())
-    with pytest.raises(SystemExit):
-        main(["plan", "--help"])
-    assert "KML, the fences of a .plan or well-known text" in " ".join(
-        capsys.readouterr().out.split()
-    )
     assert main(["export", str(file), "--write", "gpx"]) == 2
     assert "give some of wkt, plan, waypoints," in capsys.readouterr().err
     bad = tmp_path / "bad.wkt"
@@ -93,3 +92,20 @@ def test_its_row_is_in_help_and_sentences(plain, tmp_path, capsys):
         f"pathgene: No-fly file {str(bad)!r}: 'one two' are no longitudes and latitudes.\n"
     )
     assert ".wkt" in registry.zone_suffixes()
+
+
+def test_its_row_is_in_the_options_of_a_plan():
+    """The options are made when their table is imported, after the row is there."""
+    _, row_text = blocks()
+    code = f"""{row_text}
+from pathgene.host.formats import registry
+registry.FORMATS = (row, *registry.FORMATS)
+from pathgene.host.cli import main
+main(["plan", "--help"])
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=PAGE.parent
+    )
+    text = " ".join(done.stdout.split())
+    assert "KML, the fences of a .plan or well-known text" in text
+    assert "some of wkt, plan, waypoints, kml and html" in text

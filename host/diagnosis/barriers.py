@@ -326,7 +326,7 @@ class Barrier:
         twin = np.where(odd, count, 0)
         one = np.concatenate((tails, tails + count))
         other = np.concatenate((heads + twin, heads + count - twin))
-        # Of several links between two states, the shortest counts; a matrix would add them.
+        # If several links join two states, the shortest counts; a matrix would add them.
         order = np.lexsort((np.concatenate((lengths, lengths)), other, one))
         one, other = one[order], other[order]
         lengths = np.concatenate((lengths, lengths))[order]

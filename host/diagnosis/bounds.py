@@ -1,4 +1,4 @@
-"""Bounds that every path keeps: what is forbidden beyond doubt, at every place and altitude.
+"""Bounds that every path keeps: places and altitudes that are forbidden beyond doubt.
 
 Bounds err on the side of caution. A place is forbidden only if the strict rule forbids it whatever
 the path; so where the bounds leave no way, there is none.
@@ -71,7 +71,7 @@ class Bounds:
         return least
 
     def barrier(self, top_m: float = math.inf, agl_m: float = math.inf) -> Barrier:
-        """Return what closes the map below a ceiling, and one above ground."""
+        """Return the barrier below a ceiling, and below a ceiling above ground."""
         problem, terrain = self.problem, self.problem.terrain
         forbidden = self.lowest > top_m + _ROUNDING_M if top_m < math.inf else terrain.voids.copy()
         if problem.rules is None:

@@ -23,14 +23,14 @@ __all__ = ["end_reasons"]
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-# Less is rounding.
+# A smaller excess is rounding.
 _LEAST_M = 1e-3
 _NUMBER_OF_HEADINGS = 720
 _PLACES_ASIDE = 10
 
 
 def end_reasons(bounds: Bounds) -> Iterator[Reason]:
-    """Yield the limits that the start violates, then those that the goal does."""
+    """Yield the limits that the start violates, then the limits that the goal violates."""
     if bounds.problem.rules is None:
         return
     for end in ("start", "goal"):
@@ -139,12 +139,13 @@ def _sides(problem: Problem, end: str, point: Point) -> Iterator[Reason]:
     at_x = x + np.sin(angles)[:, None] * aside
     at_y = y + np.cos(angles)[:, None] * aside
     surface = surface_below(problem.terrain, at_x, at_y)
-    # The clearance is that of the track's own place.
+    # The clearance belongs to the track's own place.
     required = float(demand.required_m(np.array([x]), np.array([y]), beside=True)[0])
     with np.errstate(invalid="ignore"):  # An end over a void has no height.
         lacking: Floats = (surface + required - z).max(axis=1)
     half = _NUMBER_OF_HEADINGS // 2
-    # A heading lacks what either of its sides lacks; a heading between two may lack less.
+    # A heading lacks the height that either of its sides lacks. A heading between two may lack
+    # less.
     by_heading = np.maximum(np.roll(lacking, -half // 2), np.roll(lacking, half // 2))
     by_heading = np.minimum(by_heading, np.minimum(np.roll(by_heading, 1), np.roll(by_heading, -1)))
     least = float(by_heading.min())

@@ -1,4 +1,4 @@
-"""Lower bounds of fuel and power: what any path from start to goal takes at least."""
+"""Lower bounds of the fuel and the power of any path from start to goal."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ def least_fuel(bounds: Bounds) -> float:
     """Return fuel in newtons that every path within the limits burns at least.
 
     The thrust along a path is drag and the share of the weight along the slope. The drag is least
-    at the least weight and the steepest slope; the work of the weight is that of the rise from
-    start to goal, less what a lighter aircraft saves on climbs from the lowest ground. Wind
+    at the least weight and the steepest slope; the weight works against the rise from
+    start to goal, less the saving of a lighter aircraft on climbs from the lowest ground. Wind
     shortens a way through the air to V / (V + wind) of that over the ground at best.
     """
     problem, aircraft = bounds.problem, bounds.problem.aircraft

@@ -1,4 +1,4 @@
-"""The ladder of reasons: from what forbids every path to what the search may have missed."""
+"""The ladder of reasons: from limits that forbid every path to paths that a search may miss."""
 
 from __future__ import annotations
 
@@ -257,7 +257,7 @@ def _not_found(problem: Problem) -> Reason:
 
 
 def _names(bounds: Bounds, ring: Ring, *, high: bool = False) -> list[str]:
-    """Return the names of what a ring is made of."""
+    """Return the names of the parts of a ring."""
     names = []
     voids = bounds.problem.terrain.voids[tuple(ring.nodes.T)]
     if ring.edge_of_map and not high:

@@ -92,7 +92,7 @@ class Reach:
         Parameters
         ----------
         heights : (ny, nx) float64
-            Least altitude at each node, infinite where it is blocked.
+            Minimum altitude at each node, infinite where it is blocked.
         sides : (float, float)
             Metres between nodes, east and north.
         node : (int, int)

@@ -61,7 +61,7 @@ class Figure:
     allowed : float
         The limit as it is.
     would_do : float or None
-        The limit that would do, or the least that is known to be needed; None if no value would.
+        A value that would allow a path, or the minimum that is needed; None if no value would.
     unit : str
         Unit of both.
     """
@@ -101,7 +101,7 @@ class Reason:
     place_geo : (float, float) or None
         The same as WGS84 latitude and longitude, for a terrain with a reference system.
     figure : Figure or None
-        The limit, and what would do.
+        The limit, and a value that would allow a path.
     end : str or None
         The end that violates a limit or is enclosed, ``start`` or ``goal``.
     ring : tuple of (n, 2) float64

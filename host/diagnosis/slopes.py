@@ -59,7 +59,7 @@ class _Pit:
         return int(row) // every, int(column) // every
 
     def searched(self, heights: Floats, slope: float) -> Reach:
-        """Return what the shortest ways reach on the search surface."""
+        """Return the reach of the shortest ways on the search surface."""
         return Reach.of(heights, self.sides, self.node(self.x, self.y, self.every), self.z, slope)
 
     def surface(self) -> Floats:

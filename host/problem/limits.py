@@ -42,7 +42,7 @@ class Limits:
     fuel_N : float
         Fuel that a path may burn, the reserve left out.
     ceiling_m : float
-        Highest altitude: the least of the rule and the aircraft's service ceiling.
+        Maximum altitude: the lower one of the rule and the aircraft's service ceiling.
     stall_speed_m_s : float
         Stall speed in the turn at take-off weight; 0 without a lift coefficient.
     """
@@ -122,8 +122,8 @@ def slope_limits(
 ) -> tuple[Floats, Floats]:
     """Return the steepest climbs and descents over the ground along unit directions, as tangents.
 
-    In wind the vertical speed, ground speed times slope, must not exceed that of the steepest slope
-    in still air: with a tailwind the slope over the ground is gentler.
+    In wind the vertical speed, ground speed times slope, must not exceed the vertical speed of the
+    steepest slope in still air: with a tailwind the slope over the ground is gentler.
 
     Parameters
     ----------

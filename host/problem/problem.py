@@ -63,8 +63,8 @@ class Problem:
         The first two numbers of ``start`` and ``goal`` are WGS84 latitude and longitude in degrees;
         the terrain must have a coordinate reference system.
     rules : Rules or None
-        What a path must keep beyond the evaluation of the papers; the defaults of :class:`Rules`.
-        None is as paper.
+        Rules that a path must keep beyond the evaluation of the papers, by default
+        :class:`Rules` without arguments. None is as paper.
     as_paper : bool
         No rules: the evaluation of the papers alone. Excludes other rules, and headings.
     start_heading_deg, goal_heading_deg : float, optional

@@ -29,7 +29,7 @@ class WayProblem(Problem):
     way : sequence of (float, float, float)
         Three points or more, x, y and altitude; the last may be the first.
     **options
-        Those of :class:`Problem`.
+        Options of :class:`Problem`.
 
     Raises
     ------

@@ -106,7 +106,7 @@ def _add_capsules(inside: NDArray[np.bool_], capsules: _Floats, terrain: Terrain
     if not met.any():
         return
     row, left, right = row[met], left[met], right[met]
-    # Most zones are small.
+    # Zones are usually small.
     south_row, north_row = int(row.min()), int(row.max()) + 1
     west_column, east_column = int(left.min()), int(right.max()) + 1
     changes = np.zeros((north_row - south_row, east_column - west_column + 1), dtype=np.int32)

@@ -91,7 +91,7 @@ def _lines(axes: Axes, rows: NDArray[np.float64], *, named: bool) -> None:
 
 
 def _figures(best: float, chosen: float, legs: Sequence[float]) -> str:
-    """Return the best fitness and that of the path, or that of each leg if these are few."""
+    """Return the best fitness and the fitness of the path, or of each leg if there are few legs."""
     if legs:
         found = ", ".join(f"{fitness:.4f}" for fitness in legs)
         return f"chosen {found}" if len(legs) <= _MOST_NAMED else ""

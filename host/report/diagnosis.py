@@ -42,8 +42,8 @@ def write_diagnosis(
     report : mapping
         Content of ``diagnosis.json``: the output of ``pathgene diagnose --json``.
     drawn : tuple or None
-        What the picture shows. None for a problem without costs, which has no evaluator: then there
-        is no picture.
+        Contents of the picture. None for a problem without costs, which has no evaluator and so
+        no picture.
     warn : callable
         Receives a sentence if there is no picture.
 
@@ -69,7 +69,7 @@ def write_diagnosis(
     return written
 
 
-# What a reason of each code says, ahead of the sentence that gives its figures.
+# Meaning of each code, ahead of the sentence that gives the figures.
 _MEANINGS = {
     "start": "The start violates a limit",
     "goal": "The goal violates a limit",

@@ -1,6 +1,6 @@
 """Colours of the picture, distinct with any colour vision and in grey.
 
-The strong colours are those of Okabe and Ito's set or close to them; the tints of the land only
+The strong colours are from Okabe and Ito's set or close to it; the tints of the land only
 grow lighter with height, so their order shows without hue.
 """
 

@@ -1,4 +1,4 @@
-"""The plan view of the picture: land, zones, path, and what a map needs."""
+"""The plan view of the picture: land, zones, path, scale and arrows."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def draw(
     reasons : sequence of (str, float, float)
         Reasons to write beside the path, each with its x and y in metres.
     wind : (float, float), optional
-        The wind of the arrow, m/s; by default that of the problem.
+        The wind of the arrow, m/s; by default the wind of the problem.
     window : (float, float, float, float), optional
         West, south, east and north of the part that is shown, metres; all by default.
     """

@@ -215,7 +215,7 @@ def _shade(
 
 
 def _runs(where: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """Return the first index and the index behind the last of each run of True, (n, 2)."""
+    """Return the first index and the index after the last of each run of True, (n, 2)."""
     edges = np.diff(np.concatenate(([False], where, [False])).astype(np.int8))
     return np.flatnonzero(edges).reshape(-1, 2)
 

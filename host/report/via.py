@@ -40,11 +40,11 @@ class Visit:
     point : tuple of float
         The point: x, y and altitude, metres.
     distance_m : float
-        Least distance of the smoothed track from it, in three dimensions.
+        Minimum distance of the smoothed track from it, in three dimensions.
     horizontal_m, at_m : float
         Horizontal distance there, and metres flown to there.
     line_m : float
-        Least distance of the straight lines through the waypoints from it, in three dimensions.
+        Minimum distance of the straight lines through the waypoints from it, in three dimensions.
     missed : bool
         True if neither those lines nor the track pass the point after the via point before it, or
         if the track rounds it further off than a turn by a right angle does.

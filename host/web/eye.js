@@ -46,7 +46,7 @@ export class Eye {
     if (this.untouched) this.reset();
   }
 
-  /** Go on with a movement that the pointer has let go. */
+  /** Continue a movement that the pointer has let go. */
   update() {
     this.controls.update();
   }

@@ -81,7 +81,7 @@ export function fatLine(points, style, screen) {
     },
     transparent: true,
     depthTest: !style.hidden,
-    // Smooth edges would hide what comes after them.
+    // Smooth edges would hide the lines after them.
     depthWrite: false,
     side: THREE.DoubleSide,
   });

@@ -5,7 +5,7 @@ import { Profile } from "./profile.js";
 import { at, metres, nearest, number, readScene } from "./scene.js";
 import { TerrainView } from "./view.js";
 
-// The pointer marks the track on the map from so many pixels away.
+// The pointer marks the track on the map from this distance in pixels.
 const NEAR_PIXELS = 30;
 
 const scene = readScene(JSON.parse(document.getElementById("scene").textContent));
@@ -92,7 +92,7 @@ function listFigures() {
   document.querySelector("#figures dl").append(...rows);
 }
 
-/** Say what the colours mean, and what the drawing leaves out. */
+/** Explain the colours, and name the parts that the drawing leaves out. */
 function explain() {
   const { terrain } = scene;
   const legend = [

@@ -8,7 +8,7 @@ const VOID = [230, 232, 234];
 const HATCH = [176, 182, 187];
 // The sun is in the north-west, 45 degrees high: unit vector to it, east, north, up.
 const SUN = [-0.5, 0.5, Math.SQRT1_2];
-// Voids are hatched by lines so many pixels apart.
+// Pixels between the lines that hatch voids.
 const HATCH_PIXELS = 6;
 // Tints of the land that are told apart.
 const TINTS = 1024;

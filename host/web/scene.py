@@ -26,8 +26,8 @@ above the datum of the terrain. Arrays are base64 of little-endian numbers. The 
     The plan's path, or none: ``name``; ``waypoints`` [[x, y, z], ...]; ``track``, the smoothed
     path, with ``length_m``, ``samples`` (k) and the float32 arrays (k,) ``s`` (metres flown),
     ``x``, ``y``, ``z``, ``ground`` (the surface below, NaN over a void), ``clearance`` (height
-    over the highest surface within the corridor) and ``demanded`` (least altitude that the rules
-    allow, NaN as paper); ``broken``, stretches that break a limit: ``limit``, ``from_m``, ``to_m``.
+    over the highest surface within the corridor) and ``demanded`` (minimum altitude of the
+    rules, NaN as paper); ``broken``, stretches that break a limit: ``limit``, ``from_m``, ``to_m``.
 ``figures``
     The main figures of the summary: ``key`` of the summary, ``label``, ``value`` as it stands
     there, ``text`` with its unit.
@@ -67,7 +67,7 @@ __all__ = [
 
 Floats = NDArray[np.float64]
 
-#: Most nodes of the mesh along a side.
+#: Maximum nodes of the mesh along a side.
 MOST_NODES = 512
 # Value of a void, and the values below it that heights have.
 _VOID, _VALUES = 65535, 65534
@@ -75,7 +75,7 @@ _VOID, _VALUES = 65535, 65534
 _SAMPLES = 1500
 # Corners of the polygon around a circle.
 _CIRCLE_CORNERS = 72
-# Most corners of all zones, so that the page keeps its size.
+# Maximum corners of all zones, so that the page keeps its size.
 _MOST_CORNERS = 60_000
 # A relief of less than this share of the longer side is exaggerated, by one of these factors.
 _RELIEF = 0.1

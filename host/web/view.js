@@ -75,7 +75,7 @@ export class TerrainView {
     this.show("marked", place);
   }
 
-  /** Build everything anew, in the colours of now. */
+  /** Build everything again, in the current colours. */
   redraw() {
     this.colours = coloursOf(this.element);
     this.buildLand();

@@ -158,7 +158,7 @@ class Cockpit:
             self.order(Goal(float(x), float(y)))
 
     def _look(self) -> None:
-        """Show what has come of the flight since the last look."""
+        """Show the news of the flight since the last look."""
         job = self._job
         if job is None:
             return
@@ -207,7 +207,7 @@ class Cockpit:
             old.delete()
 
     def _show_state(self, job: FlightJob, flown: Flown | None) -> None:
-        """Say what the aircraft does, and offer what has an effect."""
+        """Show the state of the aircraft, and enable the controls that have an effect."""
         for element in self._offered:
             element.set_enabled(self.is_flying and flown is not None)
         self._end.set_text(_END if self.is_flying else _CLOSE)

@@ -11,7 +11,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 
 __all__ = ["LimitedProtocol"]
 
-#: Connections at once: of 32 tabs, each with the most that a browser opens.
+#: Connections at once: of 32 tabs, each with the maximum that a browser opens.
 _MOST = 256
 #: Seconds in which an idle connection must have sent a request.
 _IDLE_S = 10.0
@@ -22,7 +22,7 @@ class LimitedProtocol(H11Protocol):
 
     A connection is idle until it has sent a whole head of a request, and again once that is
     answered. Idle, it is closed after ten seconds; the oldest of them as soon as there are too many
-    connections. Who waits for an answer, or has a WebSocket, is not disturbed.
+    connections. A connection that waits for an answer, or is a WebSocket, is not disturbed.
     """
 
     _deadline: asyncio.TimerHandle | None = None
@@ -48,7 +48,7 @@ class LimitedProtocol(H11Protocol):
         self._forget()
 
     def handle_events(self) -> None:
-        """Take what has arrived."""
+        """Take the bytes that have arrived."""
         super().handle_events()
         self._watch()
 

@@ -1,4 +1,4 @@
-"""What all tabs of a desk share: its folder, terrains and jobs."""
+"""The state that all tabs of a desk share: its folder, terrains and jobs."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from pathgene.host.web.scene import terrain_scene, zones_scene
 
 __all__ = ["Desk"]
 
-# Folder of the terrains that were given to a desk, within that of its plans.
+# Folder of uploaded terrains, within the folder of plans.
 _TERRAINS = "terrains"
 # Letters of a terrain in the name of a folder.
 _LONGEST_NAME = 60
@@ -40,7 +40,7 @@ class Desk:
     jobs : int
         Plans made at a time.
     max_cells : int, optional
-        Most cells of a terrain.
+        Maximum cells of a terrain.
     local : bool
         Nobody but this machine reaches it. Otherwise only simulated boards plan.
     problem : Path, optional
@@ -67,7 +67,7 @@ class Desk:
         if problem is not None:
             self._first.open_file(problem)
         self._meshes: OrderedDict[str, bytes] = OrderedDict()
-        # So that the first tab does not wait for it, nor for what draws zones.
+        # So that the first tab waits neither for the mesh nor for the modules that draw zones.
         self.mesh_url(self._first.terrain())
         zones_scene(())
         self.jobs = Jobs(directory, at_once=jobs)
@@ -85,7 +85,7 @@ class Desk:
             If the problem is bad, too many jobs wait, or the board is not simulated and others than
             this machine reach the desk.
         """
-        # What changes while it is checked is of the next plan.
+        # A change during the check belongs to the next plan.
         sheet = sheet.copy()
         mission = sheet.mission()
         self._check_board(sheet)

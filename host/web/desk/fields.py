@@ -54,7 +54,7 @@ class Input(ui.input):
     text : str
         Its text.
     read : callable
-        Returns the value of a text; raises InputError for what is none.
+        Returns the value of a text; raises InputError for a text without a value.
     take : callable
         Called with each new value.
     entry : Entry

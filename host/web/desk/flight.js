@@ -4,7 +4,7 @@ import { nearest, readPath } from "pathgene-views/scene.js";
 
 // As the aircraft.
 const FLOWN = "#d55e00";
-// Earlier versions, and those of circles and ways out.
+// Earlier versions, and versions of circles and ways out.
 const [EARLIER, ASIDE] = [0.35, 0.8];
 // The profile marks the aircraft while it is so near to the shown path, metres.
 const NEAR_M = 150;
@@ -23,7 +23,7 @@ export class Flight {
   }
 
   /**
-   * Take what is new.
+   * Take the news.
    *
    * @param {object} news `aircraft` {x, y, z, heading_deg}; `trail` [[x, y, z], ...] flown since;
    *     `versions` [[kind, points], ...]; `zones`, `points` and `path` as in a scene, or null.

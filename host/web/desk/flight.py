@@ -150,7 +150,7 @@ class Landed:
 
 
 def fly(task: FlyTask, connection: Connection, sender: Sender) -> None:
-    """Fly a plan, send what is seen of it, and save ``flight.json`` with its pictures beside it."""
+    """Fly a plan, send its news, and save ``flight.json`` with its pictures beside it."""
     from pathgene.host.flight.flight import PERIOD_S
     from pathgene.host.replanning.fly import save, underway
     from pathgene.host.replanning.scenario import Scenario
@@ -234,7 +234,7 @@ def _heeded(session: Session, order: Any) -> list[str]:
 
 
 def _event(session: Session, order: Any) -> Event | None:
-    """Return what an order lets happen; None for nothing."""
+    """Return the event of an order, or None."""
     from pathgene.host.replanning.scenario import Event, NewZone, Placed
 
     if order == AHEAD:
@@ -256,7 +256,7 @@ def _event(session: Session, order: Any) -> Event | None:
 
 
 class _Watch:
-    """Tells what is new of a flight."""
+    """Tells the news of a flight."""
 
     def __init__(self, session: Session, said: list[str]) -> None:
         self._session, self._said = session, said
@@ -265,7 +265,7 @@ class _Watch:
         self._goal: Point | None = None
 
     def look(self) -> Flown:
-        """Return what is new since the last look."""
+        """Return the news since the last look."""
         from pathgene.host.terrain.surface import surface_below
         from pathgene.host.web.scene import zones_scene
 

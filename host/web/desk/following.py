@@ -16,9 +16,9 @@ from pathgene.host.web.desk.stage import Stage
 
 __all__ = ["Following"]
 
-# Looks at the job so often; the views draw many of its generations with each frame.
+# Period of the looks at a job, seconds. The views draw many generations with each frame.
 _POLL_S = 0.05
-# Most generations of a look; of more, some are left out.
+# Maximum generations of a look. If there are more, some are left out.
 _MOST_ROWS = 250
 
 
@@ -60,19 +60,19 @@ class Following:
         self._show_state()
 
     def leave(self) -> None:
-        """Follow no job; it goes on."""
+        """Follow no job. The job continues."""
         self._job = None
         self._timer.deactivate()
         self._show_state()
 
     async def stop(self) -> None:
-        """Let the job end with the best path so far."""
+        """Let the job end with its best path."""
         if self._job is not None:
             await asyncio.to_thread(self._jobs.stop, self._job)
             self._show_state()
 
     def _look(self) -> None:
-        """Show what has come of the job since the last look."""
+        """Show the progress of the job since the last look."""
         job = self._job
         if job is None:
             return
@@ -117,7 +117,7 @@ class Following:
             self._results.show(plan, self._results.kept)
 
     def _show_state(self) -> None:
-        """Say what the job does, and offer to stop it where that has an effect."""
+        """Show the state of the job, and enable Stop where it has an effect."""
         job = self._job
         can_stop = job is not None and job.state in ("waiting", "planning") and not job.stopping
         self._stop.set_enabled(can_stop)

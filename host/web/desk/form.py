@@ -39,7 +39,7 @@ class Field:
     widget : str
         How it is shown: ``switch``, ``choice``, ``number``, or ``text``.
     choices : tuple of str
-        Of a choice, all values.
+        All values of a choice.
     meaning : str
         Its meaning for users, without a full stop.
     """
@@ -67,7 +67,7 @@ class Field:
         return str(value)
 
     def value_of(self, text: Any) -> Any:
-        """Return the value of what a user has entered; None for nothing.
+        """Return the value of an entered text, or None for an empty one.
 
         Raises
         ------

@@ -44,13 +44,13 @@ class Guard:
     Parameters
     ----------
     app : callable
-        The application behind it.
+        The guarded application.
     token : str
         The token.
     port : int
         The port of the desk, for a cookie of its own: cookies do not know ports.
     upload_bytes : int
-        Most bytes of a file that is given to the desk.
+        Maximum bytes of a file that is given to the desk.
     """
 
     def __init__(self, app: App, token: str, port: int, upload_bytes: int) -> None:

@@ -17,7 +17,7 @@ from pathgene.host.web.desk.worker import Found, PlanTask, Progressed
 
 __all__ = ["NEWS", "FlightJob", "Job", "PlanJob", "State"]
 
-#: What of a flight is told only where it has changed.
+#: Parts of a flight that are told only after a change.
 NEWS = ("zones", "points", "path", "changes")
 
 #: See :class:`Job`.
@@ -39,7 +39,7 @@ class Job(ABC):
         ``waiting`` in the queue, ``planning`` or ``flying``, ``found`` but not yet saved,
         ``saved``, ``failed``.
     notes : list of str
-        What the files cannot say.
+        Sentences on facts that the files cannot hold.
     error : str or None
         The sentence on why there is no result, or no file of it.
     stopping : bool
@@ -146,7 +146,7 @@ class FlightJob(Job):
     news : dict of str to (int, object)
         Zones, points, path and changes as they are now, each with a number that grows.
     speed : float
-        At which it is flown, in times that of the aircraft.
+        Speed of the flight, as a multiple of the speed of the aircraft.
     watchers : set
         Pages that look at it.
     outcome : dict or None

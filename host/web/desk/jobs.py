@@ -1,4 +1,4 @@
-"""Runs the jobs of the desk in processes of their own: some plans at a time, others in a queue."""
+"""Runs the jobs of the desk in processes of their own: some plans at a time, more in a queue."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class _Process:
         threading.Thread(target=self._post, daemon=True).start()
 
     def tell(self, message: object) -> None:
-        """Send a message, behind those before it."""
+        """Send a message after the earlier ones."""
         self._outbox.put(message)
 
     def _post(self) -> None:
@@ -76,7 +76,7 @@ class Jobs:
     at_once : int
         Jobs that plan at a time, 1 or more.
     waiting : int
-        Most jobs in the queue.
+        Maximum jobs in the queue.
 
     Raises
     ------
@@ -129,7 +129,7 @@ class Jobs:
         values : mapping
             Values of the problem by the names in :data:`pathgene.host.options.table.OPTIONS`.
         name : str
-            What the folder of the plan is called besides the time.
+            Name of the folder of the plan, after the time.
         statement : str, optional
             As for :class:`PlanJob`.
 
@@ -152,7 +152,7 @@ class Jobs:
         return job
 
     def stop(self, job: Job) -> None:
-        """Let a plan end with the best path so far; one in the queue, and a flight, end without."""
+        """Let a plan end with its best path. A plan in the queue, and a flight, end without one."""
         with self._lock:
             job.stopping = True
             if job not in self._running:
@@ -194,7 +194,7 @@ class Jobs:
             self._spare.end()
 
     def _start(self) -> None:
-        """Start what there is room for; the lock is held."""
+        """Start as many jobs as there is room for. The lock is held."""
         while self._queue and self._plans < self._at_once and not self._closed:
             self._begin(self._queue.popleft())
 
@@ -214,7 +214,7 @@ class Jobs:
         thread.start()
 
     def _run(self, job: Job, process: _Process) -> None:
-        """Receive what a process sends until it has ended, then start the next job."""
+        """Receive the messages of a process until it has ended, then start the next job."""
         try:
             while not job.done:
                 job.take(process.connection.recv())

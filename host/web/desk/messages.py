@@ -10,7 +10,7 @@ from multiprocessing.connection import Connection
 
 __all__ = ["STOP", "Ending", "Failed", "Saved", "Sender"]
 
-#: What the desk sends to a process that is to end.
+#: Message of the desk that ends a process.
 STOP = "stop"
 
 
@@ -21,7 +21,7 @@ class Ending:
 
 @dataclass(frozen=True)
 class Saved:
-    """All files are written but pictures; ``notes`` are sentences on what they cannot say."""
+    """All files are written but pictures; ``notes`` are sentences on facts that they lack."""
 
     notes: list[str]
 

@@ -32,7 +32,7 @@ from pathgene.host.web.scene import path_scene
 
 __all__ = ["Page"]
 
-# A change is drawn and checked after so long without another one.
+# Seconds without another change after which a change is drawn and checked.
 _SETTLE_S = 0.15
 _LIST_S = 2.0
 
@@ -43,7 +43,7 @@ class Page:
     Parameters
     ----------
     desk : Desk
-        What it shares with the other tabs.
+        The state that all tabs share.
     address : str
         The address of the desk with its token.
     """
@@ -179,7 +179,7 @@ class Page:
             self._changed()
 
     def _drawn(self, event: events.GenericEventArguments) -> None:
-        """Take what a user has drawn on the map."""
+        """Take a drawing of the user on the map."""
         values = event.args
         if self._cockpit.is_open:
             self._happened(values)
@@ -187,7 +187,7 @@ class Page:
         try:
             self._take_drawn(str(values["what"]), values)
         except (KeyError, IndexError, TypeError, ValueError):
-            return  # Of a zone or point that is gone.
+            return  # The zone or point is gone.
         if values["what"] != "pick":
             self._panels.show_drawn()
             self._changed()
@@ -213,7 +213,7 @@ class Page:
             sheet.reshape(operator.index(values["number"]), _shape(values))
 
     def _happened(self, values: Any) -> None:
-        """Let what a user has drawn happen in the flight."""
+        """Turn a drawing of the user into an event of the flight."""
         if not self._cockpit.is_flying:
             ui.notify("Close the flight to change the problem.")
             return
@@ -227,7 +227,7 @@ class Page:
         except InputError as error:
             ui.notify(str(error), type="negative", multi_line=True)
         except (KeyError, TypeError, ValueError):
-            return  # Nothing that the page draws.
+            return  # The page draws nothing of this kind.
 
     async def fly(self) -> None:
         """Fly the plan that is shown; the planner of the form plans in flight."""
@@ -251,7 +251,7 @@ class Page:
         self._list()
 
     async def _show(self, job: Job) -> None:
-        """Show a job that goes on."""
+        """Show a running job."""
         if isinstance(job, FlightJob):
             if await self._load(job.folder.name):
                 self._cockpit.follow(job)

@@ -41,7 +41,7 @@ class Panels:
     ) -> None:
         self._sheet, self._changed, self._picked = sheet, changed, picked
         self._zone: int | None = None
-        # What adds to a list is beside it, so that it keeps the keyboard's focus.
+        # Buttons that add to a list are beside the list, so that they keep the keyboard's focus.
         with panel("Points", is_open=True):
             self._points()
             _adders({"Add via point": self._add_via})
@@ -53,16 +53,16 @@ class Panels:
                 self._form(table)
 
     def show(self) -> None:
-        """Show all values anew, as after another problem was opened."""
+        """Show all values again, as after another problem was opened."""
         self.show_drawn()
         self.show_form()
 
     def show_form(self) -> None:
-        """Show the values of the form anew, as after another planner was chosen."""
+        """Show the values of the form again, as after another planner was chosen."""
         self._form.refresh()
 
     def show_drawn(self) -> None:
-        """Show the values anew that can change on the map."""
+        """Show the values again that can change on the map."""
         self._points.refresh()
         self._zones.refresh()
 
@@ -237,7 +237,7 @@ class Panels:
 
 @contextlib.contextmanager
 def panel(title: str, *, is_open: bool = False) -> Iterator[ui.element]:
-    """Add a panel that opens and closes; what the block adds is in it."""
+    """Add a panel that opens and closes. It holds all elements that the block adds."""
     with ui.element("details").classes("panel") as details:
         if is_open:
             details.props("open")

@@ -1,4 +1,4 @@
-"""The figures of a plan, beside those of a kept one, its files, and the saved plans."""
+"""The figures of a plan beside the figures of a kept one, its files, and the saved plans."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class PlanView:
     folder : Path
         Its folder.
     state : str
-        That of its job: its files are in the folder once it is ``saved``.
+        State of its job. Its files are in the folder once the state is ``saved``.
     statement : str, optional
         Its problem as :meth:`pathgene.host.web.desk.sheet.Sheet.statement` has it.
     """
@@ -101,7 +101,7 @@ class Results:
     Parameters
     ----------
     keep, drop, fly : callable
-        Called when a user keeps the plan, lets go of the kept one, and flies the plan.
+        Called when a user keeps the plan, drops the kept one, and flies the plan.
     holds : callable
         Tells whether a plan is of the problem as it is now. Only such a plan flies and gives files.
     """
@@ -226,7 +226,7 @@ class SavedPlans:
         self.entries()
 
     def show(self, jobs: list[Job], names: list[str]) -> None:
-        """Show other jobs and plans, if they are others."""
+        """Show jobs and plans, if they have changed."""
         names = names[:_LISTED]
         if (jobs, names) != (self._jobs, self._names):
             self._jobs, self._names = jobs, names

@@ -1,4 +1,4 @@
-"""The server of the desk: NiceGUI behind a guard, and the files of saved plans."""
+"""The server of the desk: NiceGUI with a guard before it, and the files of saved plans."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _STYLES = [
 ]
 # Open tabs; each has a problem in memory.
 _MOST_TABS = 32
-# Bytes of a cell in the largest format that is common, and of what stands around the cells.
+# Bytes of a cell in the largest format that is common, and of the file around the cells.
 _CELL_BYTES, _AROUND_BYTES = 8, 1_000_000
 _ICON = (
     '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 32 32">'
@@ -63,7 +63,7 @@ def serve(desk: Desk, host: str, port: int, ready: Callable[[str], object]) -> N
     InputError
         If nothing can listen there.
     """
-    # Of addresses that nothing has.
+    # It would log each request for an unknown address.
     logging.getLogger("nicegui").setLevel(logging.ERROR)
     token = secrets.token_urlsafe(24)
     with _listening(host, port) as listener:
@@ -156,7 +156,7 @@ def _application(desk: Desk, address: str) -> FastAPI:
         dark=None,
         tailwind=False,
         show_welcome_message=False,
-        # A tab that was away for less goes on where it was.
+        # A tab that was away for less time continues.
         reconnect_timeout=30.0,
         # Modules of another version of pathgene have the same address.
         cache_control_directives="no-cache",

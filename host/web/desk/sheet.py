@@ -35,10 +35,10 @@ from pathgene.host.web.desk.terrains import Terrains
 
 __all__ = ["Sheet", "zone_table"]
 
-#: Most bytes of a problem as text: some ten thousand corners.
+#: Maximum bytes of a problem as text: some ten thousand corners.
 MOST_BYTES = 1_000_000
 
-# Start and goal on a new terrain: this share of its sides from two corners, so high above it.
+# Start and goal on a new terrain: share of its sides from two corners, and height above it.
 _END_SHARE, _END_HEIGHT_M = 0.1, 100.0
 # Places that a mouse gives, to the decimetre.
 _DECIMALS = 1
@@ -102,7 +102,7 @@ class Sheet:
         return other
 
     def terrain(self) -> Terrain:
-        """Return the terrain; raises what :meth:`Terrains.load` does."""
+        """Return the terrain, or raise as :meth:`Terrains.load` does."""
         return self._terrains.load(self.values)
 
     def set(self, name: str, value: Any) -> None:
@@ -168,7 +168,7 @@ class Sheet:
         self.via.append((round(x, _DECIMALS), round(y, _DECIMALS), before[2]))
 
     def mission(self) -> Mission:
-        """Return what the values describe.
+        """Return the mission that the values describe.
 
         Raises
         ------
@@ -332,7 +332,7 @@ class Sheet:
         self.misread.clear()
 
     def _effective(self) -> dict[str, Any]:
-        """Return the values without those that others make void, as the command line has them."""
+        """Return the values that have an effect, as the command line has them."""
         void = self._without_field()
         if self.values.get("as_paper"):
             void |= set(RULES)

@@ -7,9 +7,9 @@ import { Curve, KEPT } from "pathgene-views/desk/curve.js";
 import { Flight } from "pathgene-views/desk/flight.js";
 import { FLYING, HINTS, Tools } from "pathgene-views/desk/tools.js";
 
-// The pointer on the map marks the track from so many pixels away.
+// Distance in pixels from which the pointer on the map marks the track.
 const NEAR_PIXELS = 30;
-// Best paths that fade out behind the latest, and the share of the queue shown with a frame.
+// Best paths that fade out after the latest, and the share of the queue shown with a frame.
 const TRAIL = 7;
 const SHARE = 1 / 12;
 // Where frames come more slowly, as without a graphics card, 3-D shows fewer of the paths.
@@ -173,7 +173,7 @@ export default {
       this.request();
     },
 
-    /** Show a kept plan beside the other; null shows none. */
+    /** Show a kept plan beside the plan; null shows none. */
     setKept(plan) {
       this.kept = plan && { ...plan, path: readPath(plan.path) };
       this.showPlan();
@@ -188,7 +188,7 @@ export default {
       this.mark(null);
     },
 
-    /** Show what is new of the flight; see Flight.take. */
+    /** Show the news of the flight; see Flight.take. */
     async flown(news) {
       await this.opened;
       this.flight?.take(news);

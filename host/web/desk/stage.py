@@ -52,11 +52,11 @@ class Stage(
         self.run_method("setKept", plan)
 
     def fly(self) -> None:
-        """Begin to show a flight; the tools draw what happens in it."""
+        """Begin to show a flight; the tools draw its events."""
         self.run_method("fly")
 
     def flown(self, news: Mapping[str, Any]) -> None:
-        """Show what is new of the flight: see ``flight.js``."""
+        """Show the news of the flight: see ``flight.js``."""
         self.run_method("flown", news)
 
     def land(self) -> None:

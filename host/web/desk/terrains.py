@@ -20,9 +20,9 @@ from pathgene.host.terrain import Terrain, embedded
 
 __all__ = ["Terrains"]
 
-# Terrains kept in memory: those of a few tabs.
+# Terrains kept in memory, enough for a few tabs.
 _KEPT = 4
-# What GDAL writes beside a raster.
+# Files that GDAL writes beside a raster.
 _HIDDEN = re.compile(r"^\.|\.aux\.xml$")
 _DIGEST_LENGTH = 8
 
@@ -39,7 +39,7 @@ class Terrains:
     directory : Path
         Folder of the files that are given to the desk; it need not exist.
     max_cells : int, optional
-        Most cells of a terrain; see :func:`pathgene.host.terrain.load`.
+        Maximum cells of a terrain; see :func:`pathgene.host.terrain.load`.
     """
 
     def __init__(self, directory: Path, max_cells: int | None = None) -> None:
@@ -55,7 +55,7 @@ class Terrains:
 
     @property
     def names(self) -> list[str]:
-        """All names, those of embedded terrains first."""
+        """All names, embedded terrains first."""
         return [*embedded.names(), *self._files]
 
     def add_file(self, file: Path) -> str:
@@ -110,7 +110,7 @@ class Terrains:
         return kept
 
     def source_of(self, name: str) -> str:
-        """Return what a problem file names: the name of an embedded terrain, or the path of a file.
+        """Return the name of an embedded terrain, or the path of a file, for a problem file.
 
         Raises
         ------

@@ -53,7 +53,7 @@ class Progressed:
     Parameters
     ----------
     rows : list of (int, float, float)
-        Generation, best fitness so far, mean fitness.
+        Generation, best fitness of all generations, mean fitness.
     paths : list of (int, ndarray)
         Generation and best path so far, (n, 3) metres, of each generation with a better one.
     """
@@ -79,7 +79,7 @@ class Found:
 
 
 def work(connection: Connection) -> None:
-    """Wait for a task on ``connection``, do it, and send what comes of it.
+    """Wait for a task on ``connection``, do it, and send its results.
 
     When the other end is closed, a search ends as after
     :data:`pathgene.host.web.desk.messages.STOP`, and its plan is saved.
@@ -126,7 +126,7 @@ def _plan(task: PlanTask, connection: Connection, sender: Sender) -> None:
 
 
 class _Observer:
-    """The observer of a search that sends what it sees, at most 30 times a second."""
+    """The observer of a search that sends its progress, at most 30 times a second."""
 
     def __init__(self, sender: Sender) -> None:
         self._sender = sender
@@ -146,7 +146,7 @@ class _Observer:
         self._better = path
 
     def flush(self) -> None:
-        """Send what is not sent yet."""
+        """Send the rest."""
         if self._seen.rows:
             self._sender.send(self._seen)
         self._seen = Progressed([], [])

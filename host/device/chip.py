@@ -1,4 +1,4 @@
-"""A chip behind a link: the commands of :mod:`pathgene.hdl.protocol` as methods."""
+"""A chip at a link: the commands of :mod:`pathgene.hdl.protocol` as methods."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ class Chip:
         return [list(path) for path in self._known()]
 
     def close(self) -> None:
-        """Close the link, end a simulated board behind it, and close the chip beside this one."""
+        """Close the link, end its simulated board, and close the chip beside this one."""
         self.closed = True
         self.link.close()
         if self._beside is not None:
@@ -145,7 +145,7 @@ class Chip:
         self._end_earlier_run()
 
     def _end_earlier_run(self) -> None:
-        """End what an earlier session has left going on: a run makes other commands wait."""
+        """End what an earlier session has left running: a run makes other commands wait."""
         if self.config.planner_core:
             self._runs.end()
 

@@ -101,7 +101,7 @@ class Link:
     patience_s : float
         Seconds of silence after which the board is given up.
     traffic : Traffic
-        Traffic so far.
+        Traffic until now.
     session : int or None
         The open session.
 
@@ -198,7 +198,7 @@ class Link:
             If there is no answer.
         LinkError
             If the board was reset, or another host has opened a session since. The session after
-            the last, 255, is refused, too: its number is that of a chip after a reset.
+            the last, 255, is refused, too: its number is the number of a chip after a reset.
         """
         if self._latest_session == _LAST_SESSION:
             self.session = None

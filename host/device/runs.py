@@ -22,7 +22,7 @@ __all__ = ["BestPaths", "RunStatus", "Runs"]
 class RunStatus:
     """Progress of a run.
 
-    While a run goes on, the board ``model:`` knows neither the key nor the cycles of units.
+    While a run lasts, the board ``model:`` knows neither the key nor the cycles of units.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class RunStatus:
     generations, cycles : int
         Generations bred and cycles passed since its beginning.
     key : int
-        Key of the best path so far.
+        Key of the best path until now.
     breed, score, walk, sort, wavefront : int
         Cycles of the chip's units, which overlap: see :class:`pathgene.hdl.protocol.runs.Outcome`.
     """
@@ -71,7 +71,7 @@ class BestPaths:
 class Runs:
     """Runs of the planner on a chip.
 
-    While a run goes on, only :meth:`status`, :meth:`stop`, :meth:`end` and :meth:`best_if_over` are
+    While a run lasts, only :meth:`status`, :meth:`stop`, :meth:`end` and :meth:`best_if_over` are
     answered; the chip refuses all other methods, and writes of the map, with
     :attr:`pathgene.hdl.protocol.Status.BUSY`.
 
@@ -140,7 +140,7 @@ class Runs:
     def start(self, options: RunOptions) -> None:
         """Begin a run on the problem; :meth:`status` says when it is over.
 
-        A warm run goes on from the population of the latest run, also of that before the latest
+        A warm run continues from the population of the latest run, also of that before the latest
         :meth:`set_problem`.
 
         Raises
@@ -173,7 +173,7 @@ class Runs:
         self._orders.give([(Command.STOP, b"")])
 
     def end(self) -> None:
-        """Stop a run that goes on, and wait for its end.
+        """Stop a run in progress, and wait for its end.
 
         Raises
         ------
@@ -196,7 +196,7 @@ class Runs:
         return BestPaths(*unpack_best(self._config, self._link.request(Command.BEST)))
 
     def best_if_over(self) -> BestPaths | None:
-        """Return the paths of the latest run as :meth:`best` does, or None while it goes on."""
+        """Return the paths of the latest run as :meth:`best` does, or None before its end."""
         try:
             return self.best()
         except RefusedError as error:

@@ -6,8 +6,8 @@ of the entry point is the scheme, its object a :class:`BoardScheme`::
     [project.entry-points."pathgene.boards"]
     probe = "probe_boards:SCHEME"
 
-From then on ``pathgene plan --board probe:...`` opens these boards. A URL of any other scheme is
-that of a serial port.
+From then on ``pathgene plan --board probe:...`` opens these boards. A URL of any other scheme
+names a serial port.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ class ServedBoard(Protocol):
         ...
 
     def wait(self, timeout_s: float | None = None) -> int | None:
-        """Wait for the end of the simulator; return its exit status, or None after so long."""
+        """Wait for the end of the simulator; return its exit status, or None after the time-out."""
         ...
 
     def log(self) -> str:

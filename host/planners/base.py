@@ -128,7 +128,7 @@ class Stop:
         self._requested = True
 
 
-#: Called after each generation with its number, the best fitness so far and the mean fitness.
+#: Called after each generation with its number, the best fitness until now and the mean fitness.
 Progress = Callable[[int, float, float], object]
 
 
@@ -140,7 +140,7 @@ class Observer(Protocol):
         """Take a generation, as any :data:`Progress`."""
 
     def improved(self, path: Path) -> object:
-        """Take the best path so far, (n, 3) metres; called before the generation that has it."""
+        """Take the best path until now, (n, 3) metres; called before the generation that has it."""
 
 
 class Replanner(Protocol):
@@ -175,7 +175,7 @@ class Result:
     evaluation : Evaluation
         All its terms.
     history : list of [int, float, float]
-        Generation, best fitness so far, mean fitness of the population; starts at generation 0.
+        Generation, best fitness until now, mean fitness of the population; starts at generation 0.
     generations, evaluations : int
         Numbers of both that were run.
     stopped_by : str
@@ -194,7 +194,7 @@ class Result:
         Candidates, besides ``evaluations``, that were given up before the end of their evaluation:
         they could not be better than the paths they were to replace.
     replanner : Replanner or None
-        Goes on from this run; None if nothing of it is left.
+        Continues from this run, or None if the run cannot be continued.
     """
 
     path: Path

@@ -41,7 +41,7 @@ def default_planner(board: str | Chip | None = None) -> str:
         try:
             known = known_config(url)
         except InputError:
-            # What is wrong with both cores is reported when the board is opened.
+            # An error with both cores is reported when the board is opened.
             return ON_PAPER_CORE
         if known is None:
             with open_board(url) as chip:

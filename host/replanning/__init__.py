@@ -1,1 +1,1 @@
-"""Replanning in flight: zones appear, the goal or the wind changes, and the flight goes on."""
+"""Replanning in flight: zones appear, the goal or the wind changes, and the flight continues."""

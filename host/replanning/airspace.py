@@ -16,7 +16,7 @@ from pathgene.host.replanning.scenario import Event, NewZone, Placed
 
 __all__ = ["Airspace", "Place"]
 
-#: A drifting zone is known anew so often, seconds.
+#: Period of the positions of a drifting zone, seconds.
 DRIFT_S = 5.0
 
 #: x and y of what a zone is placed on: ``path`` with metres ahead, ``goal`` or ``aircraft``.

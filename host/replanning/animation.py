@@ -112,7 +112,7 @@ def _background(figure: Figure, report: Replanned) -> tuple[Axes, float]:
     shown = window(report, plan)
     plan_view.draw(plan, bar, mission, ends, samples, none, window=shown)
     for line in list(plan.lines):
-        # The path is drawn anew in each frame, as long as it holds.
+        # The path is drawn in each frame, as long as it holds.
         if line.get_color() == PATH:
             line.remove()
     unit_m, _ = plan_view.axis_unit(max(terrain.width_m, terrain.height_m))

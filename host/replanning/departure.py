@@ -24,7 +24,7 @@ __all__ = ["Departure", "RestOfFlight", "depart", "fault_of"]
 # Straights that lead to a start: turn radii, and share of the steepest climb; the first that is
 # safe. Half of one that climbs may be a turn's tangent, over which its climb is lost.
 _LEADS = (1.1, 0.0), (2.0, 0.25), (2.0, 0.45)
-# A new track begins so far behind the aircraft: guidance finds its place on it, metres.
+# Distance from a new track's beginning to the aircraft: guidance finds its place on it, metres.
 _BACK_M = 60.0
 # A line is a glide if it needs less than this share of the thrust of level flight.
 _GLIDE = 0.25
@@ -103,7 +103,7 @@ class Departure:
         return (*part(self.track, since_m, self.leaves_m), *self._led(path), *path)
 
     def whole(self, path: Track, along_m: float) -> Track:
-        """Return the new track for an aircraft at ``along_m``: it begins behind it."""
+        """Return the new track for an aircraft at ``along_m``: it begins behind the aircraft."""
         return self.joined(path, along_m - _BACK_M)
 
     def _led(self, path: Track) -> Track:

@@ -18,7 +18,7 @@ from pathgene.host.replanning.tracks import Pose, Track, end_of, part, pose_at, 
 
 __all__ = ["Holding", "holding_on", "shortest_way_out_m", "way_on", "way_out"]
 
-# Turns looked at: every so many degrees to both sides, up to half a circle.
+# Turns looked at: step in degrees to both sides, up to half a circle.
 _TURN_DEG = 15
 _FINE_DEG = 3
 # How far a straight out of a zone goes at most, and how exactly its end is known, metres.

@@ -20,7 +20,7 @@ __all__ = ["WAY_OUT_SHARE", "Outcome", "judge"]
 
 Floats = NDArray[np.float64]
 
-#: A zone that appears over the aircraft is left within so many times the shortest way out.
+#: A zone that appears over the aircraft is left within this multiple of the shortest way out.
 WAY_OUT_SHARE = 1.1
 # Slack of the way out: what is flown between two looks of the guidance, and the reaction, metres.
 _WAY_OUT_SLACK_M = 10.0

@@ -91,11 +91,11 @@ class Pilot:
         return math.hypot(state.east_m_s, state.north_m_s)
 
     def pose(self, ahead_m: float = 0.0) -> Pose:
-        """Return the pose of the track so far ahead of the aircraft."""
+        """Return the pose of the track at a distance ahead of the aircraft."""
         return pose_at(self.track, self.along_m + ahead_m)
 
     def follow(self, kind: str, track: Track) -> None:
-        """Go on along another track, which begins beside the aircraft or behind it."""
+        """Continue along another track, which begins beside the aircraft or behind it."""
         self.track = track
         self.flight.follow(track)
         self.legs.append(Leg(self.time_s, kind, track))

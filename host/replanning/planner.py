@@ -1,6 +1,6 @@
 """A planner that plans during a flight, and the time that it would take there.
 
-The time is virtual: that of the planner core follows from cycles and bytes, and that of a
+The time is virtual: the time of the planner core follows from cycles and bytes, and that of a
 planner on the processor is a constant, measured once before the flight. So a flight goes the same
 way on every machine for the same constants.
 """
@@ -42,9 +42,9 @@ REPAIR_S = 0.007
 ROUND_TRIP_S = 0.001
 #: How long a host in the air waits for a board that is silent.
 PATIENCE_S = 0.1
-#: Time on the chip of the plan before the flight, whose population replans go on from.
+#: Time on the chip of the plan before the flight, whose population replans continue from.
 _CHIP_MS = 10
-#: A plan is expected within so many times its usual time.
+#: A plan is expected within this multiple of its usual time.
 _SLACK = 1.3
 #: The same on the chip: all runs of a replan, and the repair of each.
 _CHIP_BUDGET_S = 0.125

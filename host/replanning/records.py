@@ -1,4 +1,4 @@
-"""What a flight with replans leaves behind: its tracks, and the changes with their attempts."""
+"""Records of a flight with replans: its tracks, and the changes with their attempts."""
 
 from __future__ import annotations
 

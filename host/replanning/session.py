@@ -45,7 +45,7 @@ __all__ = ["Session"]
 REACTION_S = 0.02
 # A new track begins so far behind the aircraft: guidance finds its place on it, metres.
 _BACK_M = 60.0
-# A plan begins at least so far ahead, metres.
+# Minimum distance from the aircraft to the beginning of a plan, metres.
 _AHEAD_M = 2.0
 # Straights behind a way out, in turn radii: the first that is safe.
 _ON_RADII = 6.0, 3.0, 1.0
@@ -77,7 +77,7 @@ class Session:
     planner : InFlightPlanner
         Plans during the flight; it has been prepared.
     scenario : Scenario
-        What happens. :meth:`happen` adds to it while the flight goes on.
+        What happens. :meth:`happen` adds to it during the flight.
     fallback : InFlightPlanner, optional
         Takes over where the board of ``planner`` is lost; prepared, too.
     gusts, seed
@@ -94,7 +94,7 @@ class Session:
     changes : list of Change
         What has happened.
     ended : str
-        Empty while it goes on: ``arrived``, ``holding``, ``crashed`` or ``lost``.
+        Empty during the flight: ``arrived``, ``holding``, ``crashed`` or ``lost``.
 
     Raises
     ------
@@ -146,7 +146,7 @@ class Session:
         self._waits_since_s: float | None = None
         self._looks = self._found = 0
 
-    # --- What others see ------------------------------------------------------------------------
+    # --- Shown to callers -----------------------------------------------------------------------
 
     @property
     def ready_share(self) -> float:
@@ -182,7 +182,7 @@ class Session:
             self._fly_on(self._reach_m)
         self._end(self.pilot.step())
 
-    # --- What happens ---------------------------------------------------------------------------
+    # --- Events ---------------------------------------------------------------------------------
 
     def _happen(self, event: Event, now: float) -> None:
         if event.board_lost:

@@ -24,8 +24,8 @@ MIN_WAYPOINTS = 2
 #: Paths in the population by default (section 4.1.1); section 3.1 found 30 to 40 good.
 POPULATION = 32
 
-_CROSSOVER_SHARE = 0.70  # Of the population, replaced by children (section 3.3).
-_ELITE_SHARE = 0.05  # Of the population, kept for being best (section 3.5).
+_CROSSOVER_SHARE = 0.70  # Share of the population replaced by children (section 3.3).
+_ELITE_SHARE = 0.05  # Share of the population kept for being best (section 3.5).
 _MUTATION_RATE = 0.05  # Probability that a child is mutated, in one of five ways (3.4).
 _BOX_SHARE = 0.15  # Edge of the mutation box over the edge of the map (3.4.1).
 _SHARP_TURN_RAD = math.radians(45)

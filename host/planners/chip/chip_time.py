@@ -1,6 +1,6 @@
 """Time that a plan takes a real chip and its line, from what a run on any board has counted.
 
-A look at a run that goes on costs bytes, and how often the host looks depends on the clock of the
+A look at a run in progress costs bytes, and how often the host looks depends on the clock of the
 machine. So the looks of a real board are computed: the same counts give the same time everywhere.
 """
 

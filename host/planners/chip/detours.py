@@ -29,7 +29,7 @@ _JOINS = 6
 _MOST_WAYPOINTS = 3
 # Longer than a turn's tangent, for rounding.
 _MORE = 1.01
-# In turn radii: straights behind a turn at which the next begins, or the path goes on.
+# In turn radii: straights after a turn at which the next begins, or the path continues.
 _STRAIGHTS = 0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0
 _FIRST_STRAIGHTS, _SECOND_STRAIGHTS = (0.05, 1.0, 2.0, 4.0), (0.7, 1.5, 3.0, 5.0)
 # Degrees: turns of a detour with one, and the first and second of one with two, on the same side
@@ -183,7 +183,7 @@ def _measure(
             behind += math.hypot(points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1])
         for way in range(len(ways)):
             count = counts[way]
-            # Up to two points behind the join: their turns depend on the detour, or limit it.
+            # Up to two points after the join: their turns depend on the detour, or limit it.
             last = min(count + 3, count + n - join - 1)
             total, run, tangent, fits = behind, 0.0, 0.0, True
             x, y = points[0, 0], points[0, 1]

@@ -35,7 +35,7 @@ class ChipGeneticPlanner:
     The host sends map and problem, starts a run, and reads up to eight paths. It evaluates them in
     full and reports the best that is feasible by the strict rule. Where none is, it starts another
     run, with the next seed and other surfaces, up to eight in all. A long plan is cut into parts,
-    each of which goes on from the one before: see
+    each of which continues from the one before: see
     :class:`pathgene.host.planners.chip.schedule.ChipSchedule`. docs/chip_planner.md defines a run;
     all random numbers of it follow from the seed, so every board of the same sizes gives the same
     result.

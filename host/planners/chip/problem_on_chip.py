@@ -30,12 +30,12 @@ LINE_BITS = 10
 _LOOK_S, _LOOKS = 0.001, 100
 #: Seconds between two reports of what a run has done so far, at least.
 _REPORT_S = 0.01
-#: Share of the corners drawn for a zone that may lie outside of it, before they are set free.
+#: Share of the corners drawn for a zone that may lie outside of it, before they are cleared.
 _MOST_EXCESS = 0.05
 
 
 def pause_s(limit_s: float, passed_s: float, look_s: float) -> float:
-    """Return the seconds until the next look at a run that goes on.
+    """Return the seconds until the next look at a run in progress.
 
     A look shortly before the limit of the run would delay the one that finds it over.
 
@@ -57,7 +57,7 @@ def pause_s(limit_s: float, passed_s: float, look_s: float) -> float:
 class Waits:
     """Bytes on the line that the host waits for in a run.
 
-    The looks that find the run going on are left out: how many there are depends on the machine.
+    The looks that find the run in progress are left out: how many there are depends on the machine.
 
     Parameters
     ----------
@@ -130,12 +130,12 @@ class ProblemOnChip:
     def is_warm(self) -> bool:
         """True if the population on the chip is that of the latest run on this problem.
 
-        A problem that has had no run goes on from the population of the problem before.
+        A problem that has had no run continues from the population of the problem before.
         """
         return not self.chip.closed and self._runs_before == self.chip.runs.started
 
     def changed(self, problem: Problem) -> ProblemOnChip:
-        """Return another problem over the same terrain, to go on from this one.
+        """Return another problem over the same terrain, to continue from this one.
 
         The first run has the chip draw each new zone, and uploads what a drawing cannot do: the
         corners of zones that are gone, those beside the ends, zones with heights or times, and
@@ -232,7 +232,7 @@ class ProblemOnChip:
         """Do a run; return what it did and found.
 
         Before the first, and after :meth:`ease`, the chip gets its map and record with the command.
-        While the run goes on, ``ends`` is asked every 10 ms, and stops it by returning True.
+        During the run, ``ends`` is asked every 10 ms, and stops it by returning True.
         """
         runs = self.chip.runs
         config, traffic = self.chip.config, self.chip.link.traffic
@@ -249,7 +249,7 @@ class ProblemOnChip:
         stopped = False
         self.looks = 0
         asked = reported = time.monotonic()
-        # The run has gone on while the answer came.
+        # The run has continued while the answer came.
         began = asked - LINE_BITS * answer * config.clocks_per_bit / config.clock_hz
         before = dataclasses.replace(traffic)
         while (best := runs.best_if_over()) is None:

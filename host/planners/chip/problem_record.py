@@ -131,7 +131,7 @@ def committed_points(problem: Problem) -> tuple[Point | None, Point | None]:
 
     A heading at the start commits the aircraft to a point about a turning radius ahead; one at the
     goal, to a point as far before it. Straight ahead there is no turn at the end itself, which the
-    evaluation would lay before the start or behind the goal. The point is as high as its end, or as
+    evaluation would lay before the start or beyond the goal. The point is as high as its end, or as
     the ground on the way demands, within the limit of slope. Where the map ends sooner, the point
     is at its edge.
     """

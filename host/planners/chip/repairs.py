@@ -12,7 +12,7 @@ __all__ = ["load_repairs", "repair"]
 
 Path = NDArray[np.float64]
 
-# A limit broken within so many turn radii of an end points to the way there.
+# A limit broken within this number of turn radii of an end points to the way there.
 _NEAR_RADII = 2.0
 _SLOPES = {"climb", "descent"}
 

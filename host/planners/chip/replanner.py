@@ -22,8 +22,8 @@ from pathgene.host.problem.zones import Zone
 
 __all__ = ["ChipReplanner", "replan_options"]
 
-#: Of the first run. With four paths to read, its limit keeps chip and line within 3 ms in 99 of 100
-#: replans (``make bench BENCH=replan``).
+#: For the first run. With four paths to read, its limit keeps chip and line within 3 ms in 99 of
+#: 100 replans (``make bench BENCH=replan``).
 _WARM = RunOptions(
     cycles=144_000,
     generations=195,
@@ -34,7 +34,7 @@ _WARM = RunOptions(
     warm=True,
     paths=4,
 )
-#: Of a run from new seeds alone, longer and on other surfaces: it follows where no path of the
+#: For a run from new seeds alone, longer and on other surfaces: it follows where no path of the
 #: first is feasible, and comes first on a new map.
 _COLD = RunOptions(cycles=280_000, generations=300, until_feasible=True, paths=4)
 
@@ -56,8 +56,8 @@ class ChipReplanner:
     """Plans changed problems on a chip, from the population of the problem before.
 
     The chip draws new zones on its map and runs for a millisecond: an island of the earlier
-    paths, less what lies behind the start, and one of new seeds. The host judges the paths by the
-    strict rule. Where none is feasible, it repairs the best, after the first run also the second
+    paths, less the waypoints before the start, and one of new seeds. The host judges the paths by
+    the strict rule. Where none is feasible, it repairs the best, and after the first run the second
     (:func:`~pathgene.host.planners.chip.repairs.repair`), which takes milliseconds of the processor
     and none of chip and line. Where that fails, up to seven more runs follow, of at most 2.8 ms,
     each from new seeds alone. :meth:`finish` clears the zones that are gone besides new ones.
@@ -81,7 +81,7 @@ class ChipReplanner:
         return self._task.is_warm
 
     def finish(self) -> None:
-        """Set free what is gone, and ``to_free``; what fails, the next replan sends again."""
+        """Clear the zones that are gone, and ``to_free``; the next replan repeats a failed part."""
         if self._to_free:
             problem = self._task.problem
             kept = tuple(zone for zone in problem.zones if zone not in self._to_free)

@@ -1,4 +1,4 @@
-"""Runs of the planner on a chip for one plan: the paths judged by the host, and the books."""
+"""Runs a plan's searches on a chip, evaluates their paths and records statistics."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The runs of a plan on the chip: some from new seeds until one finds a path, then others go on."""
+"""The runs of a plan: some from new seeds until one finds a path, then later runs continue."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class ChipSchedule:
     """Options of all runs of a plan.
 
     A long plan is cut into up to four equal parts. The first is a run from new seeds, which is
-    repeated with other seeds until a path is feasible. Each of the others goes on from the
+    repeated with other seeds until a path is feasible. Each later run continues from the
     population before, with an island of new seeds beside it.
 
     Parameters
@@ -71,7 +71,7 @@ class ChipSchedule:
         ]
 
     def further(self) -> list[RunOptions]:
-        """Return the options of the runs behind a first one that has found a path."""
+        """Return the options of the runs after a first one that has found a path."""
         each, rest = divmod(self.generations, self.parts)
         return [
             self._run(

@@ -39,8 +39,8 @@ class Leader(NamedTuple):
     """The state after one iteration.
 
     ``path`` is the best solution, (n, 3) in metres, ``fitness`` its fitness, and ``mean`` the mean
-    fitness. ``evaluated`` candidates were evaluated to the end so far, and ``cut_short`` given up
-    before the end; an engine may give the counts at the end of the call.
+    fitness. Until now, ``evaluated`` candidates were evaluated to the end, and ``cut_short`` given
+    up before the end; an engine may give the counts at the end of the call.
     """
 
     path: Paths

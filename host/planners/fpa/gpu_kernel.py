@@ -145,7 +145,7 @@ def pollination_kernel(points: int, width: int, threads: int) -> Callable[..., N
         """Write the fitness of each candidate or, not above its incumbent, a bound of it.
 
         As in :func:`pathgene.host.evaluation.kernels.fitness_above`, a candidate is not sampled if
-        it cannot be better, and no further once the samples hit so far rule it out.
+        it cannot be better, and no further once the samples already hit rule it out.
         """
         thread = cuda.threadIdx.x
         for item in range(thread, count * points, threads):

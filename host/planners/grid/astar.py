@@ -55,7 +55,7 @@ class AstarPlanner:
     safe flight, where paths are compared by the strict rule, at most 32 more follow, which leave
     the start or reach the goal in one of eight directions.
 
-    The route is Dijkstra's, as cheap as that of A*. SciPy searches the whole grid in less time
+    The route is Dijkstra's, as cheap as A*. SciPy searches the whole grid in less time
     than the graph takes to build, so a heuristic would save nothing.
 
     Parameters

@@ -93,7 +93,7 @@ def fill(
 ) -> int:
     """Write the result of :func:`fine_steps`, and return the number of points.
 
-    If there is no room for so many, the numbers are right and the points are not. ``along``,
+    If there is no room for all points, the numbers are right and the points are not. ``along``,
     ``work`` and ``ends`` are scratch: lengths up to each chord; points; and the ends of the parts
     of a step that are not yet judged, each a parameter, a point and a unit vector.
     """

@@ -71,7 +71,7 @@ class Search(Protocol):
 
 
 class _Survivor:
-    """The best route so far, and the graph of its points, new ones and all segments between."""
+    """The best route until now, and the graph of its points, new ones and all segments between."""
 
     def __init__(
         self,

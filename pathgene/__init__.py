@@ -13,8 +13,8 @@ Lengths are metres, angles degrees, weights newtons. Positions are x to the east
 of the terrain's south-west node, altitudes are above the terrain's datum. Everything raised on
 purpose is a :class:`PathgeneError`, whose message is one sentence for the user.
 
-Importing this package is quick: numba, SciPy, matplotlib and rasterio are imported by what uses
-them.
+Importing this package is quick: numba, SciPy, matplotlib and rasterio are imported where they are
+used.
 """
 
 from __future__ import annotations

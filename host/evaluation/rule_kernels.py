@@ -162,7 +162,7 @@ def extreme_of_track(
     """Return the greatest excess of a track to within ``step``, its piece, and the piece's share.
 
     Where no excess is greater than ``known``, ``known`` is returned, and piece and share mean
-    nothing. See :func:`pathgene.host.evaluation.terrain_rule.extreme` for the other parameters.
+    nothing. See :func:`pathgene.host.evaluation.terrain_rule.extreme` for the remaining parameters.
     """
     ds_m = surface.c.ds_m
     best = known

@@ -78,7 +78,7 @@ class StrictRule:
         self._strict = rule_kernels.StrictCourse(
             self._surface, self._low, self._below, self._high, self._zones
         )
-        # The kernels know the others.
+        # The kernels know the compiled limits.
         self._not_compiled = [limit for limit in AIRCRAFT_LIMITS if not limit.is_compiled]
 
     def judge(self, path: Floats) -> tuple[tuple[Any, ...], LaidTrack]:
@@ -228,7 +228,7 @@ class StrictRule:
         yield from self._figures(track, self._aircraft_limits()[0])
 
     def _aircraft_limits(self) -> tuple[list[AircraftLimit], list[AircraftLimit]]:
-        """Return the limits of the aircraft on altitudes, and the others."""
+        """Return the limits of the aircraft on altitudes, and the remaining ones."""
         lines = [each for each in AIRCRAFT_LIMITS if each.altitude_m(self._problem) is not None]
         return lines, [each for each in AIRCRAFT_LIMITS if each not in lines]
 

@@ -345,7 +345,7 @@ def excess_m(
 
     Each piece is cut into equal parts of at most ``ds_m``; a part counts whole if any of its points
     breaks the demand. ``below`` is demanded right below the track, too, where ``required`` is lower
-    than far from the ends. See :func:`extreme` for the other parameters.
+    than far from the ends. See :func:`extreme` for the remaining parameters.
     """
     c = surface.c
     total = 0.0

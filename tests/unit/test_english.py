@@ -16,10 +16,10 @@ from tools.english import HABITS, ROOMS, count, counts, main, room_files
 #: Whoever removes some lowers the numbers (``python -m tools.english --allowed`` prints the table);
 #: nobody raises them.
 ALLOWED: dict[str, tuple[int, ...]] = {
-    "hdl": (245, 68, 17, 12, 69),
-    "host": (228, 143, 46, 59, 61),
+    "hdl": (243, 68, 17, 12, 69),
+    "host": (133, 92, 29, 31, 45),
     "sim": (8, 2, 0, 4, 5),
-    "pathgene": (0, 1, 0, 0, 0),
+    "pathgene": (0, 0, 0, 0, 0),
     "tools": (2, 2, 0, 0, 5),
     "bench": (0, 0, 0, 0, 1),
     "tests": (0, 0, 0, 0, 1),

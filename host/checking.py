@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pathgene.host.diagnosis.reason import broken_limit, listed
 from pathgene.host.errors import InputError
 from pathgene.host.evaluation import Evaluation, Evaluator
 from pathgene.host.problem.problem import Problem
@@ -71,6 +70,9 @@ class Check:
 
     def _broken(self) -> str:
         """Return which limit the path breaks: the end of a sentence."""
+        # Loaded where a path is infeasible.
+        from pathgene.host.diagnosis.reason import broken_limit, listed
+
         worst = broken_limit(self.evaluation.limits)
         if worst is not None:
             return worst

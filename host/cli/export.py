@@ -50,7 +50,6 @@ def run(args: argparse.Namespace) -> int:
     from pathgene.host.evaluation import Evaluator
     from pathgene.host.mission.export import export
     from pathgene.host.report.read import read_run
-    from pathgene.host.web.page import page_of
 
     formats = parse_formats(args.write)
     file = Path(args.summary)
@@ -63,6 +62,8 @@ def run(args: argparse.Namespace) -> int:
     notes: list[str] = []
 
     def page() -> str:
+        from pathgene.host.web.page import page_of
+
         return page_of(Evaluator(planned.problem), planned.path, planned.summary)
 
     written = export(planned, formats, directory, notes.append, page=page)

@@ -78,7 +78,6 @@ def run(args: argparse.Namespace) -> int:
     from pathgene.host.mission.planning import plan_mission
     from pathgene.host.planners.base import Stop
     from pathgene.host.planning import Search
-    from pathgene.host.web.page import require_library
 
     complete_options(args)
     args.planner = planner_of(vars(args))
@@ -94,6 +93,8 @@ def run(args: argparse.Namespace) -> int:
     mission = mission_of(vars(args))
     check_formats(formats, mission.problem.terrain)
     if "html" in formats:
+        from pathgene.host.web.page import require_library
+
         require_library()
     if args.save_problem is not None:
         save_options(args, Path(args.save_problem))
@@ -171,7 +172,11 @@ def _save(args: argparse.Namespace, plan: Plan, formats: Sequence[str], director
 def _others(plan: Plan, formats: Sequence[str]) -> dict[str, bytes]:
     """Return the contents of the files of ``--write``, by their names."""
     from pathgene.host.mission.export import exported
-    from pathgene.host.web.page import page_of
+
+    def page() -> str:
+        from pathgene.host.web.page import page_of
+
+        return page_of(plan.evaluator, plan.path, plan.summary)
 
     formats = [name for name in formats if name != "geojson"]  # Every run has it.
     feasible = plan.evaluation.feasible
@@ -181,7 +186,7 @@ def _others(plan: Plan, formats: Sequence[str]) -> dict[str, bytes]:
         formats,
         note,
         feasible=feasible,
-        page=lambda: page_of(plan.evaluator, plan.path, plan.summary),
+        page=page,
     )
 
 

@@ -5,15 +5,17 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pathgene.host.diagnosis import Reason
 from pathgene.host.evaluation import Evaluation, Evaluator
 from pathgene.host.problem.problem import Problem
 
+
+if TYPE_CHECKING:
+    from pathgene.host.diagnosis import Reason
 
 __all__ = ["JoinedEvaluator", "reason_of_joint"]
 

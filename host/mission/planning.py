@@ -7,13 +7,11 @@ import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pathgene.host.diagnosis import Reason
-from pathgene.host.diagnosis.reason import broken_limit
 from pathgene.host.errors import InputError, PathgeneError
 from pathgene.host.evaluation import Evaluation, Evaluator
 from pathgene.host.mission.joint import JoinedEvaluator, reason_of_joint
@@ -24,6 +22,9 @@ from pathgene.host.planning import Plan, Search
 from pathgene.host.problem.ends import Point
 from pathgene.host.problem.problem import Problem
 
+
+if TYPE_CHECKING:
+    from pathgene.host.diagnosis import Reason
 
 __all__ = ["plan_mission"]
 
@@ -102,6 +103,10 @@ def plan_mission(
 
 def _reason(legs: list[Leg], evaluation: Evaluation, search: Search) -> Reason | None:
     """Return the reason of the first leg without a path, or that the legs do not join."""
+    # Loaded where a path is infeasible.
+    from pathgene.host.diagnosis import Reason
+    from pathgene.host.diagnosis.reason import broken_limit
+
     for leg in legs:
         if leg.plan is not None and leg.plan.reason is not None:
             return leg.plan.reason

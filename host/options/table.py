@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any
 
-from pathgene.host.formats.registry import extra_names, zone_files
+from pathgene.host.formats.registry import choices, zone_files
 from pathgene.host.old_words import current_engine
 from pathgene.host.options.kinds import (
     BOOLEAN,
@@ -277,8 +277,8 @@ _OUTPUT = (
            group="output", table="output", metavar="DIR", default="out", example='"out"',
            desk="none"),
     Option(name="write", kind=TEXT,
-           meaning="also write the path for other programs, besides path.geojson: some of "
-                   f"{extra_names()}, separated by commas; see pathgene export",
+           meaning=f"also write files of these formats, as in plan,kml: {choices()}; "
+                   "path.geojson is always written",
            group="output", table="output", metavar="LIST", default="", example='"plan,kml"',
            desk="none"),
     Option(name="picture", kind=BOOLEAN,

@@ -245,6 +245,14 @@ def test_help_is_quick(pathgene):
         ),
         (["board"], "The following arguments are required: COMMAND; see pathgene board --help."),
         (
+            ["plan", "--terrain", "x", "--terrain", "y"],
+            "Argument --terrain: may be given only once; see pathgene plan --help.",
+        ),
+        (
+            ["compare", "--planners", "ga-pc", "--out", ""],
+            "Argument --out: must name a file or folder, not ''; see pathgene compare --help.",
+        ),
+        (
             ["verilog", "--top", "chip", "--out", "x", "--set", "population"],
             "Argument --set: must be KEY=VALUE, not 'population'; see pathgene verilog --help.",
         ),

@@ -119,6 +119,10 @@ def test_key_has_exactly_what_runs_depend_on():
             "ga-fpga:link_mode=slow: link_mode must be one of rank, population, recipe, not "
             "'slow'.",
         ),
+        (
+            "ga-pc:population=8:population=9",
+            "ga-pc:population=8:population=9: population is given twice; leave one out.",
+        ),
         ("ga-pc,ga-fpga,ga-pc", "ga-pc and ga-pc are the same planner with the same options; "),
         (
             "ga-pc,ga-pc:generations=300",

@@ -274,7 +274,7 @@ def test_strings_survive(tmp_path):
 
 
 def test_the_page_is_the_table():
-    """After a change of the keys, put ``markdown()`` between the marks of the page."""
+    """After a change of the options, run ``python -m tools.option_tables``."""
     page = (ROOT / "docs" / "reference.md").read_text()
     (shown,) = re.findall(r"<!-- keys -->\n\n(.*?)\n<!-- end of keys -->", page, flags=re.DOTALL)
     assert shown == markdown()

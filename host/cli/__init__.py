@@ -33,16 +33,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     argv : sequence of str, optional
-        Arguments; those of the process by default.
+        Arguments; by default the arguments of the process.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     debug = "--debug" in arguments
-    # The others tell a programmer what numpy met.
+    # Further warnings are for programmers, about numpy.
     warnings.showwarning = functools.partial(_warn, Warning if debug else UserWarning)
     with guarded(), interrupts.caught():
         logging.basicConfig(format="pathgene: %(message)s")
         logging.getLogger("pathgene").setLevel(logging.INFO)
-        # What GDAL says about a damaged file is in the exception, which becomes a sentence.
+        # The exception repeats GDAL's message about a damaged file, and becomes a sentence.
         logging.getLogger("rasterio").setLevel(logging.CRITICAL)
         return _run(arguments, debug)
 

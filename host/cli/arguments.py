@@ -155,7 +155,7 @@ def leave_unset(parser: Parser, *, besides: Collection[str] = ()) -> None:
 def complete_by_file(parser: Parser, *, besides: Collection[str] = ()) -> None:
     """Add the argument PROBLEM.toml, a file that supplies the options that are not given.
 
-    :func:`pathgene.host.cli.values.complete_options` reads it; the parameters are those of
+    :func:`pathgene.host.cli.values.complete_options` reads it; the parameters are as for
     :func:`leave_unset`.
     """
     leave_unset(parser, besides=besides)

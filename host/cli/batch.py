@@ -222,7 +222,7 @@ def _status(rows: Sequence[Mapping[str, Any]]) -> int:
 
 
 def _remark(row: Mapping[str, Any]) -> str:
-    """Return what a row has besides: the planner that the path is from, and whether it is kept."""
+    """Return the remark of a row: the planner of the path, and whether the path is kept."""
     by = f"by {row['fallback']}" if row["fallback"] else ""
     return ", ".join(filter(None, (by, "kept" if row["kept"] else "")))
 

@@ -67,7 +67,7 @@ def _search(args: argparse.Namespace, name: str) -> Search:
 def plan_beside(
     args: argparse.Namespace, mission: Mission, searches: Sequence[Search]
 ) -> list[dict[str, Any]]:
-    """Plan with each search, one after the other; return a row of each, see :func:`row_of`.
+    """Plan with each search in turn; return a row of each, see :func:`row_of`.
 
     A failure is noted, and has no row.
 
@@ -105,7 +105,7 @@ def plan_beside(
 
 
 def row_of(plan: Plan) -> dict[str, Any]:
-    """Return what the table says of a plan; ``plan_us`` is None unless the chip alone planned."""
+    """Return the row of a plan in the table; ``plan_us`` is None unless the chip alone planned."""
     summary = plan.summary
     legs = [leg for leg in summary.get("legs", ()) if leg["planned"]]
     parts = [part["hardware"] or {} for part in legs or (summary,)]

@@ -63,7 +63,7 @@ def add(commands: Commands) -> None:
 
 
 def info(args: argparse.Namespace) -> int:
-    """Describe the board at the other end of a link."""
+    """Describe the board of a link."""
     from pathgene.host.device.boards import open_board
 
     with open_board(args.board) as chip:

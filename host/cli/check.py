@@ -159,7 +159,7 @@ def _between(
 
 
 def _aircraft(args: argparse.Namespace, summary: dict[str, Any] | None) -> Aircraft:
-    """Return the aircraft of ``--uav``, else that of the summary, else the default."""
+    """Return the aircraft of ``--uav``, else of the summary, else the default."""
     from pathgene.host.mission.build import aircraft_of
     from pathgene.host.report.read import summary_aircraft
 

@@ -140,7 +140,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _scenario(args: argparse.Namespace, terrain: Terrain) -> Scenario:
-    """Return what happens in the flight."""
+    """Return the events of the flight."""
     from pathgene.host.replanning.scenario import Scenario, parse_popup, read_scenario
 
     scenario = Scenario(tuple(parse_popup(text, terrain) for text in args.popup))
@@ -167,7 +167,7 @@ def _flown(
 ) -> int:
     """Fly, write the files and print the verdict; return the exit status.
 
-    A signal ends the flight; what was flown until then is written without pictures.
+    A signal ends the flight; the flight until then is written without pictures.
     """
     from pathgene.host.planners.base import Stop
     from pathgene.host.report.run_files import FLIGHT
@@ -196,7 +196,7 @@ def _flown(
                 written += draw(report, directory)
         except KeyboardInterrupt:
             ended = whole
-            # Those of an earlier flight are gone.
+            # The files of an earlier flight are gone.
             written = [file for name in FLIGHT if (file := directory / name).exists()]
     del table["track"]
     if args.json:

@@ -16,7 +16,7 @@ _LONGEST_WORD = 400
 
 
 def print_line(sentence: str) -> None:
-    """Print a sentence as one line, without the middle of what is too long."""
+    """Print a sentence as one line, without the middle of long words."""
     line = _PREFIX + " ".join(_cut(word, _LONGEST_WORD, 100, 50) for word in sentence.split())
     print(_cut(line, LONGEST_LINE, 600, LONGEST_LINE - 603), file=sys.stderr, flush=True)
 

@@ -68,7 +68,7 @@ def new(args: argparse.Namespace) -> int:
 
 
 def check(args: argparse.Namespace) -> int:
-    """Read a problem file, build what it describes, and describe that."""
+    """Read a problem file, build its mission, and describe the mission."""
     from pathgene.host.mission.build import mission_of, search_of
     from pathgene.host.mission.problem_file import read_problem
     from pathgene.host.planners.default import asks_hardware

@@ -17,7 +17,7 @@ from pathgene.host.files.special import write_patiently
 __all__ = ["OutputError", "guarded"]
 
 
-# A reader of standard error that takes nothing for so long is not waited for again.
+# Maximum wait for a reader of standard error that takes nothing.
 _PATIENCE_S = 1.0
 
 

@@ -32,7 +32,7 @@ class Task:
     entrant : Entrant
         Planner and options.
     seed : int
-        Of the run.
+        Seed of the run.
     pathgene : str
         Version that must do the run: two versions in one table would not be comparable.
     """

@@ -38,7 +38,7 @@ __all__ = ["Job", "Outcome", "execute", "kept_summary", "names_of", "save"]
 
 #: Values that decide what is written, not what is planned.
 _OUTPUT = {option.name for option in options_of("output")}
-# Most problems that a GPU plans at once, and most nodes of their maps, of 16 or 24 bytes each.
+# Maximum problems that a GPU plans at once, and maximum nodes of their maps, of 16 or 24 bytes.
 _MOST_TOGETHER, _MOST_NODES = 64, 50_000_000
 
 

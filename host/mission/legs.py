@@ -135,7 +135,7 @@ class MissionPlan(Plan):
         goal: Sequence[float] | None = None,
         wind: Sequence[float] | None = None,
     ) -> Plan:
-        """Refuse: a plan of several legs has no single search to go on from."""
+        """Refuse: a plan of several legs has no single search to continue from."""
         raise InputError(
             "A plan of several legs cannot be replanned as one; replan its leg, as in "
             "plan.legs[0].plan.replan(...), and plan the legs behind it anew."

@@ -1,4 +1,4 @@
-"""The modules that commands load: help loads nothing heavy, and a plan only what it needs."""
+"""The modules that commands load: nothing heavy for help, the modules it needs for a plan."""
 
 import subprocess
 import sys

@@ -19,7 +19,7 @@ __all__ = ["Airspace", "Place"]
 #: Period of the positions of a drifting zone, seconds.
 DRIFT_S = 5.0
 
-#: x and y of what a zone is placed on: ``path`` with metres ahead, ``goal`` or ``aircraft``.
+#: x and y of the place of a zone: ``path`` with metres ahead, ``goal`` or ``aircraft``.
 Place = Callable[[str, float], tuple[float, float]]
 
 
@@ -43,9 +43,9 @@ class Airspace:
     Attributes
     ----------
     goal, wind
-        Those of now.
+        The present goal and wind.
     past : list of (float, tuple of Zone)
-        From which second on which zones were there, in order.
+        Zones from each second on, in order.
     """
 
     mission: Problem

@@ -62,7 +62,7 @@ def write(report: Replanned, file: Path) -> None:
 
 
 def _palette(frame: Image.Image) -> Image.Image:
-    """Return a palette of a frame's colours and those of lines and zones, which are few dots."""
+    """Return a palette of a frame's colours, and of lines and zones, which are few dots."""
     width, height = frame.size
     bands = Image.new("RGB", (width, height + _BAND * len(_LINES)))
     bands.paste(frame)
@@ -91,7 +91,7 @@ def frames(report: Replanned) -> tuple[list[Image.Image], list[int]]:
 
 
 def _composed(canvas: Any, behind: NDArray[np.uint8], plan: Axes, drawn: list[Any]) -> Image.Image:
-    """Return the background with what has been drawn on it."""
+    """Return the background with all drawings on it."""
     renderer = canvas.get_renderer()
     np.asarray(renderer.buffer_rgba())[:] = behind
     for artist in sorted(drawn, key=lambda each: each.get_zorder()):
@@ -100,7 +100,7 @@ def _composed(canvas: Any, behind: NDArray[np.uint8], plan: Axes, drawn: list[An
 
 
 def _background(figure: Figure, report: Replanned) -> tuple[Axes, float]:
-    """Draw what stays: the land, the zones of the beginning, the ends."""
+    """Draw the constant parts: the land, the first zones, the ends."""
     session = report.session
     mission = session.mission
     terrain = mission.terrain
@@ -131,7 +131,7 @@ def _background(figure: Figure, report: Replanned) -> tuple[Axes, float]:
 
 
 def _times(report: Replanned) -> list[tuple[float, bool, str]]:
-    """Return the seconds of all frames, whether each is a pause, and what is said there."""
+    """Return the seconds of all frames, whether each is a pause, and its text."""
     session = report.session
     end = session.pilot.time_s
     moments: list[tuple[float, bool, str]] = [

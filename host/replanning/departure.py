@@ -99,7 +99,7 @@ class Departure:
         )
 
     def joined(self, path: Track, since_m: float) -> Track:
-        """Return the track from ``since_m`` on, and the path behind it."""
+        """Return the track from ``since_m`` on, and the path after it."""
         return (*part(self.track, since_m, self.leaves_m), *self._led(path), *path)
 
     def whole(self, path: Track, along_m: float) -> Track:

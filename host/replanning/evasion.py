@@ -29,12 +29,12 @@ _CLIMBS = (0.0, 0.5, 0.9)
 # Shares of the clearance that a way keeps, in this order: less of it is better than a zone, and a
 # zone is better than the ground.
 _CLEARANCES = (1.0, 0.5, 0.1)
-# A way out goes on straight beyond the margin for so many turn radii: room to turn away.
+# Straight of a way out beyond the margin, in turn radii: room to turn away.
 _BEYOND_RADII = 0.5
 # Circles: radii in turn radii, and pieces of each.
 _CIRCLES = (1.1, 1.6, 2.5)
 _QUARTERS = 4
-# Ways onto a circle: turns, degrees, and straights behind them, in turn radii.
+# Ways onto a circle: turns, degrees, and straights after them, in turn radii.
 _WAY_TURNS_DEG = (0, 30, -30, 60, -60, 90, -90, 135, -135, 180, -180)
 _WAY_RUNS = (0.5, 2.0, 6.0)
 # Places along a track from which ways are looked at.
@@ -60,7 +60,7 @@ class Holding:
     circle: Track
 
     def track(self, before: Track, rounds: int) -> Track:
-        """Return the track onto the circle and so many times around, from ``before`` on."""
+        """Return the track onto the circle and ``rounds`` times around, from ``before`` on."""
         return (*before, *self.way, *(self.circle * rounds))
 
     def is_safe(self, present: Present) -> bool:
@@ -76,7 +76,7 @@ def holding_on(present: Present, track: Track, first_m: float, last_m: float) ->
     present : Present
         The air.
     track : tuple of Straight or Arc
-        What is flown.
+        The flown track.
     first_m, last_m : float
         Distances along it between which the way may leave; the track between is safe.
     """
@@ -139,8 +139,9 @@ def way_out(present: Present, pose: Pose) -> Track | None:
     """Return the shortest way out of all zones and their margins that keeps the clearance.
 
     Where none keeps it, the shortest one that keeps half of it is taken, or a tenth; None if there
-    is no way out above the ground. Of equally short ones it is the one that climbs most: the
-    ground behind the way out may rise more steeply than the aircraft climbs.
+    is no way out above the ground. The steepest climb wins
+    among equally short ones: the ground beyond the way out may rise more steeply than the aircraft
+    climbs.
 
     Parameters
     ----------

@@ -39,7 +39,7 @@ def on_board(planner: str, board: str) -> AbstractContextManager[Chip | None]:
     Raises
     ------
     InputError, JobError
-        As those of :func:`pathgene.host.device.boards.open_board`.
+        As for :func:`pathgene.host.device.boards.open_board`.
     """
     # A planner that there is not is refused by the search.
     if planner not in _CORES:
@@ -60,7 +60,7 @@ def fly_scenario(
     """Fly a path of ``mission`` to its end, or until ``stop`` ends it, while a scenario happens.
 
     A signal handler that raises :class:`KeyboardInterrupt` after the request ends a plan in flight,
-    too. Other parameters, and errors, are those of :func:`underway`.
+    too. Further parameters, and errors, are as for :func:`underway`.
 
     Raises
     ------
@@ -97,7 +97,7 @@ def underway(
     seed: int = 0,
     say: Callable[[str], object] = lambda _: None,
 ) -> Iterator[tuple[Session, Callable[[], Replanned]]]:
-    """Return a context manager of a flight that begins, and of what reports on it in the end.
+    """Return a context manager of a flight that begins, and of its report in the end.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def underway(
     path : array_like
         Its waypoints, (n, 3) metres.
     scenario : Scenario
-        What happens.
+        Events of the flight.
     planner : str
         Plans during the flight.
     board : str

@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 
 #: A zone that appears over the aircraft is left within this multiple of the shortest way out.
 WAY_OUT_SHARE = 1.1
-# Slack of the way out: what is flown between two looks of the guidance, and the reaction, metres.
+# Slack of the way out: flight between two looks of the guidance, and the reaction, metres.
 _WAY_OUT_SLACK_M = 10.0
 
 
@@ -36,24 +36,24 @@ class Outcome:
         ``arrived``, ``holding``: on a safe circle, with no path to the goal; ``crashed``, ``lost``
         or ``interrupted``.
     interrupted : bool
-        It was ended early, by a signal; all other figures are of what was flown until then.
+        It was ended early, by a signal; all other figures are of the flown part.
     alive : bool
         It touched neither ground nor zone, and did not get lost.
     kept : bool
         It is alive, arrived, and kept half of the demanded clearance everywhere.
     breaks : list of str
-        Sentences on what was not kept.
+        A sentence for each broken promise.
     flight_time_s : float
         From the start of the path to the end.
     clearance_flown_m : float
-        Least height over the surface.
+        Minimum height over the surface.
     clearance_share : float
-        Least share of the demanded clearance; infinite where none is demanded.
+        Minimum share of the demanded clearance; infinite where none is demanded.
     zone_distance_m : float
-        Least distance from a zone, without its margin, that the aircraft was not in when it
+        Minimum distance from a zone, without its margin, that the aircraft was not in when it
         appeared; infinite without zones.
     cross_track_max_m : float
-        Largest distance to the side of what was flown.
+        Maximum lateral distance of the flight from its track.
     ready_share : float
         Share of the looks at which a safe circle was within reach.
     """
@@ -125,7 +125,7 @@ def judge(session: Session) -> Outcome:
 
 
 def _zones(session: Session, flown: Floats) -> tuple[list[str], float]:
-    """Return sentences on zones entered, and the least distance from all others."""
+    """Return sentences on zones entered, and the minimum distance from all further zones."""
     seconds: Floats = np.arange(len(flown), dtype=np.float64) * PERIOD_S
     past = session.airspace.past
     ends = [since for since, _ in past[1:]] + [math.inf]

@@ -31,13 +31,13 @@ __all__ = ["draw", "titles", "version_points", "window", "write"]
 
 Floats = NDArray[np.float64]
 
-# The shown part of the map is so much wider than what is flown, and so high at least, metres.
+# Width of the shown map in widths of the flown part, and its minimum height, metres.
 _WIDER, _LEAST_M = 1.18, 1000.0
 # Step along a drawn track, metres.
 _STEP_M = 10.0
-# Of the samples of a flight, every so many are drawn.
+# Distance of drawn samples of a flight, in samples.
 _EVERY = 10
-#: Style of the versions of the path behind the first.
+#: Style of the versions of the path after the first.
 VERSION: dict[str, Any] = {"linewidth": 2.0, "linestyle": (0, (4, 1.5))}
 # Colours of later paths: those that nothing else in the picture has.
 _VERSIONS = tuple(each for each in SERIES if each not in (PATH, FLOWN, START, NOFLY))
@@ -125,7 +125,7 @@ def new_zones(report: Replanned) -> list[Any]:
 
 
 def window(report: Replanned, axes: Axes) -> tuple[float, float, float, float]:
-    """Return west, south, east and north of what is flown and planned, in the axes' aspect."""
+    """Return west, south, east and north of all tracks, in the axes' aspect."""
     session = report.session
     points = np.vstack(
         [

@@ -1,4 +1,4 @@
-"""The aircraft in the air: the track that it follows, those that it followed, and what it flew."""
+"""The aircraft in the air: its present and earlier tracks, and its flown positions."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Pilot:
         on.
     legs : list of Leg
     track : tuple of Straight or Arc
-        What is followed.
+        The present track.
     burnt_N : float
         Fuel burnt.
     """

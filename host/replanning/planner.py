@@ -34,7 +34,7 @@ __all__ = [
 #: The host's share of a plan on the chip, beside the chip: the map's changes and the strict check.
 #: Stated; ``make bench BENCH=replan`` measures it.
 HOST_S = 0.007
-#: What the host takes longer for each repair of a path that is not feasible.
+#: Extra time of the host for each repair of a path that is not feasible.
 #: Stated; the benchmark measures the sum of both.
 REPAIR_S = 0.007
 #: A request and its reply through a USB port, line and chip left out. Stated: the least latency
@@ -72,7 +72,7 @@ class PlanningTime:
 
     @property
     def total_s(self) -> float:
-        """All of it, one after the other."""
+        """Sum of all parts."""
         return self.chip_s + self.round_trips_s + self.host_s
 
     def to_dict(self) -> dict[str, float]:
@@ -94,7 +94,7 @@ class Attempt:
     plan : Plan or None
         A feasible plan; None if there is none.
     time : PlanningTime
-        What it took.
+        Time of the plan.
     planner : str
         The planner that made it.
     reason : str
@@ -173,7 +173,7 @@ class InFlightPlanner:
         Raises
         ------
         InputError, JobError
-            As those of the planner.
+            As for the planner.
         """
         # A replan must wait neither for SciPy, which this loads, nor for memory.
         import pathgene.host.problem.no_fly_shape  # noqa: F401
@@ -189,13 +189,13 @@ class InFlightPlanner:
         plan = self._plan
         assert plan is not None
         if self.is_on_chip:
-            # Neither for what repairs need.
+            # Nor for the modules of repairs.
             load_repairs(evaluator, plan.path)
         seconds = plan.result.seconds
         if self._given is None:
             self.constant_s = min(measured)
             if self.board is not None:
-                # Of a planner on chip and host, the host's own phases.
+                # With a planner on chip and host, the host's own phases.
                 self.constant_s = HOST_S if self.is_on_chip else _host_s(seconds)
         self._usual_s = self._time(plan).total_s
         return plan

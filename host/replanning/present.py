@@ -75,12 +75,12 @@ class Present:
 
     @property
     def speeds_m_s(self) -> tuple[float, float]:
-        """Least and greatest speed over ground."""
+        """Minimum and maximum speed over ground."""
         airspeed, wind = self._bare.aircraft.cruise_speed_m_s, math.hypot(*self.wind)
         return airspeed - wind, airspeed + wind
 
     def climb(self, pose: Pose) -> float:
-        """Return the steepest climb ahead, rise over run: that of the aircraft in this wind."""
+        """Return the steepest climb ahead, rise over run, of the aircraft in this wind."""
         climbs, _ = self._bare.slope_limits(np.array([pose.east]), np.array([pose.north]))
         return float(climbs[0])
 

@@ -14,7 +14,7 @@ __all__ = ["Change", "Leg", "Pending"]
 
 @dataclass
 class Change:
-    """A change of the world, and what became of it.
+    """A change of the world, with its attempts and outcome.
 
     Parameters
     ----------

@@ -22,7 +22,7 @@ _COLUMNS = {"x": 2, "y": 2, "z": 2}
 
 @dataclass(frozen=True, eq=False)
 class Replanned:
-    """A flight with replans, and what became of it.
+    """A flight with replans, and its outcome.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ class Replanned:
     constant_s: float
 
     def to_dict(self) -> dict[str, Any]:
-        """The content of ``flight.json``; every number is finite, None stands for the others."""
+        """The content of ``flight.json``; every number is finite or None."""
         session = self.session
         every = round(_POINT_S / PERIOD_S)
         flown = np.array(session.pilot.samples)[::every]

@@ -1,4 +1,4 @@
-"""Scenarios: what happens during a flight, and when.
+"""Scenarios: events of a flight, with their times.
 
 A scenario file is TOML: a table ``[[event]]`` for each event with ``at_s``, the seconds since the
 start of the path was passed, and one or more of
@@ -46,7 +46,7 @@ __all__ = [
 
 #: When an autopilot takes a new path.
 AUTOPILOTS = ("at-once", "finishes-leg")
-#: What a circle is placed on.
+#: Places of a circle.
 _PLACES = ("path", "goal", "aircraft")
 _EVENT = ("at_s", "appear", "gone", "goal", "wind", "board")
 _OWN = ("name", "velocity")
@@ -92,7 +92,7 @@ class NewZone:
 
 @dataclass(frozen=True)
 class Event:
-    """What happens at a time; see the module."""
+    """An event at a time; see the module."""
 
     at_s: float
     appear: tuple[NewZone, ...] = ()
@@ -173,7 +173,7 @@ def read_scenario(file: str | Path) -> Scenario:
 
 
 def check_mission(mission: Problem, scenario: Scenario) -> None:
-    """Refuse what cannot be replanned, or a scenario that has no such goals or winds.
+    """Refuse a mission that cannot be replanned, and goals or winds that it cannot have.
 
     Raises
     ------

@@ -1,10 +1,10 @@
 """A flight during which the world changes: plans, loiters and ways out, in virtual time.
 
-Simulated seconds advance by what planning costs (:mod:`pathgene.host.replanning.planner`). A plan
+Simulated seconds advance by the time of planning (:mod:`pathgene.host.replanning.planner`). A plan
 begins at a point of the present track that the aircraft will reach within the time that the planner
-is given, with the heading there; the flight goes on along it as soon as it is known. Until then,
-and where there is none, the aircraft follows what it has. Before that stops being safe it turns
-onto a circle that is proved safe, and plans on from there.
+is given, with the heading there; the flight continues along it once it is known. Until then,
+and where there is none, the aircraft follows its present track. Before that stops being safe it
+turns onto a circle that is proved safe, and plans on from there.
 """
 
 from __future__ import annotations
@@ -43,13 +43,13 @@ __all__ = ["Session"]
 
 #: Time of a decision that needs no plan: onto a circle, or out of a zone. Virtual seconds.
 REACTION_S = 0.02
-# A new track begins so far behind the aircraft: guidance finds its place on it, metres.
+# Distance astern of the aircraft at which a new track begins: guidance finds its place, metres.
 _BACK_M = 60.0
 # Minimum distance from the aircraft to the beginning of a plan, metres.
 _AHEAD_M = 2.0
-# Straights behind a way out, in turn radii: the first that is safe.
+# Straights after a way out, in turn radii: the first safe one is taken.
 _ON_RADII = 6.0, 3.0, 1.0
-# Attempts in a row, and the pause behind them, which grows by so much each time up to the longest.
+# Attempts in a row, the pause after them, by which it grows each time, and the longest pause.
 _IN_A_ROW, _PAUSE_S, _LONGEST_PAUSE_S = 4, 3.0, 20.0
 # Rounds of a circle that a track has, and the longest flight without a path, seconds.
 _ROUNDS = 60
@@ -88,11 +88,11 @@ class Session:
     Attributes
     ----------
     pilot : Pilot
-        The flight so far.
+        The flight until now.
     airspace : Airspace
         Zones, goal and wind of now, and of before.
     changes : list of Change
-        What has happened.
+        Changes until now.
     ended : str
         Empty during the flight: ``arrived``, ``holding``, ``crashed`` or ``lost``.
 
@@ -165,7 +165,7 @@ class Session:
             self.step()
 
     def step(self) -> None:
-        """Fly on for ``PERIOD_S``, with what happens and is decided then."""
+        """Fly on for ``PERIOD_S``, with its events and decisions."""
         now = self.pilot.time_s
         while self._events and self._events[0].at_s <= now:
             self._happen(self._events.pop(0), now)
@@ -217,7 +217,7 @@ class Session:
         self._holding, self._next_look_s = None, now
 
     def _changed(self, now: float, what: str, *, must: bool) -> None:
-        """Note a change, and plan anew where the track can no longer be flown, or need not be."""
+        """Note a change, and plan again where the track can no longer be flown, or need not be."""
         inside_m = shortest_way_out_m(self._present, self.pilot.pose())
         needed = must or math.isfinite(self._unsafe_m) or self.pilot.kind != "path"
         change = Change(now, what, needed, inside_m)
@@ -294,7 +294,7 @@ class Session:
         return self._planner
 
     def _settle(self, pending: Pending, now: float) -> None:
-        """Take what an attempt has found."""
+        """Take the result of an attempt."""
         self._pending = None
         change = self._change
         assert change is not None

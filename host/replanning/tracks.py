@@ -1,7 +1,7 @@
 """Tracks as sequences of pieces: places on them, and parts of them.
 
-Distances along a track are horizontal and count from its beginning, as those of
-:class:`pathgene.host.flight.route.Route` do. Pieces without horizontal length are passed over.
+Distances along a track are horizontal and count from its beginning, as in
+:class:`pathgene.host.flight.route.Route`. Pieces without horizontal length are passed over.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ def end_of(piece: Piece) -> Pose:
 
 
 def pose_at(pieces: Sequence[Piece], along_m: float) -> Pose:
-    """Return the pose at a distance along a track; its ends stand in for what lies beyond them.
+    """Return the pose at a distance along a track; its ends stand in for places beyond them.
 
     Raises
     ------

@@ -290,7 +290,7 @@ class Config:
 
     @property
     def head_size(self) -> int:
-        """Most waypoints a child takes from before the middle of a parent."""
+        """Maximum waypoints a child takes from before the middle of a parent."""
         return self.max_waypoints // 2
 
     @property
@@ -310,7 +310,7 @@ class Config:
 
     @property
     def checked_paths(self) -> int:
-        """Most paths of one check: those of the population, if there is one."""
+        """Maximum paths of one check: those of the population, if there is one."""
         return self.population if self.paper_core else 1
 
     @property
@@ -362,7 +362,7 @@ class Config:
     def lookup_latency(self) -> int:
         """Cycles from a cell's x and y to the altitude that the checker has there.
 
-        The memory's, a register before it and one behind the multiplexer of its banks.
+        The memory's, a register before it and one after the multiplexer of its banks.
         """
         return self.memory_latency + 2
 

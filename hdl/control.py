@@ -48,7 +48,7 @@ class Control(Unit):
     """Control unit of the chip.
 
     Listens until a command is ``pending``, then turns the receiving unit on to take it. A command
-    to run a generation turns the crossover, mutation and update units on, one after the other; a
+    to run a generation turns the crossover, mutation and update units on in turn; a
     command to check paths turns the checker on. At last the transmitting unit answers. A unit is on
     from the first cycle of its state to the cycle in which it is done, both included; the next unit
     is on in the following cycle. Only the hand-over to the crossover takes one more. A planner

@@ -10,10 +10,10 @@ from pathgene.hdl.primitives.cells import Cells
 
 __all__ = ["Ecp5Cells"]
 
-#: Most bits of a factor with which the product is left to logic: two or three additions are no
+#: Maximum bits of a factor with which the product is left to logic: two or three additions are no
 #: slower than the way to a multiplier and back. Wide products have such parts.
 _NARROW = 3
-#: Most bits of both factors, where logic is short.
+#: Maximum bits of both factors, where logic is short.
 _TINY = 8
 
 
@@ -36,7 +36,7 @@ class Ecp5Cells(Cells):
         self.ram_style = "block" if saves_logic else "distributed"
 
     def memory(self, *, rows: int, width: int, ports: int, number: int | None) -> Ecp5Memory:
-        """Return a memory of DP16KD primitives; its sites follow those of smaller numbers."""
+        """Return a memory of DP16KD primitives; its sites follow the sites of smaller numbers."""
         sites = ()
         if number is not None:
             each = Ecp5Memory.primitives(rows=rows, width=width)

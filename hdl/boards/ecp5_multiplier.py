@@ -8,7 +8,7 @@ from pathgene.hdl.primitives.unit import Given, Unit
 
 __all__ = ["FACTOR_BITS", "Ecp5Multiplier"]
 
-#: Most bits of a factor, the sign of one that has it included.
+#: Maximum bits of a factor, the sign of one that has it included.
 FACTOR_BITS = 18
 
 
@@ -22,7 +22,7 @@ class Ecp5Multiplier(Unit):
     -------
     first, second : In(Shape(FACTOR_BITS))
     product : Out(Shape(2 * FACTOR_BITS))
-        Of the cycle before. It has a sign if a factor has one.
+        Product of the cycle before. It has a sign if a factor has one.
     """
 
     signs: Given("(bool, bool)", "The factors that have a sign.")

@@ -14,7 +14,7 @@ class Harness(Unit):
     """Feeds every input of a unit from a register, and samples every output in one.
 
     The inputs are one long shift register that begins with ``scanned_in``; the outputs are folded,
-    one after the other, into ``folded``. A unit with more ports than the device has pins can
+    in turn, into ``folded``. A unit with more ports than the device has pins can
     therefore be routed, none of it is optimized away, and all measured paths run from register to
     register. Besides clock and reset, the harness needs a pin each way.
 

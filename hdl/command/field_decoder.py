@@ -31,7 +31,7 @@ __all__ = ["FieldDecoder", "payload_commands", "request_fields"]
 
 #: Commands with a payload after the fixed fields; all others end with their fixed fields.
 FOLLOWED = (Command.WRITE, Command.GENERATE, Command.MAP, Command.CHECK)
-#: Commands that are refused while a run goes on; a RUN that is repeated is not.
+#: Commands that are refused during a run; a RUN that is repeated is not.
 _WAITING = (Command.MAP, Command.PROBLEM, Command.RUN, Command.BEST, Command.BLOCK)
 #: Sixteenths of the time that the islands of a RUN have at most.
 _MOST_SHARE = 16
@@ -127,7 +127,7 @@ class FieldDecoder(Unit):
     repeated : In(1)
         The command has been executed before: a RUN is not judged by the next three.
     running : In(1)
-        A run goes on, for whose end MAP, PROBLEM, RUN, BEST and BLOCK must wait.
+        A run is in progress, for whose end MAP, PROBLEM, RUN, BEST and BLOCK must wait.
     has_problem, has_population : In(1)
         There is a problem, and a population for a warm run.
     """

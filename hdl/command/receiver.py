@@ -105,7 +105,7 @@ class CommandReceiver(Unit):
     stop : Out(1)
         Pulse: the run is to end.
     running : In(1)
-        A run goes on; high from the cycle after its transfer on.
+        A run is in progress; high from the cycle after its transfer on.
     has_problem, has_population : In(1)
         There is a problem, and a population for a warm run.
     """
@@ -375,7 +375,7 @@ class CommandReceiver(Unit):
                 m.next = "Judge header"
 
     def _judge_header(self, m, request, header, expected):
-        """Answer at once, or go on with the fixed fields of a command that is to be executed."""
+        """Answer at once, or continue with the fixed fields of a command that is to be executed."""
         code = request.code
         m.next = "Drain"
         with m.If(self.answer.plain):
@@ -408,7 +408,7 @@ class CommandReceiver(Unit):
                     self._refuse(m, request, Status.UNKNOWN_COMMAND)
 
     def _judge_fields(self, m, request, fields):
-        """Refuse the request, execute it, or go on with its payload."""
+        """Refuse the request, execute it, or continue with its payload."""
         config, code, repeated = self.config, request.code, request.repeated
         m.d.sync += [
             self.answer[name].eq(getattr(fields, name)) for name in ("kind", "slot", "count")

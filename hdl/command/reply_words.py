@@ -19,7 +19,7 @@ _GROUP = 8
 
 
 class ReplyWords(Unit):
-    """Presents the words of an answer one after the other.
+    """Presents the words of an answer in turn.
 
     The words are many, and their sources are spread over the chip. A shift register with one bit
     per word therefore chooses the word, and two registered stages combine the candidates.

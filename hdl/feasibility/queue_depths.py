@@ -11,7 +11,7 @@ _FEWEST_COUNTS = 16
 
 
 def count_depth(config: Config) -> int:
-    """Return how many counts of segments can wait, those of segments in flight included.
+    """Return how many counts of segments can wait, segments in flight included.
 
     A power of two. There is room for one of each segment of a path, and for as many as segments of
     one cell each can be in flight in a walker.

@@ -12,7 +12,7 @@ from pathgene.hdl.primitives.unit import Count, Unit, Width
 
 __all__ = ["VERDICT_PLACES", "ResultCollector"]
 
-#: Verdicts that can wait, those of paths in flight included: as many as paths of one cell can be in
+#: Verdicts that can wait, paths in flight included: as many as paths of one cell can be in
 #: flight in a walker, so that such paths follow each other at full rate.
 VERDICT_PLACES = 8
 
@@ -170,7 +170,7 @@ class ResultCollector(Unit):
         m.d.comb += [verdict_queue.put.eq(decides), verdict_queue.word.eq(verdict)]
         connect(m, verdict_queue.words, flipped(self.verdicts))
 
-        # Counts of the segment so far.
+        # Counts of the segment up to now.
         fresh, collided = Signal(init=1), Signal()
         collides = Signal()
         terrain, nofly = (Signal.like(step[name], name=name) for name in ("terrain", "nofly"))

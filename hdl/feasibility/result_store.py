@@ -57,7 +57,7 @@ class ResultStore(Unit):
     Members
     -------
     clear : In(1)
-        A check begins: discard what is held, from the second cycle on.
+        A check begins: discard the held results, from the second cycle on.
     verdicts : In(stream.Signature(verdict_layout))
     counts : In(stream.Signature(count_layout))
         Always ready.

@@ -60,7 +60,7 @@ def walker_signature(config: Config) -> wiring.Signature:
     count : In(1)
         Walk each path to its end, whatever it hits. Steady while a path is in flight.
     points : In(stream.Signature(point_layout))
-        The points of the paths, one path after the other.
+        The points of the paths, path after path.
     room, segment_room : In(1)
         There is a place for the verdict of one more path, and for the count of one more segment.
     begins, segment_begins : Out(1)

@@ -26,7 +26,7 @@ class DistinctDraw(Unit):
     Members
     -------
     clear : In(1)
-        Put all numbers back, those of draws in flight too. Overrides ``take``. ``numbers`` stays.
+        Put all numbers back, also of draws in flight. Overrides ``take``. ``numbers`` stays.
     take : In(1)
         Accept ``bits``, at most ``count`` times between two clears or before the first one.
     bits : In(data.ArrayLayout(draw_bits, best_of))

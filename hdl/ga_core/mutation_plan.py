@@ -79,7 +79,7 @@ class MutationPlan(Unit):
         m = Module()
 
         def stage(name, valid, **fields):
-            """Register ``fields``, given as values, behind a ``valid`` that ``clear`` lowers."""
+            """Register ``fields``, given as values, after a ``valid`` that ``clear`` lowers."""
             registers = {}
             for field, value in {"valid": valid & ~self.clear, **fields}.items():
                 value = Value.cast(value)

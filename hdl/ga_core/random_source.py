@@ -27,7 +27,7 @@ class Trivium(Unit):
     load : In(1)
         Load ``key`` and the IV. Overrides ``step``. Before the first load the key is 0.
     key : In(64)
-        The lowest 64 of the cipher's 80 key bits; the others are 0.
+        The lowest 64 of the cipher's 80 key bits; the remaining bits are 0.
     step : In(1)
         Advance.
     word : Out(64)

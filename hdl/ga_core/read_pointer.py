@@ -17,7 +17,7 @@ class ReadPointer(Unit):
     """Advances the reading of all slots, and rewinds it to their first waypoints.
 
     ``ahead`` is the position to be read next. The two cycles after a rewind fill the registers
-    behind it: when it is 2, the slots have the waypoints of position 0. ``advance`` and ``step``
+    after it: when it is 2, the slots have the waypoints of position 0. ``advance`` and ``step``
     are registers, since they enable the whole population.
 
     Members
@@ -102,7 +102,7 @@ class ReadPointer(Unit):
         with m.If(advance[0]):
             m.d.sync += self.ahead.eq(self.ahead + 1)
         if self.peeks:
-            # A peek moves the pointer; three registers behind it take the waypoints one after the
+            # A peek moves the pointer; three registers after it take the waypoints one after the
             # other. The pointer rewinds when the last of them has been taken.
             looked = Signal(PEEK_LATENCY - 2)
             m.d.comb += [

@@ -205,5 +205,5 @@ class Selection(Unit):
 
 
 def _append(items, item):
-    """Return the assignment that shifts ``item`` in behind the others, and the first one out."""
+    """Return the assignment that shifts ``item`` in after the others, and the first one out."""
     return items.eq(Cat(items.as_value()[len(item) :], item))

@@ -37,7 +37,7 @@ class TerrainAwareSampler(Unit):
     fetch : In(1)
         Pulse: the plans are complete.
     clear : In(1)
-        Discard what has been fetched. Overrides ``fetch``.
+        Discard the fetched waypoints. Overrides ``fetch``.
     settled : In(1)
     peeks, peek : Out(1)
     peek_position : Out(range(max_waypoints))

@@ -142,7 +142,7 @@ class ChildPlanner(Unit):
         # The length of the second parent, and its waypoints before the tail.
         whole = Signal(range(self.max_waypoints + 1), reset_less=True)
         tail_before = Signal(plan.head.shape(), reset_less=True)
-        # The waypoints of either before its cut, behind 1, 3, 5 or 7 eighths of its length: sums,
+        # The waypoints of either before its cut, after 1, 3, 5 or 7 eighths of its length: sums,
         # as a multiplier is far away. The draw stays while the parents are read.
         cut = Signal(2, reset_less=True)
         before = Signal(plan.head.shape())

@@ -1,4 +1,4 @@
-"""The planner: map, problem and runs, behind the commands."""
+"""The planner: map, problem and runs, after the commands."""
 
 from amaranth import *
 from amaranth.lib import stream

@@ -98,7 +98,7 @@ class Evolver(Unit):
         before its key. Paths of first populations are all walked.
     margin : In(margin_layout)
         ``valid``: the margin of a waypoint of a path that is walked. Those of all waypoints of the
-        path come before its key, in any cycles behind its points.
+        path come before its key, in any cycles after its points.
     evaluated : In(stream.Signature(member_layout))
         Paths with their keys, in the order of ``children``. Not ready while members are sorted.
     rank : In(config.slot_bits)

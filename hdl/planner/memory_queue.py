@@ -63,7 +63,7 @@ class MemoryQueue(Unit):
             write.data.eq(self.word),
             write.en.eq(self.put),
         ]
-        # The same word, either way: LUTs are read behind the register of the address.
+        # The same word, either way: LUTs are read after the register of the address.
         if style == "block":
             read = rows.read_port(transparent_for=(write,))
             m.d.comb += read.addr.eq(following[1][1])

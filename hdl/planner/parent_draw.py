@@ -13,7 +13,7 @@ __all__ = ["ParentDraw", "draw_layout"]
 
 
 def draw_layout(rank_bits: int) -> data.StructLayout:
-    """Return the layout of what a child is bred of.
+    """Return the layout of the facts that a child is bred of.
 
     ``head`` and ``tail`` are the ranks of its parents, ``mutation`` is the mutation word.
     """

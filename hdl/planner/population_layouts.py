@@ -71,7 +71,7 @@ def path_layout(slot_bits: int, length_bits: int) -> data.StructLayout:
 
 
 def head_layout(slot_bits: int) -> data.StructLayout:
-    """Return the layout of what comes before the points of a path.
+    """Return the layout of the facts that come before the points of a path.
 
     ``first``: the best path of the population that it was bred from is feasible. ``limited``: so is
     the one at the give-up rank, and with ``first`` the path is given up unless its value is below

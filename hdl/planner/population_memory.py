@@ -20,10 +20,10 @@ class PopulationMemory(Unit):
 
     A row must not be read in the cycle in which it is written. The flag of a slot and its margins
     of a walk are written only while nobody reads the slot: while its path is being evaluated,
-    behind the last read of the path that was there, and before the path's key is known. A path that
+    after the last read of the path that was there, and before the path's key is known. A path that
     is walked gets the margins of all its waypoints.
 
-    A slot has a power of two of rows for its first waypoints, and rows behind those of all slots
+    A slot has a power of two of rows for its first waypoints, and rows after those of all slots
     for the others: 108 slots of 18 waypoints take 2,008 rows, not the 3,456 of 32 each.
 
     Each of the two memories has one port for writes and one for reads, so block RAMs take both: on
@@ -77,7 +77,7 @@ class PopulationMemory(Unit):
         rows = self._rows
 
         def memory_of(name, shape, write, word):
-            """Return what was at the place that was read in the cycle before."""
+            """Return the contents of the place that was read in the cycle before."""
             m.submodules[name] = held = memory.Memory(
                 shape=shape, depth=rows.depth, init=[], attrs={"no_rw_check": 1}
             )

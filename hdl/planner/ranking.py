@@ -25,7 +25,7 @@ class Ranking(Unit):
     Members
     -------
     members : In(stream.Signature(sorted_layout))
-        ``member``, and ``late``: it is behind those of its key that are not. Not ready while
+        ``member``, and ``late``: it is after those of its key that are not. Not ready while
         ``busy``, and after a member as in :class:`pathgene.hdl.planner.sorter.Sorter`.
     store : In(1)
         Pulse: move the population to the memory. In a cycle after its last member is taken, of

@@ -45,7 +45,7 @@ class RunControl(Unit):
     options : Out(struct(run_request(config)))
         Those of the latest run. Registers.
     cycles, generations : Out(32)
-        Of the latest run, so far.
+        Of the latest run, up to now.
     launch : Out(1)
         Cycle 0: load the random source, empty the memo, scan the blocks.
     clear : Out(1)

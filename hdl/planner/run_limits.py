@@ -31,7 +31,7 @@ class RunLimits(Unit):
     share : In(share_bits)
         Limits of the run, and the share of an island. Steady while ``running``.
     split : In(1)
-        Pulse: take an island's part of the cycles that are left behind this one.
+        Pulse: take an island's part of the cycles that are left after this one.
     splitting : Out(1)
         For ``share_bits`` cycles from the one after ``split`` on.
     aim : In(1)

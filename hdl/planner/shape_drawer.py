@@ -25,7 +25,7 @@ class ShapeDrawer(Unit):
 
     Of a box of n corners, corner k from 0 is written k + 2 cycles after its shape is offered. The
     shape is taken with the last of them, n + 1 cycles after it is offered, and the next one may be
-    offered in the cycle behind: see
+    offered in the cycle after: see
     :attr:`pathgene.hdl.protocol.planner.NoFlyShape.drawing_cycles`.
 
     Members

@@ -61,7 +61,7 @@ class Sorter(Unit):
         m = Module()
         last = self.capacity - 1
 
-        # In LUTs on a target. The register is behind them, in front of the comparison.
+        # In LUTs on a target. The register is after them, in front of the comparison.
         m.submodules.rows = rows = memory.Memory(
             shape=self.member_layout, depth=self.capacity, init=[]
         )
@@ -100,7 +100,7 @@ class Sorter(Unit):
         # Whether there is a member is known late.
         with m.If(self.members.ready):
             m.d.sync += entering.eq(self.members.p)
-        # A member that stops is in the row behind the one compared; the worst is read next.
+        # A member that stops is in the row after the one compared; the worst is read next.
         stopped = Signal(worst.shape())
         m.d.comb += stopped.eq(Mux(worst == last, last, worst + 1))
         with m.If(self.empty):

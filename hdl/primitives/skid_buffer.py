@@ -21,7 +21,7 @@ class SkidBuffer(Unit):
     words : In(stream.Signature(shape))
         ``ready`` is a register.
     passed : Out(stream.Signature(shape))
-        The same words. ``valid`` and ``payload`` are one multiplexer behind those of ``words``.
+        The same words. ``valid`` and ``payload`` are one multiplexer after those of ``words``.
     """
 
     shape: Given("ShapeLike", "Shape of a word.")

@@ -17,7 +17,7 @@ class WideMultiplier(Unit):
     """Product of two numbers of any width in every cycle.
 
     The factors are cut into parts of 18 bits; the products of the parts are added in pairs, a
-    register behind each addition.
+    register after each addition.
 
     Attributes
     ----------

@@ -151,7 +151,7 @@ class ProblemRecord:
         A block of the wavefront has ``2**block_shift`` corners along each edge.
     has_entry, has_exit : int
         1 where the heading at start or goal is fixed: by an *entry*, a point before the start, and
-        an *exit*, a point behind the goal.
+        an *exit*, a point after the goal.
     entry_x, entry_y, entry_altitude, exit_x, exit_y, exit_altitude : int
         These points, as start and goal are given.
     """

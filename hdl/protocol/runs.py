@@ -59,8 +59,8 @@ class RunOptions:
         While the best path is feasible, a child is walked only if it is cheaper than the path of
         this rank.
     slopes : tuple of int
-        An island for each, bred one after the other; two at most, and on a warm start one at most,
-        beside the earlier population. Its route is found on the least ground of the blocks,
+        An island for each, bred in turn; two at most, and on a warm start one at most,
+        beside the earlier population. Its route is found on the minimum ground of the blocks,
         raised until no slope exceeds so many halves of the climb limit, 1..15; 0 leaves it as it
         is.
     seeds : int

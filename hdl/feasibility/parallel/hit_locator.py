@@ -58,7 +58,7 @@ class HitLocator(Unit):
         m.d.comb += mirrored.eq(Mux(group.descending, self.hits[::-1], self.hits))
         for number in range(lanes):
             opposite = lanes - 1 - number
-            # Written so that no number is compared with what it always is.
+            # Written so that no number is compared with its constant value.
             m.d.comb += late[number].eq(
                 Mux(
                     group.descending,

@@ -143,7 +143,7 @@ class Lanes(Unit):
             in_last = Signal(name=f"in_last_{number}", reset_less=True)
             late = Signal(name=f"late_{number}", reset_less=True)
             is_late = Signal(name=f"is_late_{number}")
-            # Written so that no number is compared with what it always is.
+            # Written so that no number is compared with its constant value.
             m.d.comb += is_late.eq(
                 Mux(
                     segment.descending,
@@ -180,7 +180,7 @@ class Lanes(Unit):
     def _end_low(self, m, rest):
         """Give the cell at the lower end of the segment the altitude of that end.
 
-        It is the first cell, or of a falling segment the last one, ``rest`` places behind the first
+        It is the first cell, or of a falling segment the last one, ``rest`` places after the first
         of its group.
         """
         segment, begins = self.segment, self.launched.starts_segment

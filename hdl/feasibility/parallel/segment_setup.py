@@ -59,7 +59,7 @@ def segment_layout(
 
 
 def token_layout(segment_bits: int) -> data.StructLayout:
-    """Return the layout of what goes with a group of cells through all stages.
+    """Return the layout of the facts that go with a group of cells through all stages.
 
     ``valid``; ``starts_segment`` and ``ends_segment`` (it is the first or last group of its
     segment), ``first`` and ``ends_path`` (of its path), ``segment`` (its number), ``tag`` (of its
@@ -201,11 +201,11 @@ class SegmentShaper(Unit):
 
 
 class SegmentSetup(SegmentShaper):
-    """Makes segments of points, and launches them one right after the other.
+    """Makes segments of points, and launches them back to back.
 
     A segment waits for its turn in two stages: differences, their signs, and the major axis; then
     small multiples of the differences, and the reciprocal of the length. From the second it is
-    launched: a group of its cells a cycle, then the next segment. Nothing behind this unit waits,
+    launched: a group of its cells a cycle, then the next segment. Nothing after this unit waits,
     and as long as points come no cycle is lost between segments or paths. A segment is launched 2
     cycles after its second point is taken, or later if it is not yet its turn. A path begins with
     its first point, and a segment with its second: points wait for the places of verdict and count.

@@ -88,7 +88,7 @@ class TerrainMemory(Unit):
     lookup_x, lookup_y : In(coordinate_bits)
         With ``compare``: cell to be looked up; not in the cycle of a write.
     lookup_altitude : Out(altitude_bits)
-        Its altitude, ``memory_latency + 2`` cycles later, one small multiplexer behind
+        Its altitude, ``memory_latency + 2`` cycles later, one small multiplexer after
         registers. Writes and look-ups reach the memory one cycle after they are given.
     """
 

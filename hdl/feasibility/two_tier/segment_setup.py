@@ -52,7 +52,7 @@ class TwoTierSegmentSetup(Unit):
     Members
     -------
     points : In(stream.Signature(point_layout))
-        Paths of two points or more, one after the other.
+        Paths of two points or more in turn.
     segments : Out(stream.Signature(segment_layout))
         One segment fewer than points, path by path.
     """

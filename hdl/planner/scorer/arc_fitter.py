@@ -57,10 +57,10 @@ class ArcFitter(Unit):
 
     An arc fits where its tangent and those of its neighbours leave each of its two segments a
     length of 0 or more. So a segment, with the arc at its end, leaves as the second slot after its
-    own comes in, or in the two slots behind the last of a path, whatever comes in then. That is
+    own comes in, or in the two slots after the last of a path, whatever comes in then. That is
     always in time: the first two slots of a path have nothing to send.
 
-    Slots without ``valid`` hold nothing up: what is inside moves on with the next valid slot. The
+    Slots without ``valid`` hold nothing up: the contents move on with the next valid slot. The
     second slot of a path must follow the first at once. Inputs are steady in both cycles of a slot.
 
     Source: step 2 of the score in ``docs/chip_planner.md``.
@@ -68,7 +68,7 @@ class ArcFitter(Unit):
     Attributes
     ----------
     latency : int
-        Cycles from a slot to that of the segment which it sends, 2.
+        Cycles from a slot to the slot of the segment which it sends, 2.
 
     Members
     -------
@@ -110,7 +110,7 @@ class ArcFitter(Unit):
         sends, follows = Signal(), Signal()  # The second is a segment; the one before, a slot.
         draining = Signal(2)
 
-        # Behind the last point, and at the first of the next path, no arc takes anything.
+        # After the last point, and at the first of the next path, no arc takes anything.
         tangent = Signal(self.widths.tangent)
         # What the tangent of the turn into the segment before leaves of it.
         left = Signal(signed(self.widths.tangent + 1), reset_less=True)

@@ -41,7 +41,7 @@ class ArcMeasurer(Unit):
     Attributes
     ----------
     latency : int
-        Cycles from a slot to that of its arc.
+        Cycles from a slot to the slot of its arc.
 
     Members
     -------
@@ -50,7 +50,7 @@ class ArcMeasurer(Unit):
     half_turn : In(widths.half_turn)
     tangent : In(widths.length)
     length, next_length : In(widths.length)
-        Of the segments before and behind the arc.
+        Of the segments before and after the arc.
     radius : In(RADIUS_BITS)
     back, on : Out(widths.share)
         Tangent as shares of these segments.
@@ -65,7 +65,7 @@ class ArcMeasurer(Unit):
         self.step = WideMultiplier(_STEP_BITS, _REST_BITS, _REST_BITS)
         self.arc = WideMultiplier(RADIUS_BITS, TURN_BITS, TURN_FRACTION)
         shares = self.divider.latency + 1
-        # Two registers before the table, two behind it, and one behind the sum.
+        # Two registers before the table, two after it, and one after the sum.
         arc = 5 + self.step.latency + self.arc.latency
         self.latency = (max(shares, arc) | 1) + 1
         return {

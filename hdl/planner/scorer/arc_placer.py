@@ -33,7 +33,7 @@ class ArcPlacer(Unit):
     Attributes
     ----------
     latency : int
-        Cycles from a slot to that of its arc.
+        Cycles from a slot to the slot of its arc.
 
     Members
     -------
@@ -105,7 +105,7 @@ class ArcPlacer(Unit):
         )
 
         def gain(axis, begins, ends):
-            """Return what is gained from the first of two pairs of points to the second."""
+            """Return the gain from the first of two pairs of points to the second."""
             start, stop = (
                 stages.mux(*(each[axis] for each in points)) for points in (begins, ends)
             )

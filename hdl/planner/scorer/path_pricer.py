@@ -41,7 +41,7 @@ class PathPricer(Unit):
     Attributes
     ----------
     latency : int
-        Cycles from the slot of a path's last segment to that of its value.
+        Cycles from the slot of a path's last segment to the slot of its value.
 
     Members
     -------

@@ -51,7 +51,7 @@ class PenaltyCounter(Unit):
     Attributes
     ----------
     latency : int
-        Cycles from the slot of a path's last segment to that of its penalty.
+        Cycles from the slot of a path's last segment to the slot of its penalty.
 
     Members
     -------

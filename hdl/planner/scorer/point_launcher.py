@@ -23,7 +23,7 @@ class PointLauncher(Unit):
     One point is kept. It leaves in the second cycle of a slot, and the next slot is its own; in
     that cycle, or where none is kept, the next one is taken. The first point of a path, or the
     entry, leaves if the point was taken in an earlier cycle, the second is offered, and there was
-    room in the cycle before. The second is then in time for the slot behind; where a later one is
+    room in the cycle before. The second is then in time for the slot after; where a later one is
     not, slots without ``valid`` go before it.
 
     Members
@@ -35,7 +35,7 @@ class PointLauncher(Unit):
     room : In(1)
         A path may begin.
     has_entry, has_exit : In(1)
-        There is a point before the start, or behind the goal.
+        There is a point before the start, or after the goal.
     start, goal, entry, exit : In(place_layout)
         Places of a path's ends. The corners of start and goal are among the points; those of entry
         and exit are the nearest. All steady from the cycle in which a path's first point is taken.

@@ -82,7 +82,7 @@ class Scorer(Unit):
     counted from 0, is there in cycle ``L + chord_latency + 2 j``, and the score ``score_latency``
     cycles after the record of the last segment. In the default sizes these are 87 and 56 cycles: a
     path of m points is scored in cycle ``L + 2 m + 139``. A late point delays its slot and all
-    behind it by two cycles or a multiple. ``sim/model/planner/scorer_cycles.py`` has the same
+    after it by two cycles or a multiple. ``sim/model/planner/scorer_cycles.py`` has the same
     counts.
 
     A score has what :func:`pathgene.sim.model.planner.evaluation.evaluate`
@@ -107,7 +107,7 @@ class Scorer(Unit):
     room : In(1)
         A path may begin with the slot after this one. Counts in the first cycle of a slot.
     points : In(stream.Signature(point_layout))
-        Points of paths, one path after the other: start corner, waypoints, goal corner. A path has
+        Points of paths, path after path: start corner, waypoints, goal corner. A path has
         two points or more, and at most those of its configuration.
     launches : Out(1)
         Pulse, in the second cycle of a slot: a path begins with the next slot.

@@ -18,7 +18,7 @@ class SlopeComparator(Unit):
     Attributes
     ----------
     latency : int
-        Cycles from a slot of lengths to that of its verdict.
+        Cycles from a slot of lengths to the slot of its verdict.
 
     Members
     -------

@@ -17,7 +17,7 @@ __all__ = ["TurnMeasurer"]
 class TurnMeasurer(Unit):
     """Measures the turn from each segment's predecessor into the segment.
 
-    A segment is taken in every slot in which ``valid`` is set; the others do not count. The first
+    A segment is taken in every slot in which ``valid`` is set; other slots do not count. The first
     two slots of a path have no turn, and a tangent length of 0: the first point has no segment, and
     the second none before it.
 

@@ -43,7 +43,7 @@ class Widths:
     coordinate, altitude : int
         Of a waypoint.
     waypoints : int
-        Most waypoints of a path.
+        Maximum waypoints of a path.
     """
 
     coordinate: int
@@ -57,27 +57,27 @@ class Widths:
 
     @property
     def arcs(self) -> int:
-        """Most arcs of a path: with an entry and an exit, start and goal have one, too."""
+        """Maximum arcs of a path: with an entry and an exit, start and goal have one, too."""
         return self.waypoints + 2
 
     @property
     def segments(self) -> int:
-        """Most segments of a path, those from the entry and to the exit included."""
+        """Maximum segments of a path, those from the entry and to the exit included."""
         return self.arcs + 1
 
     @property
     def position(self) -> int:
-        """Of a position on the map."""
+        """Width of a position on the map."""
         return self.coordinate + POSITION_FRACTION
 
     @property
     def part(self) -> int:
-        """Of an altitude in parts."""
+        """Width of an altitude in parts."""
         return self.altitude + ALTITUDE_FRACTION
 
     @property
     def side(self) -> int:
-        """Of a difference of positions with its sign; no side of a cell has a scale above 1."""
+        """Width of a difference of positions, with its sign; a side has a scale of at most 1."""
         return self.position + 1
 
     @cached_property
@@ -87,37 +87,37 @@ class Widths:
 
     @property
     def length(self) -> int:
-        """Of a segment's length."""
+        """Width of a segment's length."""
         return self.longest.bit_length()
 
     @cached_property
     def cross(self) -> int:
-        """Of the product of two segments, as vectors, without a sign."""
+        """Width of the product of two segments, as vectors, without a sign."""
         return (2 * ((1 << self.position) - 1) ** 2).bit_length()
 
     @property
     def tangent(self) -> int:
-        """Of a tangent length; the highest bit stands for all that no segment has room for."""
+        """Width of a tangent length; the highest bit stands for all that fit no segment."""
         return self.length + 1
 
     @property
     def half_turn(self) -> int:
-        """Of the tangent of half a turn, 16 itself included: it is rounded up."""
+        """Width of the tangent of half a turn, 16 itself included: it is rounded up."""
         return SHARPEST_BITS + TURN_FRACTION + 1
 
     @property
     def share(self) -> int:
-        """Of a share of a segment, 1 included."""
+        """Width of a share of a segment, 1 included."""
         return SHARE_BITS + 1
 
     @property
     def arc(self) -> int:
-        """Of the length of an arc."""
+        """Width of the length of an arc."""
         return RADIUS_BITS + TURN_BITS - TURN_FRACTION
 
     @property
     def run(self) -> int:
-        """Of the length of a piece: what arcs leave of a segment, or an arc."""
+        """Width of the length of a piece: the rest that arcs leave of a segment, or an arc."""
         return max(self.length, self.arc)
 
     @cached_property
@@ -128,54 +128,54 @@ class Widths:
 
     @property
     def flown(self) -> int:
-        """Of a length in three dimensions."""
+        """Width of a length in three dimensions."""
         return (isqrt(4 * self.flown_square) + 1 >> 1).bit_length()
 
     @cached_property
     def level(self) -> int:
-        """Of the altitude above the datum, of both ends together, with its sign."""
+        """Width of the altitude above the datum, of both ends together, with its sign."""
         highest = (2 << self.part) + (1 << BASE_BITS - 1)
         return highest.bit_length() + 1
 
     @cached_property
     def pull(self) -> int:
-        """Of a pull, without a sign."""
+        """Width of a pull, without a sign."""
         highest = (1 << DRAG_FRACTION + self.flown) + (1 << RISE_BITS + self.part)
         return highest.bit_length()
 
     @cached_property
     def piece(self) -> int:
-        """Of the cost of a piece, with its sign."""
+        """Width of the cost of a piece, with its sign."""
         highest = (1 << self.level - 1 + self.flown) + (1 << self.pull + FUEL_BITS)
         return highest.bit_length() + 1
 
     @property
     def cost(self) -> int:
-        """Of the cost of a path, with its sign: a piece for every segment and every arc."""
+        """Width of the cost of a path, with its sign: a piece for every segment and every arc."""
         return self.piece + (self.segments + self.arcs).bit_length()
 
     @cached_property
     def total(self) -> int:
-        """Of the length of a path."""
+        """Width of the length of a path."""
         return (self.segments * self.longest).bit_length()
 
     @property
     def excess(self) -> int:
-        """Of what a segment rises or falls too much, the greatest altitude included."""
+        """Width of the excess rise or fall of a segment, the greatest altitude included."""
         return self.part + EXCESS_BITS + 1
 
     @cached_property
     def steep(self) -> int:
-        """Of what the segments of a path count that are too steep."""
+        """Width of the count of the segments of a path that are too steep."""
         most = STEEP + (1 << self.part + EXCESS_BITS)
         return (self.segments * most).bit_length()
 
     @cached_property
     def steep_arcs(self) -> int:
-        """Of the length of all arcs of a path."""
+        """Width of the length of all arcs of a path."""
         return (self.arcs * (1 << self.arc)).bit_length()
 
     @property
     def count(self) -> int:
-        """Of a number of arcs."""
+        """Width of a number of arcs."""
         return self.arcs.bit_length()

@@ -47,7 +47,7 @@ def segment_request_layout(
 def walked_layout(
     coordinate_bits: int, altitude_bits: int, identity: ShapeLike
 ) -> data.StructLayout:
-    """Return the layout of what a walk found: ``valid`` for a cycle, with the rest.
+    """Return the layout of the facts that a walk found: ``valid`` for a cycle, with the rest.
 
     ``hits``: corners that collide. ``margin``: least altitude above the ground, in steps.
     """

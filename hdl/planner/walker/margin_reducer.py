@@ -1,4 +1,4 @@
-"""Hits and least margin of a segment, from its corners."""
+"""Hits and minimum margin of a segment, from its corners."""
 
 from amaranth import *
 from amaranth.lib.wiring import In, Out
@@ -23,7 +23,7 @@ def reduction_latency(lanes: int) -> int:
 
 
 class MarginReducer(Unit):
-    """Counts the corners of a segment that collide, and finds its least margin.
+    """Counts the corners of a segment that collide, and finds its minimum margin.
 
     The margin of a corner is the altitude of the segment above the ground there. A corner whose
     ground has the top altitude is blocked: it collides and has no margin. A segment without any has

@@ -1,7 +1,7 @@
 """Memo of segments: hits and margins of segments walked before, by their ends.
 
 The table has two halves. Tags, the ends of the segments, are read before the walker, and values,
-hits and margins, behind it. A row takes the tag of every segment that is looked up in it, at once:
+hits and margins, after it. A row takes the tag of every segment that is looked up in it, at once:
 a segment that is answered finds its own tag, and another one is about to be walked. Segments pass
 the walker in their order, and values are read and written in that order. So a row has the value of
 a segment by the time that a later one with the same tag reads it, and still has it if another one
@@ -194,7 +194,7 @@ class Memo(Unit):
                 m.d.sync += present.eq(present + 1)
 
     def _exchange_values(self, m):
-        """Keep what was walked, and give what is known of the other segments."""
+        """Keep the walked results, and give the known ones of the other segments."""
         walked, results = self.walked, self.results
         value = Cat(walked.hits, walked.margin)
         given = delay_line(m, value, 2, "given")

@@ -31,7 +31,7 @@ class PathReducer(Unit):
     """Adds up the hits of a path, and gives the margin of each of its waypoints.
 
     The margin of a waypoint is the least of its two segments and its chord; it is given with the
-    segment behind it. With ``first``, hits behind the first segment or chord that collides do not
+    segment after it. With ``first``, hits after the first segment or chord that collides do not
     count; margins always do. Outputs follow ``walked`` by a cycle.
 
     Members

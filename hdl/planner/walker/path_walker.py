@@ -22,8 +22,8 @@ class PathWalker(Unit):
     """Walks paths: corners that collide, and the margins of the waypoints.
 
     A segment or chord takes a cycle if the memo answers for it, else n / ``config.lanes`` cycles
-    for n corners, rounded up; the next one follows right behind, and so does the next path. A path
-    with ``first`` is walked to its end, too: no hits behind its first collision count, but margins
+    for n corners, rounded up; the next one follows right after, and so does the next path. A path
+    with ``first`` is walked to its end, too: no hits after its first collision count, but margins
     do, and the memo does not depend on how many cycles a result takes.
 
     A segment is launched 5 cycles after it is offered, or later if segments before it are still

@@ -20,7 +20,7 @@ __all__ = ["SegmentLauncher", "launch_layout"]
 
 
 def launch_layout(identity: data.StructLayout) -> data.StructLayout:
-    """Return the layout of what goes with a group of corners through all stages.
+    """Return the layout of the facts that go with a group of corners through all stages.
 
     ``valid``, ``starts_segment``, ``ends_segment``, and the ``identity`` of its segment.
     """
@@ -30,12 +30,12 @@ def launch_layout(identity: data.StructLayout) -> data.StructLayout:
 
 
 class SegmentLauncher(SegmentShaper):
-    """Launches segments, one right after the other.
+    """Launches segments, back to back.
 
     A segment waits for its turn in two stages, those of
     :class:`pathgene.hdl.feasibility.parallel.segment_setup.SegmentSetup`. From the second it is
     launched: a group of its corners a cycle, or a single empty one if the memo answers for it; then
-    the next segment. Nothing behind this unit waits. A segment is launched 2 cycles after it is
+    the next segment. Nothing after this unit waits. A segment is launched 2 cycles after it is
     taken, or later if it is not yet its turn.
 
     Members

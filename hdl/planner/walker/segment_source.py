@@ -76,7 +76,7 @@ class SegmentSource(Unit):
         path, segments = self.paths.p, self.segments
         marks = segments.p.identity
 
-        # Which row a word is: the first one of its path, that of the start, the one behind it.
+        # Which row a word is: the first one of its path, that of the start, the one after it.
         label_layout = data.StructLayout({"begins": 1, "start": 1, "leaves": 1, "first": 1})
         word_layout = data.StructLayout({"row": self.row.shape(), "label": label_layout})
         loaded, offered = Signal(), Signal()  # A row is in the read port, and in ``word``.

@@ -1,4 +1,4 @@
-"""Walker of segments: how many corners collide, and the least margin."""
+"""Walker of segments: how many corners collide, and the minimum margin."""
 
 from amaranth import *
 from amaranth.lib import stream
@@ -29,7 +29,7 @@ class SegmentWalker(Unit):
     Corners, altitudes, hits and margin are those of
     :func:`pathgene.sim.model.planner.definition.walk.walk`. A segment of n corners takes n /
     ``lanes`` cycles, rounded up, and one that the memo has answered takes a cycle and reaches no
-    corner; the next one follows right behind. A segment is launched 2 cycles after it is taken, or
+    corner; the next one follows right after. A segment is launched 2 cycles after it is taken, or
     later if others are before it. ``walked`` follows the cycle of its last group by ``latency``
     cycles: two for slopes and lanes, ``memory_latency + 3`` for the ground, the others
     (:func:`pathgene.hdl.planner.walker.margin_reducer.reduction_latency`) to reduce it.

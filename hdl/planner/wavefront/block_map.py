@@ -1,4 +1,4 @@
-"""Blocks of the map: least ground and lowest corners, kept from run to run."""
+"""Blocks of the map: minimum ground and lowest corners, kept from run to run."""
 
 from amaranth import *
 from amaranth.lib import data, memory
@@ -19,7 +19,7 @@ __all__ = ["BlockMap"]
 
 
 class BlockMap(Unit):
-    """Least ground and lowest corner of each block, scanned again where the map has changed.
+    """Minimum ground and lowest corner of each block, scanned again where the map has changed.
 
     A write to the map marks its block. A scan reads the marked blocks, a row of ``lanes`` corners
     in a cycle, and skips the others, a block in a cycle. With another ``block_shift`` than at the

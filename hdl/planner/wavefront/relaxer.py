@@ -114,7 +114,7 @@ class Relaxer(Unit):
             return number ^ self.backwards.replicate(INDEX_BITS)
 
         def later(cycles):
-            """Return the number of the block that is ``cycles`` behind its first cycle, 1 or more.
+            """Return the number of the block that is ``cycles`` after its first cycle, 1 or more.
 
             A register: LUT RAMs follow. Valid while ``busy``.
             """

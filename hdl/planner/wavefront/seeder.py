@@ -105,7 +105,7 @@ class Seeder(Unit):
         with m.If(self.launch):
             m.d.sync += self.busy.eq(1)
 
-        # A register behind the source.
+        # A register after the source.
         word = delay_line(m, self.word, 1, "word")
         index = delay_line(m, (number - 1)[: longest.bit_length()], 1, "index")
         is_head, is_place = Signal(), Signal()

@@ -268,7 +268,7 @@ class StepConstants(Unit):
     def _root(self, m, adds, begins, product):
         """Return the root of the sum of two squares, a bit in a cycle from the second one on."""
         width = distance_bits(self.coordinate_bits)
-        # Within the first product behind the squares.
+        # Within the first product after the squares.
         assert width <= _FACTOR_BITS
         left_digits = Signal(range(width + 1))
         rest = Signal(2 * width, reset_less=True)

@@ -22,7 +22,7 @@ _PASSES = 2 * SWEEPS
 
 
 class Wavefront(Unit):
-    """Makes a surface of the least ground, limits its slopes, and spreads costs from the goal.
+    """Makes a surface of the minimum ground, limits its slopes, and spreads costs from the goal.
 
     1. Every block is read and written to the surface. Meanwhile, the falls of the steps follow.
     2. If ``limit`` is not 0, the slopes are limited: passes over the depths of the blocks.

@@ -11,7 +11,7 @@ from pathgene.host.device import boards
 from pathgene.host.device.boards import open_board
 from pathgene.host.device.waypoints import unpack_waypoints
 from pathgene.host.errors import InputError, JobError
-from pathgene.host.planners import ga_fpga
+from pathgene.host.planners.allaire import ga_fpga
 from pathgene.host.planners.allaire.ga_fpga import FpgaGeneticPlanner, draw_paths, ranking
 from pathgene.host.planners.base import Options, Stop
 from pathgene.host.problem.chip_map import ChipMap

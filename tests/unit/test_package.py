@@ -2,6 +2,7 @@ import configparser
 import shutil
 import subprocess
 import sys
+import tarfile
 import tomllib
 import zipfile
 from pathlib import Path
@@ -11,7 +12,8 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-PACKAGES = ("hdl", "host", "pathgene", "sim")
+#: Folders of the package; the last three are links inside the first.
+FOLDERS = ("pathgene", "hdl", "host", "sim")
 DATA = {
     ".cpp",
     ".css",
@@ -29,38 +31,69 @@ DATA = {
 
 
 @pytest.fixture(scope="module")
-def wheel(tmp_path_factory):
-    """The wheel, built from a copy because the build leaves files beside its sources."""
-    tree = tmp_path_factory.mktemp("tree")
-    for name in PACKAGES:
-        shutil.copytree(ROOT / name, tree / name, ignore=shutil.ignore_patterns("__pycache__"))
+def tree(tmp_path_factory):
+    """A copy of the sources, because a build leaves files beside them."""
+    folder = tmp_path_factory.mktemp("tree")
+    ignore = shutil.ignore_patterns("__pycache__")
+    for name in FOLDERS:
+        shutil.copytree(ROOT / name, folder / name, ignore=ignore, symlinks=True)
     for name in ("pyproject.toml", "README.md", "LICENSE"):
-        shutil.copy(ROOT / name, tree)
+        shutil.copy(ROOT / name, folder)
+    return folder
+
+
+def build(kind, sources):
     subprocess.run(
-        [sys.executable, "-m", "build", "--wheel", "--no-isolation", tree],
+        [sys.executable, "-m", "build", f"--{kind}", "--no-isolation", sources],
         check=True,
         stdout=subprocess.DEVNULL,
     )
+
+
+@pytest.fixture(scope="module")
+def wheel(tree):
+    build("wheel", tree)
     (path,) = (tree / "dist").glob("*.whl")
     return zipfile.ZipFile(path)
 
 
 def test_wheel_has_every_source_and_datum(wheel):
     expected = {
-        str(path.relative_to(ROOT))
-        for name in PACKAGES
+        str(path.relative_to(ROOT) if name == "pathgene" else "pathgene" / path.relative_to(ROOT))
+        for name in FOLDERS
         for path in (ROOT / name).rglob("*")
         if path.suffix in DATA | {".py"}
     }
     found = {name for name in wheel.namelist() if ".dist-info/" not in name}
     assert found == expected
-    assert {"sim/board/bridge.cpp", "sim/board/icarus_top.v"} <= found
+    assert {"pathgene/sim/board/bridge.cpp", "pathgene/sim/board/icarus_top.v"} <= found
+
+
+def test_wheel_has_one_top_level_name(wheel):
+    folders = {name.partition("/")[0] for name in wheel.namelist()}
+    assert {name for name in folders if not name.endswith(".dist-info")} == {"pathgene"}
+
+
+def test_source_archive_builds_the_same_wheel(wheel, tree, tmp_path):
+    build("sdist", tree)
+    (path,) = (tree / "dist").glob("*.tar.gz")
+    with tarfile.open(path) as archive:
+        archive.extractall(tmp_path, filter="data")
+    (sources,) = tmp_path.iterdir()
+    build("wheel", sources)
+    (again,) = (sources / "dist").glob("*.whl")
+    with zipfile.ZipFile(again) as other:
+        contents = {name: other.read(name) for name in other.namelist()}
+    ours = {name: wheel.read(name) for name in wheel.namelist()}
+    # The list of files, in the last of them, has a row for the licence in another order.
+    assert contents.keys() == ours.keys()
+    assert [name for name in ours if contents[name] != ours[name] and "RECORD" not in name] == []
 
 
 def test_wheel_has_command_and_licence(wheel):
     info = f"pathgene-{PROJECT['version']}.dist-info"
     points = configparser.ConfigParser()
     points.read_string(wheel.read(f"{info}/entry_points.txt").decode())
-    assert dict(points["console_scripts"]) == {"pathgene": "pathgene.host.__main__:main"}
+    assert dict(points["console_scripts"]) == {"pathgene": "pathgene.__main__:main"}
     assert dict(points["pathgene.boards"]) == PROJECT["entry-points"]["pathgene.boards"]
     assert wheel.read(f"{info}/licenses/LICENSE") == (ROOT / "LICENSE").read_bytes()

@@ -101,7 +101,7 @@ def _tell(
     planners: list[str],
     drawn: Drawn | None = None,
 ) -> None:
-    """Write the files and print the report; ``drawn`` is what the picture shows."""
+    """Write the files and print the report; ``drawn`` holds the contents of the picture."""
     from pathgene.host.report.diagnosis import write_diagnosis
 
     written = []
@@ -114,7 +114,7 @@ def _tell(
 
 
 def _pairs(report: dict[str, Any], planners: list[str]) -> list[tuple[str, str]]:
-    """Return the report as names and texts; ``planners`` are those that found the paths."""
+    """Return the report as names and texts; ``planners`` names the planners that found paths."""
     from pathgene.host.diagnosis.reason import listed
 
     reason = report["reason"]

@@ -10,7 +10,7 @@ __all__ = ["is_local"]
 
 
 def is_local(host: str) -> bool:
-    """Tell whether nobody but this machine reaches what listens at the address ``host``.
+    """Return whether a server at the address ``host`` can be reached from this machine only.
 
     Raises
     ------

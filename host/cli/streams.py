@@ -117,7 +117,7 @@ def _patient(stream: TextIO) -> Iterator[TextIO]:
         number = stream.fileno()
         if stat.S_ISFIFO(os.fstat(number).st_mode) or os.isatty(number):
             stream.flush()
-            # Opened again: the mode of the descriptor itself is that of other processes, too.
+            # Opened again: other processes share the mode of the descriptor itself.
             flags = os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC
             own = os.open(f"/proc/self/fd/{number}", flags)
     if own is None:

@@ -139,8 +139,8 @@ def _draw_boxes(
 ) -> None:
     """Draw a box plot for each planner, the first at the top, its runs, and how many are feasible.
 
-    Where most runs are feasible, the infeasible ones are counted, not drawn: they lie so far below
-    that no difference would be visible.
+    Where most runs are feasible, the infeasible ones are counted, not drawn: their fitness is too
+    low for a difference to be visible.
     """
     every = np.concatenate([_fitness(planner) for planner in planners])
     shown = every[every > 1] if _mostly_feasible(planners) else every
@@ -220,8 +220,8 @@ def _draw_boxes(
 def _draw_convergence(axes: Axes, planners: Sequence[Mapping[str, Any]]) -> None:
     """Draw the band of each planner over generations or evaluations.
 
-    Over generations where all planners take as many evaluations for one, else over evaluations; the
-    axis is logarithmic where some planners take many times as many as others.
+    The axis counts generations if a generation of every planner has the same number of evaluations,
+    and evaluations otherwise. An axis of evaluations is logarithmic if their numbers differ widely.
     """
     histories = [[run for run in planner["runs"] if run["history"]] for planner in planners]
     runs = [run for some in histories for run in some]

@@ -90,7 +90,7 @@ def _evaluator(problem: Problem, threads: int) -> Evaluator:
 
 
 def execute(evaluator: Evaluator, task: Task) -> Outcome:
-    """Do a run; return an error as its outcome, so that the other runs continue.
+    """Do a run; return an error as its outcome, so that later runs still take place.
 
     An untimed run of one generation precedes the first run of an entrant in a process, so that no
     recorded seconds contain compilation or loading.

@@ -22,7 +22,7 @@ Execute = Callable[[Sequence[Task]], Generator[Outcome]]
 
 
 class RunProgress:
-    """Shows the progress of runs: number done, best so far, time left.
+    """Shows the progress of runs: number done, best fitness, time left.
 
     Parameters
     ----------

@@ -139,7 +139,7 @@ class RunStore:
 
 
 def _require_record(record: Record) -> None:
-    """Raise ValueError, KeyError or TypeError if a run lacks what reports say about it."""
+    """Raise ValueError, KeyError or TypeError if a run lacks a value that reports need."""
     history, spent = record["history"], record["history_evaluations"]
     if not (isinstance(history, list) and isinstance(spent, list)):
         raise TypeError("no history")

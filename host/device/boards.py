@@ -122,7 +122,7 @@ def known_config(url: str) -> Config | None:
 def with_core(url: str, core: str) -> str:
     """Return the URL of a simulated board with the genetic core that a planner needs.
 
-    A URL that names a core, and that of a board which is not simulated, stay as they are.
+    A URL that names a core stays as it is, and so does the URL of a board that is not simulated.
 
     Raises
     ------

@@ -145,7 +145,7 @@ class Chip:
         self._end_earlier_run()
 
     def _end_earlier_run(self) -> None:
-        """End what an earlier session has left running: a run makes other commands wait."""
+        """End a run that an earlier session has left: a run makes other commands wait."""
         if self.config.planner_core:
             self._runs.end()
 

@@ -115,7 +115,7 @@ class MapCopy:
         *,
         progress: Callable[[int, int], object] | None = None,
     ) -> None:
-        """Write what has changed: see :meth:`pathgene.host.device.chip.Chip.update_map`."""
+        """Write the changed heights: see :meth:`pathgene.host.device.chip.Chip.update_map`."""
         heights = np.asarray(heights)
         if heights.shape != self._heights.shape:
             raise ValueError(

@@ -89,7 +89,7 @@ class Runs:
     Attributes
     ----------
     started : int
-        Runs begun so far: as long as it stays the same, so does the population.
+        Number of runs begun. The population changes only when this number does.
 
     Raises
     ------

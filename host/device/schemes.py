@@ -193,7 +193,7 @@ def scheme_names() -> list[str]:
 
 
 def _value(text: str) -> int | str:
-    """Return what a text states; the configuration refuses what is neither number nor choice."""
+    """Return the number in a text, or the text itself, which the configuration checks."""
     try:
         return whole(text)
     except ValueError:
@@ -201,7 +201,7 @@ def _value(text: str) -> int | str:
 
 
 def _entry_points() -> Iterator[metadata.EntryPoint]:
-    """Yield what the checkout declares, then what installed packages declare.
+    """Yield the entry points of the checkout, then the entry points of installed packages.
 
     An editable installation keeps the entry points of the day it was made. In a checkout
     ``pyproject.toml`` itself is up to date.
@@ -209,7 +209,7 @@ def _entry_points() -> Iterator[metadata.EntryPoint]:
     declared = Path(__file__).resolve().parents[2] / "pyproject.toml"
     if declared.is_file():
         project = tomllib.loads(declared.read_text("utf-8")).get("project", {})
-        # Beside an installed package lies what its user put there.
+        # The file beside an installed package may belong to another project.
         if project.get("name") == "pathgene":
             for name, value in project.get("entry-points", {}).get(GROUP, {}).items():
                 yield metadata.EntryPoint(name, value, GROUP)

@@ -33,7 +33,8 @@ _MAXIMUM_BAUD = 1_000_000_000
 class SerialScheme(BoardScheme):
     """A serial device or any URL of pyserial, with ``?baud=NUMBER&patience=SECONDS``.
 
-    The baud rate defaults to that of the default configuration, the patience to that of all boards.
+    The default baud rate is the one of the default configuration; the default patience is the same
+    for all boards.
     A frame is sent again after ``timeout_s`` and the time of its bytes on the line, until the
     patience is over, and 4 times at least.
 

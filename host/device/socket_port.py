@@ -36,9 +36,9 @@ class SocketPort:
         Host and port.
     timeout : float or None
         Longest wait of :meth:`read`, seconds; None waits without limit, 0 does not wait.
-        ``write_timeout`` is that of :meth:`write`, at first without limit.
+        The attribute ``write_timeout`` limits :meth:`write`; initially there is no limit.
     explain : Callable[[], str], optional
-        Called when the other end is gone; returns the sentence of the error.
+        Called when the peer has disconnected; returns the message of the error.
     on_close : Callable[[], object], optional
         Called after the connection is closed.
 
@@ -47,7 +47,7 @@ class SocketPort:
     OSError
         From the constructor, if there is no connection to ``address``.
     LinkError
-        From any method, if the other end is gone, or the board is in use by another client.
+        From any method, if the peer has disconnected, or the board is in use by another client.
     """
 
     def __init__(

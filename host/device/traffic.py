@@ -1,4 +1,4 @@
-"""Counts of what passes over a link."""
+"""Counts of the traffic on a link."""
 
 from __future__ import annotations
 

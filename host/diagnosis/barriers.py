@@ -1,10 +1,10 @@
-"""Barriers: what encloses the start or the goal, as a closed ring of places that no path may pass.
+"""Barriers: closed rings of forbidden places around the start or the goal.
 
 Every obstacle is cut into convex pieces: the squares of forbidden nodes, the edges of zones with
 their margin, and all that is outside the map. Two pieces that touch are linked by a short line
 inside both. A ring of links that crosses the straight line from start to goal an odd number of
-times has one of them inside and the other outside, so no path leads from one to the other. The
-reverse holds too, as far as the pieces hold all that is forbidden.
+times encloses exactly one of the two, so no path connects them. The reverse holds too, provided
+that the pieces cover all forbidden places.
 """
 
 from __future__ import annotations
@@ -238,7 +238,7 @@ class Barrier:
         return found
 
     def _add(self, tails: Ints, heads: Ints, ways: Sequence[Floats]) -> None:
-        """Add links along ``ways``: points (n, 2) one after the other, ends included."""
+        """Add links along ``ways``: sequences of points (n, 2), ends included."""
         odd = np.zeros(len(tails), dtype=bool)
         length = np.full(len(tails), _LEAST_M)
         for p, q in itertools.pairwise(ways):

@@ -123,10 +123,10 @@ class Reach:
 
 
 def has_room(nodes: Flags, sides: tuple[float, float], radius_m: float) -> bool:
-    """Return whether a circle may fit into the squares of ``nodes`` and what they enclose.
+    """Return whether a circle may fit into the squares of ``nodes`` and the holes among them.
 
-    Where it does not, a track without tighter turns can close no loop there: a loop holds a circle
-    of its tightest turn.
+    If no circle fits, a track without tighter turns cannot close a loop there: a loop encloses a
+    circle of its tightest turn.
     """
     if not np.isfinite(radius_m):
         return False

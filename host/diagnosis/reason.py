@@ -109,8 +109,8 @@ class Reason:
     region : (ny, nx) bool or None
         Nodes that can be reached from that end.
     headings : tuple of (str, float, float)
-        Ends whose heading is the reason, each with the fixed heading and that of a path without
-        it, degrees.
+        Ends whose heading is the reason, each with the fixed heading and the heading of a path
+        that is free to choose it, degrees.
     """
 
     code: str

@@ -3,7 +3,7 @@
 An aircraft that leaves a pit gains altitude along its way. How much depends on how long the way is,
 and there are two answers. Where no circle of the turn radius fits into the pit, the way cannot turn
 round, so it is not much longer than the shortest one: a pit deeper than that is closed. Where a
-circle fits, the aircraft could circle up; but no planner circles, so what is reported is that the
+circle fits, the aircraft could circle up. Since no planner circles, the reason given is that the
 shortest ways are too steep, which is no proof.
 """
 
@@ -54,7 +54,7 @@ class _Pit:
         self.sides = self.every * terrain.dx_m, self.every * terrain.dy_m
 
     def node(self, x: float, y: float, every: int) -> tuple[int, int]:
-        """Return the node of a point on a grid of every so many nodes."""
+        """Return the node of a point on the grid that is coarser by the factor ``every``."""
         row, column = self.bounds.problem.terrain.nearest_nodes(x, y)
         return int(row) // every, int(column) // every
 
@@ -82,7 +82,7 @@ class _Pit:
         heights[there] = min(heights[there], self.other[2])
         sides = terrain.dx_m, terrain.dy_m
         gained = slope * _DETOUR
-        # The way may begin at the far side of the first square, and end at that of the last.
+        # The way may begin and end at the far sides of its first and its last square.
         slack = gained * 2 * math.hypot(*sides)
         reach = Reach.of(heights, sides, self.node(self.x, self.y, 1), self.z + slack, gained)
         return not reach.nodes[there] and not has_room(
@@ -159,7 +159,7 @@ def _power(pit: _Pit, degrees: float, place: tuple[float, float], proven: bool) 
 def _least_slope(
     pit: _Pit, heights: Floats, there: tuple[int, int], too_low: float
 ) -> tuple[float, tuple[float, float]] | None:
-    """Return the gentlest slope that leads to the other end, and where it is needed."""
+    """Return the gentlest slope that connects both ends, and the place that requires it."""
     low, high = too_low, math.tan(math.radians(_STEEPEST_DEG))
     if not pit.searched(heights, high).nodes[there]:
         return None
@@ -179,7 +179,7 @@ def _least_slope(
 
 
 def _spread(nodes: NDArray[np.bool_], every: int, problem: Problem) -> NDArray[np.bool_]:
-    """Return nodes of the coarse grid on that of the terrain."""
+    """Return nodes of the coarse grid on the terrain's grid."""
     rows, columns = problem.terrain.shape
     fine: NDArray[np.bool_] = np.repeat(np.repeat(nodes, every, axis=0), every, axis=1)
     return fine[:rows, :columns]

@@ -1,4 +1,4 @@
-"""The limits of an aircraft, each in one class: what it allows, how a track keeps it, its words.
+"""Limits of an aircraft, a class each: the allowed value, its check along a track, its texts.
 
 The verdict, the report of a path, the pictures, the page and the diagnosis take the limits from
 :data:`AIRCRAFT_LIMITS`. CONTRIBUTING.md says how to add one.

@@ -39,10 +39,10 @@ class Evaluation:
     penalty_fine : float
         Equation (1) at ``ds / 8``, metres.
 
-    Under the rules of safe flight, ``feasible``, ``penalty``, ``fitness`` and the distances are
-    those of the strict rule; ``feasible_at_ds`` is that, or else what the search sees, and
-    ``penalty_fine`` the penalty again. ``minimum_clearance_m`` is then exact to a centimetre and
-    counts the whole corridor. The following are None as paper.
+    Under the rules of safe flight, the strict rule gives ``feasible``, ``penalty``, ``fitness`` and
+    the distances; ``feasible_at_ds`` is true if the path is feasible by the strict rule or by the
+    search surface, and ``penalty_fine`` equals ``penalty``. ``minimum_clearance_m`` is then exact
+    to a centimetre and counts the whole corridor. The following are None as paper.
 
     clearance_m : float
         Clearance asked for.

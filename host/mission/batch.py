@@ -36,7 +36,7 @@ from pathgene.host.workers.processes import in_processes
 
 __all__ = ["Job", "Outcome", "execute", "kept_summary", "names_of", "save"]
 
-#: Values that decide what is written, not what is planned.
+#: Values that affect the output, not the plan.
 _OUTPUT = {option.name for option in options_of("output")}
 # Maximum problems that a GPU plans at once, and maximum nodes of their maps, of 16 or 24 bytes.
 _MOST_TOGETHER, _MOST_NODES = 64, 50_000_000
@@ -49,11 +49,11 @@ class Job:
     Parameters
     ----------
     name : str
-        Its name, that of its folder.
+        Name of the problem and of its folder.
     file : str
         The problem file.
     values : mapping
-        Values of the file, with those of the command line that override them.
+        Values of the file, overridden by values of the command line.
     """
 
     name: str
@@ -122,7 +122,7 @@ class Outcome:
     result : Result or None
         The path and its record.
     failure : str or None
-        The sentence on what failed.
+        The message of the failure; None after a success.
     bad_input : bool
         The problem is the cause of the failure.
     """
@@ -135,7 +135,7 @@ class Outcome:
 
 
 def names_of(files: Sequence[str]) -> list[str]:
-    """Return a name for each problem file: its own, or with that of its folder where two are alike.
+    """Return a name for each problem file, with its folder's name where two files have one name.
 
     Raises
     ------

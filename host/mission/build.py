@@ -153,7 +153,7 @@ def placed_at(values: Values, terrain: Terrain) -> Terrain:
 
 
 def aircraft_of(values: Values) -> Aircraft:
-    """Return the aircraft: a shipped one, that of a file, or that of a table.
+    """Return the aircraft: a shipped one, or one from a file or a table.
 
     Raises
     ------
@@ -206,7 +206,7 @@ def via_of(values: Values, terrain: Terrain) -> tuple[Point, ...]:
     Raises
     ------
     InputError
-        If some are in metres and others in degrees, or one is bad.
+        If they mix metres with degrees, or one is bad.
     """
     local, geographic = values.get("via") or (), values.get("via_geo") or ()
     if local and geographic:

@@ -21,7 +21,7 @@ __all__ = ["JoinedEvaluator", "reason_of_joint"]
 
 Floats = NDArray[np.float64]
 
-# Sharpest turn at a joint: a sharper one is rounded so far ahead that the point is not visited.
+# Sharpest turn at a joint: rounding a sharper one begins too early for the point to be visited.
 _SHARPEST_RAD = 0.5 * math.pi
 _ROUNDING_RAD = 1e-9
 
@@ -43,7 +43,7 @@ class JoinedEvaluator(Evaluator):
     joined : Problem
         The problem from the first of ``before`` to the leg's goal.
     **options
-        Those of :class:`Evaluator`.
+        Options of :class:`Evaluator`.
     """
 
     def __init__(self, problem: Problem, before: Floats, joined: Problem, **options: Any) -> None:

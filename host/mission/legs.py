@@ -35,7 +35,7 @@ class Leg:
     plan : Plan or None
         The run of the planner; None for a leg that failed or was not reached.
     failure : str or None
-        The sentence on what ended the leg; None if nothing.
+        The message of the failure that ended the leg, or None.
     joined : Evaluation or None
         Terms of the path together with the end of the leg before, where it was searched so.
     """
@@ -100,7 +100,7 @@ class Leg:
 class MissionPlan(Plan):
     """The plan of a mission of several legs.
 
-    ``path``, ``evaluation`` and ``summary`` are those of all legs in one. ``history`` counts the
+    ``path``, ``evaluation`` and ``summary`` cover all legs together. ``history`` counts the
     generations of all legs, the fitness in it is the current leg's.
 
     Parameters

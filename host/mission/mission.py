@@ -30,7 +30,7 @@ class Mission:
 
     A leg starts with the heading at which the leg before arrives, so the path of all legs turns at
     a via point by one arc, like a path at any waypoint: it passes the point on the inside of the
-    turn. The headings of ``problem`` are those of the mission's start and of its end.
+    turn. The headings of ``problem`` apply at the mission's start and at its end.
 
     Parameters
     ----------
@@ -239,7 +239,8 @@ class Mission:
     def _check_lines(self) -> None:
         """Refuse a leg whose straight line is no reference for costs.
 
-        Where that is too steep a glide, the leg may have no path either: that is what to mend.
+        If the line is too steep a glide, the leg may have no path either; then the error gives the
+        reason for that.
         """
         for index, (start, stop) in enumerate(itertools.pairwise(self.way)):
             try:

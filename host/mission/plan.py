@@ -34,7 +34,7 @@ def plan(
 ) -> Plan:
     """Plan a path; print and write nothing.
 
-    The defaults are those of ``pathgene plan``, and the same seed gives the same path.
+    The defaults are the same as in ``pathgene plan``, and the same seed gives the same path.
 
     Parameters
     ----------
@@ -48,27 +48,28 @@ def plan(
     seed : int
         0 to 2**64 - 1. Everything random follows from it.
     generations : int, optional
-        Most generations; the planner's own number by default.
+        Maximum number of generations; by default the planner's own.
     time_limit_s : float, optional
-        Most seconds of planning.
+        Maximum seconds of planning.
     target_fitness : float, optional
         Fitness that ends the search; feasible paths have more than 1.
     population : int, optional
         Paths in the population; the planner's own number by default. A chip's is fixed.
     progress : callable, optional
-        Called after each generation with its number, the best fitness so far and the mean fitness
+        Called after each generation with its number, the best fitness found and the mean fitness
         of the population. A mission counts the generations of all legs.
     cancel : callable, optional
-        Called between generations. Once it returns True, the search ends, and the plan is the best
-        so far with ``interrupted`` true. The longest wait is usually that for generation 0: the
-        first plan on a machine compiles for up to a minute, and ``sim:`` builds its board.
+        Called between generations. Once it returns True, the search ends, and the plan has the
+        best path found and ``interrupted`` true. The wait for generation 0 is usually the longest:
+        the first plan on a machine compiles for up to a minute, and ``sim:`` builds its board.
     fallback : str
-        ``astar`` or ``none``: with ``astar`` that planner searches, and then ``fpa-2opt``, where
-        the other one finds no feasible path, unless none exists. ``plan.fallback`` names the one
-        that found it, ``plan.reason`` says why there is no path. Not with ``as_paper``.
+        ``astar`` or ``none``. With ``astar``, if the chosen planner finds no feasible path, and it
+        is not proven that none exists, ``astar`` searches, and then ``fpa-2opt``. ``plan.fallback``
+        names the planner that found the path; ``plan.reason`` says why there is no path. Not with
+        ``as_paper``.
     **options
-        The planner's own options, ``board="sim:"`` for example: those of ``pathgene plan`` with
-        underscores. None is the default of each. A ``board`` may also be an open one, of
+        The planner's own options, ``board="sim:"`` for example, named as in ``pathgene plan``
+        with underscores. None is the default of each. A ``board`` may also be an open one, of
         :func:`pathgene.open_board`; a plan of ``ga-chip`` on it is quick to change in flight: see
         :meth:`Plan.replan`.
 
@@ -83,8 +84,8 @@ def plan(
     InputError
         If there is no such planner, the planner has no such option, or a value is out of range.
     JobError
-        If the search fails before it has a path: no board answers, for example. A later failure
-        leaves the best path so far; ``plan.failure`` says what happened.
+        If the search fails before it has a path: no board answers, for example. After a later
+        failure, the plan has the best path found; ``plan.failure`` says what happened.
     """
     require_functions(progress=progress, cancel=cancel)
     search = Search(
@@ -132,12 +133,12 @@ def plan_together(
     seeds : sequence of int, optional
         The seed of each, 0 to 2**64 - 1; 0 by default.
     generations, time_limit_s, target_fitness, population, cancel, fallback, **options
-        Those of each, as for :func:`plan`.
+        Options of each plan, as for :func:`plan`.
 
     Returns
     -------
     list of Plan
-        In the order of the problems. The seconds of each are those of all.
+        In the order of the problems. The seconds of each plan count all problems together.
 
     Raises
     ------

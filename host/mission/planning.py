@@ -43,7 +43,7 @@ def plan_mission(
     source: Mapping[str, Any] | None = None,
     evaluator: Callable[..., Evaluator] = Evaluator,
 ) -> Plan:
-    """Plan the legs of a mission one after the other, each with the same search.
+    """Plan the legs of a mission in turn, each with the same search.
 
     A leg that has only an infeasible path is kept, and the next leg starts from its end. After a
     failure or an interrupt, the legs that remain are straight lines.
@@ -286,13 +286,13 @@ def _joined(legs: list[Leg]) -> NDArray[np.float64]:
 
 
 def _combined(legs: list[Leg], evaluation: Evaluation) -> Result:
-    """Return the record of all legs as that of one run."""
+    """Return the record of all legs as if they were one run."""
     results = [leg.plan.result for leg in legs if leg.plan is not None]
     history: list[list[float]] = []
     evaluations: list[int] = []
     seconds: dict[str, float] = {}
     for result in results:
-        # Of some planners not every generation has a row.
+        # Some planners do not record every generation.
         first = int(history[-1][0]) + 1 if history else 0
         done = evaluations[-1] if evaluations else 0
         history += [[first + row[0], *row[1:]] for row in result.history]
@@ -337,7 +337,7 @@ def _counted(progress: Progress | None, before: int, legs: list[Leg]) -> Progres
 
 @dataclass(frozen=True)
 class _LegObserver:
-    """Observes a leg, and shows its paths behind those of the legs before."""
+    """Observes a leg, and appends its paths to the paths of earlier legs."""
 
     observer: Observer
     before: int
@@ -354,7 +354,7 @@ class _LegObserver:
 def _heading_deg(path: NDArray[np.float64], *, backwards: bool = False) -> float | None:
     """Return the heading of the first segment of ``path`` that has one, degrees from north.
 
-    With ``backwards`` the path is given from its end, and flown the other way.
+    With ``backwards`` the path is given from its end, and flown towards its first point.
     """
     for start, stop in itertools.pairwise(path):
         east, north = (stop - start)[:2].tolist()

@@ -20,7 +20,7 @@ from pathgene.host.problem.aircraft import PARAMETERS
 
 __all__ = ["markdown", "parse_problem", "problem_text", "read_problem", "save_problem", "template"]
 
-#: Keys of a zone that name what it is.
+#: Keys of a zone that give its shape.
 _SHAPES = ("file", "circle", "polygon")
 _WIDTH = 96
 

@@ -44,9 +44,9 @@ class Options:
     Parameters
     ----------
     generations : int
-        Most generations, 1 or more.
+        Maximum number of generations, 1 or more.
     time_limit_s : float, optional
-        Most seconds of planning, above 0; the current generation is finished.
+        Maximum seconds of planning, above 0; the current generation is finished.
     target_fitness : float, optional
         Fitness at which the search ends.
     population : int, optional
@@ -148,19 +148,19 @@ class Replanner(Protocol):
 
     @property
     def is_ready(self) -> bool:
-        """False if what the earlier run has left is gone."""
+        """False if the state of the earlier run is lost."""
         ...
 
     def replan(self, evaluator: Evaluator, options: Options) -> Result:
         """Search for the best path of ``evaluator.problem``; see :meth:`Planner.plan`.
 
-        Terrain, goal, aircraft and rules are those of the earlier problem; the start may have
-        moved, and zones have come.
+        Terrain, goal, aircraft and rules are the same as in the earlier problem; the start may have
+        moved, and zones may have been added.
         """
         ...
 
     def finish(self) -> None:
-        """Do what a replan has left to do after it; else the next replan does it."""
+        """Finish the work that a replan has deferred; otherwise the next replan does it."""
         ...
 
 
@@ -232,7 +232,7 @@ class Planner(Protocol):
         Raises
         ------
         InputError
-            If the planner cannot do what the options ask.
+            If the planner does not support the options.
         JobError
             If the run fails before anything was evaluated.
         """
@@ -253,7 +253,7 @@ class Run:
     stop : Stop, optional
         Ends the run when requested.
     ended_by : str, optional
-        The stop criterion that has ended the search, of a run whose result waits for others.
+        The stop criterion that ended the search, for a run that waits for parallel runs.
     """
 
     evaluator: Evaluator
@@ -296,7 +296,7 @@ class Run:
     ) -> NDArray[np.float64]:
         """Evaluate ``paths``, (n, 3) float64 metres each, ends included, and keep the best.
 
-        With ``strict`` the fitness is by the strict rule, which may accept what lies below the
+        With ``strict`` the fitness is by the strict rule, which may accept paths below the
         search surface. With ``counted_m``, (m,) metres, d_ut + d_nf are these, and no path is kept:
         a path whose distances were counted elsewhere is no candidate before its full evaluation.
 

@@ -24,8 +24,9 @@ __all__ = ["EASES", "CornerMap", "Ease"]
 class Ease(NamedTuple):
     """A rule that lowers corners beside start and goal.
 
-    ``corners`` from the end in x and y, each to the end's altitude or to the mean of its cells plus
-    a ``share`` of what the highest is above the mean, whichever is higher.
+    It applies to corners up to ``corners`` from the end in x and y. Each is lowered to the end's
+    altitude or to the mean of its cells plus a ``share`` of the excess of the highest cell over the
+    mean, whichever is higher.
     """
 
     corners: int
@@ -51,8 +52,8 @@ class CornerMap(ChipMap):
 
         Under a clearance an end lies at the surface or hardly above it, so that no path could
         leave. Therefore the corner nearest to each of ``ends`` is no higher than the end, and
-        others around it are lowered, more for a greater ``ease``: see :data:`EASES`. A blocked cell
-        counts all the same. The strict rule judges paths by the true surface.
+        further corners around it are lowered, more for a greater ``ease``: see :data:`EASES`. A
+        blocked cell counts all the same. The strict rule judges paths by the true surface.
         """
         whole = slice(0, self._config.map_size)
         return self._corners_of(self.heights, whole, whole, ends, ease)
@@ -144,8 +145,8 @@ class CornerMap(ChipMap):
         """Return a point on the lattice, as in the record of a problem.
 
         x and y have :data:`~pathgene.hdl.protocol.planner.POSITION_FRACTION` bits below the cell,
-        the altitude :data:`~pathgene.hdl.protocol.planner.ALTITUDE_FRACTION` below the step. What
-        lies outside the first or last corner is moved there.
+        the altitude :data:`~pathgene.hdl.protocol.planner.ALTITUDE_FRACTION` below the step. A
+        point outside the first or last corner is clamped to it.
         """
         places = []
         for metres, scale_m, limit in zip(

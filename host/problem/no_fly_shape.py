@@ -60,7 +60,8 @@ def no_fly_shape(grid: CornerMap, zone: Zone) -> NoFlyShape | None:
 def _inward(places: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the inward normals of edges of the hull of ``places``, (n, 2), as falls.
 
-    Of more than 8, edge after edge is taken that leaves out the most corners of the box.
+    At most 8 edges are chosen, each as the edge that excludes the most remaining corners of the
+    box.
     """
     if not np.ptp(places, axis=0).all():
         # A row of corners is a box.

@@ -1,4 +1,4 @@
-"""A planning problem: where to fly from and to, with which aircraft, over what, around what."""
+"""A planning problem: start, goal, aircraft, terrain, zones and rules."""
 
 from __future__ import annotations
 

@@ -28,13 +28,14 @@ __all__ = ["Demand", "SearchRasters"]
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-# Cells around an end in which the rasters demand what the end's climb allows.
+# Cells around an end in which the rasters are lowered to a climb from the end.
 _CELLS_AT_ENDS = 4.0
-# Share of the steepest climb from an end at which they do so.
+# Slope of that climb, as a share of the steepest one.
 _SHARE_OF_CLIMB = 0.9
 # The rasters lie this far below the ends, so that rounding does not shut them in.
 _BELOW_ENDS_M = 0.005
-# Places on the rim of the corridor around an end, and what they may miss of its highest surface.
+# Places on the rim of the corridor around an end, and metres by which they may miss the highest
+# surface there.
 _RIM_PLACES = 3600
 _RIM_SLACK_M = 1e-3
 # Places of a terrain whose surroundings are remembered.
@@ -84,7 +85,7 @@ class Demand:
                 for x, y, z in ends.tolist()
             ]
         )
-        # An end beside a void is itself too low, but what it lacks is no excuse for the path.
+        # An end beside a void is itself too low, but that is no excuse for the path.
         heights, heights_beside = (
             np.where(np.isfinite(surface), ends[:, 2] - surface, 0.0)
             for surface in (below, np.maximum(below, beside))

@@ -5,7 +5,7 @@ that are not blocked cannot meet a zone, however small or thin.
 
 A zone with its margin is the zone and, around each edge, all places within the margin: a capsule,
 which is convex. In a row of cells, the capsule's part within the row is convex too, so it meets the
-cells from its westernmost to its easternmost place and no others, and both places have a closed
+cells from its westernmost to its easternmost place only, and both places have a closed
 form. A cell that no edge's capsule meets is inside or outside as a whole, as its node is.
 """
 

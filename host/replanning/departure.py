@@ -103,7 +103,7 @@ class Departure:
         return (*part(self.track, since_m, self.leaves_m), *self._led(path), *path)
 
     def whole(self, path: Track, along_m: float) -> Track:
-        """Return the new track for an aircraft at ``along_m``: it begins behind the aircraft."""
+        """Return the new track for an aircraft at ``along_m``; it begins a little before that."""
         return self.joined(path, along_m - _BACK_M)
 
     def _led(self, path: Track) -> Track:

@@ -1,6 +1,6 @@
 """A planner that plans during a flight, and the time that it would take there.
 
-The time is virtual: the time of the planner core follows from cycles and bytes, and that of a
+The time is virtual: the time of the planner core follows from cycles and bytes, and the time of a
 planner on the processor is a constant, measured once before the flight. So a flight goes the same
 way on every machine for the same constants.
 """

@@ -77,7 +77,7 @@ class Session:
     planner : InFlightPlanner
         Plans during the flight; it has been prepared.
     scenario : Scenario
-        What happens. :meth:`happen` adds to it during the flight.
+        Events of the flight. :meth:`happen` adds to them during the flight.
     fallback : InFlightPlanner, optional
         Takes over where the board of ``planner`` is lost; prepared, too.
     gusts, seed

@@ -61,7 +61,7 @@ def draw(
 def _lines(axes: Axes, rows: NDArray[np.float64], *, named: bool) -> None:
     """Draw the two lines of a search; points where not every generation has a row.
 
-    What lies between two of these nobody knows of the mean, and the best stays until the next.
+    Between two points the mean is unknown, and the best fitness is constant.
     """
     generation, best, mean = rows.T
     is_whole = 1 < len(rows) > generation[-1] - generation[0]

@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Drawn", "write_diagnosis"]
 
-#: The evaluator of the problem, that of the leg that the report speaks of; the search that found no
-#: feasible path, whose best one is drawn, or None where nothing was searched, and the straight line
-#: is drawn; and terrain and leg, the title of the picture.
+#: The evaluator of the problem, or of the leg in the report; the search that found no feasible
+#: path, whose best path is drawn, or None without a search, where the straight line is drawn; and
+#: terrain and leg, the title of the picture.
 Drawn = tuple[Evaluator, Result | None, str]
 
 

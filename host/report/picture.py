@@ -149,8 +149,8 @@ def _visited(scene: Scene) -> list[tuple[str, float]]:
 def _layout(aspect: float, top: float, *, searched: bool) -> tuple[Figure, list[Axes]]:
     """Return the figure and the axes of map, colour bar, profile and convergence.
 
-    ``aspect`` is that of the map, ``top`` the inches of the titles. Where nothing was ``searched``,
-    there is no convergence, and the profile takes its room.
+    ``aspect`` is the aspect ratio of the map, ``top`` the inches of the titles. Where nothing was
+    ``searched``, there is no convergence, and the profile takes its room.
     """
     aspect = min(max(aspect, NARROWEST), _WIDEST)
     if aspect > _WIDE:

@@ -35,7 +35,7 @@ _ASIDE = (0.75, 0.5, 0.25, 0.9, 0.1)
 _AT_TOP = tuple(np.linspace(0.05, 0.95, 37).tolist())
 # Points of each line that texts keep off.
 _POINTS = 400
-# Ceilings up to so many times the range of the altitudes above them are shown.
+# Greatest height above the altitudes at which a ceiling is shown, as a share of their range.
 _HIGHER = 0.5
 
 

@@ -89,10 +89,10 @@ class Visit:
 def visits(evaluator: Evaluator, path: Floats) -> list[Visit]:
     """Return how near a path comes to each point between the ends of its problem.
 
-    The points are visited where the straight lines through the waypoints pass them in their order:
-    what the smoothed track then keeps away from a point is the rounding of a turn alone, at most
-    that of a right angle: a path that turns back at a point by one arc does not come near it. A
-    track that passes a point itself, on the arc of a waypoint beside it, visits it as well.
+    The points are visited where the straight lines through the waypoints pass them in their order.
+    The smoothed track then misses a point only by the rounding of a turn of at most a right angle;
+    a path that turns back at a point by one arc does not come near it. A track that passes a point
+    itself, on the arc of a waypoint beside it, visits it as well.
 
     Parameters
     ----------

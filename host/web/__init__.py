@@ -16,7 +16,7 @@ share their calls::
     view.mark({x, y, z} or null)                        // the place that all views show
     view.dispose()
 
-``TerrainMap`` has all of these too, and what drawing on it needs: ``metresAt(event)``,
+``TerrainMap`` has all of these too, and members for drawing on it: ``metresAt(event)``,
 ``pixelsAt(x, y)``, ``overlays`` (a Set of functions (context, map), called last in each drawing),
 ``panning`` (false leaves drags to the page), ``redraw()`` and ``onPoint`` (called with metres, or
 null, as the pointer moves). ``Profile`` has ``setTrack(track or null)``, ``setZones(zones)``,

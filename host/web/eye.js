@@ -17,7 +17,7 @@ export class Eye {
   /**
    * @param {HTMLElement} node Gets pointers and keys.
    * @param {function(): void} moved Called when the view must be drawn again.
-   * @param {function(): number[][]} box Corners [x, y, z] of what the first view shows.
+   * @param {function(): number[][]} box Corners [x, y, z] of the box in the first view.
    */
   constructor(node, moved, box) {
     this.moved = moved;

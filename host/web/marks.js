@@ -50,7 +50,7 @@ export function drawMark(context, x, y, colours) {
   context.fill();
 }
 
-/** Draw lines of text around a place, with a rim that parts them from what lies below. */
+/** Draw lines of text around a place, with a rim that separates them from the background. */
 export function drawText(context, text, x, y, { colour, rim, align = "center", bold = false }) {
   context.font = `${bold ? "600 " : ""}12px system-ui, sans-serif`;
   Object.assign(context, { textAlign: align, textBaseline: "middle", lineJoin: "round" });

@@ -7,7 +7,7 @@ import { at, clamp, coloursOf, faded, insideZone, metres, nearest, niceStep, num
 const [LEFT, RIGHT, TOP, BOTTOM] = [58, 16, 14, 40];
 const KEY_STEPS = 200;
 const PAGE_STEPS = 20;
-// A ceiling up to so many times the range of altitudes above them is shown.
+// Greatest height above the altitudes at which a ceiling is shown, as a share of their range.
 const HIGHER = 0.5;
 
 /** A profile of the first track of a decoded scene in an element that has a size of its own. */
@@ -111,7 +111,7 @@ export class Profile {
     node.setAttribute("aria-valuetext", text);
   }
 
-  /** Find what does not depend on the size: the range of altitudes, crossed zones, visits. */
+  /** Compute all that is independent of the size: range of altitudes, crossed zones, visits. */
   measure() {
     const { track } = this;
     if (!track) return;

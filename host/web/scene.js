@@ -1,4 +1,4 @@
-// Decodes a scene (scene.py says what is in it), and answers what all views ask of it.
+// Decodes a scene, which scene.py documents, and has the functions that all views need of it.
 
 const VOID = 65535;
 const COLUMNS = ["s", "x", "y", "z", "ground", "clearance", "demanded"];
@@ -32,7 +32,7 @@ export function pointsOf(track) {
 }
 
 /**
- * Return what setPaths of the views takes for the paths of a scene: each track with its waypoints,
+ * Return the paths of a scene as setPaths of the views takes them: each track with its waypoints,
  * and over it the stretches that break a limit.
  */
 export function drawnPaths(scene) {

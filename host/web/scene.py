@@ -32,7 +32,8 @@ above the datum of the terrain. Arrays are base64 of little-endian numbers. The 
     The main figures of the summary: ``key`` of the summary, ``label``, ``value`` as it stands
     there, ``text`` with its unit.
 ``ceilings``
-    Of the rules and the aircraft: ``name``, ``altitude_m``, ``agl`` (true: above the surface).
+    Ceilings of the rules and the aircraft: ``name``, ``altitude_m``, ``agl`` (true: above the
+    surface).
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ const FOOT = 0.05;
 // Pixels of the pictures of points, drawn twice as fine.
 const SPRITE = 64;
 const AIRCRAFT_PIXELS = 15;
-// A movement is smooth if frames wait no longer, and has ended after so long without one.
+// Longest time between frames of a smooth movement, and time without a frame that ends one.
 const [SMOOTH_MS, REST_MS] = [50, 400];
 // Part of the pixels along a side that a movement gets on a machine without a graphics card.
 const COARSE = 0.6;
@@ -255,7 +255,7 @@ export class TerrainView {
     if (line.length < 6) return;
     const opacity = path.opacity ?? 1;
     const styles = [
-      // Through the hills, faintly: where the path goes on behind them.
+      // Faintly through the hills, where they hide the path.
       { colour, width: 3, opacity: 0.22 * opacity, hidden: true },
       { colour: "#ffffff", width: 6, opacity: 0.85 * opacity, lift: 0.002 },
       { colour, width: 3.2, opacity, lift: 0.002 },

@@ -24,7 +24,7 @@ constexpr auto kControlPeriod = std::chrono::milliseconds{50};
 constexpr auto kIdleLimit = std::chrono::seconds{1};            // See bridge.hpp.
 constexpr auto kSettleLimit = std::chrono::milliseconds{500};  // Wait for the chip's last answers.
 constexpr int kBacklog = 64;
-constexpr int kSocketBytes = 1 << 16;  // Of the kernel's buffers, in each direction.
+constexpr int kSocketBytes = 1 << 16;  // Size of the kernel's buffers, in each direction.
 
 volatile std::sig_atomic_t stop_requested = 0;
 

@@ -1,14 +1,14 @@
 // Connects the UART pins of a simulated chip to one TCP client or to a pseudo terminal.
 //
-// One client at a time has the board. With --keep, others may wait for it. As soon as the chip
-// answers its client, those that wait read `kBusy` and are disconnected. If one that waits has sent
-// something, the board is taken from a client once the line has been silent for a second in all
-// since the chip's last answer to it, or the chip has not answered `kUnanswered` bytes. So a client
-// that is silent, or sends now and then what the chip does not understand, stops another one for a
-// second at most. What a client that has left had sent is discarded, and so are the chip's answers
-// to it. A client that is `kFlood` bytes ahead of the chip is disconnected, since its end might lie
-// behind more of them than the chip takes in minutes. Bytes that a terminal does not take for a
-// second are lost, as on a real line.
+// One client at a time has the board. With --keep, further clients may wait for it. As soon as the
+// chip answers its client, waiting clients read `kBusy` and are disconnected. If a waiting client
+// has sent something, the board is taken from its client once the line has been silent for a second
+// in all since the chip's last answer to it, or the chip has not answered `kUnanswered` bytes. So a
+// client that is silent, or now and then sends bytes that the chip does not understand, blocks
+// another client for a second at most. Bytes that a client sent before it left are discarded, and
+// so are the chip's answers to it. A client that is `kFlood` bytes ahead of the chip is
+// disconnected: the chip might need minutes to take these bytes before it sees the client leave.
+// Bytes that a terminal does not take for a second are lost, as on a real line.
 //
 // Usage of a simulator with this bridge: PROGRAM --clocks-per-bit N [options]
 //   --listen HOST:PORT   address of the server (default 127.0.0.1:0; port 0: any free port)
@@ -19,11 +19,12 @@
 //
 // Standard output: `port N` or `pty PATH` when the client can connect, and an answer to each line
 // on standard input:
-//   (empty)              `cycles N`: cycles simulated so far
-//   reset BYTES CYCLES   `armed`: resets the chip for one cycle, so many cycles after it has begun
-//                        to receive so many more bytes; 0 bytes: no reset any more
-// Standard error: errors on the chip's line, and a summary at the end. The program ends with status 0 when the client leaves (without --keep), on SIGTERM or SIGINT, at
-// the end of standard input, and at the end of its parent process.
+//   (empty)              `cycles N`: cycles simulated until now
+//   reset BYTES CYCLES   `armed`: resets the chip for one cycle, CYCLES cycles after it has begun
+//                        to receive BYTES more bytes; with 0 bytes the reset is cancelled
+// Standard error: errors on the chip's line, and a summary at the end. The program ends with
+// status 0 when the client leaves (without --keep), on SIGTERM or SIGINT, at the end of standard
+// input, and at the end of its parent process.
 //
 // Simulated time is independent of real time: a busy chip runs as fast as possible. Only a byte can
 // wake an idle chip. Therefore the simulation slows down `--idle-clocks` cycles after the last
@@ -41,7 +42,7 @@
 
 namespace board {
 
-// What a client reads when another one has the board; host/device/socket_port.py knows it, too.
+// Sent to a client when another one has the board; host/device/socket_port.py knows it, too.
 constexpr char kBusy[] = "busy: another client uses this board\n";
 
 struct Options {
@@ -154,7 +155,7 @@ private:
     Clock::time_point control_due_;
     Clock::time_point moved_at_;  // When a byte passed, or the client got the board.
     Clock::time_point counted_at_;
-    Clock::duration silence_{0};  // Of the line, since an answer to the client.
+    Clock::duration silence_{0};  // Silence of the line since an answer to the client.
     Clock::time_point answered_at_;  // When a byte of the chip was sent to the client.
     std::uint64_t answered_begun_ = 0;  // Bytes that had begun on the line to the chip then.
     Clock::time_point settled_at_;  // When the chip's last answers are no longer waited for.

@@ -80,7 +80,7 @@ public:
         Number random = 88172645463325252ULL;
         bool offered = false;
         top_->count = count;
-        // To the last point: those of a dropped path are still to be taken.
+        // Until the last point: the points of a dropped path must still be taken.
         while (finished < paths || next < points.size()) {
             random ^= random << 13, random ^= random >> 7, random ^= random << 17;
             const bool take = stall == 0 || random % stall == 0;

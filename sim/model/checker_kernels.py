@@ -30,7 +30,7 @@ _NEVER = np.iinfo(np.int64).max
 
 @dataclass(frozen=True)
 class Batch:
-    """Paths one after the other.
+    """Concatenated paths.
 
     Parameters
     ----------

@@ -117,7 +117,7 @@ class BoardCollisionCounter:
         """Return the block ``feasibility`` of a summary: counts, samples saved, refuted paths.
 
         ``host_samples_saved`` is the number of points of the straight paths at ``ds`` that the host
-        did not look up, including those of paths evaluated in full. ``refuted_by`` counts, by
+        did not look up, including points of paths evaluated in full. ``refuted_by`` counts, by
         reason, the paths that the counts called feasible and the full evaluation did not: see
         :func:`refutation`.
         """

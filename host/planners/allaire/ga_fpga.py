@@ -134,7 +134,7 @@ class FpgaGeneticPlanner:
         JobError
             If the board cannot be started, or is lost before anything was evaluated.
         """
-        # If the URL says enough, refuse what is wrong before a simulated board is built.
+        # If the URL gives the configuration, refuse bad options before a simulated board is built.
         known = known_config(url_of(self.board)) if self._open_board is None else None
         grid = None if known is None else _map_for(known, evaluator, options, self.on_board)
         with self._open() as chip:
@@ -174,7 +174,7 @@ class FpgaGeneticPlanner:
 
 
 def _map_for(config: Config, evaluator: Evaluator, options: Options, on_board: bool) -> ChipMap:
-    """Return the map of a chip of ``config``, or refuse what that chip cannot do."""
+    """Return the map of a chip of ``config``, or refuse options that the chip does not support."""
     require_chip(config, GeneticCore.PAPER, options.population)
     if on_board and config.checker is CheckerBuild.NONE:
         raise InputError(

@@ -42,7 +42,7 @@ class PcGeneticPlanner:
     Each generation: 70 % of the population is replaced by children of parents drawn in proportion
     to their fitness, cut at their middles; each child is mutated with a chance of 5 %, in one of
     five ways drawn uniformly (perturb, insert, delete, smooth-turn, swap); the best 5 % survive,
-    and a roulette without replacement chooses the rest from the others.
+    and a roulette without replacement chooses the further survivors from the remaining paths.
 
     Added, by default where the first population is not random: some children of a generation, the
     refits, are the best path with one or two waypoints moved a little and all altitudes as low as
@@ -59,7 +59,7 @@ class PcGeneticPlanner:
     Parameters
     ----------
     max_waypoints : int
-        Most transitional waypoints of a path, 3 to 1000.
+        Maximum number of transitional waypoints of a path, 3 to 1000.
     mutation_rate : float
         Probability that a child is mutated, 0 to 1.
     init : str

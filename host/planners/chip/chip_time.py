@@ -1,4 +1,4 @@
-"""Time that a plan takes a real chip and its line, from what a run on any board has counted.
+"""Time of a plan on a real chip and its line, from the counts of a run on any board.
 
 A look at a run in progress costs bytes, and how often the host looks depends on the clock of the
 machine. So the looks of a real board are computed: the same counts give the same time everywhere.
@@ -51,8 +51,8 @@ class ChipTime:
     Parameters
     ----------
     whole_s : float
-        Seconds until the host has the paths of the last run: runs, looks and bytes on the line, one
-        after the other. The chip draws zones while later commands come, so only the rest of the
+        Seconds until the host has the paths of the last run: runs, looks and bytes on the line, in
+        sequence. The chip draws zones while later commands come, so only the rest of the
         drawing counts. The answers to the commands that begin a run do not count: they come while
         later commands are sent, the last one during the run.
     status_s : float

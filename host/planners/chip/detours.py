@@ -1,8 +1,8 @@
 """Detours: other beginnings and ends of a path that breaks a limit near its start or its goal.
 
-A planner that draws waypoints seldom finds the two or three that lead around what lies right ahead
-of an aircraft, or turn it back. The ways of leaving an end are few: a fixed set of polylines, each
-joined to each of the next waypoints.
+A planner that draws waypoints seldom finds the two or three that lead around an obstacle right
+ahead of an aircraft, or turn it back. The ways of leaving an end are few: a fixed set of polylines,
+each joined to each of the next waypoints.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _FIRST_STRAIGHTS, _SECOND_STRAIGHTS = (0.05, 1.0, 2.0, 4.0), (0.7, 1.5, 3.0, 5.0
 # or back.
 _TURNS = 10, 20, 30, 40, 50, 60, 70, 80, 90
 _FIRST_TURNS, _SECOND_TURNS = (60, 90), (-60, -30, 60, 90)
-# Of an end without a heading: directions to its first waypoint, and how far that is.
+# For an end without a heading: directions of its first waypoint, and distances, in turn radii.
 _DIRECTIONS = range(0, 360, 15)
 _FREE_STRAIGHTS = 0.4, 0.7, 1.2, 2.0, 3.5
 
@@ -45,8 +45,8 @@ def detours(problem: Problem, path: Floats, *, at_goal: bool) -> tuple[Floats, I
     """Return variants of a path that leave its start, or reach its goal, another way.
 
     Headings of both ends are kept. Turns fit between their neighbours at the detour and where it
-    joins the path; all else is to be evaluated. Altitudes of the new waypoints are between those of
-    the end and of the point where the detour joins, by their distances.
+    joins the path; the caller evaluates everything else. Altitudes of the new waypoints are
+    interpolated by distance between the end and the point where the detour joins.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def detours(problem: Problem, path: Floats, *, at_goal: bool) -> tuple[Floats, I
         (ways, counts), ahead = _held_ways(), np.array(heading) * (-1 if at_goal else 1)
     aside = np.array([-ahead[1], ahead[0]])
     placed = points[0, :2] + radius_m * (ways[..., :1] * ahead + ways[..., 1:] * aside)
-    # With a heading at the other end, the way there stays.
+    # A heading at the opposite end fixes the last segment.
     joins = len(points) - (1 if problem.headings[not at_goal] is None else 2)
     metres = np.empty((len(ways), min(_JOINS, joins)))
     _measure(placed, counts, points, radius_m, metres)
@@ -240,7 +240,7 @@ def _write(
             else:
                 paths[row, at, 0] = ways[way, i - 1, 0]
                 paths[row, at, 1] = ways[way, i - 1, 1]
-            # Until the altitudes are known, those of the detour hold the way flown to there.
+            # Until the altitudes of the detour are known, they hold the distance flown.
             if 0 < i <= count + 1:
                 before = at + 1 if is_backwards else at - 1
                 run += math.hypot(

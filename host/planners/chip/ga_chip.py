@@ -53,7 +53,7 @@ class ChipGeneticPlanner:
         stays open, a changed problem is planned from the population of the run before: see
         :class:`pathgene.host.planners.chip.replanner.ChipReplanner`.
     chip_ms : int, optional
-        Most time of a plan by the chip's clock, if the first run finds a path: 1 to 20,000
+        Maximum time of a plan by the chip's clock, if the first run finds a path: 1 to 20,000
         milliseconds. By default only the generations limit it.
     polish : str
         ``on`` or ``off``.
@@ -95,8 +95,8 @@ class ChipGeneticPlanner:
         """Search; see :class:`pathgene.host.planners.base.Planner`.
 
         Generation 0 is the straight line, along the headings; a record follows after each run. The
-        generations of the options are those of a plan whose first run finds a path; a run ends
-        earlier at a time limit, which is also taken as the longest time by the chip's clock, and at
+        generations of the options apply to a plan whose first run finds a path; a run ends earlier
+        at a time limit, which is also taken as the longest time by the chip's clock, and at
         an interrupt. The target fitness counts between runs, as the chip knows no fitness.
 
         ``hardware`` of the result has the cycles and generations of each run, the map from metres
@@ -111,7 +111,7 @@ class ChipGeneticPlanner:
         JobError
             If the board cannot be started, or is lost before anything was evaluated.
         """
-        # If the URL says enough, refuse what is wrong before a simulated board is built.
+        # If the URL gives the configuration, refuse bad options before a simulated board is built.
         url = with_core(url_of(self.board), GeneticCore.PLANNER)
         known = known_config(url) if self._open_board is None else None
         grid = None if known is None else _map_for(known, evaluator, options)
@@ -151,6 +151,6 @@ def _least_ms(chip_ms: int | None, time_limit_s: float | None) -> float | None:
 
 
 def _map_for(config: Config, evaluator: Evaluator, options: Options) -> CornerMap:
-    """Return the map of a chip of ``config``, or refuse what that chip cannot do."""
+    """Return the map of a chip of ``config``, or refuse options that the chip does not support."""
     require_chip(config, GeneticCore.PLANNER, options.population)
     return CornerMap(config, evaluator.problem)

@@ -26,9 +26,9 @@ __all__ = ["LINE_BITS", "ProblemOnChip", "Waits", "pause_s"]
 #: Bits of a byte on the line.
 LINE_BITS = 10
 
-#: Time between two looks at a run: seconds at most, and so many looks in a run at least.
+#: Maximum seconds between two looks at a run, and minimum number of looks in a run.
 _LOOK_S, _LOOKS = 0.001, 100
-#: Seconds between two reports of what a run has done so far, at least.
+#: Minimum seconds between two reports of a run's progress.
 _REPORT_S = 0.01
 #: Share of the corners drawn for a zone that may lie outside of it, before they are cleared.
 _MOST_EXCESS = 0.05
@@ -42,7 +42,7 @@ def pause_s(limit_s: float, passed_s: float, look_s: float) -> float:
     Parameters
     ----------
     limit_s : float
-        Most seconds of the run by the chip's clock.
+        Maximum seconds of the run by the chip's clock.
     passed_s : float
         Seconds since its beginning.
     look_s : float
@@ -66,7 +66,7 @@ class Waits:
     commands : int
         Bytes of the commands up to RUN.
     after_zones : int
-        The least number of them that follow the zones, and come while the chip draws.
+        Minimum number of these bytes after the zones; they arrive while the chip draws.
     answer : int
         Bytes of the answer to RUN. The refusal of a BEST has as many.
     request, paths : int
@@ -103,7 +103,7 @@ class ProblemOnChip:
     looks : int
         How often the host asked for the paths of the latest run before it was over.
     waits : Waits
-        Of the latest run.
+        Waits of the latest run.
     eased : int
         The ease of the corners beside ends that the problem before had not, and of all after
         :meth:`ease`: a key of :data:`pathgene.host.problem.corner_map.EASES`.
@@ -128,7 +128,7 @@ class ProblemOnChip:
 
     @property
     def is_warm(self) -> bool:
-        """True if the population on the chip is that of the latest run on this problem.
+        """True if the chip holds the population of the latest run on this problem.
 
         A problem that has had no run continues from the population of the problem before.
         """
@@ -137,13 +137,13 @@ class ProblemOnChip:
     def changed(self, problem: Problem) -> ProblemOnChip:
         """Return another problem over the same terrain, to continue from this one.
 
-        The first run has the chip draw each new zone, and uploads what a drawing cannot do: the
-        corners of zones that are gone, those beside the ends, zones with heights or times, and
-        dents and holes of a zone. What is gone waits for :meth:`free` where a zone is new: a path
-        that keeps clear of both is safe, and comes sooner. Elsewhere the chip keeps the map that it
-        has: the corners beside an earlier end stay lowered, and those beside an end that stays
-        have the ease that the last :meth:`ease` has given them. Where an end lies off the steps of
-        that map, the other problem gets a new map, and its first run starts cold.
+        The first run has the chip draw each new zone, and uploads the corners that drawing does not
+        cover: corners of removed zones, corners beside the ends, zones with heights or times, and
+        dents and holes of a zone. If a zone is new, removed zones stay blocked until :meth:`free`:
+        a path that keeps clear of both is safe, and is found sooner. Elsewhere the chip keeps the
+        map that it has: the corners beside an earlier end stay lowered, and corners beside an
+        unchanged end keep the ease of the last :meth:`ease`. If an end lies off the steps of that
+        map, the new problem gets a new map, and its first run starts cold.
         """
         grid = self.grid.of_problem(problem)
         if grid is None:
@@ -211,7 +211,7 @@ class ProblemOnChip:
         self.chip.runs.set_problem(self._record)
 
     def free(self) -> None:
-        """Give the chip the map of this problem: what the first run left blocked becomes free."""
+        """Give the chip the map of this problem, in which removed zones are free."""
         self._first = None
         self.chip.update_map(self._corners)
 
@@ -229,7 +229,7 @@ class ProblemOnChip:
     def run(
         self, options: RunOptions, ends: Callable[[RunStatus], bool]
     ) -> tuple[RunStatus, BestPaths]:
-        """Do a run; return what it did and found.
+        """Do a run; return its status and its best paths.
 
         Before the first, and after :meth:`ease`, the chip gets its map and record with the command.
         During the run, ``ends`` is asked every 10 ms, and stops it by returning True.

@@ -40,7 +40,7 @@ _AHEAD_RADII = 1.1
 #: Share of a slope limit that the way to a committed point takes at most, and places looked at.
 _SHARE_OF_SLOPE = 0.98
 _PLACES = 64
-#: The greatest value of a key is at least so many times that of the straight line.
+#: Minimum ratio of the greatest value of a key to the value of the straight line.
 _VALUE_SPAN = 8
 #: Directions of which the least slopes in wind are taken.
 _DIRECTIONS = 64
@@ -51,8 +51,8 @@ def problem_record(config: Config, problem: Problem, grid: CornerMap) -> Problem
 
     Whatever a limit loses by rounding makes it stricter: slopes are rounded down, the radius up. In
     wind the slopes are those over ground in the direction where they are least.
-    The cost weighs altitude times length against fuel as eq. (2) does, with the fuel of a weight
-    that stays that of the start, and no induced drag saved in climbs.
+    The cost weighs altitude times length against fuel as eq. (2) does, with the fuel of an
+    aircraft that keeps its weight at the start, and no induced drag saved in climbs.
 
     Where a heading is given, the path on the chip begins at the committed point, and the start is
     its entry; it ends and has its exit likewise. See :func:`committed_points`.
@@ -185,5 +185,5 @@ def _slope(tangent: float, parts_per_unit: float) -> int:
 
 
 def _block_shift(corners: int) -> int:
-    """Return the shift of the smallest blocks of which 32 cover so many corners."""
+    """Return the shift of the smallest blocks of which 32 cover ``corners`` corners."""
     return max((corners - 1).bit_length() - (BLOCKS.bit_length() - 1), 0)

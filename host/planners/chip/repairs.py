@@ -21,7 +21,7 @@ def repair(evaluator: Evaluator, path: Path) -> Path | None:
     """Return an infeasible path mended in the likeliest way, or None where that fails.
 
     A path that meets a zone or has no room for a turn gets another way at the nearer end, or else
-    at the other: the shortest of :func:`~pathgene.host.planners.chip.detours.detours` that is
+    at the farther one: the shortest of :func:`~pathgene.host.planners.chip.detours.detours` that is
     feasible.
     So does one that breaks limits only within two turn radii of an end, or is only too steep from
     there on. Any other path gets the altitudes of least cost over its waypoints, which may still
@@ -30,9 +30,9 @@ def repair(evaluator: Evaluator, path: Path) -> Path | None:
     Parameters
     ----------
     evaluator : Evaluator
-        Of the problem.
+        Evaluates paths of the problem.
     path : (n, 3) float64, metres
-        A path that is not feasible; None is returned for others.
+        An infeasible path.
     """
     if evaluator.problem.rules is None:
         evaluation = evaluator.evaluate(path)

@@ -92,8 +92,8 @@ class ChipReplanner:
     def replan(self, evaluator: Evaluator, options: Options) -> Result:
         """Search; see :class:`pathgene.host.planners.base.Replanner`.
 
-        The generations of the options are left aside. ``hardware`` and ``seconds`` of the result
-        are as those of :meth:`pathgene.host.planners.chip.ga_chip.ChipGeneticPlanner.plan`.
+        The generations of the options are ignored. ``hardware`` and ``seconds`` of the result are
+        as from :meth:`pathgene.host.planners.chip.ga_chip.ChipGeneticPlanner.plan`.
         """
         run = Run(evaluator, options)
         problem = evaluator.problem

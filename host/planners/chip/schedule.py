@@ -17,8 +17,8 @@ __all__ = ["MOST_RUNS", "SURFACES", "ChipSchedule"]
 MOST_RUNS = 8
 #: Slopes of these surfaces.
 SURFACES = RunOptions.slopes, (2, 5), (1, 8), (4, 0)
-#: Parts of a plan at most, and the least time and generations of each: a shorter run gains more by
-#: going on than by new seeds.
+#: Maximum number of parts of a plan, and minimum time and generations of each: a shorter run gains
+#: more by continuing than by new seeds.
 _MOST_PARTS = 4
 _PART_MS = 12
 _PART_GENERATIONS = 1_600
@@ -44,9 +44,9 @@ class ChipSchedule:
     seed : int
         0..2**64 - 1. The seeds of all runs follow from it.
     generations : int
-        Of the whole plan, if one first run is enough.
+        Generations of the whole plan, if one first run is enough.
     chip_ms : float, optional
-        Most milliseconds of it by the chip's clock; without it only the generations limit a run.
+        Maximum milliseconds of the plan by the chip's clock; None limits only the generations.
     """
 
     config: Config

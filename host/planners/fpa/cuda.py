@@ -60,7 +60,7 @@ def _compiled_kernel(points: int, width: int, threads: int) -> Any:
 
 @contextlib.contextmanager
 def reported() -> Iterator[None]:
-    """Raise what the driver reports as JobError."""
+    """Raise errors of the driver as JobError."""
     try:
         yield
     except CudaAPIError as error:
@@ -80,11 +80,11 @@ class GpuEngine:
     two_opt_every : int
         Iterations from one 2-opt to the next; 0 for none.
     stride : int
-        Most iterations between two transfers to the host.
+        Maximum number of iterations between two transfers to the host.
     threads, width : int
-        Threads of a block, and the most candidates that it judges at once.
+        Threads of a block, and maximum number of candidates that it judges at once.
     blocks : int, optional
-        Most blocks; by default as many as the device holds at once.
+        Maximum number of blocks; by default as many as the device holds at once.
 
     Raises
     ------

@@ -56,7 +56,7 @@ def never() -> bool:
 
 
 class Setup(NamedTuple):
-    """The first population of a run, and what its search depends on.
+    """The first population of a run, and the inputs of its search.
 
     Parameters
     ----------

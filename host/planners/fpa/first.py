@@ -24,7 +24,7 @@ def first_population(
 ) -> NDArray[np.float64]:
     """Return ``count`` paths, (count, n, 3) float64 metres, start and goal included.
 
-    The first are those of ``given``, in its order; the others have waypoints that
+    The paths of ``given`` come first, in order; further paths have waypoints that
     :meth:`~pathgene.host.planners.airspace.Airspace.draw` draws. All get the same n - 2 waypoints:
     the greater of ``waypoints`` and the most of a given path. A given path with fewer gets more on
     its track.
@@ -36,7 +36,7 @@ def first_population(
     rng : Generator
         Draws them.
     count, waypoints : int
-        Paths, 1 or more; least number of waypoints, 0 or more.
+        Number of paths, 1 or more; minimum number of waypoints, 0 or more.
     given : sequence of (k, 3) float64
         Paths to start from, ends included; at most ``count`` are taken.
     """

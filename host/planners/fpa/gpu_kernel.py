@@ -1,9 +1,9 @@
 """The kernel of the flower pollination algorithm on a GPU: iterations of independent runs.
 
 One launch is some iterations of all runs. The grid is cooperative: all its blocks are on the device
-at once, take work until there is none, and wait for each other before anyone reads what another has
-written. A block judges several candidates at a time, so that their turns, pieces and samples occupy
-all of its threads.
+at once, take work until there is none, and wait for each other before any block reads the results
+of another. A block judges several candidates at a time, so that their turns, pieces and samples
+occupy all of its threads.
 
 Source: Roberge and Tarbouchi, section 4. They launch one child kernel for each path that 2-opt
 tries; here a block judges the next reversals of a path together and takes the first that is better,
@@ -60,7 +60,7 @@ _WARP = 32
 _HITS, _PARTS = range(2)
 _BOUND, _PENALTY, _COST, _ROOM, _IS_SAMPLED = range(5)
 _VERDICT_FIELDS = 5
-# Units of a metre in which hits are counted while others are sampled.
+# Units per metre of the hits, which are summed while samples are still taken.
 _UNITS = 8
 # Most of a thread's share of a piece, and most that matter: the threads of a block cannot pass from
 # there to an overflow.
@@ -103,11 +103,11 @@ def pollination_kernel(points: int, width: int, threads: int) -> Callable[..., N
     boxes : (r, 2, 3) float64, metres
         The airspaces.
     ground, ground_at, zoned, zoned_at : (cells,) float64, (r,) int64
-        Rasters one after the other, and where those of a run begin.
+        Concatenated rasters, and the index at which the rasters of each run begin.
     pairs : (k, 2) int32
         First and last waypoints of all reversals, in the order of 2-opt.
     paths, fitness, side : (2, r, m, n, 3), (2, r, m) float64, int
-        The population is at ``side`` before the first iteration, at the other after it.
+        The population is at ``side`` before the first iteration, at ``1 - side`` after it.
     settled : (r, m) uint8
         1 where the last 2-opt left a solution as it is now.
     best : (r,) int64
@@ -115,7 +115,7 @@ def pollination_kernel(points: int, width: int, threads: int) -> Callable[..., N
     counts : (r, 2) int64
         Candidates that were evaluated to the end, and that were given up before.
     records : (r, k, RECORD_FIELDS + 3 n) float64
-        Of each iteration the best and the mean fitness, the counts and the path of the best.
+        Best and mean fitness, counts and best path of each iteration.
     """
     if threads > _WARP and threads % _WARP != 0:
         raise ValueError(f"{threads} threads are no whole number of warps")

@@ -21,7 +21,7 @@ def table(rows: Sequence[NamedTuple]) -> NDArray[Any]:
 
 
 def joined(rasters: Sequence[Floats]) -> tuple[Floats, NDArray[np.int64]]:
-    """Return flat rasters one after the other, equal ones once, and where each begins, (r,)."""
+    """Return flat rasters concatenated, equal ones once, and the index of each, (r,)."""
     places: dict[int | bytes, int] = {}  # By identity, and by digest.
     kept = []
     begins = []

@@ -41,16 +41,16 @@ _LOOK_EVERY, _LOOK_EVERY_ON_GPU = 20, 50
 
 
 class FlowerPollinationPlanner:
-    """Flower pollination: each solution steps relative to the best or to two others.
+    """Flower pollination: each solution steps relative to the best or by a random pair.
 
     In an iteration each solution has a candidate, made by a Levy flight relative to the best
-    (equation 4) or by a share of the difference of two others (equation 5). A better candidate
-    replaces the solution. At regular intervals the 2-opt operator reverses parts of all solutions
-    as long as that improves them.
+    (equation 4) or by a share of the difference of two random solutions (equation 5). A better
+    candidate replaces the solution. At regular intervals the 2-opt operator reverses parts of all
+    solutions as long as that improves them.
 
     Source: *roberge*, sections 3.3 and 3.4, table 3; :mod:`pathgene.host.planners.fpa.steps`
-    settles what the paper leaves open. The first waypoints are drawn uniformly over free ground and
-    the height above it; candidates are clipped to the box of
+    settles the points that the paper leaves open. The first waypoints are drawn uniformly over free
+    ground and the height above it; candidates are clipped to the box of
     :class:`~pathgene.host.planners.airspace.Airspace`. The 2-opt operator follows iterations 20, 40
     and so on.
 
@@ -132,15 +132,15 @@ class FlowerPollinationPlanner:
     ) -> list[Result]:
         """Search for the paths of several problems at once, on a GPU; see :meth:`plan`.
 
-        Without a time limit, which counts for all, each result is that of :meth:`plan`. Its seconds
-        are those of all.
+        Without a time limit, which counts for all, each result equals the result of
+        :meth:`plan`, except that its seconds count all runs together.
 
         Parameters
         ----------
         evaluators : sequence of Evaluator
-            Those of the problems, one or more.
+            Evaluators of the problems, one or more.
         options : sequence of Options
-            Those of each run. Generations, population, time limit and target are those of all.
+            Options of each run. Generations, population, time limit and target are common.
         stop : Stop, optional
             Ends all runs when requested.
 
@@ -186,7 +186,7 @@ class FlowerPollinationPlanner:
                     for run in together:
                         searches.enter_context(run.search())
                     _pollinate(together, engine, self._look_every)
-            except JobError as error:  # The GPU is lost; what was found before is not.
+            except JobError as error:  # The GPU is lost; earlier results are kept.
                 if all(len(run.history) == 1 for run in runs):
                     raise
                 for run in together:

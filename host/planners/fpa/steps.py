@@ -33,7 +33,7 @@ __all__ = [
 
 LEVY_EXPONENT = 1.5
 LEVY_SCALE = 0.1
-# Deviation of Mantegna's numerator; that of the denominator is 1.
+# Deviation of Mantegna's numerator; the deviation of the denominator is 1.
 _LEVY_DEVIATION = (
     math.gamma(1 + LEVY_EXPONENT)
     * math.sin(math.pi * LEVY_EXPONENT / 2)
@@ -140,7 +140,7 @@ def move(
     coordinate : int
         From 0, three to a free waypoint: row ``1 + coordinate // 3`` of the path.
     step : tuple
-        Of :func:`choose_step`.
+        Result of :func:`choose_step`.
     paths : (m, n, 3) float64, metres
         The population before the iteration.
     best : int

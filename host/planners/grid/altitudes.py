@@ -46,10 +46,10 @@ def lowest_altitudes(
     """Return a path whose waypoints have the altitudes of least cost.
 
     For given places the smoothed path is fixed as seen from above, and the altitude anywhere on it
-    is linear in those of the waypoints. So are the cost of altitude, each limit of climb and
-    descent (on arcs, too) and the clearance over the ground. Fuel is convex, because a glide that
-    needs no thrust burns nothing, however steep. If the limits of slope cannot be kept, they are
-    exceeded as little as possible.
+    is linear in the altitudes of the waypoints. So are the cost of altitude, each limit of climb
+    and descent (on arcs, too) and the clearance over the ground. Fuel is convex, because a glide
+    that needs no thrust burns nothing, however steep. If the limits of slope cannot be kept, they
+    are exceeded as little as possible.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def _profiles(
     pieces: Sequence[Straight | Arc],
     finest_m: float,
 ) -> Iterator[tuple[Floats, Floats]]:
-    """Yield for each piece where, in shares of its length, and what ground its altitude must clear.
+    """Yield the ground that each piece must clear: shares of its length, and heights there.
 
     Straight pieces are cut where the nearest node changes, arcs in parts of at most ``finest_m``.
     """
@@ -163,7 +163,7 @@ def _profiles(
     grounds = np.nan_to_num(terrain.ground(*middles.T), nan=terrain.lowest)
     ends = np.cumsum([len(at) - 1 for at in cuts])
     for piece, at, part in zip(pieces, cuts, np.split(grounds, ends[:-1]), strict=True):
-        # Within a part of an arc, the nearest node may change to that of the next part.
+        # Within a part of an arc, the nearest node may change to the node of the next part.
         ground = part if isinstance(piece, Straight) else maximum_filter1d(part, 3)
         at, ground = np.repeat(at, 2)[1:-1], np.repeat(ground, 2)
         outer = _upper_hull(at, ground)

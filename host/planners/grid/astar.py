@@ -31,12 +31,12 @@ _AWAY_RADII = (2.0, 4.0)
 _STEEPNESS_FROM_SIDES = (1.5, math.inf)
 # Slope of the surfaces for an aircraft that can hardly climb.
 _LEAST_SLOPE = 1e-3
-#: Most searches of a run.
+#: Maximum number of searches of a run.
 MOST_SEARCHES = len(_MARGINS) * len(_STEEPNESS) + len(_AWAY_RADII) * 2 * 8
 # Numbers of turns tried with each route, as shares of the most waypoints.
 _SHARES = (1.0, 0.75, 0.5, 0.25, 0.125)
 _MOST_WAYPOINTS = 100
-#: Most waypoints of a path by default.
+#: Default maximum number of waypoints of a path.
 DEFAULT_MAX_WAYPOINTS = 16
 
 
@@ -61,7 +61,7 @@ class AstarPlanner:
     Parameters
     ----------
     max_waypoints : int
-        Most waypoints between start and goal, 1 to 100.
+        Maximum number of waypoints between start and goal, 1 to 100.
 
     Raises
     ------
@@ -119,7 +119,7 @@ def searches(
     run : Run
         Evaluates the paths; its evaluator holds the problem.
     most : int
-        Most waypoints between start and goal.
+        Maximum number of waypoints between start and goal.
     lattice : ChipMap, optional
         Map on whose cells and altitude steps waypoints must lie.
 
@@ -156,7 +156,8 @@ def _from_all_sides(
     """Search with a first waypoint in each direction from the start, then a last one so.
 
     An aircraft that starts low can climb out in some directions only, and the nodes of the grid are
-    too far apart to tell. The best direction at one end is kept for the searches at the other.
+    too far apart to tell. The best direction at the first end is kept for the searches at the
+    second.
     """
     problem = run.evaluator.problem
     kept = list(next(leads(problem)))

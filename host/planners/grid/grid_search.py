@@ -1,6 +1,6 @@
 """Cheapest routes over a coarse grid of the terrain, as seen from above.
 
-The cost of a route is that of :mod:`pathgene.host.evaluation` for flying it at the altitude of a
+The cost of a route is the cost in :mod:`pathgene.host.evaluation` of flying it at the altitude of a
 surface over the ground: half for altitude times length, half for fuel, each relative to the
 straight line.
 """
@@ -31,7 +31,7 @@ _MOST_NODES = 200
 # Steps to 16 neighbours: with 8, a route on level ground is up to 8 % longer than the line.
 _QUARTER = ((1, 0), (1, 1), (2, 1), (1, 2))
 _STEPS = tuple(step for x, y in _QUARTER for step in ((x, y), (-y, x), (-x, -y), (y, -x)))
-# Least cost of a step: Dijkstra's algorithm needs positive costs.
+# Minimum cost of a step: Dijkstra's algorithm needs positive costs.
 _LEAST_COST = 1e-12
 
 

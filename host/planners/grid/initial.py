@@ -29,11 +29,11 @@ Path = NDArray[np.float64]
 _RANDOM_SHARE, _FOUND_SHARE = 1 / 8, 1 / 4
 # Copies with optimized altitudes, which take some hundredths of a second each.
 _MOST_FITTED = 48
-# Least and greatest size of a variation, as shares of the way from start to goal.
+# Minimum and maximum size of a variation, as shares of the way from start to goal.
 _LEAST_MOVE, _GREATEST_MOVE = 1e-3, 3e-2
 # Chance that a copy loses a waypoint, and that it gets one more.
 _CHANGE_RATE = 0.2
-# Least size of a nudge, as a share of that way, and the chance that it moves two waypoints.
+# Minimum size of a nudge, as a share of that way, and the chance that it moves two waypoints.
 _LEAST_NUDGE, _TWO_RATE = 1e-4, 0.4
 
 
@@ -64,8 +64,8 @@ def astar_paths(
     The best paths found come first, then varied copies, more of the better paths: one waypoint,
     some or all are moved by little or much, and some copies have one waypoint more or less. The
     first 48 copies get the lowest altitudes for their places, so most of them are feasible; the
-    others are copies of the paths before them, and are also moved up or down. An eighth of the
-    population is random. Waypoints lie in the airspace.
+    remaining ones are copies of the paths before them, and are also moved up or down. An eighth of
+    the population is random. Waypoints lie in the airspace.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ __all__ = ["lengthened", "on_corners", "polylines", "thinned"]
 
 Floats = NDArray[np.float64]
 
-# Most points of a route that may become waypoints: every pair is evaluated.
+# Maximum number of points of a route that may become waypoints: every pair is evaluated.
 _MOST_POINTS = 100
 
 
@@ -50,8 +50,8 @@ def polylines(
     """Return the cheapest polyline through ``points`` for each number of waypoints, 0 to ``most``.
 
     Each is a shortest path through the graph of all chords by its number of chords. The cost of a
-    chord is that of level flight on ``surface``. Chords are long enough for two turns of a right
-    angle; those from the start and to the goal, for one.
+    chord is the cost of level flight on ``surface``. Chords are long enough for two turns of a
+    right angle; those from the start and to the goal, for one.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def lengthened(path: Floats, fewest: int, radius_m: float) -> Floats:
         if not straights:
             break
         longest = max(straights, key=lambda piece: piece.run_m)
-        # The altitudes are the numbers of waypoints, so that of the middle is its place.
+        # The altitudes are the numbers of waypoints, so the middle's altitude is its place.
         middle = longest.start[2] + longest.rise_m / 2
         before = min(int(middle), len(path) - 2)
         share = middle - before

@@ -49,7 +49,7 @@ def leads(problem: Problem) -> Iterator[Leads]:
 
 
 def _ways(end: Floats, heading: Floats, other: Floats, radius: float) -> Iterator[Floats]:
-    """Yield the waypoints of the ways from an end, flown with ``heading``, to the other end."""
+    """Yield the waypoints of ways that leave an end with ``heading`` and lead to ``other``."""
     line = other - end
     cross = heading[0] * line[1] - heading[1] * line[0]
     turn = math.atan2(cross, float(heading @ line))

@@ -30,14 +30,14 @@ __all__ = [
     "check_reading",
 ]
 
-#: Most crossover points of a path, start and goal included (table II).
+#: Maximum number of crossover points of a path, start and goal included (table II).
 MOST_POINTS = 10
 #: Control points of a segment, its ends included (table II, read so).
 FEWEST_CONTROL_POINTS, MOST_CONTROL_POINTS = 4, 10
 #: Numbers of start and goal among the points of a graph.
 START, GOAL = 0, 1
-#: Cost of a route in the deterministic crossover: that of the whole route, or the sum of those of
-#: its segments, as in equation (8). The field defines both.
+#: Cost of a route in the deterministic crossover: the cost of the whole route, or the sum of the
+#: costs of its segments, as in equation (8). The field defines both.
 READINGS = ("route", "sum")
 
 Floats = NDArray[np.float64]
@@ -67,7 +67,7 @@ class Segments:
 
     @staticmethod
     def joined(one: Segments, other: Segments) -> Segments:
-        """Return the segments of ``one``, then those of ``other``."""
+        """Return the segments of ``one``, then the segments of ``other``."""
         return Segments(
             np.concatenate((one.control, other.control)),
             np.concatenate((one.counts, other.counts)),

@@ -21,7 +21,8 @@ Counts = NDArray[np.int64]
 
 # Chords that measure the length of a curve, for each of its polynomials.
 _CHORDS = 16
-# Most halvings of a step, and the share of a longest step below which a bend counts as a corner.
+# Maximum number of halvings of a step, and the share of a longest step below which a bend counts as
+# a corner.
 _HALVINGS = 24
 _CORNER = 1e-3
 _ROOM = 512  # Points of a curve for which there is room at first.
@@ -36,11 +37,11 @@ def fine_steps(
 ) -> tuple[Floats, Floats, Counts]:
     """Return points even in arc length, as many as a curve's length takes, and more in its bends.
 
-    The steps of a curve are those of ``longest`` that its length fills, rounded up, and at least
-    ``fewest``. Lengths are those of 16 chords of each polynomial of the curve, between whose ends
-    the parameter is linear in length. A step at whose ends the curve is not within ``bend`` of the
-    chord's direction is halved in the parameter, and its halves again, until they are straight
-    enough or a thousandth of ``longest`` long. The points lie on the curve.
+    The number of steps of a curve is its length divided by ``longest``, rounded up, and at least
+    ``fewest``. The length of each polynomial of the curve is measured along 16 chords, between
+    whose ends the parameter is linear in length. A step at whose ends the curve is not within
+    ``bend`` of the chord's direction is halved in the parameter, and its halves again, until they
+    are straight enough or a thousandth of ``longest`` long. The points lie on the curve.
 
     Parameters
     ----------
@@ -51,7 +52,7 @@ def fine_steps(
     longest : float
         Length of a step, above 0, in the unit of the control points.
     fewest : int
-        Least number of steps, 1 or more.
+        Minimum number of steps, 1 or more.
     bend : float
         Largest angle between a step and the curve at its ends, radians, above 0.
 
@@ -163,7 +164,7 @@ def measure_chords(
 
 @compiled
 def place(control: Floats, count: int, work: Floats, end: Floats) -> None:
-    """Write the point and the unit vector at the parameter ``end[0]`` behind it."""
+    """Write the point and the unit vector at the parameter ``end[0]`` into ``end[1:]``."""
     dimensions = control.shape[1]
     share = last_two(control, count, end[0], work)
     degree = min(ORDER, count) - 1

@@ -25,11 +25,11 @@ __all__ = ["KINDS", "PointSampler", "Space"]
 KINDS = ("near", "uniform")
 
 # Range of the spread of a near draw as powers of ten, uniform in the exponent: for control points
-# a share of the length of their segment, for the others a share of the space.
+# a share of the length of their segment, for crossover points a share of the space.
 _OFF_LINE = -2.0, -0.3
 _OFF_ROUTE = -2.5, -0.5
 _OFF_KEPT = -3.0, -0.5
-_NEAR_SHARE = 0.75  # Share of new crossover points; the others are drawn anywhere.
+_NEAR_SHARE = 0.75  # Share of new crossover points; the rest are drawn anywhere.
 _ONE_POINT_SHARE = 0.5  # Share of variants with one control point moved, rather than all.
 _COUNT_SHARE = 0.1  # Share of variants with a control point more or less.
 _CURVE_SAMPLES = 101

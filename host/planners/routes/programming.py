@@ -2,7 +2,7 @@
 
 Source: *cheng*, section IV with equations (7) to (9). Stage i holds the best ways from the start
 to every point over i segments; a route that has reached the goal waits there, so routes may be
-short. The stages are those of :data:`pathgene.host.planners.routes.field.MOST_POINTS`.
+short. The number of stages follows from :data:`pathgene.host.planners.routes.field.MOST_POINTS`.
 
 No route passes a point twice, although labels do not record their points: terms are not negative,
 so a route without its loop has fewer segments and is no worse, and of equal routes the one with
@@ -57,7 +57,7 @@ def best_by_sum(
     Returns
     -------
     tuple
-        Segments of each route, (keep, stages) int64, -1 beyond its last one; and what each costs,
+        Segments of each route, (keep, stages) int64, -1 beyond its last one; and the cost of each,
         (keep,) float64, best first, infinite where there is no further route.
     """
     stages = MOST_POINTS - 1
@@ -138,12 +138,12 @@ def best_by_whole(
     weights: Floats,
     points: int,
 ) -> tuple[Ints, float]:
-    """Return the best route where the cost is that of the whole route.
+    """Return the best route where the cost applies to the whole route.
 
     The first term of a route is the sum of its segments', the second and third are the greatest
     among them, and its cost is their weighted mean. A way to a point is kept unless another way to
     the point, over no more segments, is at least as good in all three terms: with any continuation,
-    the route of the other way is no worse. By the same rule no loop is kept. A way is also
+    the route through that way is no worse. By the same rule no loop is kept. A way is also
     discarded if a bound shows that it cannot beat the best known route. Exact.
 
     Parameters
@@ -170,7 +170,7 @@ def best_by_whole(
 
     room = 256
     totals = np.empty((room, 3))
-    # Of each label: its point, the segment that leads there, the label before, the next at its
+    # Columns of a label: its point, the segment that leads there, the label before, the next at its
     # point, and whether it still counts.
     links = np.empty((room, 5), dtype=np.int64)
     newest = np.full(points, -1, dtype=np.int64)

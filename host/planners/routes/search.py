@@ -137,11 +137,11 @@ class DeterministicSearch:
 
     Each generation, crossover points are added to those that were kept, any two are connected by a
     new segment, and the deterministic crossover finds the best route of new and kept segments. The
-    points and segments of that route are kept, the others discarded.
+    points and segments of that route are kept, the rest discarded.
 
     Source: *cheng*, section IV. Settled here where it is silent: a kept segment and the new one
     between the same points are both offered to the dynamic programming, which takes the fitter;
-    where the fitness is that of the whole route, a segment that is fitter alone may be worse in it.
+    where the fitness applies to the whole route, a segment that is fitter alone may be worse in it.
 
     Added, where draws are near: 64 variants of the kept segments compete with them; and 24 segments
     from start to goal, the strands, are always kept. A strand has 16 variants in a generation; the

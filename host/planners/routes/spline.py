@@ -28,7 +28,7 @@ def last_two(control: Floats, count: int, t: float, work: Floats) -> float:
     """Run de Boor's algorithm up to its last step.
 
     The point lies between the last two rows of ``work`` that the degree uses, and the curve leads
-    from the first to the second. The result is the share of the second. Parameters are those of
+    from the first to the second. The result is the share of the second. Parameters are as for
     :func:`point_at`.
     """
     degree = min(ORDER, count) - 1
@@ -92,8 +92,8 @@ def sample(control: Floats, counts: Counts, samples: int) -> Floats:
 def equal_steps(control: Floats, counts: Counts, steps: int) -> Floats:
     """Return points at equal steps of arc length, both ends included: (m, steps + 1, d) float64.
 
-    Lengths are those of ``8 steps`` chords, between whose ends the parameter is linear in length;
-    the points lie on the curve. The other parameters are those of :func:`sample`.
+    Lengths are measured along ``8 steps`` chords, between whose ends the parameter is linear in
+    length; the points lie on the curve. All further parameters are as for :func:`sample`.
     """
     curves, _, dimensions = control.shape
     chords = _CHORDS * steps

@@ -52,9 +52,9 @@ class TerrainField:
     A route becomes a path of 8 waypoints for each segment, at equal arc length; the fitness of the
     route is F of that path. F is no sum, so the deterministic crossover uses an estimate that is
     one: each segment is evaluated as a separate path, and the penalties and costs of the segments,
-    equations (1) and (2), add up to those of the route. The estimate omits the turn arcs at
-    crossover points and the loss of weight by burned fuel, and counts the share of impossible arcs
-    by segment. Less penalty is better; of equal penalties, less cost.
+    equations (1) and (2), add up to the penalty and the cost of the route. The estimate omits the
+    turn arcs at crossover points and the loss of weight by burned fuel, and counts the share of
+    impossible arcs by segment. Less penalty is better; of equal penalties, less cost.
 
     The estimate is close, but no bound. Reading ``sum`` takes the best route by the estimate;
     ``route`` evaluates the 16 best in full, arcs at crossover points included, and takes the best

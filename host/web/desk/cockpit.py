@@ -1,4 +1,4 @@
-"""A page that looks at a flight: the aircraft in the views, and what happens and is decided."""
+"""A page that shows a flight: the aircraft in the views, events and decisions."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ class Cockpit:
 
     @property
     def is_flying(self) -> bool:
-        """True while a flight goes on that this page looks at."""
+        """True while the flight that this page shows is in progress."""
         return self._job is not None and self._job.state == "flying"
 
     def follow(self, job: FlightJob) -> None:
@@ -113,7 +113,7 @@ class Cockpit:
         ui.run_javascript(f"getHtmlElement({self._end.id})?.focus()")
 
     def leave(self) -> None:
-        """Look at no flight; one that nobody looks at goes on at the greatest speed."""
+        """Stop showing a flight; a flight that no page shows continues at the greatest speed."""
         if self._job is None:
             return
         if self.is_flying:

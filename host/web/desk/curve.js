@@ -1,4 +1,4 @@
-// The fitness of each generation: the best so far and the mean, and the best of a kept plan.
+// The fitness of each generation: the best found and the mean, and the best of a kept plan.
 
 import { Canvas } from "pathgene-views/canvas.js";
 import { drawText } from "pathgene-views/marks.js";
@@ -23,7 +23,7 @@ export class Curve {
     this.canvas.node.tabIndex = -1;
   }
 
-  /** Show other rows [generation, best, mean]; `kept` are those of a kept plan, or null. */
+  /** Show other rows [generation, best, mean]; `kept` holds the rows of a kept plan, or null. */
   show(rows, kept = this.kept) {
     this.rows = rows;
     this.kept = kept;

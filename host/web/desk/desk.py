@@ -82,8 +82,8 @@ class Desk:
         Raises
         ------
         InputError
-            If the problem is bad, too many jobs wait, or the board is not simulated and others than
-            this machine reach the desk.
+            If the problem is bad, too many jobs wait, or the board is not simulated and the desk
+            can be reached from other machines.
         """
         # A change during the check belongs to the next plan.
         sheet = sheet.copy()
@@ -99,7 +99,7 @@ class Desk:
         Raises
         ------
         InputError
-            If too many flights go on, or as :meth:`plan` of a board.
+            If too many flights are in progress, or the board is refused as by :meth:`plan`.
         """
         self._check_board(sheet)
         task = sheet.task()

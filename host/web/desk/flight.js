@@ -1,4 +1,4 @@
-// A flight in the views: the aircraft, what it has flown, and every version of its path.
+// A flight in the views: the aircraft, the track flown, and every version of its path.
 
 import { nearest, readPath } from "pathgene-views/scene.js";
 
@@ -6,9 +6,9 @@ import { nearest, readPath } from "pathgene-views/scene.js";
 const FLOWN = "#d55e00";
 // Earlier versions, and versions of circles and ways out.
 const [EARLIER, ASIDE] = [0.35, 0.8];
-// The profile marks the aircraft while it is so near to the shown path, metres.
+// Greatest distance from the shown path at which the profile marks the aircraft, metres.
 const NEAR_M = 150;
-// What is flown is drawn anew in 3-D so often.
+// Minimum time between two drawings of the flown track in 3-D.
 const TRAIL_MS = 1000;
 
 /** A flight in the views of the desk; `views` has `map`, `view`, `profile` and their `scene`. */

@@ -1,6 +1,6 @@
 """A flight of a saved plan, as a process of the desk flies it: at a speed to look at, or faster.
 
-What a page sends: a zone of :mod:`pathgene.host.problem.zones` that appears, a :class:`Goal`,
+A page sends a zone of :mod:`pathgene.host.problem.zones` that appears, a :class:`Goal`,
 :data:`AHEAD`, :data:`CLEAR`, a :class:`Speed`, or :data:`pathgene.host.web.desk.messages.STOP`,
 which leaves no files.
 """
@@ -47,7 +47,7 @@ __all__ = [
 
 #: A circle appears on the path ahead; all zones that have appeared are gone.
 AHEAD, CLEAR = "ahead", "clear"
-#: Speed of a flight that nobody looks at, in times that of the aircraft.
+#: Speed of a flight that no page shows, as a multiple of the aircraft's speed.
 FASTEST = 64.0
 #: Why a flight that is stopped has no files.
 ENDED = "The flight was ended, and is not saved."
@@ -59,9 +59,9 @@ USUAL = 4.0
 _RADIUS, _SHARE, _AWAY = 2.0, 0.012, 6.0
 # Time between two messages, and the longest that one stands for.
 _PERIOD_S, _LONGEST_S = 1 / 30, 0.2
-# Of the samples of a flight, every so many are drawn; step along a drawn track, metres.
+# Number of samples of a flight per drawn sample; step along a drawn track, metres.
 _EVERY, _STEP_M = 10, 10.0
-# Of a circle or a way out, so many metres are drawn.
+# Drawn length of a circle or a way out, metres.
 _SHOWN_M = 1500.0
 
 
@@ -87,7 +87,7 @@ class FlyTask:
 
 @dataclass(frozen=True)
 class Speed:
-    """Fly so many times as fast as the aircraft does; 0 lets the time stand still."""
+    """Fly ``factor`` times as fast as the aircraft does; 0 pauses the flight."""
 
     factor: float
 
@@ -113,19 +113,19 @@ class Flown:
     speed_m_s, clearance_m : float
         Speed over ground; height over the surface, NaN over a void.
     kind : str
-        What it follows: ``path``, ``holding`` or ``way-out``.
+        Kind of the track that it follows: ``path``, ``holding`` or ``way-out``.
     trail : list
         Points that it has flown through, [x, y, z].
     versions : list
         Tracks that it has begun to follow: a kind, and points [x, y, z].
     said : list of str
-        Sentences on what was decided.
+        Sentences on decisions.
     zones, points : list or None
         As in a scene, where they have changed.
     path : dict or None
         A new path as in a scene.
     changes : list of dict or None
-        All changes so far as in ``flight.json``, where one is new or has got its path.
+        All changes until now as in ``flight.json``, if one is new or has received its path.
     """
 
     time_s: float

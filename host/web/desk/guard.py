@@ -1,4 +1,4 @@
-"""What may reach the desk: requests with its token, and of limited size."""
+"""The guard of the desk: it accepts requests with the token, and of limited size."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _TOO_LARGE = b"This is more than the desk takes; see pathgene desk --max-cells.\
 
 
 class Guard:
-    """An application that passes on only what has the token.
+    """An application that passes on only requests with the token.
 
     The token is in the query of the first address, ``?token=``, and in a cookie from then on.
 

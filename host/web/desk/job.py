@@ -142,7 +142,7 @@ class FlightJob(Job):
     latest : Flown or None
         The latest that was seen of it.
     trail, versions, said : list
-        All of :class:`pathgene.host.web.desk.flight.Flown` so far; only ever appended to.
+        All entries of :class:`pathgene.host.web.desk.flight.Flown` until now; append-only.
     news : dict of str to (int, object)
         Zones, points, path and changes as they are now, each with a number that grows.
     speed : float

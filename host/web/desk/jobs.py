@@ -101,7 +101,7 @@ class Jobs:
         Raises
         ------
         InputError
-            If too many flights go on, or one of the same plan.
+            If too many flights are in progress, or one of the same plan is.
         """
         with self._lock:
             flights = [each for each in self._running if isinstance(each, FlightJob)]

@@ -28,7 +28,7 @@ class Stage(
     """
 
     def set_terrain(self, url: str, problem: Mapping[str, Any]) -> None:
-        """Show another terrain, that of ``terrain_scene`` at ``url``."""
+        """Show another terrain: the result of ``terrain_scene`` at ``url``."""
         self.run_method("setTerrain", url, problem)
 
     def set_problem(self, problem: Mapping[str, Any]) -> None:

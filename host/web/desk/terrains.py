@@ -30,9 +30,9 @@ _DIGEST_LENGTH = 8
 class Terrains:
     """Terrains by the name that a problem on a desk has for them.
 
-    A problem of a link must not name any file of this machine, so the names are those of
-    ``pathgene terrain list``, of files in a folder of the desk, and of files that the user named
-    when the desk was started.
+    A problem of a link must not name any file of this machine, so a name stands for a terrain of
+    ``pathgene terrain list``, a file in a folder of the desk, or a file that the user named when
+    the desk was started.
 
     Parameters
     ----------

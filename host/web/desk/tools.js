@@ -5,7 +5,7 @@ import { coloursOf, faded, insideZone, metres } from "pathgene-views/scene.js";
 const GRIP_PIXELS = 14;
 const CLOSE_PIXELS = 10;
 
-/** What each tool does, in words for the page. */
+/** Hints for the page, one per tool. */
 export const HINTS = {
   pan: "Drag points, zones or the ground; click a zone to edit it.",
   start: "Click where the flight starts.",
@@ -15,7 +15,7 @@ export const HINTS = {
   polygon: "Click the corners; Enter or a double click closes the zone.",
 };
 
-/** The tools in a flight, which draw what happens now. */
+/** Hints for the tools in a flight, which draw events that happen at once. */
 export const FLYING = {
   pan: "Draw a zone in the way: it appears now, and the flight gets a new path.",
   goal: "Click where the flight ends instead.",
@@ -27,7 +27,7 @@ export const FLYING = {
 export class Tools {
   /**
    * @param {TerrainMap} map The map.
-   * @param {function(string, object): void} emit Called with the name of what a user has drawn:
+   * @param {function(string, object): void} emit Called with the name of an item that a user has drawn:
    *     `place` {name, number, x, y}, `via` {x, y}, `zone` and `reshape` {number, circle or
    *     polygon}, `pick` {number}, `tool` {name}.
    */
@@ -177,7 +177,7 @@ export class Tools {
     event.stopImmediatePropagation();
   }
 
-  /** Return what a press takes hold of: a point, a handle of the picked zone, or its inside. */
+  /** Return the grip at a place: a point, a handle of the picked zone, or its inside. */
   gripAt(spot, place) {
     if (this.flying) return null;
     const near = (x, y) => {

@@ -55,7 +55,7 @@ class Progressed:
     rows : list of (int, float, float)
         Generation, best fitness of all generations, mean fitness.
     paths : list of (int, ndarray)
-        Generation and best path so far, (n, 3) metres, of each generation with a better one.
+        Generation and best path, (n, 3) metres, of each generation that improves the path.
     """
 
     rows: list[tuple[int, float, float]]
@@ -81,7 +81,7 @@ class Found:
 def work(connection: Connection) -> None:
     """Wait for a task on ``connection``, do it, and send its results.
 
-    When the other end is closed, a search ends as after
+    When the desk has closed its end, a search ends as after
     :data:`pathgene.host.web.desk.messages.STOP`, and its plan is saved.
     """
     os.nice(_NICENESS)

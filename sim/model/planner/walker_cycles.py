@@ -50,7 +50,7 @@ def walked(offered: int, free: int, costs: Iterable[int]) -> int:
     Parameters
     ----------
     offered : int
-        Cycle in which the first segment of the path is offered; all others follow as fast as they
+        Cycle in which the first segment of the path is offered; the rest follow as fast as they
         are taken.
     free : int
         Cycle in which the walker is free for the path.

@@ -14,10 +14,10 @@ __all__ = ["ahead"]
 
 
 def ahead(config: Config, record: ProblemRecord, path: Sequence[Point]) -> list[Point]:
-    """Return ``path`` without the first waypoints that lie behind the start.
+    """Return ``path`` without the first waypoints that the start has passed.
 
-    Corners from which the start is on the way to the goal lie behind it: a half plane. The minimum
-    number of waypoints is left.
+    A corner has been passed unless it lies on the goal's side of the line through the start that is
+    perpendicular to the direction of the goal. The minimum number of waypoints is kept.
     """
     start, goal = corner_of(record, "start"), corner_of(record, "goal")
     passed = 0

@@ -33,7 +33,7 @@ from pathgene.sim.model.planner.definition.walk import Point
 __all__ = ["Arc", "Score", "corner_of", "piece_cost", "scaled", "score"]
 
 #: A length of one cell: arcs with longer tangents have their chord walked, and an arc that is too
-#: steep counts at least so much.
+#: steep counts at least this length.
 CELL = 1 << POSITION_FRACTION
 #: Tangent of half a turn from which no arc is possible, and the tangent length that stands for it.
 _SHARPEST = 1 << SHARPEST_BITS

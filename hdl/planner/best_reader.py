@@ -19,15 +19,16 @@ _KEY_BYTES = 4
 class BestReader(Unit):
     """Sends paths of different keys as bytes, the best first.
 
-    The bytes are those of :func:`pathgene.hdl.protocol.runs.pack_best`: of each path its key, then
-    its waypoints. Members are read by their ranks, so that those of one key follow each other; of
-    these the first is sent. Bytes follow each other in consecutive cycles, but for a cycle before
-    each key and 3 before each waypoint, 5 for each member after the first that is read, and 2 more.
+    The format is :func:`pathgene.hdl.protocol.runs.pack_best`: the key of each path, then its
+    waypoints. Members are read in the order of their ranks, so members with equal keys are
+    adjacent, and only the first of them is sent. Bytes are sent in consecutive cycles, except for a
+    cycle before each key, 3 before each waypoint, 5 for each member read after the first, and 2
+    more.
 
     Members
     -------
     count : In(range(9))
-        Paths sent at most, 1..8. Steady while ``busy``.
+        Maximum number of paths to send, 1..8. Steady while ``busy``.
     best : In(1)
         Pulse: send the paths. Not while ``busy``.
     busy : Out(1)
@@ -70,7 +71,7 @@ class BestReader(Unit):
         is_final = Signal()
         sent = Signal(range(RETURNED))
         last_rank = self.rank == self.population - 1
-        # A key or a waypoint, and its bytes that are left beside the one on offer.
+        # A key or a waypoint, and the number of its bytes after the one on offer.
         waypoint_bits = 2 * self.coordinate_bits + self.altitude_bits + 1
         waypoint_bytes = (waypoint_bits + 7) // 8
         most = max(_KEY_BYTES, waypoint_bytes)
@@ -98,7 +99,7 @@ class BestReader(Unit):
                 m.d.sync += path.eq(self.member)
                 m.next = "SEEK"
 
-            # The next member of another key: then it is known whether the path is the last one.
+            # Find the next member with another key, which decides whether the path is the last one.
             with m.State("SEEK"):
                 m.d.sync += [self.rank.eq(self.rank + 1), is_final.eq(last_rank)]
                 m.next = "READ"

@@ -23,11 +23,11 @@ class Breeder(Unit):
     """Plans the children of a generation at a constant pace, and builds them as they are taken.
 
     Planning draws parents, mutations and survivors; each child takes a step of the random source,
-    in order. The plan of child j, from 0 on, waits for the builder from 13 + 8 j cycles after
-    ``begin`` on, and of n children all are planned after 8 n + 5 cycles, when ``planning`` falls.
-    Plans of two generations fit into the queue. Children are built in their order, as slots,
-    children and points are taken: see :class:`pathgene.hdl.planner.child_builder.ChildBuilder`.
-    Equals :func:`pathgene.sim.model.planner.breeder.breed`.
+    in order. The plan of child j, counted from 0, is ready for the builder 13 + 8 j cycles after
+    ``begin``. All n children are planned after 8 n + 5 cycles, when ``planning`` falls. Plans of
+    two generations fit into the queue. Children are built in their order, as slots, children and
+    points are taken: see :class:`pathgene.hdl.planner.child_builder.ChildBuilder`. Equals
+    :func:`pathgene.sim.model.planner.breeder.breed`.
 
     Members
     -------
@@ -131,7 +131,7 @@ class Breeder(Unit):
             self.write.eq(builder.write),
         ]
 
-        # Children whose words are taken, and whose plans are.
+        # Number of children whose words are taken, and of children whose plans are taken.
         drawn = Signal(range(config.children))
         planned = Signal(range(config.children))
         drawing = Signal()
@@ -163,7 +163,7 @@ class Breeder(Unit):
         return m
 
 
-#: Members that are those of the builder.
+#: Members that are passed on to the builder.
 _PASSED = (
     "slots",
     "frame",

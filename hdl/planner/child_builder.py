@@ -108,7 +108,7 @@ class ChildBuilder(Unit):
             has_room.eq(frees | (room > 1) | (has_room & ~makes)),
         ]
 
-        # What goes with a point through all stages, by the cycles since its step.
+        # Facts that go with a point through all stages, by the cycles since its step.
         valid = [makes]
         steps = [step]
         for stage in range(1, _STAGES):
@@ -144,9 +144,8 @@ class ChildBuilder(Unit):
         building = Signal()
         takes = Signal()
         ends = Signal()
-        # The number of the point among those of the child before its mutation, start and goal
-        # included; the index of the waypoint in the child; and what the number is compared with,
-        # compared a step ahead.
+        # The number of the point in the child before its mutation, start and goal included; the
+        # index of the waypoint in the child; and comparisons of the number, made a step ahead.
         number = Signal(range(self.max_waypoints + 2))
         index = Signal(range(self.max_waypoints), reset_less=True)
         at_place, is_start, is_goal = (
@@ -212,10 +211,10 @@ class ChildBuilder(Unit):
         return plan
 
     def _mutate(self, m, plan, valid, steps):
-        """Mutate the points as they come; the last stage is in the registers of ``write``."""
-        # With step 3: what the memory holds. With step 4: the point, the one before, and the
-        # child's move. The plan may be that of the next child by then: a child has four steps or
-        # more, so with step 3 of its start it is still its own.
+        """Mutate the points in their stages; the last stage is in the registers of ``write``."""
+        # Step 3: the word from the memory. Step 4: the point, the point before it, and the child's
+        # move. The plan may already belong to the next child by then. A child has at least four
+        # steps, so in step 3 of its start the plan is still its own.
         point = Signal(self.waypoint_layout, reset_less=True)
         before = Signal(self.corner_layout, reset_less=True)
         move = Signal(self.plan_layout["move"].shape, reset_less=True)
@@ -234,7 +233,7 @@ class ChildBuilder(Unit):
         with m.If(valid[4]):
             m.d.sync += [before[axis].eq(point[axis]) for axis in _AXES]
 
-        # With step 5: where the waypoint moves from, and how far.
+        # Step 5: the position from which the waypoint moves, and the distance.
         margin = Signal(self.waypoint_layout["margin"].shape, reset_less=True)
         fall = Signal(signed(len(margin) + 1))
         m.d.sync += margin.eq(point.margin)
@@ -242,7 +241,7 @@ class ChildBuilder(Unit):
             m.d.comb += fall.eq(point.margin)
         with m.Else():
             m.d.comb += fall.eq((point.margin << doubles) >> 1)
-        # With step 6: where it moves to, before the limits.
+        # Step 6: the position to which it moves, before clamping.
         for axis in _AXES:
             base = Signal(len(point[axis]), name=f"base_{axis}", reset_less=True)
             middle = (before[axis] + point[axis]) >> 1

@@ -1,4 +1,4 @@
-"""Plan of a child: where its waypoints come from, and what is mutated."""
+"""Plan of a child: the source of its waypoints, and its mutation."""
 
 from amaranth import *
 from amaranth.lib import data, stream
@@ -31,14 +31,15 @@ _AXES = ("x", "y", "altitude")
 def plan_layout(slot_bits, max_waypoints, box_cells, box_steps):
     """Return the layout of the plan of a child.
 
-    ``head_slot``, ``tail_slot`` : its parents. ``head`` : waypoints from the first, which are those
-    before its cut. ``tail_gain`` : the index in the second parent of a waypoint of the tail,
-    above its index in the child before the mutation. ``length`` : waypoints before the mutation.
+    ``head_slot``, ``tail_slot`` : its parents. ``head`` : number of waypoints from the first
+    parent, before its cut. ``tail_gain`` : the index in the second parent of a waypoint of the
+    tail, above its index in the child before the mutation. ``length`` : waypoints before the
+    mutation.
 
-    ``inserts``, ``deletes``, ``settles``, of which one at most is set, else the mutation moves a
-    waypoint. ``place`` : the waypoint, counted from 1 on as the start is point 0; or the point in
-    front of which one is inserted. ``move`` : the gains of a moved one. ``doubles`` : a settling
-    one falls by half the margin, doubled so many times.
+    ``inserts``, ``deletes``, ``settles``, of which at most one is set; if none is, the mutation
+    moves a waypoint. ``place`` : the waypoint, counted from 1 on as the start is point 0; or the
+    point in front of which one is inserted. ``move`` : displacement of a moved waypoint.
+    ``doubles`` : a settled waypoint falls by half its margin, doubled this number of times.
     """
     length = range(max_waypoints + 1)
     most = max_waypoints * 7 // 8
@@ -66,11 +67,11 @@ def plan_layout(slot_bits, max_waypoints, box_cells, box_steps):
 
 
 class ChildPlanner(Unit):
-    """Looks the parents of a child up, and decodes its mutation.
+    """Looks up the parents of a child, and decodes its mutation.
 
-    A parent is read in the first cycle of a draw, the other one in the second, and the plan is
-    offered 8 cycles after the first. The next draw begins in the cycle in which the plan is taken,
-    so plans follow each other every 8 cycles. Equals ``cross`` and ``mutate`` of
+    The first parent is read in the first cycle of a draw, the second parent in the next cycle, and
+    the plan is offered 8 cycles after the first. The next draw begins in the cycle in which the
+    plan is taken, so plans follow each other every 8 cycles. Equals ``cross`` and ``mutate`` of
     :mod:`pathgene.sim.model.planner.breeder`, waypoints apart.
 
     Members
@@ -182,7 +183,7 @@ class ChildPlanner(Unit):
                 plan.settles.eq(operator >= _first(SETTLE)),
             ]
 
-        # Free-running: the inputs stay, so the results of each cycle are those of the one before.
+        # Free-running: the inputs are steady, so each cycle repeats the results of the one before.
         shift = Signal(3, reset_less=True)
         choices = Signal(range(self.max_waypoints + 2), reset_less=True)
         m.submodules.place_product = product = Multiplier((len(place) + 1, len(choices) + 1), 8)
@@ -220,5 +221,5 @@ def _bits(word, place):
 
 
 def _first(number):
-    """Return the least of 256 draws that chooses this one of all mutations, or a later one."""
+    """Return the smallest of 256 draws that selects this mutation or a later one."""
     return -(-number * 256 // MUTATIONS)

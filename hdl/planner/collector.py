@@ -1,4 +1,4 @@
-"""Collector: the next population of an island, from those that stay and those that come."""
+"""Collector: makes the next population of an island from members that stay and children."""
 
 from amaranth import *
 from amaranth.lib import data, stream
@@ -13,27 +13,28 @@ __all__ = ["Collector"]
 
 
 class Collector(Unit):
-    """Collects populations, sorts them, and holds those of every island by their ranks.
+    """Collects populations, sorts them, and holds the population of every island by rank.
 
-    A generation is collected in a pass over the population and by the children that come. The pass
-    goes through the ranks from the best on: elites and survivors go to the sorter, and the slots of
-    all others become free. Children come before or after it. With the pass and the last child the
-    new population is complete and takes the place of the present one. Of equal keys those that stay
-    come first, in the order of their ranks, then the children in that in which they come.
+    A generation is collected by a pass over the population, and from the children that arrive
+    before or after the pass. The pass goes through the ranks, best first: elites and survivors go
+    to the sorter, and the slots of the remaining members become free. After the pass and the last
+    child the new population is complete and replaces the present one. Among equal keys, members
+    that stay come first, by rank, then children in their order of arrival.
 
-    A member that goes in front of n others, as far as the sorter holds them then, keeps the sorter
-    until 2 + n cycles after it was taken: ``evaluated`` is not ready in between.
+    A member that passes n members in the sorter occupies the sorter until 2 + n cycles after it was
+    taken: ``evaluated`` is not ready in between.
 
     With N members of a population, the pass begins 2 cycles after ``collect``, or when the sorter
-    is free, if that is later. A rank takes a cycle, and one that stays 1 + n more. ``evaluated`` is
-    not ready from the second cycle after ``collect`` until the pass is over. ``stored`` is high in
-    the first cycle in which it is, the last child has come, and the sorter is free. ``evaluated``
-    is not ready from the last child until N + 1 cycles after ``stored``, when ``busy`` falls. The
-    same holds for ``merge``, which passes over 2 N ranks.
+    is free, if that is later. A rank takes a cycle, and a member that stays takes 1 + n more.
+    ``evaluated`` is not ready from the second cycle after ``collect`` until the pass is over.
+    ``stored`` is high in the first cycle in which the pass is over, the last child has arrived, and
+    the sorter is free. ``evaluated`` is not ready from the last child until N + 1 cycles after
+    ``stored``, when ``busy`` falls. The same holds for ``merge``, which passes over 2 N ranks.
 
-    First populations come from ``evaluated`` too. The best of them stay; a slot becomes free 2
-    cycles after one too many is taken. ``store`` ends them: N cycles from the one after it on, or
-    from that in which the sorter is free, ``evaluated`` is ready again, and ``busy`` falls.
+    First populations come from ``evaluated`` too. The best members stay; when one member too many
+    is taken, a slot becomes free 2 cycles later. ``store`` ends a first population: ``evaluated``
+    is ready again, and ``busy`` falls, N cycles after the cycle that follows ``store``, or N cycles
+    after the sorter becomes free if that is later.
 
     Members
     -------
@@ -47,7 +48,8 @@ class Collector(Unit):
         Pulse: collect a generation of ``island``. Not with ``fills``, and only while not ``busy``.
     merge : In(1)
         Pulse: make the best halves of both islands the population of island 0, and free the slots
-        of the others. Only where ``collect`` may come and no child has; not with one island.
+        of the remaining members. Only where ``collect`` is allowed and no child has arrived; not
+        with one island.
     island : In(range(islands))
         Steady with ``store``, and while ``busy`` from ``collect`` on.
     stay : In(data.ArrayLayout(range(population), survivors))
@@ -55,13 +57,13 @@ class Collector(Unit):
     busy : Out(1)
         A population is collected or moved: from the cycle after ``collect`` or ``merge`` on.
     sorting : Out(1)
-        A pass goes on, a member is inserted, or a population is moved.
+        A pass is in progress, a member is inserted, or a population is moved.
     stored : Out(1)
         Pulse: the last child has come, the pass is over, and all are sorted.
     evaluated : In(stream.Signature(member_layout))
         Seeds or children with their keys.
     freed : Out(freed_layout)
-        ``valid``: nothing is in ``slot`` any more.
+        ``valid``: ``slot`` is now free.
     rank : In(range(population))
         While not ``busy``: member of ``island`` to be read.
     member : Out(member_layout)

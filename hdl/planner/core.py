@@ -32,8 +32,8 @@ _AXES = "x", "y", "altitude"
 class PlannerCore(Unit):
     """Plans paths: a run breeds, scores, walks and sorts by itself, from seeds along routes.
 
-    Cells, shapes, problems and runs are taken while no run goes on. A problem voids the paths of
-    the run before; a warm run goes on from them nevertheless. Equals
+    Cells, shapes, problems and runs are taken while no run is in progress. A problem voids the
+    paths of the run before; a warm run can still continue from them. Equals
     :func:`pathgene.sim.model.planner.run.plan`, cycles included.
 
     Members
@@ -53,7 +53,7 @@ class PlannerCore(Unit):
     bred : Out(1)
         Pulse: a generation is bred.
     status : Out(run_status_layout)
-        Of the latest run.
+        Status of the latest run.
     best : In(1)
         Pulse: send the best paths. Only with ``has_best``, and not while ``running``.
     records : Out(stream.Signature(record_layout))
@@ -114,7 +114,7 @@ class PlannerCore(Unit):
         config, control = self.config, self._control
         problem = Signal(problem_layout(config))
         taken = Signal()
-        # A run begins some cycles later: all of these are steady by then.
+        # A run begins some cycles later, when all of these are steady.
         sizes = config.coordinate_bits, config.altitude_bits
         limits = Signal(corner_layout(*sizes))
         frame = Signal(frame_layout(*sizes))
@@ -202,7 +202,7 @@ class PlannerCore(Unit):
         ]
 
     def _make_first_paths(self, m):
-        """Connect what makes and reads paths with the memory of the populations."""
+        """Connect the units that make and read paths with the memory of the populations."""
         control, seeds, evolver = self._control, self._seeds, self._evolver
         first_paths, reader = self._first_paths, self._reader
         m.d.comb += [

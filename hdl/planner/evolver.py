@@ -24,27 +24,25 @@ class Evolver(Unit):
     """Holds the populations of all islands and breeds their next generations.
 
     Two generations overlap, so that units do not wait for each other: while the children of one are
-    evaluated, those of the next are planned, from the population as it is. Then the earlier one is
-    collected: elites and survivors as drawn last stay, its children take the places of the others,
-    and the slots of the others become free. ``finish`` collects a generation without planning
-    another one. Equals :func:`pathgene.sim.model.planner.run.plan`, evaluation
-    apart.
+    evaluated, the children of the next are planned from the present population. Then the earlier
+    one is collected: elites and the survivors drawn last stay, its children replace the remaining
+    members, and the slots of these become free. ``finish`` collects a generation without planning
+    another one. Equals :func:`pathgene.sim.model.planner.run.plan`, evaluation apart.
 
     Planning takes a constant number of cycles, whatever is drawn; passes over the ranks and sorting
-    take more, the more members are passed by others.
-    :mod:`pathgene.sim.model.planner.evolver_cycles` has all cycles. It also says when the points of
-    a child are there. The builder may be ahead of them by 5 children; ``children`` should be taken
-    that early.
+    take longer, the more members are passed. :mod:`pathgene.sim.model.planner.evolver_cycles` has
+    all cycles. It also gives the cycles in which the points of a child are ready. The builder may
+    be ahead of them by 5 children; ``children`` should be taken that early.
 
     Slots are not bound to an island. So the best members of two islands become one population by
-    their ranks alone; no waypoint moves. A slot that becomes free may still be that of a parent of
-    children to be built. It is handed out after all those that were free before; there are as many
-    of these as children in a generation.
+    their ranks alone; no waypoint moves. A slot that becomes free may still hold a parent of
+    children to be built. It is handed out after all slots that were free before, whose number
+    equals the children of a generation.
 
     A first population may be new, in slots from ``slots``; or it is the present one of ``island``,
-    each member read by its rank, written anew in its slot, and evaluated. Nothing has to be cleared
-    before an island gets another population in this way: a run may go on from that of island 0
-    after ``finish`` or ``merge``, and the other island be filled anew.
+    each member read by its rank, rewritten in its slot, and evaluated. Nothing has to be cleared
+    before an island gets another population in this way: after ``finish`` or ``merge``, a run may
+    continue from the population of island 0 and refill island 1.
 
     Members
     -------
@@ -85,20 +83,20 @@ class Evolver(Unit):
     frame : In(frame_layout)
         Greatest corner and altitude of a waypoint, and the ends of all paths. Steady.
     slots : Out(stream.Signature(range(slot_count)))
-        With ``fills``: free slots. At most ``max(2 * config.children, 18)`` are taken that have not
-        come back in ``evaluated``.
+        With ``fills``: free slots. At most ``max(2 * config.children, 18)`` slots are taken and not
+        yet returned by ``evaluated``.
     write : In(write_layout)
         With ``fills``: corner and altitude of a waypoint to be written.
     children : Out(stream.Signature(head_layout))
-        Slot and limit of each child. Taken not later than its first point.
+        Slot and limit of each child. Taken no later than its first point.
     points : Out(stream.Signature(point_layout))
         Points of the children, start and goal included; ``last`` marks the goal.
     decided : In(decided_layout)
         ``valid``: the path of ``slot``, whose points have been taken, is ``walked`` or not. Comes
         before its key. Paths of first populations are all walked.
     margin : In(margin_layout)
-        ``valid``: the margin of a waypoint of a path that is walked. Those of all waypoints of the
-        path come before its key, in any cycles after its points.
+        ``valid``: the margin of a waypoint of a path that is walked. The margins of all waypoints
+        of the path come before its key, in any cycles after its points.
     evaluated : In(stream.Signature(member_layout))
         Paths with their keys, in the order of ``children``. Not ready while members are sorted.
     rank : In(config.slot_bits)
@@ -170,7 +168,7 @@ class Evolver(Unit):
         m.submodules.breeder = breeder = self.breeder
         m.submodules.memory = memory = self.memory
         m.submodules.collector = collector = self.collector
-        # All slots but those of the members that stay may wait for children that are not yet built.
+        # All slots may wait for children that are not yet built, except slots of members that stay.
         m.submodules.pool = pool = SlotPool(self.slot_count, self.slot_count)
         connect(m, flipped(self.words), breeder.words)
         connect(m, flipped(self.points), breeder.points)
@@ -253,7 +251,7 @@ class Evolver(Unit):
         return gives_best, gives_limit
 
     def _limit(self, m, gives_best, gives_limit):
-        """Keep what goes with the children of each of the two generations."""
+        """Keep the limits that go with the children of each of the two generations."""
         breeder, key = self.breeder, self.collector.member.key
         limit_layout = data.StructLayout({"first": 1, "limited": 1, "limit": VALUE_BITS})
         limits = [Signal(limit_layout, name=f"limit_{parity}") for parity in range(2)]

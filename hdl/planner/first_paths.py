@@ -1,4 +1,4 @@
-"""First paths of a run: seeds, lifted paths, and those of an earlier run."""
+"""First paths of a run: seeds, lifted paths, and paths of an earlier run."""
 
 from amaranth import *
 from amaranth.lib import data, enum, stream
@@ -30,7 +30,7 @@ class FirstPathKind(enum.Enum, shape=2):
     SEED = 0
     #: A member of the population, raised out of the ground, in its slot.
     LIFTED = 1
-    #: A member without its waypoints behind the start, in its slot.
+    #: A member without the waypoints that the start has passed, in its slot.
     REVIVED = 2
 
 
@@ -40,8 +40,8 @@ class FirstPaths(Unit):
     A path is a seed, or the member of the next rank. Its slot is given, then its points are: the
     start, the waypoints, each of which is written, and the goal. A path begins when the goal of the
     one before is taken. Its first point is offered a constant number of cycles later, plus one for
-    each waypoint that a revived path loses; each other point in the cycle after the one before it
-    is taken. :mod:`pathgene.sim.model.planner.first_paths_cycles` has the numbers.
+    each waypoint that a revived path loses; each further point in the cycle after the point before
+    it is taken. :mod:`pathgene.sim.model.planner.first_paths_cycles` has the numbers.
 
     Members
     -------
@@ -49,13 +49,14 @@ class FirstPaths(Unit):
         Pulse: make paths. Not while ``busy``.
     kind : In(FirstPathKind)
     count : In(16)
-        Paths to be made; 1 or more, and of members at most those there are. Read with ``launch``.
+        Number of paths to make, at least 1; at most the number of members if paths are members.
+        Read with ``launch``.
     busy : Out(1)
         Until the last goal is taken.
     frame : In(frame_layout)
         Steady, like ``kind``, while ``busy``.
     begin_seed : Out(1)
-        Pulse: a seed shall be made. Not with ``seed_busy``.
+        Pulse: make a seed. Not with ``seed_busy``.
     seed_busy : In(1)
     seed : In(found_layout)
         Its waypoints; the next one is not asked for before the last of them.
@@ -69,7 +70,7 @@ class FirstPaths(Unit):
     waypoint : In(waypoint_layout)
         Contents of ``read`` of 2 cycles before.
     write : Out(write_layout)
-        Waypoints as they are now. Registers.
+        Present waypoints. Registers.
     paths : Out(stream.Signature(range(slots)))
         Slot of each path, before its points.
     points : Out(stream.Signature(point_layout))

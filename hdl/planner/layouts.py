@@ -21,7 +21,7 @@ def problem_layout(config: Config) -> data.StructLayout:
 def row_layout(lanes: int, coordinate_bits: int) -> data.StructLayout:
     """Return the layout of a row of ``lanes`` corners.
 
-    ``x``: that of the first corner, divided by ``lanes``, which is a power of two. ``y``.
+    ``x``: coordinate of the first corner, divided by ``lanes``, which is a power of two. ``y``.
     """
     return data.StructLayout({"x": coordinate_bits - exact_log2(lanes), "y": coordinate_bits})
 

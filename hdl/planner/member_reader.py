@@ -1,4 +1,4 @@
-"""Reader of the members of a population, as they begin the next run."""
+"""Reader of the members with which the next run begins."""
 
 from amaranth import *
 from amaranth.lib.wiring import In, Out
@@ -19,14 +19,14 @@ _STAGES = 5
 
 
 class MemberReader(Unit):
-    """Reads the waypoints of a path, one per cycle; lifts them, or drops those behind the start.
+    """Reads the waypoints of a path, one per cycle; lifts them, or drops passed ones.
 
-    The first waypoint is given 6 cycles after ``begin``, each other a cycle after the one before;
-    a dropped one takes a cycle.
+    The first waypoint is given 6 cycles after ``begin``, each further one a cycle after the one
+    before; a dropped one takes a cycle.
 
     With ``lifts``, a waypoint with a negative margin is raised by it, up to the limit of altitudes.
-    Otherwise the first waypoints are dropped as far as they lie behind the start, but for the last
-    two of a path: what is left equals :func:`pathgene.sim.model.planner.warm.ahead`.
+    Otherwise the first waypoints are dropped if the start has passed them, except the last two of a
+    path: the remaining waypoints equal :func:`pathgene.sim.model.planner.warm.ahead`.
 
     Members
     -------
@@ -37,7 +37,7 @@ class MemberReader(Unit):
         Pulse: read a path. After the last waypoint of the one before.
     slot : In(range(slots))
     length : In(range(max_waypoints + 1))
-        Of the path; read with ``begin``.
+        Length of the path; read with ``begin``.
     read : Out(place_layout)
     waypoint : In(waypoint_layout)
         Contents of ``read`` of 2 cycles before.
@@ -68,7 +68,7 @@ class MemberReader(Unit):
         reading = Signal()
         slot = Signal.like(self.slot, reset_less=True)
         index = Signal.like(self.read.index, reset_less=True)
-        # The last index, and that of the last waypoint that may be dropped, plus one.
+        # The last index, and the number of waypoints that may be dropped.
         last = Signal.like(index, reset_less=True)
         least = Signal.like(self.length, reset_less=True)
         with m.If(self.begin):
@@ -112,7 +112,7 @@ class MemberReader(Unit):
             capped.eq(Mux(self.lifts & (raised > limit), limit, raised)),
         ]
 
-        # What goes with a waypoint.
+        # Flags that go with a waypoint.
         valid = Signal(_STAGES)
         m.d.sync += valid.eq(Cat(reading, valid))
         stays = delay_line(m, self.lifts | (index >= least), _STAGES, "stays")

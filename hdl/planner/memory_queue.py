@@ -71,7 +71,7 @@ class MemoryQueue(Unit):
             read = rows.read_port(domain="comb")
             m.d.comb += read.addr.eq(following[1][0])
         m.d.comb += self.words.payload.eq(read.data)
-        # A register, since who takes a word often decides late.
+        # A register, since `ready` often arrives late.
         left, is_single = Signal(range(self.depth + 1)), Signal()
         with m.If(self.put & ~takes):
             m.d.sync += [left.eq(left + 1), is_single.eq(left == 0), self.words.valid.eq(1)]

@@ -23,7 +23,7 @@ class NearestCorner(Unit):
     position : In(position_layout)
         ``x``, ``y`` and ``altitude``, as a problem has them.
     limits : In(corner_layout)
-        The altitude means nothing.
+        The altitude is ignored.
     corner : Out(corner_layout)
     """
 

@@ -13,7 +13,7 @@ __all__ = ["ParentDraw", "draw_layout"]
 
 
 def draw_layout(rank_bits: int) -> data.StructLayout:
-    """Return the layout of the facts that a child is bred of.
+    """Return the layout of the facts from which a child is bred.
 
     ``head`` and ``tail`` are the ranks of its parents, ``mutation`` is the mutation word.
     """
@@ -34,7 +34,7 @@ class ParentDraw(Unit):
     words : In(stream.Signature(data.ArrayLayout(64, 2)))
         Steps of the random source: selection word, mutation word.
     survivor : Out(survivor_layout)
-        ``valid``: words were taken in the cycle before. ``bits`` are those for a survivor.
+        ``valid``: words were taken in the cycle before. ``bits`` select a survivor.
     draws : Out(stream.Signature(draw_layout))
     """
 

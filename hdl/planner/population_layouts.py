@@ -1,4 +1,4 @@
-"""Layouts of what a population consists of, and of the numbers that find it."""
+"""Layouts of the members of a population, their waypoints, and their keys."""
 
 from amaranth import signed
 from amaranth.lib import data
@@ -20,15 +20,15 @@ __all__ = [
 
 #: Width of a key: two bits of class above the value.
 KEY_BITS = VALUE_BITS + 2
-#: Seeds with a slot and no key, at most.
+#: Maximum seeds with a slot and no key.
 _SEEDS = 18
 
 
 def slot_count(config: Config, islands: int) -> int:
     """Return the slots of a chip.
 
-    A population for each island, and the children of two generations; or as many seeds as are on
-    their way through the evaluator.
+    A population for each island, and the children of two generations; or the seeds that are in
+    flight in the evaluator, if these are more.
     """
     return islands * config.population + max(2 * config.children, _SEEDS)
 
@@ -53,7 +53,7 @@ def frame_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
 def waypoint_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
     """Return the layout of a waypoint as the population holds it.
 
-    ``margin`` is the least altitude above ground of the segments at the waypoint.
+    ``margin`` is the minimum altitude above ground of the segments at the waypoint.
     """
     return data.StructLayout(
         {

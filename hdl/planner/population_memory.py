@@ -15,16 +15,17 @@ class PopulationMemory(Unit):
     """Waypoints by slot and place, each with the margin that counts.
 
     A waypoint is written with the margin that it inherits. The margins that the walk of a path
-    finds go to a memory of their own. Of each slot a flag says which of the two count: those of the
-    walk, or those inherited. So writes of waypoints and of margins never wait for each other.
+    finds go to a memory of their own. One flag per slot selects walked or inherited margins. So
+    writes of waypoints and of margins never wait for each other.
 
-    A row must not be read in the cycle in which it is written. The flag of a slot and its margins
-    of a walk are written only while nobody reads the slot: while its path is being evaluated,
-    after the last read of the path that was there, and before the path's key is known. A path that
-    is walked gets the margins of all its waypoints.
+    A row must not be read in the cycle in which it is written. The flag of a slot and its walked
+    margins are written only while the slot is not read: while its path is being evaluated, after
+    the last read of the path that was there, and before the path's key is known. A path that is
+    walked gets the margins of all its waypoints.
 
-    A slot has a power of two of rows for its first waypoints, and rows after those of all slots
-    for the others: 108 slots of 18 waypoints take 2,008 rows, not the 3,456 of 32 each.
+    A slot has a power of two of rows for its first waypoints; rows for the remaining waypoints
+    follow after the first rows of all slots. So 108 slots of 18 waypoints take 2,008 rows, not the
+    3,456 of 32 each.
 
     Each of the two memories has one port for writes and one for reads, so block RAMs take both: on
     an ECP5, with 108 slots of 18 waypoints, corners of 9 bits and altitudes of 11 or 12, five for
@@ -44,8 +45,8 @@ class PopulationMemory(Unit):
     write : In(write_layout)
         ``valid``: write ``waypoint`` to ``place``, with the margin that it inherits.
     decided : In(decided_layout)
-        ``valid``: the margins of ``slot`` that count are those of the walk if the path there is
-        ``walked``, else those inherited.
+        ``valid``: ``slot`` uses walked margins if the path there is ``walked``, else inherited
+        margins.
     margin : In(margin_layout)
         ``valid``: the walk of a path finds this ``margin`` at ``place``.
     """
@@ -116,9 +117,9 @@ class PopulationMemory(Unit):
 class _Rows:
     """Rows of the waypoints of all slots: a power of two for each slot, then the rest of each.
 
-    Of the rest, too, each slot has a power of two. It begins where the row is a constant above slot
-    and index, so that no row is the result of an addition. Where that takes no fewer rows, a slot
-    has rows for all of its waypoints together.
+    The rest, too, has a power of two of rows for each slot. It begins at a row whose number is a
+    constant above slot and index, so that no row is the result of an addition. Where that takes no
+    fewer rows, a slot has rows for all of its waypoints together.
 
     Parameters
     ----------

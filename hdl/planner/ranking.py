@@ -15,25 +15,25 @@ __all__ = ["Ranking"]
 
 
 class Ranking(Unit):
-    """Sorts the members of a population, and holds those of every island by their ranks.
+    """Sorts the members of a population, and holds the members of every island by rank.
 
     The sorter receives the next population of an island while the present one is read from a
     memory, from which its parents are drawn. ``store`` moves the next one there. That takes
-    ``population`` cycles, from the one after ``store`` on, or from that in which the last member is
-    inserted, if this is later. Then members enter again, and ``busy`` falls.
+    ``population`` cycles, from the cycle after ``store`` or from the cycle in which the last member
+    is inserted, if this is later. Then members enter again, and ``busy`` falls.
 
     Members
     -------
     members : In(stream.Signature(sorted_layout))
-        ``member``, and ``late``: it is after those of its key that are not. Not ready while
-        ``busy``, and after a member as in :class:`pathgene.hdl.planner.sorter.Sorter`.
+        ``member``, and ``late``: it ranks after members with the same key that are not late. Not
+        ready while ``busy``, and after a member as in :class:`pathgene.hdl.planner.sorter.Sorter`.
     store : In(1)
         Pulse: move the population to the memory. In a cycle after its last member is taken, of
         ``population`` or more; the best of them are the population.
     island : In(range(islands))
-        Island that it becomes, with ``store``.
+        Island of the population, with ``store``.
     busy : Out(1)
-        It is being moved: from the cycle after ``store`` on.
+        The population is being moved: from the cycle after ``store`` on.
     dropped : Out(dropped_layout)
         ``valid``: a member too many has left the sorter, and ``slot`` is free: 2 cycles after one
         was taken.

@@ -22,18 +22,18 @@ class RunControl(Unit):
     earlier population is revived, as island 0. Each island of new paths gets a route, seeds, and
     passes that lift its population. Where there are two islands, each is bred for its part of the
     cycles and generations that are left, then the best of both become one population, which is bred
-    to the limits of the run. If these are to wait for a feasible path, the generations do not count
-    until there is one.
+    to the limits of the run. If the limits wait for a feasible path, generations do not count until
+    there is one.
 
-    A generation begins the cycle after ``evolver_ready``, unless a limit was reached in the cycle
-    of that, or the run had been stopped; then the last generation is finished instead. All other
-    numbers of cycles are in :mod:`pathgene.sim.model.planner.run_control_cycles`. A run ends if the
-    units do: ``make formal PROOF=run_control``.
+    A generation begins the cycle after ``evolver_ready``, unless a limit was reached in that cycle,
+    or the run had been stopped; then the last generation is finished instead. All other numbers of
+    cycles are in :mod:`pathgene.sim.model.planner.run_control_cycles`. A run ends if the units do:
+    ``make formal PROOF=run_control``.
 
     Members
     -------
     runs : In(stream.Signature(struct(run_request(config))))
-        A run, and its options. Taken while no other one is ``running``, in cycles with ``phase``.
+        A run, and its options. Taken while no run is ``running``, in cycles with ``phase``.
     stop : In(1)
         Pulse: breed no further generation. Ignored unless ``running``.
     running : Out(1)
@@ -43,15 +43,15 @@ class RunControl(Unit):
     phase : Out(1)
         Alternates, and is 0 in cycle 0 of a run.
     options : Out(struct(run_request(config)))
-        Those of the latest run. Registers.
+        Options of the latest run. Registers.
     cycles, generations : Out(32)
-        Of the latest run, up to now.
+        Counts of the latest run, up to now.
     launch : Out(1)
         Cycle 0: load the random source, empty the memo, scan the blocks.
     clear : Out(1)
         With ``launch``: free all slots.
     source_ready, memo_busy, seeds_busy : In(1)
-        Of the random source, the memo, and the source of seeds.
+        State of the random source, the memo, and the source of seeds.
     find_route : Out(1)
         Pulse: find a route along ``slope``.
     slope : Out(SLOPE_BITS)
@@ -78,8 +78,8 @@ class RunControl(Unit):
     island : Out(range(ISLANDS))
         Steady while a population is filled, bred or merged.
     evolver_ready : In(1)
-        A generation may begin: what was stored, finished or merged is there, if any was. Means
-        nothing in the cycle after a pulse, like what other units say.
+        A generation may begin: any population that was stored, finished or merged is complete.
+        Undefined in the cycle after a pulse, like the answers of all units.
     feasible : In(1)
         With ``evolver_ready``: the best path of the population is feasible.
     """

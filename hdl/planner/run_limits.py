@@ -1,4 +1,4 @@
-"""Limits of a run: its cycles and generations, and those of an island."""
+"""Limits of a run and of an island: cycles and generations."""
 
 from amaranth import *
 from amaranth.lib.wiring import In, Out
@@ -12,10 +12,9 @@ __all__ = ["RunLimits"]
 class RunLimits(Unit):
     """Counts the cycles and generations of a run, and says when to breed no further one.
 
-    ``split`` takes what an island may have: of the cycles that are left, and of the generations of
-    the run, the part ``share / 2**share_bits``, rounded down. ``aim`` sets limits: those of the
-    run, or those of an island, which are its parts above the numbers of now, and at most the
-    greatest.
+    ``split`` takes an island's part: ``share / 2**share_bits`` of the cycles that are left, and of
+    the generations of the run, rounded down. ``aim`` sets the limits of the run, or the limits of
+    an island: the present numbers plus its parts, clamped to the greatest count.
 
     Members
     -------
@@ -26,7 +25,7 @@ class RunLimits(Unit):
     bred : In(1)
         Pulse: a generation is bred.
     stop : In(1)
-        Pulse: nothing more shall be bred. Ignored unless ``running``.
+        Pulse: breed no further generation. Ignored unless ``running``.
     most_cycles, most_generations : In(counter_bits)
     share : In(share_bits)
         Limits of the run, and the share of an island. Steady while ``running``.
@@ -39,13 +38,14 @@ class RunLimits(Unit):
     waits : In(1)
         The limit of generations does not count yet.
     final : In(1)
-        With ``aim``: those of the run. Otherwise the numbers of this cycle and the island's parts.
+        With ``aim``: set the limits of the run, else the numbers of this cycle plus the island's
+        parts.
     reached : Out(1)
         In the cycle before, a limit was reached, or the run had been stopped.
     cycles : Out(counter_bits)
-        Number of this cycle; afterwards, cycles of the run. Stays at its greatest value.
+        Number of this cycle; afterwards, cycles of the run. Saturates.
     generations : Out(counter_bits)
-        Bred before this cycle.
+        Generations bred before this cycle.
     """
 
     counter_bits: Width(1)

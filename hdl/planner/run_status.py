@@ -30,23 +30,22 @@ class RunStatus(Unit):
         Pulse: a run begins.
     running : In(1)
     generations, cycles, score, walk : In(32)
-        Of the latest run.
+        Counts of the latest run.
     planning, sorting, spreading : In(1)
         Children are planned, populations sorted, blocks scanned or routes found.
     bred : In(1)
-        Pulse: a generation begins. ``best`` is that of its population 3 cycles later.
+        Pulse: a generation begins. ``best`` is the key of its population 3 cycles later.
     best : In(KEY_BITS)
         Key of the best path of the population that was bred from last.
     first : In(KEY_BITS)
-        Key of the best path, where there ``is_first`` one.
+        Key of the best path, if ``is_first``.
     is_first : In(1)
     void : In(1)
         Pulse: there are no paths any more.
     status : Out(run_status_layout)
-        Counters stay until the next run. ``running`` follows by a cycle, and with it the counts of
-        what is planned, sorted and spread, so that these are complete once it is low. ``key`` is
-        void until a generation has begun or the run is over, and again from two cycles after
-        ``void`` on.
+        Counters stay until the next run. ``running`` follows by a cycle, and so do the counts of
+        planning, sorting and spreading, which are complete once it is low. ``key`` is void until a
+        generation has begun or the run is over, and again from two cycles after ``void`` on.
     """
 
     def interface(self):
@@ -70,7 +69,7 @@ class RunStatus(Unit):
             status.score.eq(self.score),
             status.walk.eq(self.walk),
         ]
-        # A cycle later, and `running` with them: all is decided late.
+        # Delay all inputs by a cycle: they arrive late.
         launched = Signal()
         m.d.sync += [launched.eq(self.launch), status.running.eq(self.running)]
         counted = {"breed": self.planning, "sort": self.sorting, "wavefront": self.spreading}
@@ -91,7 +90,7 @@ class RunStatus(Unit):
             m.d.sync += key.eq(self.best)
         with m.If(self.is_first):
             m.d.sync += key.eq(self.first)
-        # A cycle later: both are decided late.
+        # Delay both by a cycle: they arrive late.
         voids = Signal()
         m.d.sync += voids.eq(self.launch | self.void)
         with m.If(voids):

@@ -15,17 +15,16 @@ __all__ = ["ShapeDrawer"]
 
 
 class ShapeDrawer(Unit):
-    """Looks at each corner of a shape's box, one a cycle, and writes those in the shape.
+    """Visits the corners of a shape's box, one per cycle, and writes each that is in the shape.
 
-    The corners written are those of :func:`pathgene.sim.model.planner.no_fly.block`, by
-    rows; every other row is drawn backwards, so that the next corner is always a neighbour. The
-    value of an edge gains the edge's fall towards it, which for the first edge, as that bends,
-    loses twice the bend in each step. A corner is in the shape unless the value of an edge is
-    negative.
+    The corners written equal :func:`pathgene.sim.model.planner.no_fly.block`, by rows; every other
+    row is drawn backwards, so that the next corner is always a neighbour. The value of an edge
+    gains the edge's fall towards it, which for the first edge, as that bends, loses twice the bend
+    in each step. A corner is in the shape unless the value of an edge is negative.
 
-    Of a box of n corners, corner k from 0 is written k + 2 cycles after its shape is offered. The
-    shape is taken with the last of them, n + 1 cycles after it is offered, and the next one may be
-    offered in the cycle after: see
+    In a box of n corners, corner k, counted from 0, is written k + 2 cycles after its shape is
+    offered. The shape is taken with the last of them, n + 1 cycles after it is offered, and the
+    next one may be offered in the cycle after: see
     :attr:`pathgene.hdl.protocol.planner.NoFlyShape.drawing_cycles`.
 
     Members
@@ -119,7 +118,7 @@ class ShapeDrawer(Unit):
         steepest = (1 << EDGE_BITS - 1) + most_bend * 2 * (longest + 1)
         lowest = (2 << self.coordinate_bits + EDGE_BITS) + 2 * most_bend * longest**2
         value = Signal(signed(lowest.bit_length() + 1), name="value_0", reset_less=True)
-        # What the value gains in the next step beside and above. In a row that goes back, the signs
+        # Gains of the value in the next step beside and above. In a row that goes back, the signs
         # of the former are opposite, and it still falls by twice the bend in each step.
         beside, above = (
             Signal(signed(steepest.bit_length() + 1), name=name, reset_less=True)

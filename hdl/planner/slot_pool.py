@@ -15,9 +15,9 @@ class SlotPool(Unit):
     """Hands out free slots: unused ones first, then those put back, the oldest first.
 
     After ``clear`` all slots are unused, and handed out from 0 on. So no slot has to be written to
-    start with, and a slot is handed out as late as possible after it was put back: whoever reads it
-    still has until then. A slot is offered 2 cycles after the one before is taken, and 2 cycles or
-    more after it is put back.
+    start with. A slot that was put back is handed out as late as possible, and may be read until
+    then. A slot is offered 2 cycles after the one before is taken, and 2 cycles or more after it is
+    put back.
 
     Members
     -------
@@ -57,7 +57,7 @@ class SlotPool(Unit):
             queue.put.eq(self.put),
             queue.word.eq(self.slot),
             is_unused.eq(unused != self.total),
-            # Whether a slot is taken is known late: the next one follows a cycle later.
+            # `ready` arrives late, so the next slot follows a cycle later.
             queue.words.ready.eq(~self.slots.valid & ~is_unused),
         ]
         with m.If(self.slots.ready):

@@ -14,12 +14,12 @@ class Sorter(Unit):
     """Sorts members by their keys, by insertion, and keeps the best of them.
 
     Members lie in a memory by their ranks, the best in row 0. A new one is compared with the worst
-    first. It passes those that it is above, a row in a cycle, and each of them moves on by a row.
-    If it passes n members, the next one is taken 2 + n cycles after it, or later.
+    first. It passes the members below it, a row per cycle, and each of them moves on by a row. If
+    it passes n members, the next one is taken 2 + n cycles after it, or later.
 
-    Of equal keys, those that are not ``late`` come first; of equals in that, too, the earlier. Once
-    ``capacity`` members are inside, the worst is dropped for each further one, or that one itself
-    if it passes none. A worst one that is dropped is passed, too.
+    Among equal keys, members that are not ``late`` come first; if that is equal too, the earlier
+    member comes first. Once ``capacity`` members are inside, each further one drops the worst
+    member, or is dropped itself if it passes none. A worst member that is dropped counts as passed.
 
     Members
     -------
@@ -28,8 +28,8 @@ class Sorter(Unit):
     empty : In(1)
         Pulse: let all leave. In a cycle after the last member was taken, of ``capacity`` or more.
     emptying : Out(1)
-        From the cycle after ``empty`` until the last row has been read: ``capacity`` cycles, and
-        those before in which the last member is inserted.
+        From the cycle after ``empty`` until the last row has been read: ``capacity`` cycles,
+        preceded by the cycles in which the last member is inserted.
     left : Out(left_layout)
         ``valid``: a member has left, from the best to the worst, in the ``capacity`` cycles that
         end with the one after ``emptying``. ``rank``, ``key`` and ``tag`` are its own.
@@ -97,7 +97,7 @@ class Sorter(Unit):
             self.dropped.tag.eq(Mux(passes, held.tag, entering.tag)),
         ]
 
-        # Whether there is a member is known late.
+        # `valid` arrives late.
         with m.If(self.members.ready):
             m.d.sync += entering.eq(self.members.p)
         # A member that stops is in the row after the one compared; the worst is read next.

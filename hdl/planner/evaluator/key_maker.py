@@ -20,7 +20,7 @@ __all__ = ["KeyMaker"]
 class KeyMaker(Unit):
     """Gives each path its key, in the order of the decisions.
 
-    The key of a path follows its decision by 3 cycles, or the result of its walk if it is walked;
+    The key of a path follows its decision, or the result of its walk if it is walked, by 3 cycles;
     or it follows the key before by a cycle, if that is later. It waits while a key is not taken.
 
     A path that is not walked is infeasible or given up, with the value of its score. One that is
@@ -30,9 +30,9 @@ class KeyMaker(Unit):
     Members
     -------
     decision : In(decision_layout)
-        At most 16 that have no key yet.
+        At most 16 decisions without a key are pending.
     result : In(result_layout)
-        Of each path that is walked, in the order of the decisions, and after them.
+        Walk of each path that is walked, in the order of the decisions, and after its decision.
     evaluated : Out(stream.Signature(member_layout))
     """
 

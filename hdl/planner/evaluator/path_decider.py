@@ -12,7 +12,7 @@ __all__ = ["PathDecider"]
 
 
 class PathDecider(Unit):
-    """Decides by the score of a path and by what came with it; its decision follows by a cycle.
+    """Decides by the score and the head of a path; the decision follows by a cycle.
 
     While the best path of its population is feasible, a path is not walked if it is infeasible by
     its score, or if its value is not below its limit. Every other path is walked.

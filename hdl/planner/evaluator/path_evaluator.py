@@ -23,8 +23,8 @@ from pathgene.hdl.protocol.planner import MEMO_ROWS
 
 __all__ = ["PathEvaluator"]
 
-#: Heads that wait for the points of their paths: more than the breeder makes ahead, 16 points with
-#: four or more for each path.
+#: Heads that wait for the points of their paths. The breeder is ahead by fewer: by 16 points, with
+#: at least four for each path.
 _HEADS = 8
 #: Members of the walker that are passed on.
 _PASSED = ("clear", "busy", "writes", "row", "corners")
@@ -40,8 +40,8 @@ class PathEvaluator(Unit):
     A path is decided on a cycle after its score. If it is not walked, its key is offered 3 cycles
     later, or in the cycle after the key before it. If it is walked, its first segment is offered to
     the walker 3 cycles after the decision, and its key 3 cycles after the result of the walk, or in
-    the cycle after the key before it is taken. All cycles equal those of
-    :func:`pathgene.sim.model.planner.cycles.enter`, the keys those of
+    the cycle after the key before it is taken. Cycles equal
+    :func:`pathgene.sim.model.planner.cycles.enter`, keys
     :func:`pathgene.sim.model.planner.evaluation.evaluate`.
 
     3 cycles before the key of a path is offered, or earlier, the path is ``decided``, and its last
@@ -64,7 +64,8 @@ class PathEvaluator(Unit):
     decided : Out(decided_layout)
         ``valid``: the path of ``slot`` is decided on, and ``walked`` or not. In the order of paths.
     margin : Out(margin_layout)
-        ``valid``: the margin of a waypoint. Of all waypoints of each path that is walked, in order.
+        ``valid``: the margin of a waypoint. Each path that is walked gives all its margins, in
+        order.
     idle : Out(1)
         No path is inside, and no head waits.
     clear_counters : In(1)
@@ -168,7 +169,7 @@ class PathEvaluator(Unit):
             self.margin.margin.eq(walker.margin.margin),
         ]
 
-        # A cycle later: it is decided late.
+        # A cycle later, since the pulse arrives late.
         clears = Signal()
         m.d.sync += clears.eq(self.clear_counters)
         counted = ((self.score, self.scorer.launcher.valid), (self.walk, walker.launching))

@@ -37,16 +37,16 @@ class PathStore(Unit):
     Members
     -------
     has_entry : In(1)
-        The records of each path begin with that of its start. Steady.
+        The records of each path begin with the record of its start. Steady.
     head : In(head_layout)
-        Of the path whose first point was taken in the cycle before.
+        Head of the path whose first point was taken in the cycle before.
     taken : In(taken_layout)
     record : In(chord_record_layout)
     path : Out(kept_layout)
         The path that is scored next, from the second cycle after its goal, and after its first
         record, until ``scored``.
     scored : In(1)
-        The score of the path is there. At least 2 cycles after it was for the path before.
+        The path is scored, at least 2 cycles after the path before.
     read : In(read_layout)
     row : Out(stored_layout)
         The row read last, from the cycle after ``read.enable`` on.
@@ -117,7 +117,7 @@ class PathStore(Unit):
                 recorded.eq(recorded + record.last),
             ]
 
-        # Of each place: head, length, and whether there is a chord at the start.
+        # For each place: head, length, and whether there is a chord at the start.
         scored = Signal(PLACE_BITS)
         path = Signal(self.path.shape(), reset_less=True)
         m.d.comb += self.path.eq(path)

@@ -55,7 +55,7 @@ def fitted_layout(widths: Widths) -> data.StructLayout:
 class ArcFitter(Unit):
     """Finds the arcs that fit.
 
-    An arc fits where its tangent and those of its neighbours leave each of its two segments a
+    An arc fits if its tangent and the tangents of its neighbours leave each of its two segments a
     length of 0 or more. So a segment, with the arc at its end, leaves as the second slot after its
     own comes in, or in the two slots after the last of a path, whatever comes in then. That is
     always in time: the first two slots of a path have nothing to send.
@@ -76,7 +76,7 @@ class ArcFitter(Unit):
         1 in the second cycle of every slot.
     valid : In(1)
     turn : In(turn_layout)
-        The tangent is that of the turn into the segment; 0 in the first two slots of a path.
+        The tangent belongs to the turn into the segment; 0 in the first two slots of a path.
     moves : Out(1)
         The window moves on at the end of this slot of the input: the points of
         :class:`pathgene.hdl.planner.scorer.arc_placer.ArcPlacer` move with it.
@@ -110,9 +110,9 @@ class ArcFitter(Unit):
         sends, follows = Signal(), Signal()  # The second is a segment; the one before, a slot.
         draining = Signal(2)
 
-        # After the last point, and at the first of the next path, no arc takes anything.
+        # After the last point, and at the first point of the next path, there is no tangent.
         tangent = Signal(self.widths.tangent)
-        # What the tangent of the turn into the segment before leaves of it.
+        # Length of the segment before, less the tangent of the turn into it.
         left = Signal(signed(self.widths.tangent + 1), reset_less=True)
         # Whether it leaves enough: found in the first cycle of a slot, for the second.
         room, room_before = Signal(reset_less=True), Signal(reset_less=True)

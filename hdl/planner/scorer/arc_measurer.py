@@ -34,7 +34,7 @@ _STEP_BITS = max(after - before for before, after in pairwise(_TURNS)).bit_lengt
 class ArcMeasurer(Unit):
     """Measures an arc in every slot.
 
-    Where the tangent length is 0 or the arc does not fit, the numbers mean nothing.
+    If the tangent length is 0 or the arc does not fit, the numbers are undefined.
 
     Source: step 3 of the score in ``docs/chip_planner.md``.
 
@@ -50,7 +50,7 @@ class ArcMeasurer(Unit):
     half_turn : In(widths.half_turn)
     tangent : In(widths.length)
     length, next_length : In(widths.length)
-        Of the segments before and after the arc.
+        Lengths of the segments before and after the arc.
     radius : In(RADIUS_BITS)
     back, on : Out(widths.share)
         Tangent as shares of these segments.

@@ -25,8 +25,8 @@ class ArcPlacer(Unit):
     """Places an arc's ends on the two segments that meet at its waypoint.
 
     The window of three points moves on where
-    :class:`pathgene.hdl.planner.scorer.arc_fitter.ArcFitter` says so; the arc is that of the point
-    in the middle.
+    :class:`pathgene.hdl.planner.scorer.arc_fitter.ArcFitter` says so; the arc is at the point in
+    the middle.
 
     Source: steps 3 and, for chords, "The score" in ``docs/chip_planner.md``.
 

@@ -36,7 +36,7 @@ def laid_layout(widths: Widths) -> data.StructLayout:
 
 
 class PathPricer(Unit):
-    """Adds up what the pieces of a path cost: what arcs leave of its segments, and the arcs.
+    """Adds up the costs of a path's pieces: its arcs, and the straight rest of its segments.
 
     Attributes
     ----------
@@ -108,7 +108,7 @@ class PathPricer(Unit):
 
     def _price(self, m, stages, laid):
         """Return the costs of segment and arc, a pair."""
-        # Where the arc before ends.
+        # Altitude at which the arc before ends.
         altitude = Signal(self.widths.part, reset_less=True)
         taken = Signal(self.widths.length, reset_less=True)
         with m.If(self.phase & self.valid):
@@ -137,7 +137,7 @@ class PathPricer(Unit):
         beyond = Timed(C(0, 1), value.time, Kind.STEADY)
         shift = Timed(self.key_shift, 0, Kind.STEADY)
         for number, low in enumerate((4, 2, 0)):
-            # What no later stage shifts into the value need not be kept.
+            # Discard bits that no later stage shifts into the value.
             kept = VALUE_BITS + (1 << low) - 1
             shifted = stages.compute(
                 f"shifted_{number}",

@@ -13,7 +13,7 @@ from pathgene.hdl.protocol.planner import POSITION_FRACTION, STEEP, VALUE_BITS
 
 __all__ = ["PenaltyCounter", "judged_layout"]
 
-#: A length of one cell: an arc that is too steep counts at least so much.
+#: A length of one cell: the minimum that counts for an arc that is too steep.
 _CELL = 1 << POSITION_FRACTION
 
 #: A missing arc counts as an eighth of the path.
@@ -21,7 +21,7 @@ _SHARE_SHIFT = 3
 
 
 def judged_layout(widths: Widths) -> data.StructLayout:
-    """Return the layout of a segment and the arc at its end with what is wrong with them.
+    """Return the layout of a segment and the arc at its end, with their faults.
 
     ``first``, ``last`` (segment of its path), ``steep`` (the segment is), ``excess`` (of a steep
     one), ``sharp`` (the arc does not fit), ``steep_arc`` (the arc is), ``length``, ``arc_length``.
@@ -60,7 +60,7 @@ class PenaltyCounter(Unit):
     valid : In(1)
     judged : In(judged_layout)
     penalty : Out(VALUE_BITS)
-        Ends at its greatest value.
+        Saturates at its greatest value.
     """
 
     widths: InstanceOf(Widths)
@@ -120,5 +120,5 @@ class PenaltyCounter(Unit):
 
 
 def _at_least_a_cell(length):
-    """Return a length, or that of a cell if it is shorter."""
+    """Return a length, or one cell if the length is shorter."""
     return Mux(length[POSITION_FRACTION:].any(), length, _CELL)

@@ -31,14 +31,14 @@ class PointLauncher(Unit):
     phase : In(1)
         1 in the second cycle of every slot.
     points : In(stream.Signature(point_layout))
-        Those of a path from its start corner to its goal corner, two or more.
+        Points of a path from its start corner to its goal corner, two or more.
     room : In(1)
         A path may begin.
     has_entry, has_exit : In(1)
         There is a point before the start, or after the goal.
     start, goal, entry, exit : In(place_layout)
-        Places of a path's ends. The corners of start and goal are among the points; those of entry
-        and exit are the nearest. All steady from the cycle in which a path's first point is taken.
+        Places of a path's ends. The corners of start and goal are among the points; entry and exit
+        use the nearest corners. All steady from the cycle in which a path's first point is taken.
     x_limit, y_limit : In(widths.coordinate)
         Highest corner, of entry and exit as well.
     launches : Out(1)
@@ -83,7 +83,7 @@ class PointLauncher(Unit):
 
         # The next point, which waits for its slot, and whether it is the start of a path.
         kept, full, opens = Signal(self.point_layout, reset_less=True), Signal(), Signal(init=1)
-        # The next slot begins a path, or is that of an exit.
+        # The next slot begins a path, or holds an exit.
         begins, exits = Signal(init=1), Signal()
         enters, may, leaves, uses, had_room = Signal(), Signal(), Signal(), Signal(), Signal()
         m.d.sync += had_room.eq(self.room)

@@ -1,7 +1,7 @@
 """Times of values in a pipeline that takes a segment every two cycles.
 
-The scorer has no stalls: what enters a stage leaves it a fixed number of cycles later. A *slot* is
-two cycles, told apart by ``phase``, and a segment enters in every slot. Its values are of four
+The scorer has no stalls: a value leaves a stage a fixed number of cycles after it enters. A *slot*
+is two cycles, told apart by ``phase``, and a segment enters in every slot. Its values are of four
 kinds:
 
 - *steady* through a run: the fields of the problem's record;
@@ -70,7 +70,7 @@ class Schedule:
         self._delays = 0
 
     def at(self, timed: Timed, time: int) -> Value:
-        """Return a value as it is at ``time``, delayed as long as that takes."""
+        """Return a value delayed to ``time``."""
         if timed.kind is Kind.STEADY:
             return timed.value
         held = timed.kind is Kind.HELD
@@ -80,7 +80,7 @@ class Schedule:
         return self._delay(timed.value, steps, step) if steps else timed.value
 
     def together(self, time: int, *held: Timed) -> list[Timed]:
-        """Return held values as they are in the slot at ``time``, delayed in one memory."""
+        """Return held values in the slot at ``time``, delayed in one memory."""
         assert time % 2 == 0
         assert all(each.kind is Kind.HELD for each in held)
         latest = max(each.time for each in held)
@@ -145,7 +145,7 @@ class Schedule:
         return Timed(getattr(unit, output), time + unit.latency, kind)
 
     def _meet(self, inputs) -> tuple[int, Kind]:
-        """Return the first time at which all inputs are there, and the kind of what they make."""
+        """Return the first time at which all inputs are there, and the kind of their result."""
         kinds = {each.kind for each in inputs}
         time = max(each.time for each in inputs)
         if Kind.PAIR not in kinds:

@@ -56,7 +56,7 @@ def score_layout() -> data.StructLayout:
 def chord_record_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
     """Return the layout of the chord at the end of a segment: ``valid`` for a cycle, with the rest.
 
-    ``last``: the segment is that of its path. ``present``: there is a chord, from ``start`` to
+    ``last``: the segment is the last of its path. ``present``: there is a chord, from ``start`` to
     ``stop``, and never at the end of the last segment.
     """
     corner = corner_layout(coordinate_bits, altitude_bits)
@@ -68,7 +68,7 @@ class Scorer(Unit):
 
     The entry of the record is the first point of every path, before those that come in, and the
     exit the last. A path of m points, these included, takes 2 m cycles, and the next one follows at
-    once. Nothing inside waits, and what comes out must be taken.
+    once. Nothing inside waits, and every output must be taken.
 
     *Launch.* ``launches`` is set for a path in the first cycle with ``phase`` in which its first
     point has been taken in an earlier cycle, its second is offered, there was ``room`` in the cycle
@@ -78,15 +78,14 @@ class Scorer(Unit):
     counted from 0, of a path launched in cycle L. In that cycle the next point is taken, unless it
     is late; where none is kept, at once.
 
-    *Results.* Of a path launched in cycle L, none of whose points is late, the record of segment j,
-    counted from 0, is there in cycle ``L + chord_latency + 2 j``, and the score ``score_latency``
-    cycles after the record of the last segment. In the default sizes these are 87 and 56 cycles: a
-    path of m points is scored in cycle ``L + 2 m + 139``. A late point delays its slot and all
-    after it by two cycles or a multiple. ``sim/model/planner/scorer_cycles.py`` has the same
-    counts.
+    *Results.* If no point of a path is late, and the path is launched in cycle L, the record of
+    segment j, counted from 0, is given in cycle ``L + chord_latency + 2 j``, and the score
+    ``score_latency`` cycles after the record of the last segment. In the default sizes these are 87
+    and 56 cycles: a path of m points is scored in cycle ``L + 2 m + 139``. A late point delays its
+    slot and all after it by two cycles or a multiple. ``sim/model/planner/scorer_cycles.py`` has
+    the same counts.
 
-    A score has what :func:`pathgene.sim.model.planner.evaluation.evaluate`
-    needs besides the walk.
+    A score and a walk are all that :func:`pathgene.sim.model.planner.evaluation.evaluate` needs.
 
     Source: ``docs/chip_planner.md``, "The score".
 
@@ -107,8 +106,8 @@ class Scorer(Unit):
     room : In(1)
         A path may begin with the slot after this one. Counts in the first cycle of a slot.
     points : In(stream.Signature(point_layout))
-        Points of paths, path after path: start corner, waypoints, goal corner. A path has
-        two points or more, and at most those of its configuration.
+        Points of paths, path after path: start corner, waypoints, goal corner. A path has at least
+        two points, and at most the maximum of the configuration.
     launches : Out(1)
         Pulse, in the second cycle of a slot: a path begins with the next slot.
     chord : Out(chord_record_layout)
@@ -264,7 +263,7 @@ class Scorer(Unit):
         self._judge(m, stages, valid, laid)
 
     def _judge(self, m, stages, valid, laid):
-        """Add what makes a score; times begin with the slot of ``laid``."""
+        """Add the stages from arcs to a score; times begin with the slot of ``laid``."""
         slopes, penalties = self.arc_slopes, self.penalties
         judging = slopes.latency
         wrong = {
@@ -293,7 +292,7 @@ class Scorer(Unit):
         ]
 
     def _flags(self, m, flag, slots, name):
-        """Return ``flag`` and what it was in each of so many slots before, cleared by a reset."""
+        """Return ``flag``, and its values of the ``slots`` slots before, cleared by a reset."""
         earlier = Signal(slots, name=f"{name}_flags")
         with m.If(self.phase):
             m.d.sync += earlier.eq(Cat(flag, earlier))

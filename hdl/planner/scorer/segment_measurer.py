@@ -23,8 +23,8 @@ def place_layout(widths: Widths) -> data.StructLayout:
 class SegmentMeasurer(Unit):
     """Measures the segment from the point before to each point.
 
-    A place is taken in every slot in which ``valid`` is set; other slots do not count. What is
-    measured at the first point of a path is that of no segment.
+    A place is taken in every slot in which ``valid`` is set; other slots do not count. The result
+    at the first point of a path belongs to no segment.
 
     Source: step 1 of the score in ``docs/chip_planner.md``.
 

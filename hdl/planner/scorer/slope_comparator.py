@@ -13,7 +13,7 @@ __all__ = ["SlopeComparator"]
 
 
 class SlopeComparator(Unit):
-    """Tells whether what rises by ``rise`` over ``length`` is too steep, and by how much.
+    """Tells whether a ``rise`` over a ``length`` is too steep, and by which excess.
 
     Attributes
     ----------
@@ -30,8 +30,7 @@ class SlopeComparator(Unit):
         Limits of slopes upwards and downwards.
     steep : Out(1)
     excess : Out(rise_bits - fraction + EXCESS_BITS)
-        Of what is too steep: by how much it rises or falls too much, in quarters of a part, rounded
-        down.
+        Excess rise or fall of a slope that is too steep, in quarters of a part, rounded down.
     """
 
     length_bits: Width(1)

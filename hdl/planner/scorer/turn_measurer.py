@@ -34,7 +34,7 @@ class TurnMeasurer(Unit):
         1 in the second cycle of every slot.
     valid : In(1)
     first : In(1)
-        The slot is that of a path's first point.
+        The slot holds a path's first point.
     dx, dy : In(signed(widths.side))
     length : In(widths.length)
     radius : In(RADIUS_BITS)
@@ -109,7 +109,7 @@ class TurnMeasurer(Unit):
 
     def _divide(self, stages, cross, along, turns):
         """Return the tangent of half the turn, and the tangent length, held."""
-        # No divisor but one above 0 is greater than this.
+        # Only a divisor above 0 is greater than this.
         sharp = stages.compute(
             "sharp", lambda cross, along: (cross >> SHARPEST_BITS) >= along, cross, along
         )

@@ -1,7 +1,7 @@
 """Widths of the numbers of a score, from the greatest values that they take.
 
-A score of the model is exact; so is the gateware's, with the fewest bits that hold every value.
-Wherever an arc does not fit, its numbers mean nothing and may lose bits.
+A score of the model is exact; so is the gateware's, with the fewest bits that hold every value. If
+an arc does not fit, its numbers are undefined and may lose bits.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Widths:
     Parameters
     ----------
     coordinate, altitude : int
-        Of a waypoint.
+        Widths of a waypoint's coordinate and altitude.
     waypoints : int
         Maximum waypoints of a path.
     """
@@ -62,7 +62,7 @@ class Widths:
 
     @property
     def segments(self) -> int:
-        """Maximum segments of a path, those from the entry and to the exit included."""
+        """Maximum segments of a path, segments from the entry and to the exit included."""
         return self.arcs + 1
 
     @property

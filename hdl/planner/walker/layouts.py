@@ -39,7 +39,7 @@ def identity_layout(row_bits: int) -> data.StructLayout:
 def segment_request_layout(
     coordinate_bits: int, altitude_bits: int, identity: ShapeLike
 ) -> data.StructLayout:
-    """Return the layout of a segment by its ends, and what goes with it."""
+    """Return the layout of a segment by its ends, with its ``identity``."""
     corner = corner_layout(coordinate_bits, altitude_bits)
     return data.StructLayout({"start": corner, "stop": corner, "identity": identity})
 
@@ -47,9 +47,9 @@ def segment_request_layout(
 def walked_layout(
     coordinate_bits: int, altitude_bits: int, identity: ShapeLike
 ) -> data.StructLayout:
-    """Return the layout of the facts that a walk found: ``valid`` for a cycle, with the rest.
+    """Return the layout of the results of a walk: ``valid`` for a cycle, with the rest.
 
-    ``hits``: corners that collide. ``margin``: least altitude above the ground, in steps.
+    ``hits``: corners that collide. ``margin``: minimum altitude above the ground, in steps.
     """
     return data.StructLayout(
         {

@@ -17,7 +17,7 @@ def reduction_latency(lanes: int) -> int:
     """Return the cycles that a :class:`MarginReducer` takes.
 
     One for the margin of each corner, one for each level of a tree over the lanes, one to add the
-    group to those before.
+    group to the groups before.
     """
     return 2 + exact_log2(lanes)
 
@@ -26,8 +26,8 @@ class MarginReducer(Unit):
     """Counts the corners of a segment that collide, and finds its minimum margin.
 
     The margin of a corner is the altitude of the segment above the ground there. A corner whose
-    ground has the top altitude is blocked: it collides and has no margin. A segment without any has
-    the top altitude as its margin. ``walked`` follows the last group of its segment by
+    ground has the top altitude is blocked: it collides and has no margin. A segment without margins
+    has the top altitude as its margin. ``walked`` follows the last group of its segment by
     :func:`reduction_latency`.
 
     Members
@@ -36,7 +36,7 @@ class MarginReducer(Unit):
     valid : In(lanes)
         Lanes that have a corner.
     altitudes, grounds : In(altitude_bits).array(lanes)
-        Of each lane's corner: altitude of the segment, and ground.
+        Altitude of the segment and of the ground, at the corner of each lane.
     walked : Out(walked_layout)
     """
 

@@ -1,12 +1,12 @@
 """Memo of segments: hits and margins of segments walked before, by their ends.
 
 The table has two halves. Tags, the ends of the segments, are read before the walker, and values,
-hits and margins, after it. A row takes the tag of every segment that is looked up in it, at once:
-a segment that is answered finds its own tag, and another one is about to be walked. Segments pass
-the walker in their order, and values are read and written in that order. So a row has the value of
-a segment by the time that a later one with the same tag reads it, and still has it if another one
-has taken the row meanwhile. The answer to a look-up depends on the segments before it alone, not on
-how long they take.
+hits and margins, after it. A row takes the tag of every segment that is looked up in it, at once: a
+segment that is answered finds its own tag, and any other segment is about to be walked. Segments
+pass the walker in their order, and values are read and written in that order. So a row has the
+value of a segment by the time that a later one with the same tag reads it, and still has it if
+another one has taken the row meanwhile. The answer to a look-up depends only on the segments before
+it, not on the cycles that they take.
 """
 
 import itertools
@@ -42,11 +42,11 @@ class Memo(Unit):
     """Direct-mapped table of segments, with whole tags: it never answers for another segment.
 
     A segment is looked up each cycle, and found 3 cycles after it is taken. If ``answered``, its
-    hits and margin are known and take the place of what comes back as ``walked``; else what comes
-    back is kept. ``results`` follow ``walked`` by 2 cycles. All segments found come back, in order.
+    stored hits and margin replace the values that come back as ``walked``; else these values are
+    stored. ``results`` follow ``walked`` by 2 cycles. All segments found come back, in order.
 
-    Rows of an epoch before the present one are void. ``clear`` begins a new epoch; when their
-    numbers are used up, and after a reset, all rows are made void, one a cycle.
+    Rows of an epoch before the present one are void. ``clear`` begins a new epoch; when the numbers
+    of epochs are used up, and after a reset, all rows are made void, one per cycle.
 
     On a target the table is block RAMs: with 512 rows and 60 bits of ends, two for tags and one for
     values.
@@ -144,7 +144,7 @@ class Memo(Unit):
         return Cat(reduce(xor, mixed[bit :: self.row_bits]) for bit in range(self.row_bits))
 
     def _look_up(self, m, stages, full, moves):
-        """Compare the tags of the rows, and put those of the segments in their place."""
+        """Compare the tags of the rows, and replace them with the tags of the segments."""
         asked, taken, last = stages
         present = Signal(self.epoch_bits)
         void = (1 << self.epoch_bits) - 1
@@ -175,7 +175,7 @@ class Memo(Unit):
             )
         )
 
-        # Void rows are those of the last epoch, which is never the present one.
+        # Void rows belong to the last epoch, which is never the present one.
         sweeping = Signal(init=1)
         swept = Signal(self.row_bits)
         m.d.comb += [
@@ -194,7 +194,7 @@ class Memo(Unit):
                 m.d.sync += present.eq(present + 1)
 
     def _exchange_values(self, m):
-        """Keep the walked results, and give the known ones of the other segments."""
+        """Store walked results, and give stored results to answered segments."""
         walked, results = self.walked, self.results
         value = Cat(walked.hits, walked.margin)
         given = delay_line(m, value, 2, "given")

@@ -1,4 +1,4 @@
-"""Hits of paths, and margins of their waypoints, from those of their segments and chords."""
+"""Hits of paths and margins of their waypoints, reduced from segments and chords."""
 
 from amaranth import *
 from amaranth.lib import data
@@ -14,7 +14,7 @@ __all__ = ["PathReducer", "margin_layout", "result_layout"]
 def margin_layout(altitude_bits: int, index_bits: int) -> data.StructLayout:
     """Return the layout of the margin of a waypoint: ``valid`` for a cycle, with the rest.
 
-    ``index``: its position in its path, 0 the first waypoint behind the start.
+    ``index``: its position in its path, 0 the first waypoint after the start.
     """
     return data.StructLayout({"valid": 1, "index": index_bits, "margin": signed(altitude_bits + 1)})
 
@@ -30,8 +30,8 @@ def result_layout(hits_bits: int) -> data.StructLayout:
 class PathReducer(Unit):
     """Adds up the hits of a path, and gives the margin of each of its waypoints.
 
-    The margin of a waypoint is the least of its two segments and its chord; it is given with the
-    segment after it. With ``first``, hits after the first segment or chord that collides do not
+    The margin of a waypoint is the minimum over its two segments and its chord; it is given with
+    the segment after it. With ``first``, hits after the first segment or chord that collides do not
     count; margins always do. Outputs follow ``walked`` by a cycle.
 
     Members
@@ -40,7 +40,7 @@ class PathReducer(Unit):
         Segments and chords of the paths in order, with their marks.
     margin : Out(margin_layout)
     result : Out(result_layout)
-        Of each path, with its last margin or later.
+        Result of each path, with its last margin or later.
     """
 
     coordinate_bits: Width(1)

@@ -27,7 +27,7 @@ class PathWalker(Unit):
     do, and the memo does not depend on how many cycles a result takes.
 
     A segment is launched 5 cycles after it is offered, or later if segments before it are still
-    launched. ``result`` follows the last group of a path by ``latency`` cycles. See
+    being launched. ``result`` follows the last group of a path by ``latency`` cycles. See
     :mod:`pathgene.sim.model.planner.walker_cycles`.
 
     Attributes
@@ -45,7 +45,7 @@ class PathWalker(Unit):
     margin : Out(margin_layout)
         Margins of all waypoints, path by path.
     result : Out(result_layout)
-        Of each path, in order, with its last margin or later.
+        Result of each path, in order, with its last margin or later.
     launching : Out(1)
         A group of corners, or an answer of the memo, was launched, some cycles ago: as many cycles
         are high as the segments cost.

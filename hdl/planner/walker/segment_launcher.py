@@ -32,10 +32,10 @@ def launch_layout(identity: data.StructLayout) -> data.StructLayout:
 class SegmentLauncher(SegmentShaper):
     """Launches segments, back to back.
 
-    A segment waits for its turn in two stages, those of
-    :class:`pathgene.hdl.feasibility.parallel.segment_setup.SegmentSetup`. From the second it is
-    launched: a group of its corners a cycle, or a single empty one if the memo answers for it; then
-    the next segment. Nothing after this unit waits. A segment is launched 2 cycles after it is
+    A segment waits for its turn in two stages, as in
+    :class:`pathgene.hdl.feasibility.parallel.segment_setup.SegmentSetup`. The second stage launches
+    it: one group of corners per cycle, or a single empty group if the memo answers for it. Then the
+    next segment follows. Nothing after this unit waits. A segment is launched 2 cycles after it is
     taken, or later if it is not yet its turn.
 
     Members

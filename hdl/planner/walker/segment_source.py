@@ -34,13 +34,14 @@ def read_layout(place_bits: int, row_bits: int) -> data.StructLayout:
 class SegmentSource(Unit):
     """Reads stored paths, and makes segments of their points: each path without a gap.
 
-    A row is a point and the chord there, row 0 that of the start. Every other row makes the segment
-    from the point before, and then the chord if it is present. Row 0 makes the chord alone, and is
-    read only if there is one, so that each row read makes a segment. Rows are read ahead of their
-    turn, those of the next path too.
+    A row is a point and the chord there; row 0 belongs to the start. Every further row makes the
+    segment from the point before, and then the chord if it is present. Row 0 makes the chord alone,
+    and is read only if there is one, so that each row read makes a segment. Rows are read ahead of
+    their turn, also across the end of a path.
 
-    The first segment of a path is offered 2 cycles after the path, or later if those before it are
-    not taken. After that a segment is offered in every cycle, and the next path follows at once.
+    The first segment of a path is offered 2 cycles after the path, or later if segments before it
+    are not taken. After that a segment is offered in every cycle, and the next path follows at
+    once.
 
     Members
     -------
@@ -76,7 +77,7 @@ class SegmentSource(Unit):
         path, segments = self.paths.p, self.segments
         marks = segments.p.identity
 
-        # Which row a word is: the first one of its path, that of the start, the one after it.
+        # Kind of a word's row: the first of its path, the row of the start, the row after it.
         label_layout = data.StructLayout({"begins": 1, "start": 1, "leaves": 1, "first": 1})
         word_layout = data.StructLayout({"row": self.row.shape(), "label": label_layout})
         loaded, offered = Signal(), Signal()  # A row is in the read port, and in ``word``.

@@ -1,4 +1,4 @@
-"""Walker of segments: how many corners collide, and the minimum margin."""
+"""Walker of segments: counts the corners that collide, and finds the minimum margin."""
 
 from amaranth import *
 from amaranth.lib import stream
@@ -26,15 +26,15 @@ __all__ = ["SegmentWalker"]
 class SegmentWalker(Unit):
     """Walks segments over the lattice of corners, ``lanes`` corners a cycle.
 
-    Corners, altitudes, hits and margin are those of
+    Corners, altitudes, hits and margin equal
     :func:`pathgene.sim.model.planner.definition.walk.walk`. A segment of n corners takes n /
     ``lanes`` cycles, rounded up, and one that the memo has answered takes a cycle and reaches no
     corner; the next one follows right after. A segment is launched 2 cycles after it is taken, or
-    later if others are before it. ``walked`` follows the cycle of its last group by ``latency``
-    cycles: two for slopes and lanes, ``memory_latency + 3`` for the ground, the others
-    (:func:`pathgene.hdl.planner.walker.margin_reducer.reduction_latency`) to reduce it.
+    later if segments before it are still being launched. ``walked`` follows the cycle of its last
+    group by ``latency`` cycles: two for slopes and lanes, ``memory_latency + 3`` for the ground,
+    and :func:`pathgene.hdl.planner.walker.margin_reducer.reduction_latency` to reduce it.
 
-    The map is that of the parallel checker, :class:`TerrainMemory`. While nothing is walked, the
+    The map is a :class:`TerrainMemory`, as in the parallel checker. While nothing is walked, the
     lanes' ports give a row of neighbouring corners a cycle.
 
     Source: *allaire two-tier*, section 5.3. Differs: corners, half steps, and margins.

@@ -22,8 +22,8 @@ class BlockMap(Unit):
     """Minimum ground and lowest corner of each block, scanned again where the map has changed.
 
     A write to the map marks its block. A scan reads the marked blocks, a row of ``lanes`` corners
-    in a cycle, and skips the others, a block in a cycle. With another ``block_shift`` than at the
-    scan before, all blocks count as marked. ``busy`` is high for as many cycles as
+    per cycle, and skips unmarked blocks, one per cycle. If ``block_shift`` differs from the scan
+    before, all blocks count as marked. ``busy`` is high for as many cycles as
     :func:`pathgene.sim.model.planner.wavefront_cycles.scanning` says. Equals ``least`` and
     ``lowest`` of :func:`pathgene.sim.model.planner.definition.wavefront.blocks_of`; corners beyond
     the map are blocked.
@@ -87,7 +87,7 @@ class BlockMap(Unit):
         # Cycles from the last block's number to its record in the memory.
         drain = behind + 2
 
-        # Marks, a row of blocks in a word; `scanned_shift` is that of the marks.
+        # Marks, a row of blocks in a word, which count with the block shift `scanned_shift`.
         m.submodules.marks = marks = memory.Memory(shape=BLOCKS, depth=BLOCKS, init=[])
         mark_write, mark_read = marks.write_port(), marks.read_port(domain="comb")
         scanned_shift, is_scanned = Signal.like(shift), Signal()

@@ -1,7 +1,7 @@
 """A pass over the blocks, a block in every cycle.
 
-A block's new cost follows from its own, from those of the row before and from that of the block
-just done. All but the last are summed and compared ahead; what remains for the last cycle is one
+A block's new cost follows from its own cost, from costs of the row before, and from the cost of the
+block just done. All but the last are summed and compared ahead, so the last cycle has only one
 comparison beside one sum.
 """
 
@@ -35,12 +35,12 @@ def surface_layout(altitude_bits: int) -> data.StructLayout:
 
 
 class Relaxer(Unit):
-    """Lowers the cost of each free block to what it is by way of a neighbour.
+    """Lowers the cost of each free block to the cost by way of a neighbour, if that is lower.
 
-    A pass takes 1,024 cycles and those of the pipeline: ``busy`` is high for
+    A pass takes 1,024 cycles plus the cycles of the pipeline: ``busy`` is high for
     :attr:`pass_cycles` - 1 cycles from the one after ``launch``. It goes over the blocks by rows,
-    forwards or backwards; the neighbours of a block are the four that the pass has come by. No
-    cost of a block exceeds 2**30, that of one without a way.
+    forwards or backwards; the neighbours of a block are the four that the pass has already visited.
+    No cost of a block exceeds 2**30, the cost of a block without a way.
 
     Equals half a sweep of ``spread`` of :mod:`pathgene.sim.model.planner.definition.wavefront`; and
     of ``limit_slopes``, where costs are depths below the top altitude, and each step costs its
@@ -198,7 +198,7 @@ class Relaxer(Unit):
         for i, (way, neighbour) in enumerate(zip(_WAYS, neighbours, strict=True)):
             m.submodules[f"pricer_{i}"] = pricer = StepPricer(self.altitude_bits)
             before, after = here, neighbour
-            # The three first serve the others, too.
+            # The first three pricers also price steps between passes.
             if i < 3:
                 before = Mux(self.busy, here, self.before)
                 after = Mux(self.busy, neighbour, self.after)

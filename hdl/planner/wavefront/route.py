@@ -31,12 +31,13 @@ _SUMMED = _PRICED + 1
 
 
 class Route(Unit):
-    """Follows the least costs from the start to the goal, and keeps the blocks.
+    """Follows the minimum costs from the start to the goal, and keeps the blocks.
 
-    Of the eight neighbours by rows, the first with the least cost follows; one is read in a cycle.
-    Where the start has no way, the route is a straight line of 64 blocks. ``busy`` is high for as
-    many cycles as :func:`pathgene.sim.model.planner.wavefront_cycles.routing` says. Equals
-    ``descend`` of :mod:`pathgene.sim.model.planner.definition.wavefront`.
+    The next block is the first of the eight neighbours, by rows, that has the minimum cost; one
+    neighbour is read per cycle. Where the start has no way, the route is a straight line of 64
+    blocks. ``busy`` is high for as many cycles as
+    :func:`pathgene.sim.model.planner.wavefront_cycles.routing` says. Equals ``descend`` of
+    :mod:`pathgene.sim.model.planner.definition.wavefront`.
 
     Members
     -------
@@ -148,7 +149,7 @@ class Route(Unit):
         return m
 
     def _best(self, m, here, count):
-        """Return the best neighbour so far, and whether the block just read has no way."""
+        """Return the best of the neighbours read, and whether the block just read has no way."""
         # The step of the cycle before: its neighbour, whether there is one, and its way.
         place = Signal(place_layout, reset_less=True)
         exists = Signal()

@@ -17,7 +17,7 @@ from pathgene.hdl.protocol.planner import seed_waypoints
 
 __all__ = ["Seeder"]
 
-#: Places in the first word of a path, and in that of a waypoint.
+#: Fields of the first word of a path, and of the word of a waypoint.
 _COUNT, _PHASE, _SHIFT = slice(0, 8), slice(8, 16), slice(16, 19)
 _PHASE_BITS = 8
 _OFFSET_BITS = 16
@@ -95,7 +95,7 @@ class Seeder(Unit):
         config = self.config
         fewest, longest = seed_waypoints(config.max_waypoints)
 
-        # Words: number 0 is the path's, the others are the waypoints'.
+        # Word 0 is for the path, each further word for a waypoint.
         number = Signal(range(longest + 1))
         m.d.comb += self.step.eq(self.busy & self.word_ready)
         with m.If(self.step):
@@ -125,7 +125,7 @@ class Seeder(Unit):
                 shift.eq(word[_SHIFT]),
             ]
 
-        # Waypoints beyond the path's are dropped.
+        # Waypoints beyond the path's length are dropped.
         keeps = Signal()
         m.d.comb += keeps.eq(is_place & (index < count))
 

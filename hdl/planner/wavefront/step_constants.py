@@ -51,7 +51,7 @@ class _Kind(enum.IntEnum):
     CLIMB = 7
 
 
-#: How many products there are of each kind.
+#: Number of products of each kind.
 _WAYS = {
     _Kind.SIDE: 2,
     _Kind.SQUARE: 2,
@@ -67,16 +67,16 @@ _WAYS = {
 class StepConstants(Unit):
     """Constants of the costs of steps between blocks, or their falls, one after another.
 
-    One adder makes all products, a bit of a factor in a cycle, from the lowest on; so each cycle
-    more shifts a product right. Another adder makes the root meanwhile. ``done`` follows
-    :meth:`cycles` cycles after ``launch``. Equals ``prices_of`` of
+    One adder makes all products, one bit of a factor per cycle, lowest first; so each further cycle
+    shifts a product right. A second adder makes the root meanwhile. ``done`` follows :meth:`cycles`
+    cycles after ``launch``. Equals ``prices_of`` of
     :mod:`pathgene.sim.model.planner.definition.wavefront`; with ``falls``, levels are the falls of
     ``limit_slopes``, except that a fall may be 0, and all other constants are 0.
 
     Attributes
     ----------
     most_cycles : int
-        The most that :meth:`cycles` returns.
+        Maximum that :meth:`cycles` returns.
 
     Members
     -------
@@ -89,7 +89,7 @@ class StepConstants(Unit):
     launch : In(1)
         Pulse. Not before ``done``.
     done : Out(1)
-        The constants are those of the latest ``launch``.
+        The constants of the latest ``launch`` are ready.
     constants : Out(step_constants_layout)
     """
 
@@ -199,7 +199,7 @@ class StepConstants(Unit):
                                     m.next = "IDLE"
         m.d.comb += self.done.eq(states.ongoing("IDLE"))
 
-        # Numbers beyond the greatest part become it, and those below the least one likewise.
+        # Clamp products to the range of a part.
         negative, top = product[-1], product[PART_BITS:]
         beyond = delay_line(m, top.any() & ~top.all(), 1, "beyond")
         result = Mux(beyond, (~negative).replicate(PART_BITS), product[:PART_BITS])
@@ -226,10 +226,10 @@ class StepConstants(Unit):
         """Return the first factor of a product, whether it is there, the second, and the shift."""
         problem, z, falls = self.problem, self.altitude_bits, self.falls
         least = least_unit(self.coordinate_bits, z)
-        # A register: it comes from the other units' problem.
+        # A register: `problem` is shared with further units.
         unit = Signal(range(64), reset_less=True)
         m.d.sync += unit.eq(Mux(problem.key_shift > least, problem.key_shift, least))
-        # Of falls, what is not wanted becomes 0.
+        # With `falls`, unused constants become 0.
         wanted = Mux(falls, 0, distance)
         one = 1 << ALTITUDE_FRACTION + factor_fraction(z)
         climb_one, climb_further = self._climb_scale()
@@ -266,7 +266,7 @@ class StepConstants(Unit):
         return first, stays, second, shift
 
     def _root(self, m, adds, begins, product):
-        """Return the root of the sum of two squares, a bit in a cycle from the second one on."""
+        """Return the root of the sum of two squares, one bit per cycle from the second cycle."""
         width = distance_bits(self.coordinate_bits)
         # Within the first product after the squares.
         assert width <= _FACTOR_BITS

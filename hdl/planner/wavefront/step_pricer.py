@@ -36,7 +36,7 @@ class StepPricer(Unit):
     before, after : In(altitude_bits)
         Altitudes of the block and of its neighbour.
     leads : In(1)
-        There is such a step. Of altitudes ``latency`` - 1 cycles ago.
+        There is a step between the blocks whose altitudes were given ``latency`` - 1 cycles ago.
     cost : Out(31)
         1 to 2**30. A register.
     """

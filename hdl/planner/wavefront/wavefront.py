@@ -17,17 +17,17 @@ from pathgene.hdl.protocol.planner import BLOCKS, FAR, SWEEPS
 
 __all__ = ["Wavefront"]
 
-#: Most passes of a relaxation.
+#: Maximum passes of a relaxation.
 _PASSES = 2 * SWEEPS
 
 
 class Wavefront(Unit):
     """Makes a surface of the minimum ground, limits its slopes, and spreads costs from the goal.
 
-    1. Every block is read and written to the surface. Meanwhile, the falls of the steps follow.
+    1. Every block is read and written to the surface, while the falls of the steps are computed.
     2. If ``limit`` is not 0, the slopes are limited: passes over the depths of the blocks.
     3. The depths become the surface, and the costs begin: 0 at the goal. Meanwhile, the constants
-       of the steps' costs follow.
+       of the steps' costs are computed.
     4. The costs spread.
 
     2 and 4 end with the first two passes that change nothing, forwards and backwards, or with 128.

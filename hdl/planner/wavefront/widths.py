@@ -29,7 +29,7 @@ INDEX_BITS = 2 * BLOCK_BITS
 COST_BITS = FAR.bit_length()
 #: Width of a factor of altitudes: a multiplier cell takes no more.
 FACTOR_BITS = 18
-#: Fraction bits that the factor of a climb has less than the others: it costs less than 2**28.
+#: Fraction bits that a climb's factor has less than an altitude's: a climb costs less than 2**28.
 CLIMB_SHIFT = 6
 #: Width of a part of the cost of a step that does not depend on altitudes, its sign left out.
 PART_BITS = VALUE_BITS
@@ -51,6 +51,6 @@ def factor_fraction(altitude_bits: int) -> int:
 
 
 def least_unit(coordinate_bits: int, altitude_bits: int) -> int:
-    """Return the least binary logarithm of a cost's unit, with which every factor fits."""
+    """Return the minimum binary logarithm of a cost's unit with which every factor fits."""
     width = distance_bits(coordinate_bits) + ALTITUDE_FRACTION + factor_fraction(altitude_bits)
     return max(width - FACTOR_BITS, 0)

@@ -52,9 +52,10 @@ class CheckerBuild(enum.StrEnum):
 
     #: No map on the chip.
     NONE = "none"
-    #: The paper's: a cell a cycle, two segments in the detailed map, the others in the coarse one.
+    #: Checker of the paper: one cell per cycle, two segments in the detailed map, the rest in the
+    #: coarse map.
     TWO_TIER = "two-tier"
-    #: Every segment in the detailed map, several cells a cycle.
+    #: Every segment in the detailed map, several cells per cycle.
     PARALLEL = "parallel"
 
 
@@ -64,7 +65,7 @@ _BY_CORE: Any = None
 
 @dataclass(frozen=True, kw_only=True)
 class Config:
-    """Sizes of the chip. Immutable and consistent: a wrong value never gets past the constructor.
+    """Sizes of the chip. Immutable and consistent: the constructor rejects wrong values.
 
     Parameters
     ----------
@@ -310,7 +311,7 @@ class Config:
 
     @property
     def checked_paths(self) -> int:
-        """Maximum paths of one check: those of the population, if there is one."""
+        """Maximum paths of one check: the population's, if there is one."""
         return self.population if self.paper_core else 1
 
     @property
@@ -355,14 +356,15 @@ class Config:
 
     @property
     def candidates(self) -> int:
-        """Draws of each new waypoint: the first, and where there is a map further ones."""
+        """Draws of each new waypoint: the first and, with a map, the redraws."""
         return 1 if self.checker is CheckerBuild.NONE else 1 + self.redraws
 
     @property
     def lookup_latency(self) -> int:
-        """Cycles from a cell's x and y to the altitude that the checker has there.
+        """Cycles from a cell's x and y to its altitude in the checker's map.
 
-        The memory's, a register before it and one after the multiplexer of its banks.
+        The latency of the memory, one register before it, and one after the multiplexer of its
+        banks.
         """
         return self.memory_latency + 2
 
@@ -376,7 +378,7 @@ class Config:
     def build_id(self) -> int:
         """32-bit fingerprint of every field, so that a host knows the chip was built from it."""
         fields = dataclasses.asdict(self)
-        # A chip keeps the number that it was built with, whatever its core is called today.
+        # A chip keeps the fingerprint that it was built with, even if its core is renamed later.
         core = fields.pop("core")
         fields["genetic"] = "streaming" if self.planner_core else core is GeneticCore.PAPER
         packed = json.dumps(fields, sort_keys=True)
@@ -385,7 +387,7 @@ class Config:
     def replace(self, **changes: object) -> Config:
         """Return a copy with ``changes``, checked like any other.
 
-        With another core, a default of ``max_waypoints`` becomes that of the other core.
+        If ``core`` changes, a default ``max_waypoints`` becomes the default of the new core.
         """
         if "core" in changes and self.max_waypoints == _longest(self.core):
             changes.setdefault("max_waypoints", _BY_CORE)
@@ -401,7 +403,7 @@ _CHOICES: dict[str, type[enum.StrEnum]] = {
 
 def _longest(core: object) -> int:
     """Return the default of ``max_waypoints``."""
-    # 108 paths of 18 waypoints fill the block RAMs that those of 16 need.
+    # 108 paths of 18 waypoints fit in the block RAMs that 108 paths of 16 need.
     return 18 if core == GeneticCore.PLANNER else 16
 
 

@@ -48,22 +48,22 @@ class Control(Unit):
     """Control unit of the chip.
 
     Listens until a command is ``pending``, then turns the receiving unit on to take it. A command
-    to run a generation turns the crossover, mutation and update units on in turn; a
-    command to check paths turns the checker on. At last the transmitting unit answers. A unit is on
-    from the first cycle of its state to the cycle in which it is done, both included; the next unit
-    is on in the following cycle. Only the hand-over to the crossover takes one more. A planner
-    core runs by itself, and its generations are counted.
+    to run a generation turns the crossover, mutation and update units on in turn; a command to
+    check paths turns the checker on. Finally, the transmitting unit answers. A unit is on from the
+    first cycle of its state to the cycle in which it is done, both included; the next unit is on in
+    the following cycle. Only the hand-over to the crossover takes one more cycle. A planner core
+    runs by itself, and its generations are counted.
 
     A generation starts only when the core is ``ready``. Until then the receiving unit stays on and
     holds ``receive_done`` and ``generate``, for two cycles at least: in the first, the control unit
-    decides to start, and pulses ``launch``; in the second, ``begin`` tells all that take part. The
-    core stays ``ready`` in between.
+    decides to start, and pulses ``launch``; in the second, ``begin`` tells all units that take
+    part. The core stays ``ready`` in between.
 
-    A chip without a genetic core, or whose checker is missing or checks no paths of commands, has a
-    control unit without the states, the counters and the members of what is missing.
+    Without a genetic core, or without a checker of the paths of commands, the control unit lacks
+    the corresponding states, counters and members.
 
-    Source: *allaire-2008*, section 4.2. Differs: the update is a separate state, and commands
-    may ask for other things than a generation.
+    Source: *allaire-2008*, section 4.2. Differs: the update is a separate state, and commands may
+    request more than a generation.
 
     Members
     -------
@@ -79,14 +79,14 @@ class Control(Unit):
         An answer is going out; such cycles count as transmitting.
     state : Out(ChipState)
     history : Out(32)
-        The eight states entered last, 4 bits each, the latest lowest; LISTEN before the first. One
-        cycle late.
+        The eight states entered last, 4 bits each, the latest lowest; LISTEN before the first.
+        Updated one cycle late.
     counters : Out(StructLayout({counter: 48, ...}))
-        Every :class:`pathgene.hdl.protocol.Counter` of the units that the chip has, except those of
-        the line and of the checker, since reset; the longest generation since the latest
-        ``restart``. The count of all cycles shows those before the present one, the others are one
-        cycle late: those of a generation are complete from the second cycle after it on, before an
-        answer is made.
+        Every :class:`pathgene.hdl.protocol.Counter` of the chip's units since reset, except the
+        counters of the line and of the checker. The longest generation counts since the latest
+        ``restart``. The count of all cycles excludes the present cycle; all other counters are
+        updated one cycle late. The counters of a generation are complete from the second cycle
+        after it on, before an answer is made.
 
     With a checker of the paths of commands:
 
@@ -180,7 +180,7 @@ class Control(Unit):
         return m
 
     def _steps(self, m):
-        """Return the steps from state to state, and what takes each of them."""
+        """Return the steps from state to state, each with its condition."""
         received = self.receive_done
         if self.config.paper_core:
             # Not in the cycle of `begin`, in which the receiving unit is still on.
@@ -206,7 +206,7 @@ class Control(Unit):
         return steps
 
     def _generation(self, m, on):
-        """Start generations and measure them; return what there is to count."""
+        """Start generations and measure them; return the increments of the counters."""
         core = self.core
 
         done = Signal()
@@ -221,7 +221,7 @@ class Control(Unit):
             core.generating.eq(core.launch | (core.generating & ~done)),
         ]
 
-        # After a reset, too: these registers have none.
+        # Also high after a reset, since the registers cleared here have no reset.
         restarted = Signal(init=1)
         generation = Signal.like(self.generation, reset_less=True)
         m.d.sync += restarted.eq(core.restart)
@@ -238,7 +238,7 @@ class Control(Unit):
             with m.Elif(unit_on):
                 m.d.sync += self.cycles[counter].eq(self.cycles[counter] + 1)
 
-        # One ahead: in the last cycle of a generation, that cycle is counted already.
+        # One ahead: in the last cycle of a generation, the count already includes it.
         elapsed = Signal.like(self.cycles.crossover)
         lasted = Signal.like(elapsed, reset_less=True)
         longer = Signal()

@@ -15,13 +15,13 @@ __all__ = ["PaperCoreTop"]
 class PaperCoreTop(Unit):
     """Genetic core under the control unit of the chip, without link, command units and checker.
 
-    The logic around it receives commands, checks paths and answers in their place: see
+    The surrounding logic must receive commands, check paths and answer: see
     :class:`pathgene.hdl.control.Control`.
 
     Members
     -------
     ...
-        Those of :class:`pathgene.hdl.ga_core.core.PaperCore` and of
+        The members of :class:`pathgene.hdl.ga_core.core.PaperCore` and
         :class:`pathgene.hdl.control.Control`, except the two that connect them.
     ranked : Out(1)
         A whole ranking is processed: a generation may start.
@@ -50,7 +50,7 @@ class PaperCoreTop(Unit):
         connect(m, control.core, core.control)
         m.d.comb += self.ranked.eq(core.control.ready)
 
-        # Each other port of the two is a port of the top.
+        # All remaining ports of the two are ports of the top.
         outer = {path: port for path, _, port in self.signature.flatten(self)}
         for unit in (control, core):
             for path, member, port in unit.signature.flatten(unit):

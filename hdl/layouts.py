@@ -26,7 +26,7 @@ __all__ = [
 ]
 
 
-#: Consecutive paths of the latest check, whose results are to be sent: the first, and their count.
+#: Consecutive paths of the latest check whose results are sent: the first, and their count.
 result_read_layout = data.StructLayout({"path": 8, "count": 9})
 
 #: One byte of the results; ``last`` ends the answer.
@@ -34,12 +34,12 @@ record_layout = data.StructLayout({"data": 8, "last": 1})
 
 
 def struct(layout: Layout) -> data.StructLayout:
-    """Return the fields of a message as those of a signal."""
+    """Return the layout of a signal with the fields of a message."""
     return data.StructLayout(dict(layout.fields))
 
 
 def start_layout(config: Config) -> data.StructLayout:
-    """Return the layout of a run's seed, limits of new waypoints, and regard to the ground."""
+    """Return the layout of a run: seed, waypoint limits, and whether waypoints avoid the ground."""
     return struct(start_request(config))
 
 
@@ -97,7 +97,7 @@ def cell_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
 
 
 def generation_signature(config: Config) -> wiring.Signature:
-    """Return the signature between the control unit and the genetic core, seen from the former.
+    """Return the signature between control unit and genetic core, seen from the control unit.
 
     launch : Out(1)
         Pulse, in the cycle before ``begin``.
@@ -114,10 +114,10 @@ def generation_signature(config: Config) -> wiring.Signature:
     crossover_done, mutation_done, update_done : In(1)
         Last cycle of the unit. Ignored unless the unit is on.
     refused : In(range(mutators + 1))
-        Mutations that a limit on the length forbade. Like the next two, of the present generation,
-        and read in the last cycle of the update.
+        Mutations that a limit on the length forbade. This and the next two count the present
+        generation and are read in the last cycle of the update.
     redrawn : In(range(patches * candidates))
-        Only with a map: candidates that replaced one in the ground.
+        Only with a map: candidates that replaced a candidate in the ground.
     left_out : In(range(patches + 1))
         Only with a map: mutations that had no candidate above the ground.
     """

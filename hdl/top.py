@@ -22,12 +22,12 @@ __all__ = ["Chip"]
 
 
 class Chip(Unit):
-    """The chip behind its UART; :mod:`pathgene.hdl.protocol` says what it answers.
+    """The chip with its UART; :mod:`pathgene.hdl.protocol` defines its answers.
 
     Source: *allaire-2008*, figure 6; where ``config`` has a checker, with the processor of *allaire
-    two-tier* beside the core, which hands it its paths and asks it for the ground under new
-    waypoints. Where ``config`` has no genetic core, the checker is alone. The planner core has the
-    map, and plans by itself: :class:`pathgene.hdl.planner.core.PlannerCore`.
+    two-tier* beside the core. The core passes its paths to the checker and asks it for the ground
+    under new waypoints. Where ``config`` has no genetic core, the checker is alone. The planner
+    core holds the map and plans by itself: :class:`pathgene.hdl.planner.core.PlannerCore`.
 
     Members
     -------
@@ -116,7 +116,7 @@ class Chip(Unit):
         return m
 
     def _add_core(self, m, control, receiver, transmitter):
-        """Add the genetic core, and return it; who reads its paths is still to be connected."""
+        """Add the genetic core, and return it; the reader of its paths is connected later."""
         core = PaperCore(self.config)
         m.submodules.core = DomainRenamer("core")(core)
 
@@ -151,7 +151,7 @@ class Chip(Unit):
         return core
 
     def _add_planner_core(self, m, control, receiver, transmitter):
-        """Add the planner core, which has the map, too."""
+        """Add the planner core, which also has the map."""
         core = PlannerCore(self.config)
         m.submodules.core = DomainRenamer("core")(core)
 
@@ -217,7 +217,7 @@ class Chip(Unit):
             checker.lookup_y.eq(core.lookup_y),
             core.lookup_altitude.eq(checker.lookup_altitude),
         ]
-        # One unit at a time reads paths: the one that is on.
+        # Only the unit that is on reads paths.
         with m.If(control.check_on):
             self._read_paths(m, core, checks)
         with m.Else():

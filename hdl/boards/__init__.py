@@ -1,4 +1,4 @@
-"""Real boards: pins, device, clock and configuration of each, one file a board.
+"""Real boards: pins, device, clock and configuration of each, one file per board.
 
 A board file holds ``CHIPS``, a :class:`pathgene.hdl.boards.board.Board` for each kind of chip that
 the board has room for, its default first, and no logic; :mod:`pathgene.hdl.boards.board_top` puts

@@ -1,4 +1,4 @@
-"""Digilent Arty A7-100: a build script for Vivado, which has to be there."""
+"""Digilent Arty A7-100: a build script for Vivado, which must be installed."""
 
 from dataclasses import replace
 

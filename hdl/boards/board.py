@@ -18,9 +18,9 @@ __all__ = ["Board", "ChipKind"]
 class ChipKind(enum.StrEnum):
     """Kind of a chip, as ``make bitstream CHIP=`` takes it."""
 
-    #: Plans by itself: the planner core (:class:`pathgene.hdl.planner.core.PlannerCore`).
+    #: Chip that plans by itself: the planner core (:class:`pathgene.hdl.planner.core.PlannerCore`).
     PLANNER = "planner"
-    #: That of the papers: genetic core and checker, or on a small device the checker alone.
+    #: Chip of the papers: genetic core and checker, or the checker alone on a small device.
     PAPER = "paper"
 
 
@@ -63,7 +63,8 @@ class Board:
     seed: int = 1
     overrides: Mapping[str, str] = field(default_factory=dict)
 
-    #: Largest error of the divisor: the receiver accepts 2 %, and the other end has an error, too.
+    #: Maximum error of the divisor: the receiver accepts 2 %, and the host's clock has an error,
+    #: too.
     BAUD_TOLERANCE = 0.0125
 
     def __post_init__(self) -> None:

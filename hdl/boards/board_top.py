@@ -46,7 +46,7 @@ class BoardTop(Unit):
         # Low when the chip is configured, so that it starts in reset.
         running = Signal()
         m.submodules.running = FFSynchronizer(locked & ~button.i, running, o_domain="board")
-        # It drives the whole chip: no logic may follow its register.
+        # The reset drives the whole chip: no logic may follow its register.
         held = Signal(init=1)
         m.d.board += held.eq(~running)
 

@@ -1,8 +1,9 @@
 """Bitstreams of real boards: ``python -m pathgene.hdl.boards.build BOARD [--chip planner|paper]``.
 
-Amaranth writes netlist, constraints and commands; this runs the commands with the tools of the
-package index, trying seeds of the placer until timing closes. Another program may be named in the
-environment variable that Amaranth's own script looks at: ``YOSYS``, ``NEXTPNR_ECP5``, and so on.
+Amaranth writes netlist, constraints and commands; this module runs the commands with the tools of
+the package index, trying seeds of the placer until timing closes. Another program may be named in
+the environment variable that Amaranth's own script looks at: ``YOSYS``, ``NEXTPNR_ECP5``, and so
+on.
 """
 
 from __future__ import annotations
@@ -78,7 +79,7 @@ def build(
     Parameters
     ----------
     seeds : int
-        Seeds to try: the board's own, then the lowest others.
+        Number of seeds to try: the board's own, then the lowest remaining ones.
     jobs, limit_s : int, float, optional
         Seeds at a time, and seconds of one; see :func:`pathgene.hdl.boards.route.route`.
 
@@ -116,7 +117,7 @@ def try_seeds(
     Routed
         The seed that closes, or the best.
     list of list of str
-        The remaining command lines, of the packer.
+        The remaining command lines, which run the packer.
 
     Raises
     ------

@@ -1,9 +1,10 @@
 """Floor plan of the chip's block RAMs and multipliers on the die of an LFE5U-85F.
 
-A map takes nearly all block RAMs. By default, the placer spreads the block RAMs of a bank, all of
-which each row address has to reach, over the whole die, and uses leftover sites for the others; it
-lines the multipliers up along the whole width of the die. The planner's own units lie in
-the middle of the die: its map leaves the block RAMs there free, and the placer assigns them.
+A map takes nearly all block RAMs. By default, the placer spreads the block RAMs of a bank over the
+whole die, although each row address has to reach all of them, and puts the remaining block RAMs on
+leftover sites; it lines the multipliers up along the whole width of the die. The planner's own
+units lie in the middle of the die: its map leaves the block RAMs there free, and the placer assigns
+them.
 """
 
 import json
@@ -65,8 +66,8 @@ def _ring() -> list[str]:
 #: Sites in the order in which the blocks of a planner's map take them.
 PLANNER_MAP_SITES = tuple(_ring())
 
-#: Sites of the other block RAMs by the names of their cells: the link's at the edge with its pins,
-#: the checker's in the middle.
+#: Sites of the remaining block RAMs by the names of their cells: the link's at the edge with its
+#: pins, the checker's in the middle.
 OTHER_SITES: Mapping[str, str] = MappingProxyType(
     {
         "line.frame_receiver.ring.rows.0.0": "X17/Y46/EBR2",
@@ -118,7 +119,7 @@ def floor_plan(config: Config) -> str:
     Raises
     ------
     ValueError
-        If it is another one.
+        If ``config`` is any other configuration.
     """
     if config != Config(lanes=config.lanes):
         raise ValueError(

@@ -8,7 +8,7 @@ from pathgene.hdl.primitives.unit import Given, Unit
 
 __all__ = ["FACTOR_BITS", "Ecp5Multiplier"]
 
-#: Maximum bits of a factor, the sign of one that has it included.
+#: Maximum bits of a factor, including its sign if it is signed.
 FACTOR_BITS = 18
 
 
@@ -22,7 +22,7 @@ class Ecp5Multiplier(Unit):
     -------
     first, second : In(Shape(FACTOR_BITS))
     product : Out(Shape(2 * FACTOR_BITS))
-        Product of the cycle before. It has a sign if a factor has one.
+        Product of the cycle before. Signed if a factor is signed.
     """
 
     signs: Given("(bool, bool)", "The factors that have a sign.")

@@ -55,7 +55,7 @@ _PLANNER = replace(
     # 100 MHz to 110 MHz.
     pll=Ecp5Pll(input_divider=10, feedback_divider=11, output_divider=5),
     # Banks of 4096 rows take three block RAMs each with altitudes of 10 to 13 bits, 192 in all of
-    # the 208, and the planner needs 24 beside them. With 9 bits they take two each.
+    # the 208, and the planner needs 24 more. With 9 bits they take two each.
     sizes=_SIZES.replace(core=GeneticCore.PLANNER, altitude_bits=9),
     overrides=PLANNER_OVERRIDES,
 )

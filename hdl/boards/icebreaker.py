@@ -35,5 +35,5 @@ _PAPER = Board(
     overrides={"synth_opts": "-device u -spram -dsp"},
 )
 
-# A planner would take twice the logic and ten times the multipliers that there are.
+# A planner would need twice the logic and ten times the multipliers of the device.
 CHIPS = (_PAPER,)

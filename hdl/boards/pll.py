@@ -22,12 +22,12 @@ class Pll(ABC):
         Raises
         ------
         ValueError
-            If it is no whole number of hertz, or a limit of the family is broken.
+            If the frequency is not a whole number of hertz, or a limit of the family is broken.
         """
 
     @abstractmethod
     def connect(self, m: Module, port: io.PortLike, clock: Signal, locked: Signal) -> None:
-        """Add the primitive to ``m``: ``port`` is the oscillator's pin, the others are driven."""
+        """Add the primitive to ``m``; ``port`` is the oscillator's pin, both signals are driven."""
 
     def _check(self, name: str, rule: str, holds: bool) -> None:
         if not holds:

@@ -1,4 +1,4 @@
-"""Place and route with several seeds, some of them at a time."""
+"""Place and route with several seeds, some of them in parallel."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def route(
     enough : float
         Fraction of the requested frequency at which to stop.
     jobs : int, optional
-        Seeds at a time; by default one a core, at most :data:`MOST_JOBS`.
+        Number of seeds at a time; by default one per core, at most :data:`MOST_JOBS`.
     limit_s : float, optional
         Seconds after which a seed is stopped, and counts as unroutable: routing does not terminate
         for some seeds.
@@ -119,7 +119,7 @@ def route(
     failed: list[BuildError] = []
     close: Routed | None = None
     try:
-        # The first seed in the order that closes is taken, whichever ends first.
+        # The first seed in order that closes is taken, even if a later one ends first.
         while running or (waiting and close is None):
             while waiting and close is None and len(running) < jobs:
                 running.append(_Run(command, folder, waiting.pop(0), inputs))
@@ -202,7 +202,7 @@ class _Run:
         return Routed.read(self.folder / _REPORT, self.seed)
 
     def stop_after(self, limit_s: float | None) -> None:
-        """Stop the tool if it has run for so long."""
+        """Stop the tool if it has run for longer than ``limit_s``."""
         late = limit_s is not None and time.monotonic() - self.started > limit_s
         if late and not self.has_ended():
             self.stop()

@@ -38,9 +38,10 @@ def tool_path(tool: str) -> str:
 
 
 class Stamp:
-    """A mark beside the results of a long run, which need not be made again.
+    """Mark beside the results of a long run, which need not be repeated.
 
-    It holds a digest of all that they depend on: the program, its arguments, and its input files.
+    The mark holds a digest of everything that the results depend on: the program, its arguments,
+    and its input files.
 
     Parameters
     ----------
@@ -49,7 +50,7 @@ class Stamp:
     folder : Path
         Working directory of the tool, and place of the mark.
     inputs, outputs : iterable of str
-        Names of the files in ``folder`` that the tool reads, and of those that it writes.
+        Names of the files in ``folder`` that the tool reads, and of the files that it writes.
     """
 
     #: End of the mark's name, which begins with the tool's.
@@ -75,7 +76,7 @@ class Stamp:
         self._file = folder / f"{tool}{self.SUFFIX}"
 
     def matches(self) -> bool:
-        """Return whether the results exist and come from such a run."""
+        """Return whether the results exist and come from the same run."""
         return (
             all(file.exists() for file in (self._file, *self._outputs))
             and self._file.read_text(encoding="ascii") == self._digest

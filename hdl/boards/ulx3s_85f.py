@@ -48,7 +48,7 @@ _PLANNER = replace(
     _PAPER,
     platform=_PlannerPlatform,
     # The map takes 176 block RAMs; with altitudes of 12 bits it would take 192 of the 208, and the
-    # planner needs 24 beside it.
+    # planner needs 24 more.
     sizes=_SIZES.replace(core=GeneticCore.PLANNER, altitude_bits=11),
     seed=1,
     overrides={

@@ -29,11 +29,11 @@ from pathgene.hdl.protocol.runs import ISLANDS, LIFTS, RETURNED, run_request
 
 __all__ = ["FieldDecoder", "payload_commands", "request_fields"]
 
-#: Commands with a payload after the fixed fields; all others end with their fixed fields.
+#: Commands with a payload after the fixed fields; all other commands end with the fixed fields.
 FOLLOWED = (Command.WRITE, Command.GENERATE, Command.MAP, Command.CHECK)
-#: Commands that are refused during a run; a RUN that is repeated is not.
+#: Commands that are refused during a run, except for a repeated RUN.
 _WAITING = (Command.MAP, Command.PROBLEM, Command.RUN, Command.BEST, Command.BLOCK)
-#: Sixteenths of the time that the islands of a RUN have at most.
+#: Maximum share of the time for the islands of a RUN, in sixteenths.
 _MOST_SHARE = 16
 
 
@@ -125,11 +125,11 @@ class FieldDecoder(Unit):
     shape : Out(struct of no_fly_request)
         Fields of a PROBLEM, a RUN and a BLOCK.
     repeated : In(1)
-        The command has been executed before: a RUN is not judged by the next three.
+        The command has been executed before: the next three members do not affect a RUN.
     running : In(1)
         A run is in progress, for whose end MAP, PROBLEM, RUN, BEST and BLOCK must wait.
     has_problem, has_population : In(1)
-        There is a problem, and a population for a warm run.
+        There is a problem; there is a population for a warm run.
     """
 
     fields: Given(
@@ -347,7 +347,7 @@ class FieldDecoder(Unit):
 
     def _judge_problem(self, m):
         problem = self.problem
-        # The smallest blocks that 32 of them need to cover the map, or smaller ones.
+        # Maximum block size: 32 blocks along an edge cover the map.
         most_shift = max(exact_log2(self.map_size) - exact_log2(BLOCKS), 0)
         shift = problem.block_shift[: most_shift.bit_length()]
         last_block = (problem.x_limit | problem.y_limit) >> shift

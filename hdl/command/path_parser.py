@@ -52,7 +52,7 @@ class PathParser(Unit):
         connect(m, flipped(self.bytes), words.bytes)
 
         # No reset is needed: `on` is low after a reset, and clears them.
-        slot = Signal(9, reset_less=True)  # Of this path.
+        slot = Signal(9, reset_less=True)  # Slot of this path.
         index = Signal(range(self.max_waypoints + 1), reset_less=True)
         any_word = Signal(reset_less=True)
         bad_value = Signal(reset_less=True)

@@ -1,4 +1,4 @@
-"""Dispatcher of payloads: hands what follows the fixed fields to the parser of the command."""
+"""Dispatcher of payloads: passes the bytes after the fixed fields to the parser of the command."""
 
 from functools import reduce
 from operator import or_
@@ -33,7 +33,7 @@ class PayloadDispatcher(Unit):
     launch : In(1)
         Turn on the parser of ``code`` in the next cycle, if it has one.
     repeated, bytes, ended, done, status
-        As of a parser: see :func:`pathgene.hdl.command.layouts.payload_members`.
+        As in a parser: see :func:`pathgene.hdl.command.layouts.payload_members`.
 
     Only where ``config`` has the paper core:
 
@@ -42,7 +42,7 @@ class PayloadDispatcher(Unit):
     identity : In(1)
         A GENERATE carries no order of the slots.
     writes, ranking : Out(stream), ranked : In(1)
-        Of :class:`pathgene.hdl.command.path_parser.PathParser` and
+        Members of :class:`pathgene.hdl.command.path_parser.PathParser` and
         :class:`pathgene.hdl.command.ranking_parser.RankingParser`.
 
     Only where ``config`` has a checker:
@@ -52,7 +52,8 @@ class PayloadDispatcher(Unit):
     cells : Out(stream)
         ``writes`` of :class:`pathgene.hdl.command.cell_parser.CellParser`.
     points : Out(stream)
-        Only without the planner core: of :class:`pathgene.hdl.command.point_parser.PointParser`.
+        Only without the planner core: ``points`` of
+        :class:`pathgene.hdl.command.point_parser.PointParser`.
     """
 
     config: InstanceOf(Config)

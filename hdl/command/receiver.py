@@ -34,11 +34,11 @@ class CommandReceiver(Unit):
 
     The receiver reads the header, compares it with the open session and the expected sequence
     number, collects the fixed fields, has them decoded, and hands the payload to the parser of the
-    command. It is turned on while a request is pending and takes one byte per cycle; the parsers
-    say where ranks, waypoints and cells take more. It is done at most 6 cycles after the last byte;
-    after a GENERATE, a MAP or a BLOCK, when the core or the checker is ready again. Whatever the
-    request holds, the receiver takes all of it and is done. ``valid`` of every output stream is a
-    register.
+    command. It is turned on while a request is pending and takes one byte per cycle; the docstrings
+    of the parsers say where ranks, waypoints and cells take more. It is done at most 6 cycles after
+    the last byte; after a GENERATE, a MAP or a BLOCK, when the core or the checker is ready again.
+    Whatever the request holds, the receiver takes all of it and is done. ``valid`` of every output
+    stream is a register.
 
     A refused WRITE may have changed the slots it names, whose lengths stay within the limits; a
     refused MAP of a wrong length may have changed cells of its rectangle.
@@ -100,14 +100,14 @@ class CommandReceiver(Unit):
     problems : Out(stream of problem_layout)
     runs : Out(stream of run_request)
     shapes : Out(stream of shape_layout)
-        Of a PROBLEM, a RUN and a BLOCK; ready when a problem is taken, a run has begun, a shape is
-        drawn. The payloads are steady.
+        Fields of a PROBLEM, a RUN and a BLOCK. Ready when the problem is taken, the run has begun,
+        or the shape is drawn. The payloads are steady.
     stop : Out(1)
         Pulse: the run is to end.
     running : In(1)
         A run is in progress; high from the cycle after its transfer on.
     has_problem, has_population : In(1)
-        There is a problem, and a population for a warm run.
+        There is a problem; there is a population for a warm run.
     """
 
     config: InstanceOf(Config)

@@ -1,4 +1,4 @@
-"""Registers of the request that the command receiver has at hand."""
+"""Registers of the request that the command receiver processes."""
 
 from amaranth import *
 
@@ -7,21 +7,21 @@ __all__ = ["Request"]
 
 
 class Request:
-    """Registers of the request at hand, which the states of the receiver share.
+    """Registers of the present request, which the states of the receiver share.
 
     Parameters
     ----------
     size : int
-        Most bytes of fixed fields.
+        Maximum bytes of fixed fields.
     """
 
     def __init__(self, size: int):
         self.taken = Signal()  # A byte is taken in this cycle.
         self.ended = Signal()  # The last byte has been taken.
         self.code = Signal(8)
-        self.repeated = Signal()  # Executed before: it is answered only.
-        self.collecting = Signal()  # Fixed fields are coming in,
-        self.left = Signal(range(size + 1))  # and these many bytes of them are to come.
+        self.repeated = Signal()  # Executed before: the request is only answered.
+        self.collecting = Signal()  # Fixed fields are coming in.
+        self.left = Signal(range(size + 1))  # Bytes of the fixed fields still to come.
         self.verdict = Signal(8)  # Status that the parser gives.
         self.refused = Signal()
         self.cleared = Signal()

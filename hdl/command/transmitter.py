@@ -55,7 +55,7 @@ class ReplyTransmitter(Unit):
     them, results of a check as the result store serves them, paths of a run as the planner core
     does. A recipe waits for the CRC of the population, one cycle per waypoint and a few more.
 
-    Source: *allaire-2008*, section 4.7. Differs: only what the host requested is sent.
+    Source: *allaire-2008*, section 4.7. Differs: only the data that the host requested is sent.
 
     Members
     -------
@@ -88,7 +88,7 @@ class ReplyTransmitter(Unit):
     Only where ``config`` has the planner core:
 
     has_best : In(1)
-        A run has left paths. Without one, a BEST is answered with the header alone.
+        A run has left paths. Otherwise a BEST is answered with the header alone.
     best : Out(1)
         Pulse: the paths of the latest run are to be served.
     records : In(stream of record_layout)
@@ -295,8 +295,8 @@ class ReplyTransmitter(Unit):
         """Add the states in which waypoints are read, for the checksum or to be sent."""
         config, answer, waypoint = self.config, self.answer, self.waypoints.p
         m.submodules.checksum = unit = CRC32_ISO_HDLC(data_width=8 * config.waypoint_bytes).create()
-        summing = Signal()  # The waypoints read are for the checksum,
-        summed = Signal()  # and one of them is in the word.
+        summing = Signal()  # The waypoints read are for the checksum.
+        summed = Signal()  # A waypoint for the checksum is in the word.
         m.d.comb += [
             unit.start.eq(~summing),
             unit.data.eq(word[: config.waypoint_bits + 1]),

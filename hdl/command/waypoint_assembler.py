@@ -13,8 +13,8 @@ __all__ = ["WaypointAssembler"]
 class WaypointAssembler(Unit):
     """Assembles waypoints from bytes: one cycle per byte, and two more for each waypoint.
 
-    In the first of these two cycles the user says whether the waypoint is wrong, in the second one
-    the waypoint is offered, so that ``valid`` is a register.
+    In the first of these two cycles the user says whether the waypoint is wrong. In the second, the
+    waypoint is offered, so that ``valid`` is a register.
 
     Members
     -------

@@ -38,9 +38,9 @@ check_counters_layout = data.StructLayout(
 class CheckController(Unit):
     """Gives the checker its points, and keeps its results until the next check.
 
-    It is done two cycles after the last verdict and the last of its entries. Neither the link nor
-    the population slows the checker down: it is offered a point in every cycle, and its results are
-    always taken.
+    A check is done two cycles after the last verdict and the last of its entries. Neither the link
+    nor the population slows the checker down: it is offered a point in every cycle, and its results
+    are always taken.
 
     Members
     -------
@@ -49,7 +49,7 @@ class CheckController(Unit):
     checks : In(check_layout)
         Check to run, steady while ``on``.
     forget, points
-        Of one path; see :class:`pathgene.hdl.feasibility.path_source.PathSource`.
+        Points of one path; see :class:`pathgene.hdl.feasibility.path_source.PathSource`.
     reads : Out(stream), waypoints : In(stream)
         To and from the population, if there is one: paths to read, and their waypoints.
     counting : Out(1)

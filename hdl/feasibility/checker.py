@@ -26,19 +26,20 @@ class Checker(Unit):
     the map that a segment is compared with and the cells compared each cycle; see the walkers. A
     path is followed to its first colliding cell or to its end.
 
-    Paths may follow each other without a gap and are checked without one; the verdict on one does
-    not wait for the next. The verdict is offered one cycle after the walker's step that decides the
-    path. The walkers state their latencies.
+    Paths may follow each other without gaps, and are then checked without gaps; a verdict does not
+    wait for the next path. The verdict is offered one cycle after the walker's step that decides
+    the path. The walkers state their latencies.
 
     Members
     -------
     count : In(1)
-        Count colliding cells, too: paths are walked to their end. Steady while ``busy``.
+        Also count colliding cells: paths are walked to their end. Steady while ``busy``.
     points : In(stream.Signature(point_layout))
-        A path is its 2..max_waypoints + 2 points from the aircraft to the goal; ``last`` marks it.
+        A path is its 2..max_waypoints + 2 points from the aircraft to the goal; ``last`` marks the
+        goal.
     verdicts : Out(stream.Signature(verdict_layout))
-        One for each path, in order. While it is not taken, checks go on for some paths, and none is
-        lost.
+        One for each path, in order. While it is not taken, checks continue for some paths, and no
+        verdict is lost.
     counts : Out(stream.Signature(count_layout))
         When counting, one for each segment with colliding cells, as many as the path's verdict
         announces. The first that is not yet transferred is offered no later than the verdict.
@@ -52,7 +53,7 @@ class Checker(Unit):
         first point of a path.
     writes : In(stream.Signature(cell_layout))
         Cells of the map; ``last`` ends a rectangle, after which the two-tier build updates its
-        coarse map. Taken only while not ``busy``. Cells never written hold anything.
+        coarse map. Taken only while not ``busy``. Cells never written are undefined.
     lookup_valid : In(1)
     lookup_x, lookup_y : In(coordinate_bits)
         With ``lookup_valid``, a cell: one each cycle, but not while ``busy``, nor in the cycle of a
@@ -137,7 +138,7 @@ class Checker(Unit):
             self.writes.ready.eq(walker.writes.ready & ~self.busy),
         ]
 
-        # Paths in flight: those with a place for their verdict, and those on the way there.
+        # Paths in flight: with a place for their verdict, or on the way there.
         paths, was_first, waited_for = Signal(range(64)), Signal(), Signal()
         transferred = self.verdicts.valid & self.verdicts.ready
         m.d.sync += [

@@ -33,7 +33,7 @@ class Feasibility(Unit):
     flags therefore rise ``verdict.cycles - 1`` cycles after ``enable``.
 
     Source: *allaire two-tier*, section 3.1. Differs: the verdict besides the flags, the counts, and
-    a way to write the map.
+    a port to write the map.
 
     Members
     -------
@@ -50,7 +50,7 @@ class Feasibility(Unit):
     waypoint : In(place_layout)
         The waypoint at the ``read_address`` of the previous cycle.
     count : In(1)
-        Count colliding cells, too: the path is walked to its end. Steady while ``busy``.
+        Also count colliding cells: the path is walked to its end. Steady while ``busy``.
     busy : Out(1)
         A check is in progress: from the cycle after ``enable`` to the one in which a flag rises.
     collision, clear : Out(1)

@@ -36,7 +36,7 @@ def verdict_layout(
 
 
 def count_layout(coordinate_bits: int, segment_bits: int) -> data.StructLayout:
-    """Return the layout of one segment's colliding cells: those of terrain, and blocked ones.
+    """Return the layout of one segment's counts of colliding cells: terrain and blocked.
 
     Each is from 0 to the cells along an edge of the map.
     """

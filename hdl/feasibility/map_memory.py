@@ -15,7 +15,7 @@ class MapMemory(Unit):
     """Memory that is read through one or two ports, and written through the first.
 
     Rows are read in every cycle. Data read while a row is written are undefined, in all rows; rows
-    never written hold anything.
+    never written are undefined.
 
     On a target it is one memory of dual-port block RAMs, none of them doubled: the writer shares a
     port with the first reader. With a latency of 2, registers directly follow the block RAMs of up

@@ -16,11 +16,11 @@ class PathSource(Unit):
     """Offers the checker a point in every cycle, from the first to the last of a check.
 
     Between two paths, the population's reader pauses for a cycle, besides the two for the goal and
-    the next aircraft. The points therefore go through a buffer, which is released when it holds as
-    many points as the paths still to be read can fall behind.
+    the next aircraft. The points therefore go through a buffer, which is released when it holds
+    enough points to cover the pauses of the paths still to be read.
 
-    The first point of one path is offered 4 cycles after the unit is turned on, that of a batch
-    ``13 + count * 5 / 4`` cycles at most.
+    The first point of a single path is offered 4 cycles after the unit is turned on, the first
+    point of a batch at most ``13 + count * 5 / 4`` cycles after.
 
     Without a population there is no batch. The buffer is one block RAM on the target.
 

@@ -11,9 +11,9 @@ _FEWEST_COUNTS = 16
 
 
 def count_depth(config: Config) -> int:
-    """Return how many counts of segments can wait, segments in flight included.
+    """Return the number of counts of segments that can wait, segments in flight included.
 
-    A power of two. There is room for one of each segment of a path, and for as many as segments of
-    one cell each can be in flight in a walker.
+    A power of two. There is room for one count of each segment of a path, and for all one-cell
+    segments that can be in flight in a walker.
     """
     return max(_FEWEST_COUNTS, 1 << (config.max_segments - 1).bit_length())

@@ -1,4 +1,4 @@
-"""From the steps of a walker to verdicts and counts."""
+"""Collector of results: turns the steps of a walker into verdicts and counts."""
 
 from amaranth import *
 from amaranth.lib import data, stream
@@ -12,7 +12,7 @@ from pathgene.hdl.primitives.unit import Count, Unit, Width
 
 __all__ = ["VERDICT_PLACES", "ResultCollector"]
 
-#: Verdicts that can wait, paths in flight included: as many as paths of one cell can be in
+#: Verdicts that can wait, paths in flight included: one for each one-cell path that can be in
 #: flight in a walker, so that such paths follow each other at full rate.
 VERDICT_PLACES = 8
 

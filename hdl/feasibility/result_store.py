@@ -25,9 +25,9 @@ class RecordLayouts:
     totals : Layout
         Sums over all paths: :func:`pathgene.hdl.protocol.check_reply`.
     path, hit, entry : Layout
-        Of each path, of its collision, and of each segment with colliding cells:
-        :func:`pathgene.hdl.protocol.path_record`, ``hit_record`` and ``entry_record``. Their fields
-        are those of a verdict and of a count.
+        Layouts of each path, its collision, and each segment with colliding cells:
+        :func:`pathgene.hdl.protocol.path_record`, ``hit_record`` and ``entry_record``. They have
+        the fields of a verdict and of a count.
     """
 
     totals: Layout
@@ -48,7 +48,7 @@ class ResultStore(Unit):
 
     Verdicts and counts are taken in every cycle, so that the link never holds the checker up: there
     is room for an entry of every segment of every path. The number of entries in each verdict
-    assigns them to paths, whatever the cycles in which the two streams come.
+    assigns them to paths, independent of the timing of the two streams.
 
     On a target, counts take a block RAM for each 1024 rows of 18 bits (two for 32 paths of 17
     segments). Verdicts take ``checked_paths`` rows of two to four more block RAMs, or of
@@ -62,17 +62,17 @@ class ResultStore(Unit):
     counts : In(stream.Signature(count_layout))
         Always ready.
     paths : Out(9)
-        Verdicts held; the other outputs include one from the next cycle on.
+        Verdicts held; all other outputs include a verdict from the next cycle on.
     complete : Out(1)
-        All their entries have come.
+        All entries of these verdicts have come.
     totals : Out(struct of check_reply)
         Sums over the verdicts held.
     reads : In(stream.Signature(result_read_layout))
         Paths to serve, of those held: the first, and their number, 1 or more.
     records : Out(stream.Signature(record_layout))
         Their results in the format of :mod:`pathgene.hdl.protocol.results`. The first byte is
-        offered 3 cycles after a read is taken; then a byte a cycle, with 2 cycles before each entry
-        and path.
+        offered 3 cycles after a read is taken; then one byte per cycle, with 2 cycles before each
+        entry and path.
     """
 
     checked_paths: Count(1, text="Maximum paths of a check.", name="Paths of a check")
@@ -136,7 +136,7 @@ class ResultStore(Unit):
                 announced_entries.eq(announced_entries + verdict.entries),
             ]
 
-        # The rest is kept a cycle later: it is wide, and far from the checker.
+        # The remaining fields are kept a cycle later: they are wide, and far from the checker.
         came, kept = Signal(), Signal.like(verdict, reset_less=True)
         kept_row = Signal(verdict_row, reset_less=True)
         kept_at = Signal(range(max(2, self.checked_paths)), reset_less=True)
@@ -188,8 +188,8 @@ class ResultStore(Unit):
         layouts = self.record_layouts
         path, hit, entry = layouts.path, layouts.hit, layouts.entry
 
-        paths = Signal(9, reset_less=True)  # Left, with the one being sent.
-        entries = Signal(7, reset_less=True)  # Of this path, left.
+        paths = Signal(9, reset_less=True)  # Paths left, the one being sent included.
+        entries = Signal(7, reset_less=True)  # Entries of this path left.
         fields = Signal(8 * max(path.size + hit.size, entry.size), reset_less=True)
         # Bytes of the fields.
         left = Signal(range(path.size + hit.size + entry.size), reset_less=True)

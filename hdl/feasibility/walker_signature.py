@@ -14,18 +14,18 @@ def step_layout(coordinate_bits: int, segment_bits: int, path_cells_bits: int) -
     """Return the layout of a step, which is the progress of one cycle.
 
     ``valid``
-        There is a step; the other fields are valid only then.
+        There is a step; all other fields are valid only then.
     ``first``, ``ends_segment``, ``ends_path``
-        It is the first of its path, the last of its segment, the last of its path. The last of a
-        path also ends a segment.
+        The step is the first of its path, the last of its segment, the last of its path. The last
+        step of a path also ends a segment.
     ``segment``
         Number of the segment in its path.
     ``cells``
-        Cells of the path in this step, from 0 to those along an edge of the map.
+        Cells of the path in this step, from 0 to the cells along an edge of the map.
     ``hit``, ``until``
-        One of these cells collides; number of cells up to and including the first that does.
+        One of these cells collides; number of cells up to and including the first colliding one.
     ``x``, ``y``, ``coarse``
-        That first cell, in the cells of its map, and whether that is the coarse map.
+        The first colliding cell, in cells of its map, and whether that is the coarse map.
     ``terrain``, ``nofly``
         Number of cells that collide with terrain, and with blocked ground.
     ``reads``
@@ -58,7 +58,7 @@ def walker_signature(config: Config) -> wiring.Signature:
     Members
     -------
     count : In(1)
-        Walk each path to its end, whatever it hits. Steady while a path is in flight.
+        Walk each path to its end, even after a hit. Steady while a path is in flight.
     points : In(stream.Signature(point_layout))
         The points of the paths, path after path.
     room, segment_room : In(1)

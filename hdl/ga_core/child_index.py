@@ -1,4 +1,4 @@
-"""Read index of a child, with the mutation that is pending there."""
+"""Read index of a child, with its pending mutation."""
 
 from amaranth import *
 from amaranth.lib.wiring import In, Out
@@ -15,8 +15,8 @@ __all__ = ["ChildIndex"]
 class ChildIndex(Unit):
     """Read index of a child: knows its length, its middle and its pending mutation.
 
-    The middle of a child is not that of the slot, and its mutation is made when it is read, so
-    each child has an index. One index serves all paths that lie in order.
+    The middle of a child is not the middle of its slot, and its mutation is made when it is read,
+    so each child has an index. One index serves all paths that lie in order.
 
     Members
     -------

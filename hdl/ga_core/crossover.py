@@ -19,7 +19,7 @@ def parent_signature(waypoint_bits: int, max_waypoints: int) -> wiring.Signature
 
 
 def parents_of(child: int, crossovers: int) -> tuple[int, int]:
-    """Return the parent from which a child has its head, and that from which it has its tail."""
+    """Return the parents from which a child has its head and its tail."""
     first = child // 2
     second = (first + 1) % crossovers
     return (second, first) if child % 2 else (first, second)
@@ -28,11 +28,11 @@ def parents_of(child: int, crossovers: int) -> tuple[int, int]:
 class Crossover(Unit):
     """Breeds two children of two parents.
 
-    The parents pass in lock step, one waypoint of each per cycle. Those before the middle of a
-    parent, rounded down, go to the head of one child, the others to the tail of the other child.
-    The halves of a child are written apart, so both parents are accepted in every cycle, and no
-    half is written twice in a cycle. Children are written while the parents pass, without further
-    cycles.
+    The parents pass in lock step, one waypoint of each per cycle. The waypoints before the middle
+    of a parent, rounded down, go to the head of one child, the remaining ones to the tail of its
+    sibling. The halves of a child are written apart, so both parents are accepted in every cycle,
+    and no half is written twice in a cycle. Children are written while the parents pass, without
+    further cycles.
 
     Source: *allaire-2008*, section 4.5.
 
@@ -45,9 +45,9 @@ class Crossover(Unit):
     parents : In(parent_signature).array(2)
     heads, tails : Out(half_signature).array(2)
         Writes to each child. The first child gets the head of the first parent and the tail of the
-        second; the second child gets the others. Combinational. ``valid`` and ``at`` depend on
-        ``on``, ``position`` and the lengths alone, so they can be computed before the waypoints
-        arrive.
+        second; the second child gets the head of the second and the tail of the first.
+        Combinational. ``valid`` and ``at`` depend on ``on``, ``position`` and the lengths alone, so
+        they can be computed before the waypoints arrive.
     """
 
     waypoint_bits: Width(1)

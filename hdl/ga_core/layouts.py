@@ -22,7 +22,7 @@ def limits_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout
 
 
 def offset_layout(box_cells: int, box_steps: int) -> data.StructLayout:
-    """Return the layout of the signed distance of a new waypoint from the one it is made of.
+    """Return the layout of the signed distance of a new waypoint from its original.
 
     It is at most ``box_cells`` in x and y, and at most ``box_steps`` in altitude.
     """
@@ -33,7 +33,7 @@ def offset_layout(box_cells: int, box_steps: int) -> data.StructLayout:
 
 
 def mutation_layout(children: int, max_waypoints: int) -> data.StructLayout:
-    """Return the layout of what one mutator did: to which child, at which of its waypoints."""
+    """Return the layout of one mutator's result: the child, and the index of its waypoint."""
     return data.StructLayout(
         {"applied": 1, "child": range(children), "index": range(max_waypoints)}
     )

@@ -16,7 +16,7 @@ from pathgene.hdl.protocol.random_words import RandomWordLayout
 
 __all__ = ["Mutation"]
 
-#: Members that are those of the sampler.
+#: Members shared with the sampler.
 _MAP_INPUTS = ("settled", "run", "avoid", "offset", "lookup_altitude")
 _MAP_OUTPUTS = (
     "peeks",
@@ -91,15 +91,15 @@ class Mutation(Unit):
     offset, offset_taken, avoid, lookup_valid, lookup_x, lookup_y, lookup_altitude
         See :class:`pathgene.hdl.ga_core.terrain_aware_sampler.TerrainAwareSampler`.
     redrawn : Out(range(patches * candidates))
-        Candidates that replaced one in the ground.
+        Candidates that replaced a candidate in the ground.
     left_out : Out(range(patches + 1))
         Mutations not applied because all their candidates were in the ground.
 
     Attributes
     ----------
     latency : int
-        Cycles from ``start`` to ``planned``. With a map, there are as many more as the population
-        is not ``settled`` after the planning.
+        Cycles from ``start`` to ``planned``. With a map, add the cycles in which the population is
+        not yet ``settled`` after the planning.
     """
 
     config: InstanceOf(Config)

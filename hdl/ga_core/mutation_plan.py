@@ -16,8 +16,8 @@ __all__ = ["MutationPlan", "plan_layout"]
 def plan_layout(crossovers: int, max_waypoints: int) -> data.StructLayout:
     """Return the layout of one mutator's plan.
 
-    ``length`` is the length of ``child``, and ``index`` that of the waypoint in it. The waypoint
-    comes from ``parent``, where its index is ``position``.
+    ``length`` is the length of ``child``, and ``index`` the index of the waypoint in it. The
+    waypoint comes from ``parent``, where its index is ``position``.
     """
     return data.StructLayout(
         {
@@ -90,7 +90,7 @@ class MutationPlan(Unit):
             return registers
 
         def kept(registers, *names):
-            """Return those of a stage's ``registers`` that the next one only hands on."""
+            """Return the ``registers`` of a stage that the next stage passes on unchanged."""
             return {name: registers[name] for name in names}
 
         number = Signal(range(self.mutators + 1), init=self.mutators)
@@ -117,8 +117,8 @@ class MutationPlan(Unit):
             **kept(drawn, "number", "child", "draw"),
             select=(1 << (drawn["child"] >> 1))[: self.crossovers],
         )
-        # Even children have the head of the first parent of their module, odd ones of the second,
-        # which is the first of the next module.
+        # Even children have the head of the first parent of their module, odd children the head of
+        # the second, which is the first of the next module.
         select = decoded["select"]
         first = (decoded["child"] >> 1)[: ceil_log2(self.crossovers)]
         second = Mux(select[-1], 0, first + 1)[: len(first)]

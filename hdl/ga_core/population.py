@@ -33,11 +33,11 @@ class Population(Unit):
     """All chromosomes, and the ports through which their waypoints pass.
 
     The paths are read in lock step. After ``launch``, each port gets the next waypoint of its path
-    in every cycle: while ``carrying``, ``waypoints`` are those of ``position``, from the third
-    cycle after ``launch`` to that of ``done``. Elites and survivors are copied to the first slots
-    while they pass; the crossover modules write their children to the last ones. All writes go to
-    the banks that are not read; ``update`` swaps the banks in one cycle (*allaire-2008*, section
-    4.4). The first waypoints are read ahead, so that no cycle is lost.
+    in every cycle: ``waypoints`` are the ones at ``position`` while ``carrying``, from the third
+    cycle after ``launch`` to the cycle of ``done``. Elites and survivors are copied to the first
+    slots while they pass; the crossover modules write their children to the last ones. All writes
+    go to the banks that are not read; ``update`` swaps the banks in one cycle (*allaire-2008*,
+    section 4.4). The first waypoints are read ahead, so that no cycle is lost.
 
     After reset every path has two waypoints, which are 0 when the chip has been configured.
 
@@ -57,8 +57,8 @@ class Population(Unit):
     done : Out(1)
         Last cycle of the crossover: the last waypoint of the longest path passes.
     patches : In(waypoint_bits).array(patches)
-        New waypoints of the mutators. Those of the present population must stay until its last
-        reading; those of the next come before ``update``.
+        New waypoints of the mutators. The waypoints of the present population must stay until its
+        last reading; the waypoints of the next population come before ``update``.
     mutations : In(mutation_layout).array(mutators)
         In the cycle before ``update``: work of each mutator.
     update : In(1)

@@ -12,7 +12,7 @@ __all__ = ["PositionCounter"]
 class PositionCounter(Unit):
     """Counts positions until the longest path has passed.
 
-    ``running`` and ``following`` lead the waypoints in the ports by a cycle. All outputs but
+    ``running`` and ``following`` lead the waypoints in the ports by a cycle. All outputs except
     ``goes_on`` are registers, since they reach the whole population.
 
     Members

@@ -24,7 +24,7 @@ class ReadCrossbar(Unit):
     slots : In(waypoint_bits).array(population)
         Present waypoint of each slot.
     step : In(1)
-        The first port takes its waypoint. The others do so in every cycle.
+        The first port takes its waypoint. All other ports do so in every cycle.
     writing : In(1).array(parts_of(ports))
         All ports take ``written`` instead. All are equal; each drives some of the ports. Overrides
         ``step``.

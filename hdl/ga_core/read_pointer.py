@@ -82,8 +82,8 @@ class ReadPointer(Unit):
         looked_last = Signal()
         steps = Signal()
         m.d.comb += [
-            # An update makes what has been read ahead useless, but so is all that is read before
-            # the next cycle.
+            # The rewind may follow an update a cycle late: waypoints read before the next cycle are
+            # discarded, too.
             rewind.eq(self.rewinds | changed),
             steps.eq(self.begin[0] | self.passes | looks),
             self.primes.eq(~filling[1]),
@@ -102,8 +102,8 @@ class ReadPointer(Unit):
         with m.If(advance[0]):
             m.d.sync += self.ahead.eq(self.ahead + 1)
         if self.peeks:
-            # A peek moves the pointer; three registers after it take the waypoints one after the
-            # other. The pointer rewinds when the last of them has been taken.
+            # A peek moves the pointer; three registers after it take the waypoints in turn. The
+            # pointer rewinds when the last of them has been taken.
             looked = Signal(PEEK_LATENCY - 2)
             m.d.comb += [
                 looks.eq(self.peek | looked.any()),

@@ -18,10 +18,10 @@ __all__ = ["Selection"]
 class Selection(Unit):
     """Draws everything random about a generation.
 
-    The draws of a set are those of :class:`pathgene.sim.model.selection.Selection`: crossover ranks
-    independent, P(r) = (2 (N - r) - 1) / N**2; survivors and children different. The random source
-    advances ``config.draw_steps`` steps per set and never otherwise, so the set of generation ``g``
-    is a function of the seed and ``g``.
+    The draws of a set equal the draws of :class:`pathgene.sim.model.selection.Selection`: crossover
+    ranks independent, P(r) = (2 (N - r) - 1) / N**2; survivors and children different. The random
+    source advances ``config.draw_steps`` steps per set and never otherwise, so the set of
+    generation ``g`` is a function of the seed and ``g``.
 
     A set is ready :attr:`latency` cycles after ``next`` (15 in the default configuration, 18 with a
     map), and ``WARM_UP_STEPS + latency`` cycles after ``load``. After reset, the set of generation
@@ -36,7 +36,7 @@ class Selection(Unit):
     seed : In(64)
         Sampled with ``load``.
     load : In(1)
-        Start again from ``seed``, at any time: the next set is that of generation 0.
+        Start again from ``seed``, at any time: the next set belongs to generation 0.
     next : In(1)
         Draw another set. Ignored while not ``ready``.
     ready : Out(1)
@@ -53,8 +53,8 @@ class Selection(Unit):
         Signed ``x`` and ``y`` in cells and ``altitude`` in steps, each within the mutation box, of
         the first candidate of every patch, then of the second, and so on.
     offset_taken : In(1)
-        Only with a map: the first of ``offsets`` has been used. The others move up by one place,
-        until the next set. Only while ``ready``.
+        Only with a map: the first of ``offsets`` has been used. The remaining ones move up by one
+        place, until the next set. Only while ``ready``.
 
     Attributes
     ----------
@@ -194,7 +194,7 @@ class Selection(Unit):
         m.d.sync += takes_scaled.eq(takes_offset)
         shifts = takes_scaled
         if config.checker is not CheckerBuild.NONE:
-            # The offset that enters at the other end is undefined.
+            # The offset that enters at the end is undefined.
             shifts = takes_scaled | self.offset_taken
         offsets = Signal.like(self.offsets, reset_less=True)
         m.d.comb += self.offsets.eq(offsets)
@@ -205,5 +205,5 @@ class Selection(Unit):
 
 
 def _append(items, item):
-    """Return the assignment that shifts ``item`` in after the others, and the first one out."""
+    """Return the assignment that shifts ``item`` in at the end, and the first item out."""
     return items.eq(Cat(items.as_value()[len(item) :], item))

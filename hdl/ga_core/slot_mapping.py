@@ -16,7 +16,7 @@ __all__ = ["SlotMapping", "carrier_layout"]
 def carrier_layout(population: int, max_waypoints: int) -> data.StructLayout:
     """Return the layout of the path of a read port: its slot, and its length in waypoints.
 
-    ``select`` is ``slot`` decoded: the bit of that number alone is set.
+    ``select`` is ``slot`` decoded, one-hot.
     """
     return data.StructLayout(
         {"slot": range(population), "length": range(max_waypoints + 1), "select": population}
@@ -26,7 +26,7 @@ def carrier_layout(population: int, max_waypoints: int) -> data.StructLayout:
 class SlotMapping(Unit):
     """Gives each read port the slot and the length of the path of its rank.
 
-    The ports are those of the elites, whose ranks are fixed, of the survivors and of the parents.
+    There are ports for the elites, whose ranks are fixed, for the survivors and for the parents.
     One word of the ranking is accepted per cycle, and takes effect 4 cycles later.
 
     Members

@@ -23,11 +23,11 @@ class TerrainAwareSampler(Unit):
 
     While the parents pass, one candidate per cycle is moved, kept within the limits and looked up:
     the first of every patch, then the second of every patch, and so on. A patch becomes its first
-    candidate above the ground, that is higher than its cell. It is *decided* by that candidate, or
+    candidate above the ground, that is, higher than its cell. It is *decided* by that candidate, or
     by its last one. Candidate ``n`` of all, counted from 0, decides ``n + lookup_latency + 5``
     cycles after ``run`` rose.
 
-    Source: none; *allaire-2008*, section 4.6, mutates without regard to the ground.
+    Source: none; *allaire-2008*, section 4.6, ignores the ground in mutations.
 
     Members
     -------
@@ -68,7 +68,7 @@ class TerrainAwareSampler(Unit):
     patches : Out(waypoint_bits).array(patch_count)
         The new waypoints that have been found.
     redrawn : Out(range(patch_count * candidates))
-        Candidates that replaced one in the ground.
+        Candidates that replaced a candidate in the ground.
     """
 
     patch_count: Count(1, text="New waypoints of the children.")

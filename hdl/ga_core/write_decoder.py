@@ -17,8 +17,8 @@ __all__ = ["WriteDecoder"]
 class WriteDecoder(Unit):
     """Accepts waypoints for the population, one per cycle, and decodes the place of each.
 
-    All outputs but ``taken`` are registers, since they reach all slots. They belong to the waypoint
-    that was taken in the cycle before.
+    All outputs except ``taken`` are registers, since they reach all slots. They belong to the
+    waypoint that was taken in the cycle before.
 
     Members
     -------
@@ -32,7 +32,7 @@ class WriteDecoder(Unit):
         A waypoint was accepted in the cycle before. All are equal.
     waypoint : Out(waypoint_bits)
     slots : Out(population)
-        The slot, decoded: the bit of that number alone is set.
+        The slot, decoded, one-hot.
     completed : Out(population)
         ``slots`` if the waypoint ends its path, otherwise 0.
     in_tail : Out(1)
@@ -70,7 +70,7 @@ class WriteDecoder(Unit):
         write = self.writes.p
         head_size = self.max_waypoints // 2
 
-        written = Signal.like(write, reset_less=True)  # Synthesis drops what nothing reads of it.
+        written = Signal.like(write, reset_less=True)  # Synthesis drops its unused fields.
         slots = Signal.like(self.slots, reset_less=True)
         length = Signal.like(self.length, reset_less=True)
         last = Signal()

@@ -86,8 +86,8 @@ class CobsEncoder(Unit):
     """Encodes frames of any length, each followed by a delimiter.
 
     The code of a block is its length, so a block can be sent only when it is complete. The buffer
-    holds two whole blocks: one is filled while the other is sent. The encoding is the shortest one:
-    no empty block follows a full block that ends its frame.
+    holds two whole blocks, so that a block is filled while the previous one is sent. The encoding
+    is the shortest one: no empty block follows a full block that ends its frame.
 
     A byte is accepted every cycle while the buffer has room, except for 1 cycle after each block of
     254 bytes without a zero and 2 cycles after each frame. The first byte of a frame of one block

@@ -19,7 +19,7 @@ __all__ = ["FrameReceiver", "FrameTransmitter", "body_layout"]
 body_layout = data.StructLayout({"data": 8, "last": 1, "plain": 1})
 
 
-# XORed with every CRC except those of plain frames.
+# XORed with the CRC of every frame that is not plain.
 _VERSION_MASK = frame_crc(b"", plain=False) ^ frame_crc(b"", plain=True)
 
 
@@ -32,8 +32,8 @@ class FrameReceiver(Unit):
     """Takes frames off the line and passes on the bodies of the undamaged ones.
 
     A body is kept in a ring buffer and can be read only after its CRC has been found right, so the
-    user gets whole, checked bodies and nothing else. Every other frame is discarded with a pulse,
-    chosen by the first of these rules that the frame breaks:
+    user gets only whole, checked bodies. Any other frame is discarded with a pulse, chosen by the
+    first of these rules that the frame breaks:
 
     1. ``malformed``: no zero inside a COBS block; body and CRC of 7 bytes or more;
     2. ``crc_error``: the CRC of the protocol's version, or the plain one;
@@ -44,7 +44,7 @@ class FrameReceiver(Unit):
     the next good frame is received.
 
     A byte is taken in every cycle. The first byte of a body is offered 6 cycles after the delimiter
-    that ends its frame, if no other body is waiting; the others follow at one per cycle.
+    that ends its frame, if no earlier body is waiting; then one byte is offered per cycle.
 
     The buffer is one block RAM on the target (2048 rows of 9 bits are one DP16KD of an ECP5). The
     rest is about 150 flip-flops, half of them for the CRC and for the bytes that are held because

@@ -16,7 +16,7 @@ __all__ = ["Line"]
 
 
 class Line(Unit):
-    """UART pins on one side, bodies of whole frames on the other.
+    """Converts between the UART pins and the bodies of whole frames.
 
     Members
     -------

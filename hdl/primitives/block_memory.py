@@ -19,7 +19,7 @@ def memory_members(*, rows, width, ports):
     -------
     a : In(Signature({address, write_enable, write_data, data}))
         ``address``: row to be read, or with ``write_enable`` to be written. ``data``: content of
-        the row that was addressed as many cycles ago as the latency says.
+        the row that was addressed ``latency`` cycles ago.
     b : In(Signature({address, data}))
         The second port, with ``ports`` of 2.
     """
@@ -35,9 +35,9 @@ class BlockMemory(Unit):
     """Memory that is read through one or two ports, and written through the first.
 
     Rows are read in every cycle. Data read while a row is written are undefined, in all rows; rows
-    never written hold anything. With a latency of 2, data come out of registers: those of the block
+    never written are undefined. With a latency of 2, data come out of registers: within the block
     RAMs where the platform's cells have them (:meth:`pathgene.hdl.primitives.cells.Cells.memory`),
-    others elsewhere.
+    otherwise in the fabric.
 
     Members
     -------

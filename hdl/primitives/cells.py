@@ -1,9 +1,9 @@
 """Cells that a family of devices may supply in place of a primitive's generic description.
 
-Synthesis leaves some registers of the hard cells of a family unused. A platform that knows better
-has an attribute ``cells``, a subclass of :class:`Cells`; the board files set it. A primitive asks
-:func:`cells_of` and describes itself in registers and memories where the answer is None, so that a
-core never names a device.
+Synthesis leaves some registers of the hard cells of a family unused. A platform that can use them
+has an attribute ``cells``, an instance of a subclass of :class:`Cells`; the board files set it. A
+primitive asks :func:`cells_of` and describes itself in registers and memories where the answer is
+None, so that a core never names a device.
 
 The copies of :func:`pathgene.hdl.primitives.fanout.fanout` need no cell: their attribute ``keep``
 is enough for a family's synthesis script to leave them apart.
@@ -16,7 +16,7 @@ __all__ = ["Cells", "cells_of"]
 
 
 class Cells:
-    """Cells of a device about which nothing is known: none. Families override the methods.
+    """Cells of an unknown device: none. Families override the methods.
 
     Attributes
     ----------
@@ -34,8 +34,8 @@ class Cells:
         Parameters
         ----------
         rows, width, ports, number
-            As of :class:`pathgene.hdl.primitives.block_memory.BlockMemory`, of which the component
-            has the members.
+            As in :class:`pathgene.hdl.primitives.block_memory.BlockMemory`; the component has the
+            same members.
         """
         return None
 
@@ -47,7 +47,7 @@ class Cells:
         Parameters
         ----------
         widths : (int, int)
-            Of the factors. The component may take wider ones: it has the members ``first``,
+            Widths of the factors. The component may take wider ones: it has the members ``first``,
             ``second`` and ``product`` of :class:`pathgene.hdl.primitives.multiplier.Multiplier`
             without a shift.
         signs : (bool, bool)
@@ -61,7 +61,7 @@ class Cells:
         Parameters
         ----------
         width : int
-            As of :class:`pathgene.hdl.primitives.add_subtract.AddSubtract`.
+            As in :class:`pathgene.hdl.primitives.add_subtract.AddSubtract`.
         """
         return None
 

@@ -16,14 +16,14 @@ class CommitRing(Unit):
 
     Row pointers count modulo ``2 * depth``, so that full and empty differ; a row number is a
     pointer without its highest bit. The rows from ``fetched`` up to, not including, ``committed``
-    are read in order; all others are the writer's, to be written in any order and any number of
-    times. It must not write a row ``depth`` or more past ``fetched``.
+    are read in order; the writer may write all remaining rows in any order and any number of times.
+    It must not write a row ``depth`` or more past ``fetched``.
 
     A row is offered 2 cycles after ``committed`` has moved past it, then one per cycle.
     Rows are read ahead: ``fetched`` leads the transferred words by up to two.
 
-    On a target the memory is one block RAM with an output register. Its two ports never touch the
-    same row in the same cycle, which is what ``no_rw_check`` tells synthesis.
+    On a target the memory is one block RAM with an output register. Its two ports never access the
+    same row in the same cycle, as ``no_rw_check`` tells synthesis.
 
     Members
     -------

@@ -46,8 +46,8 @@ class Divider(Unit):
 
         width, bits = self.divisor_bits, self.quotient_bits
         divisor = self.divisor
-        # The lowest bits hold those of the dividend that are still to come, then the quotient's.
-        # A remainder may be negative: then the next stage adds, and need not restore it. It is at
+        # `rest` holds the remaining bits of the dividend above the bits of the quotient. A
+        # remainder may be negative: the next stage then adds, and need not restore it. It is at
         # least -divisor and less than divisor, so that it fits in a bit more.
         rest, remainder = self.dividend[:bits], Cat(self.dividend[bits:], C(0))
         for stage in range(1, bits + 1):

@@ -36,8 +36,8 @@ class MemoryDelay(Unit):
     def elaborate(self, platform):
         m = Module()
 
-        # The word of the next row is that of `steps` steps ago once this one is written: no row is
-        # read and written in the same cycle.
+        # Once this row is written, the next row holds the word of `steps` steps ago: no row is read
+        # and written in the same cycle.
         m.submodules.rows = ring = memory.Memory(
             shape=self.shape,
             depth=self.steps,

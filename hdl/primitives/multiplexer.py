@@ -17,8 +17,8 @@ _TABLE_INPUTS = 4
 def multiplex(index: Value, items: Sequence[Value]) -> Value:
     """Return ``items[index]`` as a tree of two-way multiplexers; the highest bit is at its root.
 
-    An index past the end gives some item. Indexing a view of an array would shift the whole array,
-    which is slow to simulate and large to build.
+    An index past the end selects an arbitrary item. Indexing a view of an array would shift the
+    whole array, which is slow to simulate and large to build.
     """
     if len(items) == 1:
         return items[0]
@@ -29,11 +29,11 @@ def multiplex(index: Value, items: Sequence[Value]) -> Value:
 
 
 def one_hot_multiplex(select: Value, items: Sequence[Value]) -> Value:
-    """Return the item whose bit of ``select`` is set, of which there is one at most; 0 if none is.
+    """Return the item whose bit of ``select`` is set, 0 if none is; at most one bit is set.
 
     Where a register holds the decoded choice, this is smaller than :func:`multiplex` in tables of
     four inputs, and each wire of ``select`` drives as many loads as an item has bits, not half of
-    all.
+    all loads.
     """
     return _or(item & bit.replicate(len(item)) for bit, item in zip(select, items, strict=True))
 
@@ -42,8 +42,8 @@ def one_hot_multiplex_tree(m: Module, select: Value, items: Sequence[Value], nam
     """Return :func:`one_hot_multiplex` as a tree of tables that synthesis keeps.
 
     A mapper that sees longer paths elsewhere makes a chain of the same size instead, which is too
-    slow where the items come from the other end of the chip. Wires of the tree are called ``name``
-    with numbers.
+    slow where the items come from far across the chip. Wires of the tree are called ``name`` with
+    numbers.
     """
     size = len(items[0])
     bits = list(select)

@@ -13,15 +13,15 @@ __all__ = ["Multiplier"]
 class Multiplier(Unit):
     """Multiplies two numbers; ``product`` follows a cycle later.
 
-    The register is that of the platform's multiplier cell where there is one for such factors
-    (:meth:`pathgene.hdl.primitives.cells.Cells.multiplier`): no routing lies between product and
-    register.
+    Where the platform has a multiplier cell for such factors
+    (:meth:`pathgene.hdl.primitives.cells.Cells.multiplier`), the register lies within the cell:
+    there is no routing between product and register.
 
     Members
     -------
     first, second : In(Shape)
     product : Out(Shape)
-        ``first * second >> shift`` of the cycle before. It has a sign if a factor has one.
+        ``first * second >> shift`` of the cycle before. Signed if a factor is signed.
     """
 
     widths: Given("(int, int)", "Widths of the factors.")

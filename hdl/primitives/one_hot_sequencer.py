@@ -15,10 +15,11 @@ __all__ = ["OneHotSequencer"]
 
 
 class OneHotSequencer(Unit):
-    """State machine that follows the step it is told to take, in the next cycle.
+    """State machine that takes the requested step in the next cycle.
 
     Each state is a register, which sees only the steps into its state and out of it: no signal of
-    one state is decoded from all others. States that no step leads into or out of are left out.
+    one state is decoded from the registers of all states. States without a step in or out are
+    omitted.
 
     Members
     -------

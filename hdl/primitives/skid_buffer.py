@@ -13,15 +13,15 @@ __all__ = ["SkidBuffer"]
 class SkidBuffer(Unit):
     """Breaks a chain of ``ready`` signals: takes one word that it cannot pass on, and keeps it.
 
-    An empty buffer passes words through in the same cycle, with ``ready`` high whatever follows; it
-    costs no cycle, and a stream without a pause stays one.
+    An empty buffer passes words through in the same cycle, with ``ready`` high regardless of
+    ``passed.ready``; it costs no cycle and adds no pauses to a stream.
 
     Members
     -------
     words : In(stream.Signature(shape))
         ``ready`` is a register.
     passed : Out(stream.Signature(shape))
-        The same words. ``valid`` and ``payload`` are one multiplexer after those of ``words``.
+        The same words. ``valid`` and ``payload`` come through one multiplexer from ``words``.
     """
 
     shape: Given("ShapeLike", "Shape of a word.")

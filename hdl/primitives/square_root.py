@@ -13,8 +13,8 @@ __all__ = ["SquareRoot"]
 class SquareRoot(Unit):
     """Square root of a number in every cycle, rounded down.
 
-    Digit by digit: each stage takes two bits of the radicand and yields one of the root. ``root``
-    follows ``width`` cycles after its radicand.
+    Digit by digit: each stage takes two bits of the radicand and yields one bit of the root.
+    ``root`` follows ``width`` cycles after its radicand.
 
     Attributes
     ----------
@@ -36,9 +36,9 @@ class SquareRoot(Unit):
     def elaborate(self, platform):
         m = Module()
 
-        # Of the bits taken: their root, and what they are above its square, at most twice the root.
-        # Where that is negative, the root's last bit is 0; the next digit adds what this one took
-        # too much, and need not restore it. Root and remainder of the first begin without bits.
+        # `root` and `remainder` belong to the bits taken; the remainder is at most twice the root.
+        # If it is negative, the last bit of the root is 0; the next digit adds the excess back and
+        # need not restore it. Before the first digit, the root has no bits.
         root, remainder, rest = Const(0, 0), Const(0, 1), self.radicand
         for digit in range(1, self.width + 1):
             following = 2 * (self.width - digit)
@@ -46,7 +46,7 @@ class SquareRoot(Unit):
             m.submodules[f"digit_{digit}"] = chain = AddSubtract(digit + 2)
             m.d.comb += [
                 chain.first.eq(Cat(rest[following:], remainder)),
-                # 4 root + 1 is to be taken; where twice 2 root + 1 was, 4 root + 3 comes back.
+                # Subtract 4 root + 1; after a negative remainder, add 4 root + 3.
                 chain.second.eq(Cat(C(1, 1), negative, root)),
                 chain.subtracts.eq(~negative),
             ]

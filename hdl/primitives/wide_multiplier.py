@@ -32,7 +32,7 @@ class WideMultiplier(Unit):
     first : In(first)
     second : In(second)
     product : Out(Shape)
-        ``first * second >> shift``. It has a sign if a factor has one.
+        ``first * second >> shift``. Signed if a factor is signed.
     """
 
     first_shape: Given("ShapeLike", "Shape of a factor.")
@@ -53,7 +53,8 @@ class WideMultiplier(Unit):
     def elaborate(self, platform):
         m = Module()
 
-        # Numbers with their weights. Only the product of the lowest parts has bits to be left out.
+        # Numbers with their weights. Only the product of the lowest parts has bits that `shift`
+        # discards.
         terms = []
         for i, (low, first) in enumerate(_parts(self.first)):
             for j, (high, second) in enumerate(_parts(self.second)):

@@ -3,10 +3,10 @@
 Frame
 -----
 A frame is ``COBS(body | CRC-32) 0x00``. The body has at least 3 bytes: session, sequence, code,
-then a payload. The CRC is that of IEEE 802.3 (as in zlib), least significant byte first, with each
-byte XORed with :data:`VERSION`: ends of different versions do not understand each other by
-accident. Frames of :data:`Command.INFO` are *plain*: their CRC is not XORed and their layout never
-changes, so every host can ask any chip for its version.
+then a payload. The CRC is the CRC-32 of IEEE 802.3 (as in zlib), least significant byte first, with
+each byte XORed with :data:`VERSION`, so that ends of different versions reject each other's frames.
+Frames of :data:`Command.INFO` are *plain*: their CRC is not XORed and their layout never changes,
+so every host can ask any chip for its version.
 
 Order
 -----
@@ -19,15 +19,16 @@ chip
 - executes the command with the expected number, answers, and expects the next number;
 - answers the command before that one again without executing it again (the answer was lost);
 - answers :data:`Status.DUPLICATE` to the 126 numbers before these, :data:`Status.OUT_OF_ORDER` to
-  all others;
+  all remaining numbers;
 - answers :data:`Status.NO_SESSION` to another session, and nothing to a damaged frame.
 
 A refused command (its status is an error) does not count as executed: its number stays the expected
 one. A repeated GENERATE may ask for another :class:`LinkMode` than the first time, and a repeated
 check for :data:`CheckFlag.BRIEF`, so a host can settle for a short answer where long ones are
-damaged. A command is executed exactly once and in order, whatever the line loses, damages, repeats
-or reorders. A host may have several commands unanswered as long as their bodies with CRCs fit in
-:attr:`pathgene.hdl.config.Config.receive_buffer`; an answer confirms every command up to its own.
+damaged. A command is executed exactly once and in order, even if the line loses, damages, repeats
+or reorders frames. A host may have several commands unanswered as long as their bodies with CRCs
+fit in :attr:`pathgene.hdl.config.Config.receive_buffer`; an answer confirms every command up to its
+own.
 
 The answer has the command's session and sequence, a :class:`Status` as code, and the payload of the
 reply; with a status other than ``OK`` there is no payload.

@@ -1,4 +1,4 @@
-"""Breeding: what a generation does to the paths of a population.
+"""Breeding: from the paths of a population to the next population.
 
 A path is a list of packed waypoints. The population after a generation is the elites, best first,
 then the survivors in the order in which they were drawn, then the children. The model breeds with
@@ -102,10 +102,10 @@ class Recipe:
 def crossover(parents: Sequence[list[int]]) -> list[list[int]]:
     """Return the children of ``parents`` joined in a ring (*allaire-2008*, section 4.5).
 
-    Module ``i`` takes parents ``i`` and ``i + 1``, the last one the first again, so that each
-    parent is used twice. Child ``2 i`` has the head of ``i`` and the tail of ``i + 1``; child
-    ``2 i + 1`` the other two parts. The middle is rounded down, so that lengths stay within 2..max
-    for any parents.
+    Module ``i`` takes parents ``i`` and ``i + 1``, the last module the first parent again, so that
+    each parent is used twice. Child ``2 i`` has the head of ``i`` and the tail of ``i + 1``; child
+    ``2 i + 1`` the head of ``i + 1`` and the tail of ``i``. The middle is rounded down, so that
+    lengths stay within 2..max for any parents.
     """
     heads = [path[: len(path) // 2] for path in parents]
     tails = [path[len(path) // 2 :] for path in parents]

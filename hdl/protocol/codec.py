@@ -79,7 +79,7 @@ def encode_frame(body: bytes, *, plain: bool = False) -> bytes:
 
 
 def decode_frame(encoded: bytes) -> Frame:
-    """Return body and plainness of the frame whose bytes between delimiters are ``encoded``.
+    """Return the body of the frame ``encoded``, without delimiters, and whether it is plain.
 
     Raises
     ------
@@ -122,5 +122,5 @@ class FrameSplitter:
         return [piece for piece in ended if piece]
 
     def drop(self) -> None:
-        """Forget the bytes since the last delimiter."""
+        """Discard the bytes since the last delimiter."""
         self._begun.clear()

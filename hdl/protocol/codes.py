@@ -52,8 +52,8 @@ class Command(enum.IntEnum):
     #: One path against the map: :func:`check_request`, then its points, from the aircraft to the
     #: goal, in the form of a path; the reply is :func:`check_reply`, then the results.
     CHECK = 11
-    #: Paths of consecutive slots against the map: :func:`check_paths_request`; the reply is as that
-    #: of CHECK. Unknown to a chip without the paper core, too.
+    #: Paths of consecutive slots against the map: :func:`check_paths_request`; the reply is as for
+    #: CHECK. Also unknown to a chip without the paper core.
     CHECK_PATHS = 12
     #: Results of the latest check again: :func:`results_request`; the reply is the results.
     RESULTS = 13
@@ -89,7 +89,7 @@ class Status(enum.IntEnum):
     BAD_LENGTH = 5
     #: A value is outside its range: slot, number of paths, waypoint count, order not a permutation.
     BAD_VALUE = 6
-    #: A run goes on: PROBLEM, RUN, MAP, BLOCK and BEST wait for its end, which STOP brings about.
+    #: A run is in progress: PROBLEM, RUN, MAP, BLOCK and BEST must wait for its end; STOP ends it.
     BUSY = 7
 
 
@@ -155,7 +155,7 @@ class Counter(enum.StrEnum):
     UPDATE = "update"
     #: Cycles in which an answer was being made or was on the line.
     TRANSMIT = "transmit"
-    #: Most cycles that one generation since the latest START took, from the first cycle of the
+    #: Cycles of the longest generation since the latest START, from the first cycle of the
     #: crossover to the new population.
     LONGEST = "longest"
     #: Generations executed, or bred in runs.
@@ -165,10 +165,10 @@ class Counter(enum.StrEnum):
     #: Bytes on the line, both ways, delimiters and damaged frames included.
     BYTES_RECEIVED = "bytes_received"
     BYTES_SENT = "bytes_sent"
-    #: Cycles of the collision checker: of each path, from its first point or from the verdict
+    #: Cycles of the collision checker: for each path, from its first point or from the verdict
     #: before it, whichever is later, to its verdict.
     FEASIBILITY = "feasibility"
-    #: Cells checked; of each path, those up to the first colliding cell.
+    #: Cells checked: in each path, the cells up to the first colliding one.
     CELLS = "cells"
     #: Reads of the map's memory by the checker.
     READS = "reads"

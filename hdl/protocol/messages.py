@@ -31,8 +31,8 @@ __all__ = [
     "write_request",
 ]
 
-#: Checkers in the order of their numbers in :func:`info_reply`. Number 3 was a build that has been
-#: removed: it stays unused.
+#: Checkers in the order of their numbers in :func:`info_reply`. Number 3 belonged to a build that
+#: has been removed; it stays unused.
 _CHECKERS = (CheckerBuild.NONE, CheckerBuild.TWO_TIER, CheckerBuild.PARALLEL)
 #: Genetic cores in the order of their numbers there.
 _CORES = (GeneticCore.NONE, GeneticCore.PAPER, GeneticCore.PLANNER)
@@ -240,15 +240,16 @@ def config_from_info(values: dict[str, int]) -> Config:
 
 
 def status_reply(config: Config) -> Layout:
-    """Return the state, the eight latest states, the sticky errors, and what a core has done.
+    """Return the state, the eight latest states, the sticky errors, and the progress of the core.
 
     ``history`` holds 4 bits for each state, the latest lowest. ``crossover``, ``mutation`` and
     ``update`` are cycles of the latest generation.
 
     A chip with the planner core has fields of the latest run instead: ``running``, 1 until the run
-    is over; its ``cycles``; the ``key`` of its best path so far, in the form of
-    :data:`pathgene.hdl.protocol.planner.VALUE_BITS`; and cycles of its units. ``generation`` counts
-    those of the run. Fields are consistent in themselves, and final where ``running`` is 0.
+    ends; its ``cycles``; the ``key`` of its best path up to now, in the form of
+    :data:`pathgene.hdl.protocol.planner.VALUE_BITS`; and the cycles of its units. ``generation``
+    counts the generations of the run. Each field is consistent in itself, and final when
+    ``running`` is 0.
     """
     latest = (
         Field("crossover", 16, "cycles", "Crossover of the latest generation"),
@@ -419,7 +420,7 @@ def hit_record(config: Config) -> Layout:
 
 
 def entry_record(config: Config) -> Layout:
-    """Return the colliding cells of one segment: those of terrain, and blocked ones."""
+    """Return the counts of colliding cells of one segment: terrain and blocked."""
     return Layout(
         (
             Field(

@@ -75,31 +75,31 @@ TURN_FRACTION = 12
 SHARPEST_BITS = 4
 #: Fraction bits of a tangent as a share of its segment.
 SHARE_BITS = 16
-#: What a segment that is too steep counts beside its excess: the length of a quarter of a cell.
+#: Penalty of a segment that is too steep, in addition to its excess: a quarter of a cell's length.
 STEEP = 1 << POSITION_FRACTION - 2
-#: Fraction bits of the part by which a slope is too steep: a part counts as 4 units of length.
+#: Fraction bits of an excess in sixteenths of a step: a sixteenth counts as 4 units of length.
 EXCESS_BITS = 2
-#: Units of length that a corner that collides counts: four cells.
+#: Binary logarithm of the penalty of a colliding corner in units of length: four cells.
 HIT_BITS = POSITION_FRACTION + 2
-#: Greatest tangent of half a turn that the arc's length tells apart: about 152 degrees.
+#: Maximum tangent of half a turn that the arc's length distinguishes: turns of about 152 degrees.
 MAX_HALF_TURN = 4
 #: Entries of the table of turns for each unit of the tangent.
 _TURN_STEPS = 64
 
-#: Width of the cost of a feasible path, or of the penalty of another one, in its key.
+#: Width in a path's key of the cost of a feasible path, or of the penalty of an infeasible one.
 VALUE_BITS = 28
 #: Blocks along each edge of the wavefront's map.
 BLOCKS = 32
-#: Cost of a block from which no way leads to the goal: more than that of any way.
+#: Cost of a block from which no way leads to the goal: greater than the cost of any way.
 FAR = 1 << 30
-#: Sweeps over the blocks, forth and back, after which both relaxations of the wavefront end.
+#: Sweeps over the blocks, forward and backward, after which both relaxations of the wavefront end.
 SWEEPS = 64
 #: Rows of the memo of segments.
 MEMO_ROWS = 512
-#: Fewest and most waypoints of a first path, where the longest path has as many.
+#: Minimum and maximum waypoints of a first path, limited by the longest path.
 SEED_WAYPOINTS = 4, 16
 
-#: Most edges of a shape that becomes blocked.
+#: Maximum edges of a shape that becomes blocked.
 EDGES = 8
 #: Width of an edge's fall towards east and north, two's complement, and of a bend.
 EDGE_BITS, BEND_BITS = 16, 8
@@ -109,9 +109,9 @@ _EDGE = "at", "east", "north"
 class PathClass(enum.IntEnum):
     """Upper bits of a path's key: the lower, the better."""
 
-    #: Nothing collides, no slope is too steep, every arc fits. The value is the cost.
+    #: Feasible: nothing collides, no slope is too steep, every arc fits. The value is the cost.
     FEASIBLE = 0
-    #: As far as known, feasible; too costly to be walked. The value is the cost.
+    #: Too costly to be checked for collisions; otherwise feasible. The value is the cost.
     GIVEN_UP = 1
     #: The value is the penalty.
     INFEASIBLE = 2
@@ -153,7 +153,7 @@ class ProblemRecord:
         1 where the heading at start or goal is fixed: by an *entry*, a point before the start, and
         an *exit*, a point after the goal.
     entry_x, entry_y, entry_altitude, exit_x, exit_y, exit_altitude : int
-        These points, as start and goal are given.
+        Entry and exit, in the units of start and goal.
     """
 
     start_x: int
@@ -204,9 +204,8 @@ class ProblemRecord:
     def is_valid(self, config: Config) -> bool:
         """Return whether a chip of ``config`` takes the record: every field is within its range.
 
-        Limits are on the map, a waypoint is below the blocked altitude, no side of a cell is
-        longer than the longer one, and the blocks are the smallest that a map needs, or smaller,
-        and reach all corners within the limits.
+        Limits are on the map, a waypoint is below the blocked altitude, both scales are at most 1,
+        and the blocks are no larger than the map needs and reach all corners within the limits.
         """
         most_shift = max(config.coordinate_bits - (BLOCKS.bit_length() - 1), 0)
         return (
@@ -226,12 +225,12 @@ class ProblemRecord:
 
 @dataclass(frozen=True, kw_only=True)
 class NoFlyShape:
-    """Corners that become blocked: those of a box that are on the inner side of every edge.
+    """Corners that become blocked: all corners of a box on the inner side of every edge.
 
     Corner (x, y) is on the inner side of an edge where ``at + east * u + north * v``, with u = x -
-    first_x and v = y - first_y, is 0 or more. The first edge may bend: ``bend_x * u**2 + bend_y *
-    v**2`` is subtracted there, so that a shape of one edge can be a disc, whatever the sides of a
-    cell are.
+    first_x and v = y - first_y, is 0 or more. The first edge may bend:
+    ``bend_x * u**2 + bend_y * v**2`` is subtracted there, so that a shape of one edge can be a disc
+    for any sides of a cell.
 
     Parameters
     ----------
@@ -253,7 +252,7 @@ class NoFlyShape:
 
     @property
     def drawing_cycles(self) -> int:
-        """Cycles in which the shape is offered to the drawer, up to that in which it is taken."""
+        """Cycles in which the shape is offered to the drawer, the last of which takes it."""
         return (self.last_x - self.first_x + 1) * (self.last_y - self.first_y + 1) + 2
 
     def pack(self, config: Config) -> bytes:
@@ -284,12 +283,12 @@ class NoFlyShape:
         return no_fly_request(config).pack(**values)
 
     def is_valid(self) -> bool:
-        """Return whether a chip takes the shape: its box has a corner at least."""
+        """Return whether a chip takes the shape: its box has at least one corner."""
         return self.first_x <= self.last_x and self.first_y <= self.last_y
 
     @classmethod
     def unpack(cls, config: Config, payload: bytes) -> NoFlyShape:
-        """Return the shape in ``payload``, with all edges: what :meth:`pack` made of it."""
+        """Return the shape in ``payload`` with all edges, the inverse of :meth:`pack`."""
         layout = no_fly_request(config)
         values = layout.unpack(payload)
         widths = dict(layout.fields)
@@ -409,7 +408,7 @@ def problem_request(config: Config) -> Layout:
 
 
 def seed_waypoints(longest: int) -> tuple[int, int]:
-    """Return the fewest and the most waypoints of a first path, beside a longest path of others."""
+    """Return the minimum and the maximum waypoints of a first path, given the ``longest`` path."""
     fewest, most = (min(count, longest) for count in SEED_WAYPOINTS)
     return fewest, most
 
@@ -417,8 +416,8 @@ def seed_waypoints(longest: int) -> tuple[int, int]:
 def turn_table() -> tuple[int, ...]:
     """Return turns by the tangents of their halves: ``floor(2 atan(i / 64) * 4096)``, i = 0..257.
 
-    One entry more than :data:`MAX_HALF_TURN` asks for, so that a look-up interpolates without a
-    case. Exact: Euler's series in integers.
+    One entry more than :data:`MAX_HALF_TURN` requires, so that a look-up interpolates without a
+    special case. Exact: Euler's series in integers.
     """
     guard = 64
     quarter = _arctangent(1, 1, TURN_FRACTION + guard)

@@ -37,8 +37,8 @@ class RandomWordLayout:
     Step ``i`` of a generation carries, in the selection word, the two draws of crossover rank ``i``
     and the two of survivor ``i``; with the largest population they fill the word. In the mutation
     word it carries the child and the waypoint of mutator ``i``. Each step after the last mutator
-    carries the offsets of one new waypoint: first those of the first candidate of every patch, then
-    those of the second candidate of every patch, and so on.
+    carries the offsets of one new waypoint: the first candidate of every patch, then the second
+    candidate of every patch, and so on.
     """
 
     config: Config

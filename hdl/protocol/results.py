@@ -19,8 +19,7 @@ class PathResult:
     Attributes
     ----------
     collision : bool
-        True if the path collides; if not, all other attributes are None, but ``entries``, which is
-        empty.
+        True if the path collides; if not, ``entries`` is empty and all other attributes are None.
     segment : int or None
         First colliding segment; 0 is the segment from the aircraft.
     cell : tuple of int, or None

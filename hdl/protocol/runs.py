@@ -28,11 +28,11 @@ __all__ = [
 
 #: Corners and steps of the waypoints of paths.
 Population = Sequence[Sequence[tuple[int, int, int]]]
-#: Populations that a run has at most before they become one.
+#: Maximum populations of a run before they become one.
 ISLANDS = 2
-#: Passes at most that raise the first paths of an island.
+#: Maximum passes that raise the first paths of an island.
 LIFTS = 4
-#: Paths that a run returns at most.
+#: Maximum paths that a run returns.
 RETURNED = 8
 #: Width of the slope of a surface.
 SLOPE_BITS = 4
@@ -51,7 +51,7 @@ class RunOptions:
     seed : int
         0..2**64 - 1. All random draws follow from it.
     cycles, generations : int
-        The run breeds no further generation once it has reached either number, of all islands
+        The run breeds no further generation once it has reached either number, all islands
         together. The first populations are always completed.
     until_feasible : bool
         Once there is one population, the generations end the run only if its best path is feasible.
@@ -59,22 +59,21 @@ class RunOptions:
         While the best path is feasible, a child is walked only if it is cheaper than the path of
         this rank.
     slopes : tuple of int
-        An island for each, bred in turn; two at most, and on a warm start one at most,
-        beside the earlier population. Its route is found on the minimum ground of the blocks,
-        raised until no slope exceeds so many halves of the climb limit, 1..15; 0 leaves it as it
-        is.
+        One island for each, bred in turn: at most two, and on a warm start at most one, beside the
+        earlier population. Its route is found on the minimum ground of the blocks, raised until no
+        slope exceeds this number, 1..15, times half the climb limit; 0 leaves the ground unchanged.
     seeds : int
         Paths seeded along each route, of which the best become the island's population.
     lifts : int
         Passes that raise each waypoint of an island's first population out of the ground, 0..4.
     share : int
-        Sixteenths of the time after the first populations that the islands have together.
+        Share of the time after the first populations for all islands together, in sixteenths.
     warm : bool
-        Go on from the population of the run before.
+        Continue from the population of the previous run.
     paths : int
-        Paths returned at most, 1..8.
+        Maximum paths returned, 1..8.
     memo : int
-        Rows of the memo of segments: 0, or a power of two. Changes nothing but cycles. Built into a
+        Rows of the memo of segments: 0, or a power of two. Affects only the cycles. Built into a
         chip.
     """
 
@@ -174,7 +173,7 @@ class Outcome:
     keys : list of int
         Their keys.
     population : list of list of (int, int, int)
-        All paths at the end, the best first: what a warm run goes on from.
+        All paths at the end, the best first: the population for a warm run.
     generations : int
         Generations bred, on all islands together.
     cycles : int
@@ -203,9 +202,9 @@ class Outcome:
 
 
 def run_request(config: Config) -> Layout:
-    """Return the fields of a RUN: those of :class:`RunOptions`; the size of the memo is built in.
+    """Return the fields of a RUN: :class:`RunOptions` without ``memo``, which is built in.
 
-    ``islands`` is the number of slopes; those beyond mean nothing.
+    ``islands`` is the number of slopes; later slopes are ignored.
     """
     return Layout(
         (

@@ -13,16 +13,16 @@ __all__ = ["HitLocator"]
 
 
 class HitLocator(Unit):
-    """Finds the first colliding cell of a group, and counts all that collide; one cycle later.
+    """Finds the first colliding cell of a group, and counts all colliding cells, one cycle later.
 
-    Along a segment the lanes follow each other from that of the group's first cell on, wrapping
-    around to the one before it, or in the opposite order if the segment descends.
+    Along a segment the lanes follow each other from the lane of the group's first cell on, wrapping
+    around to the lane before it, or in the opposite order if the segment descends.
 
     Members
     -------
     group : In(group_layout)
     hits, blocked : In(lanes)
-        Lanes whose cells collide, and those of them that are blocked.
+        Lanes whose cells collide, and lanes whose cells are blocked, which also collide.
     hit : Out(1)
     until : Out(range(lanes + 1))
     x, y : Out(coordinate_bits)
@@ -52,13 +52,13 @@ class HitLocator(Unit):
         lane_bits = exact_log2(lanes)
 
         # Mirrored if the segment descends, lane numbers rise along it, except those that have
-        # wrapped around: these come later.
+        # wrapped around: these come last.
         start = group.major[:lane_bits]
         mirrored, late = Signal(lanes), Signal(lanes)
         m.d.comb += mirrored.eq(Mux(group.descending, self.hits[::-1], self.hits))
         for number in range(lanes):
             opposite = lanes - 1 - number
-            # Written so that no number is compared with its constant value.
+            # Written without comparisons whose result is constant.
             m.d.comb += late[number].eq(
                 Mux(
                     group.descending,

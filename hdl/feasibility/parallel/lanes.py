@@ -33,12 +33,12 @@ def group_layout(lanes: int, coordinate_bits: int) -> data.StructLayout:
 
 
 class Lanes(Unit):
-    """Walks segments, ``lane_count`` cells of one each cycle.
+    """Walks segments, ``lane_count`` cells per cycle.
 
     Lane c has the cells whose major coordinate is c mod ``lane_count``. Its cell in the first group
     depends on the start of the segment, so that each group but the last is full: a segment of n
-    cells takes n / ``lane_count`` cycles, rounded up. The rest is sums: all lanes gain the same in
-    a cycle, see :class:`pathgene.hdl.feasibility.parallel.reciprocal.Precision`.
+    cells takes n / ``lane_count`` cycles, rounded up. The following cells are sums: every lane
+    gains the same in a cycle, see :class:`pathgene.hdl.feasibility.parallel.reciprocal.Precision`.
 
     ``group`` and ``lanes`` follow their token in ``launched`` by a cycle.
 
@@ -117,8 +117,7 @@ class Lanes(Unit):
             self.group.cells.eq(Mux(token.ends_segment, rest + 1, lane_count)),
         ]
 
-        # A group lies in two rows: that of its first cell, and the one beyond. Both of the next
-        # group.
+        # Both rows of the next group: the row of its first cell, and the row beyond it.
         begin = segment.major[lane_bits:]
         beyond = Signal(row_bits)
         next_row, next_beyond = (
@@ -143,7 +142,7 @@ class Lanes(Unit):
             in_last = Signal(name=f"in_last_{number}", reset_less=True)
             late = Signal(name=f"late_{number}", reset_less=True)
             is_late = Signal(name=f"is_late_{number}")
-            # Written so that no number is compared with its constant value.
+            # Written without comparisons whose result is constant.
             m.d.comb += is_late.eq(
                 Mux(
                     segment.descending,
@@ -180,8 +179,8 @@ class Lanes(Unit):
     def _end_low(self, m, rest):
         """Give the cell at the lower end of the segment the altitude of that end.
 
-        It is the first cell, or of a falling segment the last one, ``rest`` places after the first
-        of its group.
+        That is the first cell or, if the segment falls, the last one, ``rest`` places after the
+        first of its group.
         """
         segment, begins = self.segment, self.launched.starts_segment
         lowest = Signal(self.altitude_bits, reset_less=True)

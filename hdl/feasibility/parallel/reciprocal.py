@@ -17,8 +17,9 @@ __all__ = ["Precision", "Reciprocals"]
 class Precision:
     """Fraction bits of slopes and positions, with the proof that they suffice.
 
-    Let b be the bits of a coordinate, a those of an altitude, and the map have L cells or more for
-    L lanes. A segment of length n < 2^b has cells k = 0..n. With k = j + L g, j < L, cell k takes
+    Let b be the bits of a coordinate and a the bits of an altitude; the map has at least L cells
+    for L lanes. A segment of length n < 2^b has cells k = 0..n. With k = j + L g, j < L, cell k
+    takes
 
         v(k) = v0 + floor(j d r) + g floor(L d r),   r = floor((2^F - 1) / n) / 2^F
 
@@ -40,9 +41,10 @@ class Precision:
 
     Altitudes with half steps. ``floor(z + k d / n - |d| / 2n)``, d the gain of the altitude, takes
     half of ``(2 j -+ 1) d r`` for j d r: 2k - 1 of a rising segment is at least -1, 2k + 1 of a
-    falling one below 2^(b+1), so that c = a + b and E stand, now to either side. The exact value is
-    a multiple of 1/(2n), as that of a coordinate, and the same E, T and e keep it: F = a + 2b + 3,
-    and u and e as for coordinates. Values below the lower end, which are never used, wrap around.
+    falling one below 2^(b+1), so that c = a + b and E still hold, now to either side. The exact
+    value is a multiple of 1/(2n), as for coordinates, and the same E, T and e suffice. So
+    F = a + 2b + 3, and u and e as for coordinates. Values below the lower end, which are never
+    used, wrap around.
 
     A map smaller than 2L counts as one for half as many lanes as it has cells along an edge. Tests
     cover every n, d and k of maps of up to 512 cells, with 12 bits of altitude.

@@ -17,7 +17,7 @@ from pathgene.hdl.primitives.unit import PowerOfTwo, Unit, Width
 
 __all__ = ["TAG_BITS", "SegmentSetup", "SegmentShaper", "segment_layout", "token_layout"]
 
-#: Width of the number that tells paths in flight apart: as many as places for verdicts.
+#: Width of the number that tells paths in flight apart: there are as many as places for verdicts.
 TAG_BITS = 4
 
 
@@ -27,14 +27,14 @@ def segment_layout(
     """Return the layout of a segment as the lanes see it.
 
     ``steep`` (the major axis is y), ``descending`` (along it), ``length`` (cells but one),
-    ``major``, ``minor``, ``altitude`` (where it starts), ``across`` and ``rise`` (what minor
-    coordinate and altitude gain along it), ``places`` (of each lane's first cell along the
-    segment), ``across_to`` and ``rise_to`` (their products with ``across`` and ``rise``),
-    ``reciprocal`` (of the length).
+    ``major``, ``minor``, ``altitude`` (where it starts), ``across`` and ``rise`` (gain of minor
+    coordinate and altitude along it), ``places`` (of each lane's first cell along the segment),
+    ``across_to`` and ``rise_to`` (their products with ``across`` and ``rise``), ``reciprocal`` (of
+    the length).
 
     With ``half_steps`` the altitudes are the lowest within half a step of each cell: ``rise_to`` is
-    the product with twice the place, less one if the segment rises, else and one; and there is
-    ``lowest``, the altitude of the lower end.
+    the product with twice the place, minus one if the segment rises, otherwise plus one. ``lowest``
+    is the altitude of the lower end.
     """
     xy, z = coordinate_bits, altitude_bits
     lane_bits = exact_log2(lanes)
@@ -59,9 +59,9 @@ def segment_layout(
 
 
 def token_layout(segment_bits: int) -> data.StructLayout:
-    """Return the layout of the facts that go with a group of cells through all stages.
+    """Return the layout of the data that accompanies a group of cells through all stages.
 
-    ``valid``; ``starts_segment`` and ``ends_segment`` (it is the first or last group of its
+    ``valid``; ``starts_segment`` and ``ends_segment`` (the group is the first or last of its
     segment), ``first`` and ``ends_path`` (of its path), ``segment`` (its number), ``tag`` (of its
     path).
     """
@@ -79,7 +79,7 @@ def token_layout(segment_bits: int) -> data.StructLayout:
 
 
 class SegmentShaper(Unit):
-    """Stages that derive the shape of a segment from its ends: the base of what launches segments.
+    """Stages that derive a segment's shape from its ends: base class of the launching units.
 
     First differences, their signs, and the major axis; then small multiples of the differences,
     beside the reciprocal of the length.
@@ -96,13 +96,13 @@ class SegmentShaper(Unit):
     half_steps = False
 
     def _measure(self, m, load, before, point, turns, reciprocals, identity):
-        """Add the first stage; return what it holds of a segment from ``before`` to ``point``.
+        """Add the first stage; return its registers of a segment from ``before`` to ``point``.
 
-        ``identity`` assigns what the segment is known by, in the same cycle.
+        ``identity`` assigns the identity of the segment in the same cycle.
 
-        An axis is longer than the other if sum and difference of the two gains have the same sign,
-        which are ``turns``; if they are equally long, either may be the major one: the cells are
-        the same.
+        ``turns`` are the signs of the sum and the difference of the two gains; the segment is steep
+        if they are equal. If both sides are equally long, either axis may be the major one: the
+        cells are the same.
         """
         xy, z = self.coordinate_bits, self.altitude_bits
         ends = Signal(data.ArrayLayout(self.point_layout, 2), reset_less=True)
@@ -144,7 +144,7 @@ class SegmentShaper(Unit):
         return _Sides(ends, gains, sides, rise, half, steep, start, descending)
 
     def _shape(self, m, move_on, measured):
-        """Add the second stage; return what it holds of a segment but the reciprocal."""
+        """Add the second stage; return its registers of a segment, without the reciprocal."""
         ends, gains, sides, rise, half, steep, *turned = measured
         lanes, lane_bits = self.lanes, exact_log2(self.lanes)
         across, descending = Signal(signed(self.coordinate_bits + 1)), Signal()
@@ -204,14 +204,14 @@ class SegmentSetup(SegmentShaper):
     """Makes segments of points, and launches them back to back.
 
     A segment waits for its turn in two stages: differences, their signs, and the major axis; then
-    small multiples of the differences, and the reciprocal of the length. From the second it is
-    launched: a group of its cells a cycle, then the next segment. Nothing after this unit waits,
-    and as long as points come no cycle is lost between segments or paths. A segment is launched 2
-    cycles after its second point is taken, or later if it is not yet its turn. A path begins with
-    its first point, and a segment with its second: points wait for the places of verdict and count.
+    small multiples of the differences, and the reciprocal of the length. From the second stage it
+    is launched: one group of its cells per cycle, then the next segment. Nothing after this unit
+    waits, and as long as points come no cycle is lost between segments or paths. A segment is
+    launched 2 cycles after its second point is taken, or later if it is not yet its turn. A path
+    begins with its first point, and a segment with its second: points wait for the places of
+    verdict and count.
 
-    In the cycle of ``drop`` all of that path is discarded; its points to come are taken and
-    discarded.
+    In the cycle of ``drop`` the whole path is discarded; its later points are taken and discarded.
 
     Members
     -------
@@ -251,7 +251,8 @@ class SegmentSetup(SegmentShaper):
         m = Module()
 
         # Whether the stages hold a segment, and whether the last group of one has been launched.
-        # The first stage has separate registers for both, as the others would come too late.
+        # The first stage has separate copies of these registers, as shared ones would arrive too
+        # late.
         measured_next, waiting_next, free_next = Signal(), Signal(), Signal()
         has_measured, measured_full = fanout(m, *[measured_next] * 2, name="measured")
         has_waiting, waiting_full = fanout(m, *[waiting_next] * 2, name="waiting")
@@ -300,7 +301,7 @@ class SegmentSetup(SegmentShaper):
         return m
 
     def _take_points(self, m, load):
-        """Take points; return whether they complete a segment, and the path that they are of."""
+        """Take points; return whether they complete a segment, and their path."""
         # A point comes in if there is room, and waits in the buffer for its turn: each takes about
         # half a cycle.
         m.submodules.point_buffer = buffer = SkidBuffer(self.point_layout)
@@ -337,7 +338,7 @@ class SegmentSetup(SegmentShaper):
         return taken & inside & ~dropped, _Path(taken, before, point, tag, number)
 
     def _turns(self, m, path):
-        """Return the signs of sum and difference of the gains, from sums that points come with."""
+        """Return the signs of sum and difference of the gains, computed from sums of each point."""
         point = path.point
         sums, sums_before = [point.y + point.x, point.y - point.x], []
         for name, value in zip(("sum", "difference"), sums, strict=True):
@@ -347,7 +348,7 @@ class SegmentSetup(SegmentShaper):
         return [(now - before)[-1] for now, before in zip(sums, sums_before, strict=True)]
 
     def _launch(self, m, launch, free, free_next, waiting, shape):
-        """Launch the groups of the segment that is ``waiting``, a group a cycle."""
+        """Launch the groups of the segment that is ``waiting``, one group per cycle."""
         token = self.token
         left = Signal(self.coordinate_bits)  # Groups of the segment launched last.
         launched = Signal(self.identity_layout, reset_less=True)
@@ -398,8 +399,9 @@ class _Path(NamedTuple):
 class _Sides(NamedTuple):
     """A measured segment: its ends, and the differences between them.
 
-    ``half`` is the rise, or its negative if the segment rises: twice what half a step takes off.
-    With half steps, ``start`` is the first lane; ``descending``: against the major axis.
+    ``half`` is the rise, or its negative if the segment rises: twice the altitude lost over half a
+    step. With half steps, ``start`` is the first lane, and ``descending`` is set if the segment
+    runs against the major axis.
     """
 
     ends: Value
@@ -413,7 +415,7 @@ class _Sides(NamedTuple):
 
 
 def _multiple(value, factor):
-    """Return a product, of adders: a multiplier for so few bits would be slower."""
+    """Return a product, made of adders: a multiplier for a few bits would be slower."""
     return sum((Mux(bit, value << i, 0) for i, bit in enumerate(factor)), Const(0, signed(1)))
 
 

@@ -24,8 +24,7 @@ def lane_layout(lanes: int, coordinate_bits: int, altitude_bits: int) -> data.St
 
     ``valid`` (there is one), ``row`` (its major coordinate divided by the number of lanes; the
     remainder is the number of the lane), ``minor`` (its other coordinate), and ``ceiling``: the
-    cell collides if the ground is at this altitude or above, or, of a segment with half steps, only
-    if it is above.
+    cell collides if the ground is at this altitude or above; with half steps, only if it is above.
     """
     return data.StructLayout(
         {
@@ -43,14 +42,14 @@ class TerrainMemory(Unit):
     Cell (x, y) lies in bank (x mod B, y mod B), with B = ``bank_edge``. Lane c has cells whose
     coordinate along the major axis of the segment is c mod ``lane_count``. In a cycle, the first B
     lanes use the first port of the banks, each in a different column of banks (or row, if the
-    segment is steep), and the other B lanes use the second port in the same way. No lane waits for
-    another, and each bank port serves one of two lanes.
+    segment is steep), and the last B lanes use the second port in the same way. Lanes never wait
+    for each other, and each bank port serves one of two lanes.
 
     A bank compares its data with the altitude of the lane that looks there, if any does. The
     latency from a cell to ``hits`` is ``memory_latency + 3``: bank, address, comparison, and
-    gathering of each lane's banks. Without comparators the lanes get the ground itself, as late:
-    along each axis from the banks where the lane may look, then from one of the two. Instead of
-    single cells, a row of neighbours can be looked up then, a cell for each lane.
+    gathering of each lane's banks. Without comparators the lanes get the ground itself with the
+    same latency: along each axis from the banks where the lane may look, then from the selected
+    axis. Instead of single cells, a row of neighbours can be looked up then, a cell for each lane.
 
     The banks are spread over the device; the block RAMs of one lie side by side where the cells of
     the platform have places for them (:class:`pathgene.hdl.primitives.block_memory.BlockMemory`).
@@ -138,7 +137,8 @@ class TerrainMemory(Unit):
             asked_x = Mux(self.lookup_valid, self.lookup_x, self.write_x)
             asked_y = Mux(self.lookup_valid, self.lookup_y, self.write_y)
         else:
-            # x of a port's first cell in the row; its others lie in the same place in their banks.
+            # x of a port's first cell in the row; its other cells lie in the same place in their
+            # banks.
             firsts = [
                 Cat(Const(port * edge, exact_log2(self.lane_count)), self.row_x)
                 for port in range(ports)
@@ -162,8 +162,8 @@ class TerrainMemory(Unit):
         for cycle in range(1, answer + 2):
             steep.append(delay_line(m, steep[-1], 1, f"steep_{cycle}"))
 
-        # Of the bank in column x and row y: data of the first port, and the comparisons of both
-        # ports, which are 0 where no lane looks.
+        # Outputs of the bank in column x and row y: data of the first port, and the comparisons of
+        # both ports, which are 0 where no lane looks.
         ground = [[None] * edge for _ in range(edge)]
         found = [[[None] * edge for _ in range(edge)] for _ in range(ports)]
         hits, tops = ([[[None] * edge for _ in range(edge)] for _ in range(ports)] for _ in "ht")
@@ -199,7 +199,7 @@ class TerrainMemory(Unit):
                     if not self.compare:
                         continue
 
-                    # Whether the one of two lanes that may look here does.
+                    # Whether the selected one of the two lanes looks here.
                     would = Mux(
                         self.steep,
                         self.lanes[by_y].minor[:bank_bits] == x,

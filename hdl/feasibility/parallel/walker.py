@@ -1,4 +1,4 @@
-"""Walker of the parallel build: every segment in the detailed map, several cells a cycle."""
+"""Walker of the parallel build: every segment in the detailed map, several cells per cycle."""
 
 from amaranth import *
 from amaranth.lib import memory
@@ -19,7 +19,7 @@ __all__ = ["ParallelWalker"]
 
 
 class ParallelWalker(Unit):
-    """Walks all segments in the detailed map, ``lanes`` cells a cycle.
+    """Walks all segments in the detailed map, ``lanes`` cells per cycle.
 
     A segment of n cells takes n / ``lanes`` cycles, rounded up. Segments and paths follow each
     other without a gap as long as the next point is there and no path is dropped. A lone path of G
@@ -29,8 +29,8 @@ class ParallelWalker(Unit):
     cycles: two of set-up, two for slopes, one to the banks. A group's step follows it by
     ``memory_latency + 3``: comparison, bank, first hit.
 
-    In the cycle of ``drop``, its group is still read. The points left of the path are taken, one a
-    cycle.
+    In the cycle of ``drop``, the group of the path is still read. The remaining points of the path
+    are taken, one per cycle.
 
     Source: *allaire two-tier*, section 5.3.
 

@@ -15,9 +15,9 @@ def tested_layout(coordinate_bits: int, segment_bits: int, latency: int) -> data
     """Return the layout of a cell that has been compared.
 
     ``hit``: the path is not above its ground. ``blocked``: no path may cross that ground.
-    ``reads``: addresses of the same path given to a memory since, that of this cycle included.
-    ``open``: neither this nor any of those is the path's last cell. ``latency``: cycles from a
-    visit to its test.
+    ``reads``: addresses of the same path given to a memory since, including this cycle's. ``open``:
+    neither this cell nor any cell read since is the path's last. ``latency``: cycles from a visit
+    to its test.
     """
     return data.StructLayout(
         {
@@ -31,7 +31,7 @@ def tested_layout(coordinate_bits: int, segment_bits: int, latency: int) -> data
 
 
 class AltitudeComparator(Unit):
-    """Tests one cell a cycle, ``memory_latency + 3`` cycles after it was visited.
+    """Tests one cell per cycle, ``memory_latency + 3`` cycles after it was visited.
 
     A cell is hit when ``z0 n + k dz <= ground * n``: multiplication and comparison take a cycle
     each, and nothing is rounded.
@@ -51,7 +51,7 @@ class AltitudeComparator(Unit):
     ground : In(altitude_bits)
         Altitude of the cell visited ``memory_latency + 1`` cycles ago, from a register.
     drop : In(1)
-        Discard cells visited after the tested one, that of this cycle included.
+        Discard cells visited after the tested one, including this cycle's.
     valid : Out(1)
     tested : Out(tested_layout)
     """

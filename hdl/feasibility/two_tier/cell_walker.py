@@ -1,4 +1,4 @@
-"""Bresenham walker of the two-tier build: one cell a cycle, without a divider."""
+"""Bresenham walker of the two-tier build: one cell per cycle, without a divider."""
 
 from amaranth import *
 from amaranth.lib import data, stream
@@ -39,14 +39,14 @@ class CellWalker(Unit):
     """Visits every cell of segments, both ends included, in walking order.
 
     Cell k of a segment of n steps is ``x0 + floor((2 k dx + n) / (2 n))``, y likewise. Each step
-    moves one cell along the longer side. Along the other, an error between -2 n and -1 grows by
-    twice the shorter side, and moves one cell when it reaches 0. Halves are rounded up, not away
-    from the start: towards lower coordinates the error begins one lower. The altitude is the exact
-    ``(z0 n + k dz) / n``, its numerator summed up step by step; a segment without steps counts as
-    one of a single step, of which only the first cell is visited.
+    moves one cell along the longer side. Along the shorter side, an error between -2 n and -1 grows
+    by twice that side in each step, and the walker moves one cell when the error reaches 0. Halves
+    are rounded up, not away from the start: towards lower coordinates the error begins one lower.
+    The altitude is the exact ``(z0 n + k dz) / n``, its numerator summed up step by step; a segment
+    without steps counts as a single step, of which only the first cell is visited.
 
-    The first cell is visited in the cycle after its segment is taken, then one a cycle. The next
-    segment is taken in the last of these cycles, so that none is lost.
+    The first cell is visited in the cycle after its segment is taken, then one cell per cycle. The
+    next segment is taken in the last of these cycles, so that no cycle is lost.
 
     Source: *allaire two-tier*, section 3.2.3. Differs: the next segment is set up during the walk.
 
@@ -62,9 +62,9 @@ class CellWalker(Unit):
     segment_begins : Out(1)
         A segment is taken to be walked.
     drop : In(1)
-        Leave the present path from the next cycle on: that of the latest visited cell, which must
-        not have been its last one. A cell may still be visited in the cycle of ``drop``; it is
-        void. Later segments of the path are taken and not walked, one a cycle.
+        Leave the path of the latest visited cell from the next cycle on; that cell must not have
+        been its last. A cell may still be visited in the cycle of ``drop``; it is void. Later
+        segments of the path are taken and not walked, one per cycle.
     visiting : Out(1)
         ``visit`` is visited in this cycle.
     visit : Out(visit_layout)

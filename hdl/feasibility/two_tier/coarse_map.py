@@ -16,10 +16,10 @@ class CoarseMap(Unit):
     """Memory of the maxima of square blocks of cells.
 
     Cells written to the detailed map pass through this unit, which records the blocks that they
-    span. After the last cell of a rectangle it reads every cell of those blocks again, one a cycle,
-    and writes their maxima, so that a maximum falls with its cell. ``busy`` is high for
-    a cycle for each cell of these blocks and ``scan_latency + 2`` more, from the cycle after the
-    last cell on.
+    span. After the last cell of a rectangle it reads every cell of those blocks again, one per
+    cycle, and writes their maxima, so that a maximum falls when its cell does. ``busy`` is high for
+    one cycle per cell of these blocks and ``scan_latency + 2`` more, from the cycle after the last
+    cell on.
 
     Source: *allaire two-tier*, section 3.1.1.
 
@@ -94,7 +94,7 @@ class CoarseMap(Unit):
             with m.If(fresh | (block_y > north)):
                 m.d.sync += north.eq(block_y)
 
-        # One cycle to settle, then all cells of a block, and those of the next one.
+        # One cycle to settle, then all cells of each block in turn.
         starting = Signal()
         m.d.sync += starting.eq(self.written & cell.last)
         at_x, at_y = Signal(coarse_bits), Signal(coarse_bits)

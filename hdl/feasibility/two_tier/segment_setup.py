@@ -17,9 +17,10 @@ def segment_layout(
     """Return the layout of one segment to be walked.
 
     ``x``, ``y`` of its first cell, in cells of its map; ``west`` and ``south``: x, y do not grow;
-    ``steep``: y is the longer side. ``steps`` of the longer side and ``minor`` of the other.
-    ``altitude`` of the first cell (without steps, of the lower end) and ``climb`` to the last one.
-    ``coarse``: its map is the coarse one. ``number`` within its path; ``last``: the path ends here.
+    ``steep``: y is the longer side. ``steps`` along the longer side and ``minor`` along the
+    shorter. ``altitude`` of the first cell (without steps, of the lower end) and ``climb`` to the
+    last one. ``coarse``: its map is the coarse one. ``number`` within its path; ``last``: the path
+    ends here.
     """
     return data.StructLayout(
         {
@@ -42,8 +43,8 @@ def segment_layout(
 class TwoTierSegmentSetup(Unit):
     """Makes segments of points: differences, sides in order of length, and the map.
 
-    The first ``detailed_segments`` of a path are for the detailed map, all others for the coarse
-    one: their points become the blocks that they lie in, with their own altitudes (*allaire
+    The first ``detailed_segments`` of a path are for the detailed map, all later ones for the
+    coarse map: their points become the blocks that they lie in, with their own altitudes (*allaire
     two-tier*, section 3.2).
 
     A pipeline of two stages, which takes a point and offers a segment every cycle: the segment is
@@ -54,7 +55,7 @@ class TwoTierSegmentSetup(Unit):
     points : In(stream.Signature(point_layout))
         Paths of two points or more in turn.
     segments : Out(stream.Signature(segment_layout))
-        One segment fewer than points, path by path.
+        One segment fewer than there are points, path by path.
     """
 
     coordinate_bits: Width(2, text="In cells of the detailed map.")

@@ -1,4 +1,4 @@
-"""Walker of the two-tier build: a cell a cycle, in the detailed map, then in the coarse one."""
+"""Walker of the two-tier build: one cell per cycle, in the detailed map, then in the coarse one."""
 
 from amaranth import *
 from amaranth.lib.wiring import connect, flipped
@@ -17,7 +17,7 @@ __all__ = ["TwoTierWalker"]
 
 
 class TwoTierWalker(Unit):
-    """Walks the first two segments of a path in the detailed map, all others in the coarse one.
+    """Walks the first two segments of a path in the detailed map, all later ones in the coarse map.
 
     With a source that always has the next point, the first cell of a path is visited 4 cycles after
     its first point is taken, and then one cell each cycle; segments and paths follow each other
@@ -25,8 +25,8 @@ class TwoTierWalker(Unit):
     c cells is therefore decided ``c + memory_latency + 6`` cycles after its first point is taken,
     that cycle included, and its verdict is offered in the next one.
 
-    In the cycle of ``drop`` one more address is given, and counted. The points left of the path are
-    taken, one a cycle.
+    In the cycle of ``drop`` one more address is given, and counted. The remaining points of the
+    path are taken, one per cycle.
 
     Points and writes wait while the coarse map is rebuilt: see
     :class:`pathgene.hdl.feasibility.two_tier.coarse_map.CoarseMap`.

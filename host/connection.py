@@ -35,7 +35,7 @@ class Connection:
     reason : Reason or None
         The reason why none is known; None if there is one.
     result : Result or None
-        The path that was found, or the best of those that break a limit; None if nothing searched.
+        The feasible path, or the best path that breaks a limit; None if no planner has searched.
     planner : str or None
         The planner whose path it is.
     """
@@ -61,7 +61,7 @@ def connect(
     evaluator : Evaluator
         Evaluates paths of the problem.
     searchers : sequence of str
-        Names of planners; each searches if those before it have found no feasible path.
+        Names of planners; each searches if earlier ones have found no feasible path.
     best : Evaluation, optional
         Evaluation of the best path known, which breaks a limit.
     stop : Stop, optional
@@ -163,7 +163,7 @@ def _without_headings(problem: Problem, freed: Collection[str]) -> Problem:
 def _heading_reason(
     problem: Problem, fixed: Mapping[str, float], freed: Sequence[str], path: NDArray[np.float64]
 ) -> Reason:
-    """Return that headings are the reason; ``path`` is one without those that are ``freed``."""
+    """Return headings as the reason; ``path`` is a path without the headings at ``freed`` ends."""
     runs = {"start": path[1] - path[0], "goal": path[-1] - path[-2]}
     headings = []
     for end in freed:

@@ -172,8 +172,8 @@ class Plan:
         Raises
         ------
         InputError
-            If a value is none of these, a zone that is gone is none of the problem, or an end is in
-            the ground, in a zone or off the map.
+            If a value has a wrong kind, a removed zone does not belong to the problem, or an end is
+            in the ground, in a zone or off the map.
         JobError
             If the search fails before it has a path.
         """

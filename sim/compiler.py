@@ -126,7 +126,7 @@ def run_tool(
 
 
 def end_tools() -> None:
-    """Kill the tools that run in all threads, with all that they have started."""
+    """Kill the running tools of all threads, and their child processes."""
     with _starting:
         groups = list(_running)
     for group in groups:

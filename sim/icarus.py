@@ -16,8 +16,8 @@ from pathgene.sim.compiler import compile_object, run_tool
 
 __all__ = ["build_icarus", "build_icarus_module", "icarus_version", "with_zeros"]
 
-# A memory that the export leaves without initial contents: its name, and its last row. And the
-# register of a read port, which never has any.
+# A memory without initial contents in the export: its name and its last row; and the register of a
+# read port, which never has an initial value.
 _MEMORY = re.compile(
     r"\(\* no_rw_check = [^*]*\*\)\s*(?:\(\*[^*]*\*\)\s*)*"
     r"reg (?:\[\d+:0\] )?(\w+|\\\S+ )\s*\[(\d+):0\];\n"
@@ -42,9 +42,9 @@ def icarus_version() -> str:
 def with_zeros(verilog: str) -> str:
     """Return exported Verilog whose memories begin with zeros, and so do their read ports.
 
-    A chip's memory holds something when the power comes on, whatever it is. To Icarus it would be
-    unknown, and a register that is compared with something unknown, to be replaced or not, would
-    stay unknown for ever, where the chip would replace it.
+    A chip's memory has arbitrary but definite contents at power-on. In Icarus they would be ``X``,
+    and a register that is replaced depending on a comparison with ``X`` would remain ``X``, while
+    the chip would replace it.
     """
     rows = map("row_to_zero_{}".format, itertools.count())
 

@@ -129,7 +129,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _job(args: argparse.Namespace, name: str, file: str) -> Job:
-    """Return the job of a problem file and the options; note those that its planner lacks."""
+    """Return the job of a problem file and the options; note options that its planner lacks."""
     from pathgene.host.mission.batch import Job
     from pathgene.host.mission.build import planner_of
 

@@ -196,7 +196,7 @@ def _flown(
                 written += draw(report, directory)
         except KeyboardInterrupt:
             ended = whole
-            # The files of an earlier flight are gone.
+            # Files of an earlier flight have been removed.
             written = [file for name in FLIGHT if (file := directory / name).exists()]
     del table["track"]
     if args.json:

@@ -74,7 +74,7 @@ def check(args: argparse.Namespace) -> int:
     from pathgene.host.planners.default import asks_hardware
 
     values = read_problem(Path(args.file))
-    # Hardware need not be there yet.
+    # A check does not need the hardware.
     is_asked = asks_hardware(values.get("planner"), values.get("board"))
     search = search_of({**values, "planner": DEFAULT, "board": None} if is_asked else values)
     mission = mission_of(values)

@@ -29,7 +29,7 @@ class Field:
     records : dict of int to dict
         Finished runs by seed.
     failures : dict of int to Outcome
-        Those that failed, by seed.
+        Failed runs by seed.
     """
 
     entrant: Entrant

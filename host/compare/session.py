@@ -29,7 +29,7 @@ class RunProgress:
     stream : TextIO
         As for :class:`pathgene.host.progress.Bar`.
     total, kept : int
-        Number of all runs, and of those already stored.
+        Number of all runs, and number of runs already stored.
     clock : callable
         Returns seconds.
     """

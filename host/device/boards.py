@@ -144,7 +144,7 @@ def require_chip(config: Config, core: GeneticCore, population: int | None) -> N
     Raises
     ------
     InputError
-        If the chip is refused; ``population`` is None where any will do.
+        If the chip is refused; with ``population`` None, any population is accepted.
     """
     if config.core is GeneticCore.NONE:
         raise InputError(

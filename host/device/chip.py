@@ -258,9 +258,9 @@ class Chip:
         *,
         progress: Callable[[int, int], object] | None = None,
     ) -> None:
-        """Make ``heights`` the chip's map, sending of each frame's cells only those around changes.
+        """Make ``heights`` the chip's map; each frame has only the cells around changes.
 
-        The changes are those since the cells that this object has written: the first call sends
+        Heights are compared with the cells that this object has written: the first call sends
         the whole map, and a call with the same map sends nothing. After a failed upload, the call
         sends the cells that the chip has not acknowledged, in a new session if the failure ended
         the session: it resumes the upload.

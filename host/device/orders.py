@@ -10,7 +10,7 @@ from pathgene.host.device.link import Link
 
 __all__ = ["Orders"]
 
-#: Commands sent at once at most: as many as a link has in flight.
+#: Maximum number of commands sent at once: as many as a link has in flight.
 _MOST = 64
 
 

@@ -164,7 +164,7 @@ class SocketPort:
         )
 
     def _in_use(self) -> bool:
-        """Tell whether the board has said so, also in bytes that were not read yet."""
+        """Return whether the board has sent that it is in use, unread bytes included."""
         with contextlib.suppress(OSError):
             while len(self._first) <= len(BUSY) and (part := self._socket.recv(len(BUSY))):
                 self._first += part

@@ -111,7 +111,7 @@ class Barrier:
     terrain : Terrain
         The grid.
     start, goal : (float, float, float)
-        The ends; their altitudes are left aside.
+        The ends; their altitudes are ignored.
     forbidden : (ny, nx) bool
         Nodes whose square no path may touch.
     pieces : (n, 5) float64

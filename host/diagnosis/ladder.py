@@ -237,7 +237,7 @@ def _zone_names(bounds: Bounds, ring: Ring) -> tuple[str, ...]:
 
 
 def _near_zones(bounds: Bounds, ring: Ring, known: tuple[int, ...] = ()) -> tuple[str, ...]:
-    """Return the names of the zones, besides those known, whose cells are in a ring of nodes."""
+    """Return the names of the zones not in ``known`` whose cells are in a ring of nodes."""
     row, column = ring.nodes.T
     return tuple(
         zone_name(bounds.problem, index)

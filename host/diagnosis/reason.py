@@ -52,7 +52,7 @@ _ROUNDING = 1e-6
 
 @dataclass(frozen=True)
 class Figure:
-    """A limit that forbids every path, and the value of it that would do.
+    """A limit that forbids every path, and a value that would allow one.
 
     Parameters
     ----------

@@ -1,10 +1,10 @@
 """Pits and walls: ends from which no allowed climb, or to which no allowed descent, leads.
 
-An aircraft that leaves a pit gains altitude along its way. How much depends on how long the way is,
-and there are two answers. Where no circle of the turn radius fits into the pit, the way cannot turn
-round, so it is not much longer than the shortest one: a pit deeper than that is closed. Where a
-circle fits, the aircraft could circle up. Since no planner circles, the reason given is that the
-shortest ways are too steep, which is no proof.
+An aircraft that leaves a pit gains altitude in proportion to the length of its way. If no circle of
+the turn radius fits into the pit, the way cannot turn round, so it is not much longer than the
+shortest one: a pit that is too deep for this length is closed. If a circle fits, the aircraft could
+circle up. Since no planner circles, the reason given is that the shortest ways are too steep, which
+is no proof.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ __all__ = ["slope_reasons"]
 
 Floats = NDArray[np.float64]
 
-# Without turning round, a way is at most half of pi times as long as the shortest; and some.
+# Without turning round, a way is at most pi / 2 times as long as the shortest; rounded up.
 _DETOUR = 2.0
-# Nodes on the longer side of the grid for the limit that would do.
+# Maximum number of nodes on the longer side of the grid that gives a sufficient limit.
 _MOST_NODES = 400
 _HALVINGS = 12
 _STEEPEST_DEG = 85.0

@@ -271,7 +271,7 @@ def add_zone_metres(
 
 @compiled
 def piece_figures(c: Constants, pieces: Floats, rows: int, figures: Floats) -> None:
-    """Write the figures of every piece, (rows, FIGURES); those without length stay as they are."""
+    """Write the figures of every piece with a length, (rows, FIGURES)."""
     fuel = 0.0
     flown = 0.0
     for row in range(rows):

@@ -14,7 +14,7 @@ from pathgene.host.terrain import Terrain
 
 __all__ = ["Samples", "SmoothedTrack"]
 
-# Samples that are looked at together where only one of them counts.
+# Samples that are evaluated together where only one of them counts.
 _BLOCK = 1 << 18
 
 
@@ -108,7 +108,7 @@ class SmoothedTrack:
     def least_clearance_m(self, ds_m: float) -> float:
         """Return the least clearance of :meth:`midpoints`, metres; NaN where all are over voids.
 
-        It takes the memory of some hundred thousand samples, however many there are.
+        It needs memory for some hundred thousand samples, independent of their number.
         """
         least = math.nan
         for piece in self.pieces:

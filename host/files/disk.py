@@ -49,7 +49,7 @@ class Disk:
         path.unlink()
 
     def make_directory(self, path: Path) -> None:
-        """Make a folder, and those above it, unless it is there."""
+        """Make a folder and its parents, unless it exists."""
         path.mkdir(parents=True, exist_ok=True)
 
 

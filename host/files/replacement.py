@@ -94,7 +94,7 @@ class _Change:
         self._older: dict[Path, Path | None] = {}
 
     def stage(self, contents: Mapping[str, bytes]) -> None:
-        """Write all files beside their places, and those that are special into these."""
+        """Write new files beside their places, and write special files directly."""
         special = []
         for name, content in contents.items():
             place = self._directory / name

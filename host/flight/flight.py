@@ -30,7 +30,7 @@ PERIOD_S = _STEPS * STEP_S
 #: Commands may exceed a limit of the aircraft by this share, to return to the track.
 MARGIN = 0.05
 
-# Looks between two looks at the ground, which only the turbulence and the mixture depend on.
+# Steps between two samples of the ground, which only the turbulence and the mixture depend on.
 _LOOKS = 15
 # Duration of the lead-in: the aircraft settles, then the wind rises, then it settles again.
 _LEAD_S = 45.0

@@ -301,7 +301,7 @@ def _positions(points: Any, local: bool) -> Ring:
 
 
 def _placed(found: list[Shape], terrain: Terrain) -> list[Shape]:
-    """Move shapes from WGS84 into the terrain's frame, all at once: each call takes a while."""
+    """Move shapes from WGS84 into the terrain's frame, all at once, because each call is slow."""
     pairs = [pair for shape in found for ring in shape.rings for pair in ring]
     longitudes, latitudes = np.array(pairs).reshape(-1, 2).T
     x, y = terrain.to_local(latitudes, longitudes)

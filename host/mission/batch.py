@@ -300,7 +300,7 @@ def _parts(tasks: Sequence[_Task]) -> Generator[Sequence[_Task]]:
 
 
 def _plan_together(tasks: Sequence[_Task]) -> Sequence[Outcome]:
-    """Plan tasks at once; where one cannot be planned, each by itself."""
+    """Plan tasks together; if that fails for one, plan each by itself."""
     try:
         searches = [search_of(task.values) for task in tasks]
         plans = searches[0].run_together(

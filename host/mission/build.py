@@ -89,7 +89,7 @@ def mission_of(values: Values, terrain: Terrain | None = None) -> Mission:
 
 
 def search_of(values: Values) -> Search:
-    """Return the planner with its options; those that a named planner does not have are left out.
+    """Return the planner with its options; options that a named planner does not have are left out.
 
     Raises
     ------

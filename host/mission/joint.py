@@ -111,14 +111,14 @@ class JoinedEvaluator(Evaluator):
 
 
 def _lowered(fitness: Floats, penalty_m: Floats) -> Floats:
-    """Return fitness values, equation (3), with more penalty; those without more as they are."""
+    """Return fitness values, equation (3), after adding penalties; 0 leaves a value as it is."""
     before = np.where(fitness > 1, 0.0, 1 / np.minimum(fitness, 1) - 1)
     lowered: Floats = np.where(penalty_m > 0, 1 / (1 + before + penalty_m), fitness)
     return lowered
 
 
 def reason_of_joint(reason: Reason, joints: Mapping[str, str]) -> Reason:
-    """Return the reason of a leg without headings that nobody gave: those at its via points.
+    """Return the reason of a leg without the headings at via points, which no user gave.
 
     Parameters
     ----------

@@ -63,7 +63,7 @@ def parse_problem(text: str, folder: Path) -> dict[str, Any]:
 
 
 def save_problem(file: Path, values: Mapping[str, Any]) -> None:
-    """Write a problem file that gives ``values``, parsed arguments; those that are None stay out.
+    """Write a problem file that gives ``values``, parsed arguments; None values are left out.
 
     Raises
     ------
@@ -80,7 +80,7 @@ def problem_text(values: Mapping[str, Any], folder: Path, name: str = "FILE") ->
     Parameters
     ----------
     values : mapping
-        Parsed arguments; those that are None stay out.
+        Parsed arguments; None values are left out.
     folder : Path
         The folder that the paths in the file are relative to.
     name : str

@@ -30,7 +30,7 @@ def changed_problem(
     Raises
     ------
     InputError
-        If they are no zones, no point, no heading or no wind, a zone that is gone is none of the
+        If a value is no zone, point, heading or wind, a removed zone does not belong to the
         problem, or there is no problem with these changes.
     """
     added = tuple(zone for zone in listed(zones) if zone not in problem.zones)

@@ -186,7 +186,7 @@ class CornerMap(ChipMap):
     def beside(self, zone: Zone, rows: slice, columns: slice) -> NDArray[np.bool_]:
         """Return the corners around which a cell meets a zone or its margin, in a part of the map.
 
-        Heights and times of the zone are left aside.
+        Heights and times of the zone are ignored.
         """
         wide = slice(rows.start, rows.stop + 1), slice(columns.start, columns.stop + 1)
         nodes = self.nodes_of(*wide)

@@ -20,7 +20,7 @@ _MOST_FALL = (1 << EDGE_BITS - 1) - 1
 def no_fly_shape(grid: CornerMap, zone: Zone) -> NoFlyShape | None:
     """Return a shape that holds every corner of ``grid`` around which a cell meets ``zone``.
 
-    The margin of the rules belongs to the zone; its heights and times are left aside. The shape is
+    The margin of the rules belongs to the zone; its heights and times are ignored. The shape is
     a disc for a circle, and for a polygon the convex hull of these corners, by 8 edges where the
     hull has more. None stands for no corner.
     """

@@ -172,7 +172,7 @@ class Problem:
 
     @property
     def lines(self) -> list[tuple[Point, Point]]:
-        """Straight lines that costs are relative to: those between the points of the way."""
+        """Straight lines between the points of the way, to which costs are relative."""
         return list(itertools.pairwise(self.way))
 
     @property

@@ -106,7 +106,7 @@ class Demand:
     ) -> Floats:
         """Return the clearance demanded at points, as if ``nearer_m`` nearer to both ends.
 
-        It is that over the surface right below the track, or ``beside`` it within the corridor.
+        It is demanded over the surface right below the track, or ``beside`` it in the corridor.
         """
         required = np.full(np.broadcast(x, y).shape, self.clearance_m)
         heights = self.heights_beside_m if beside else self.heights_m

@@ -37,7 +37,7 @@ def blocked_cells(zones: Iterable[Zone], terrain: Terrain, margin_m: float) -> N
     Parameters
     ----------
     zones : iterable of Zone
-        Zones; their heights and times are left aside.
+        Zones; their heights and times are ignored.
     terrain : Terrain
         The grid.
     margin_m : float

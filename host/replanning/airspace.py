@@ -120,7 +120,7 @@ class Airspace:
 
 
 def _from_now(zone: Zone, time_s: float) -> Zone | None:
-    """Return a zone with its times counted from ``time_s``; None once it is over."""
+    """Return a zone with its times counted from ``time_s``; None once it has ended."""
     if zone.t0_s is None and zone.t1_s is None:
         return zone
     ends_s = math.inf if zone.t1_s is None else zone.t1_s - time_s

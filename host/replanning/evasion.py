@@ -18,10 +18,10 @@ from pathgene.host.replanning.tracks import Pose, Track, end_of, part, pose_at, 
 
 __all__ = ["Holding", "holding_on", "shortest_way_out_m", "way_on", "way_out"]
 
-# Turns looked at: step in degrees to both sides, up to half a circle.
+# Step of the turns that are tried to both sides, degrees, up to half a circle.
 _TURN_DEG = 15
 _FINE_DEG = 3
-# How far a straight out of a zone goes at most, and how exactly its end is known, metres.
+# Maximum length of a straight out of a zone, and accuracy of its end, metres.
 _FARTHEST_M = 20_000.0
 _BORDER_M = 0.5
 # Shares of the steepest climb that are tried.
@@ -37,7 +37,7 @@ _QUARTERS = 4
 # Ways onto a circle: turns, degrees, and straights after them, in turn radii.
 _WAY_TURNS_DEG = (0, 30, -30, 60, -60, 90, -90, 135, -135, 180, -180)
 _WAY_RUNS = (0.5, 2.0, 6.0)
-# Places along a track from which ways are looked at.
+# Number of places along a track from which ways are tried.
 _ENTRIES = 12
 
 
@@ -199,7 +199,7 @@ def shortest_way_out_m(present: Present, pose: Pose) -> float:
 def _fan(
     present: Present, pose: Pose, share: float, every_deg: float, *, margin: bool
 ) -> Iterator[tuple[float, Track]]:
-    """Yield the metres to the border, and the way there and some way beyond."""
+    """Yield the metres to the border, and a track that leads there and a little beyond."""
     beyond_m = _BEYOND_RADII * present.turn_radius_m if margin else 0.0
     best = math.inf
     steps = round(180 / every_deg)

@@ -55,7 +55,7 @@ class Outcome:
     cross_track_max_m : float
         Maximum lateral distance of the flight from its track.
     ready_share : float
-        Share of the looks at which a safe circle was within reach.
+        Share of the searches that found a safe circle within reach.
     """
 
     ended: str
@@ -151,7 +151,7 @@ def _zones(session: Session, flown: Floats) -> tuple[list[str], float]:
                     )
                 if out == len(inside):
                     entered_now.add(name)
-                # How far away it is says nothing where it appeared over the aircraft.
+                # The distance says nothing about a zone that appeared over the aircraft.
                 inside, distances = inside[out:], distances[:0]
             if inside.any():
                 first = during[len(during) - len(inside) + int(np.argmax(inside))]

@@ -39,7 +39,7 @@ _STEP_M = 10.0
 _EVERY = 10
 #: Style of the versions of the path after the first.
 VERSION: dict[str, Any] = {"linewidth": 2.0, "linestyle": (0, (4, 1.5))}
-# Colours of later paths: those that nothing else in the picture has.
+# Colours of later paths: all that are unused in the rest of the picture.
 _VERSIONS = tuple(each for each in SERIES if each not in (PATH, FLOWN, START, NOFLY))
 _HELD: dict[str, Any] = {"color": START, "linewidth": 1.6, "linestyle": (0, (1.5, 1))}
 

@@ -1,4 +1,4 @@
-"""The air as it is known now: ground, zones, wind and goal; it judges tracks by the strict rule."""
+"""The situation of a flight: ground, zones, wind and goal; it checks tracks by the strict rule."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from pathgene.host.replanning.tracks import Pose, Track, part, run_of
 
 __all__ = ["Present"]
 
-#: A track is judged in parts of this length where the first unsafe place is looked for, metres.
+#: Length of the parts of a track that are checked to find the first unsafe place, metres.
 _PART_M = 50.0
 #: Length of the piece that stands for a point, metres.
 _POINT_M = 0.01
-#: This class judges no costs, and the line from the mission's start to a new goal may have none.
+#: Placeholder: costs are not evaluated here, and the line to a new goal may have none.
 _NO_COSTS = Utopia(1.0, 1.0, 1.0)
 
 
@@ -39,7 +39,7 @@ class Present:
     Parameters
     ----------
     mission : Problem
-        The problem of the whole mission, with rules; its zones, goal and wind are left aside.
+        The problem of the whole mission, with rules; its zones, goal and wind are ignored.
     zones : sequence of Zone
         The zones of the moment, their times counted from now.
     goal : (float, float, float)
@@ -110,7 +110,7 @@ class Present:
     ) -> float:
         """Return the metres of a track in zones, with their ``margin`` or without.
 
-        Zones ``among`` some numbers count alone; those in two count twice.
+        Only zones with numbers in ``among`` count; a place in two zones counts twice.
         """
         rows, times = self._laid(pieces)
         return sum(

@@ -9,10 +9,10 @@ start of the path was passed, and one or more of
   m/s, with which it drifts from then on.
 - ``gone``: a list of names of zones that go away;
 - ``goal``: another goal, x, y and altitude; ``wind``: another wind, m/s in x and y;
-- ``board = "lost"``: the board is gone.
+- ``board = "lost"``: the board no longer answers.
 
-``autopilot = "finishes-leg"`` at the top stands for an autopilot that takes a new path only at the
-end of the straight or turn that it flies.
+``autopilot = "finishes-leg"`` at the top describes an autopilot that accepts a new path only at the
+end of its current straight or turn.
 """
 
 from __future__ import annotations
@@ -260,7 +260,7 @@ def _event(table: Any) -> Event:
         None if table.get(key) is None else _numbers(key, table[key], count)
         for key, count in (("goal", 3), ("wind", 2))
     )
-    # How many numbers they are is checked above, which the types cannot tell.
+    # The numbers of coordinates are checked above, but the types do not show it.
     return Event(
         float(at_s),
         tuple(_new_zone(zone) for zone in _list("appear", table.get("appear", []))),

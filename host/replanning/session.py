@@ -54,14 +54,14 @@ _IN_A_ROW, _PAUSE_S, _LONGEST_PAUSE_S = 4, 3.0, 20.0
 # Rounds of a circle that a track has, and the longest flight without a path, seconds.
 _ROUNDS = 60
 _MOST_WAITING_S = 300.0
-# How often a circle is looked for while all is well, how far ahead, seconds.
+# Period and look-ahead of the search for a holding circle, seconds.
 _READY_S, _READY_AHEAD_S = 5.0, 60.0
-# The same while one is needed, and the pause where only a circle helps.
+# Period while a circle is needed, and pause if only a circle helps, seconds.
 _URGENT_S, _WAIT_S = 0.5, 0.25
 # A better path is taken where no other must be, if it is this much shorter.
 _GAIN = 0.01
 _LOST_M = 3000.0
-# Samples between two looks at the ground below: the judge looks at all of them.
+# Samples between two checks of the ground below; the verdict checks every sample.
 _GROUND_LOOKS = 10
 
 
@@ -364,7 +364,7 @@ class Session:
         self._waits_since_s = now
 
     def _fly_on(self, ahead_m: float) -> None:
-        """Lengthen a track that ends so near, where there is neither a path nor a circle yet."""
+        """Extend a track that ends within ``ahead_m`` if there is neither a path nor a circle."""
         track = self.pilot.track
         if self.pilot.along_m + ahead_m < run_of(track):
             return
@@ -435,7 +435,7 @@ class Session:
 
     @property
     def _is_sought(self) -> bool:
-        """A new path is needed and not there yet."""
+        """True while a new path is needed."""
         return self._change is not None and self._change.needed
 
     @property

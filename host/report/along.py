@@ -17,8 +17,8 @@ __all__ = ["broken_limits", "broken_samples", "surface_and_demand", "why"]
 
 Floats = NDArray[np.float64]
 
-# Lines along which the corridor is looked at, as shares of its half width; the verdict looks
-# everywhere.
+# Lines along which the corridor is sampled, as shares of its half width; the verdict
+# covers all of it.
 _LINES = (-1.0, -0.5, 0.0, 0.5, 1.0)
 
 

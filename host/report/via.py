@@ -22,10 +22,10 @@ Floats = NDArray[np.float64]
 
 # A visit may miss a point by the rounding of a file.
 _ROUNDING_M = 0.01
-# How far a turn by a right angle, the sharpest at a joint, passes the point, in turn radii.
+# Distance of the point from a turn by a right angle, the sharpest at a joint, in turn radii.
 _ROUNDED = math.sqrt(2) - 1
-# Points of a piece that are looked at first, and how often the best of them is looked at closer:
-# each round narrows a piece to a fifth.
+# Points of a piece in the first round, points around the best one in each later round, which
+# narrows the piece to a fifth, and number of rounds.
 _FIRST_LOOK, _CLOSER_LOOK, _ROUNDS = 65, 11, 16
 
 

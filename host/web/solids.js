@@ -2,7 +2,7 @@
 
 import { THREE } from "nicegui-scene";
 
-// How solid the walls of a zone are at their foot, and where they fade out for want of a limit.
+// Opacity of the walls of a zone at their foot, and where they fade out without a limit.
 const WALL = 0.42;
 const SIDES = [0.62, 0.74, 0.86, 0.7];
 

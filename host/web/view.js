@@ -39,7 +39,7 @@ export class TerrainView {
     this.sprites = new Set();
     this.frame = 0;
     this.moving = false;
-    // How long frames have waited for those before them, on the mean of the last ones.
+    // Mean time that the last frames have waited for the frames before them.
     this.waited_ms = 0;
     this.shown = {
       paths: drawnPaths(scene),

@@ -51,7 +51,7 @@ bool has_left(int fd) {
     return poll(&state, 1, 0) > 0;
 }
 
-// Tells whether a client that has not left has sent bytes that nobody has read.
+// Tells whether a client that has not left has sent bytes that are still unread.
 bool has_spoken(int fd) {
     pollfd state{fd, POLLIN, 0};
     return !has_left(fd) && poll(&state, 1, 0) > 0;
@@ -311,7 +311,7 @@ void Bridge::refuse_some() {
     }
 }
 
-// Returns the one that has waited longest of those that have sent something, or have not.
+// Returns the client that has waited longest among clients that have sent bytes, or have not.
 std::vector<Bridge::Waiting>::iterator Bridge::first_waiting(bool spoken) {
     return std::find_if(waiting_.begin(), waiting_.end(),
                         [=](const auto& other) { return has_spoken(other.fd) == spoken; });

@@ -144,8 +144,8 @@ class SimulatedBoard:
         ----------
         after_bytes : int
             Number of bytes from now on, 1 or more: the reset counts from the start bit of the last
-            of them on the line to the chip. 0 takes back a reset that has not happened yet, as
-            every call does.
+            of them on the line to the chip. 0 cancels a pending reset, as every call
+            does.
         after_cycles : int
             Cycles from there to the reset.
 

@@ -19,7 +19,7 @@ def batch_cycles(
     """Return ``cycles`` and ``reads`` of each path's verdict, exactly.
 
     The paths are queued: the checker is offered a point in every cycle, and its verdicts and counts
-    are taken at once. A batch of one is a path alone.
+    are taken at once. A batch of one is a single path.
 
     ``cycles`` begin with the one in which the path's first point is taken or, if that is later,
     with the one after the previous verdict was offered; they end with the one in which the path's

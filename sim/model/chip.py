@@ -120,7 +120,7 @@ class Chip:
         return bytes(answers)
 
     def close(self) -> None:
-        """End a run in progress: nobody will ask for it."""
+        """End a run in progress, whose result is no longer needed."""
         if self.running:
             self.running.end()
 

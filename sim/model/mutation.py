@@ -32,7 +32,7 @@ class Mutated(MutationRecord):
     Attributes
     ----------
     redraws : int
-        Further draws of the new waypoint, because those before them were in the ground.
+        Further draws of the new waypoint, because earlier draws were in the ground.
     left_out : bool
         All draws of the new waypoint were in the ground.
     """

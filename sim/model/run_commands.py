@@ -38,7 +38,7 @@ from pathgene.sim.model.refusal import expect
 __all__ = ["RunningModel"]
 
 _NONE = Outcome([], [], [])
-#: Generations that a run breeds at least before RUN is answered, unless it is over.
+#: Minimum number of generations before RUN is answered, unless the run is over.
 _BRED_FIRST = 4000
 #: Seconds that a STATUS or a BEST waits for the end of a run.
 _LOOK_S = 0.1

@@ -64,7 +64,7 @@ class DistinctDraw:
         return self._total - len(self._lowered)
 
     def take(self, draw: int) -> int:
-        """Return number ``draw`` (0..left - 1) of those left, and remove it from them."""
+        """Return the remaining number at index ``draw`` (0..left - 1), and remove it."""
         below = sum(e <= draw for e in self._lowered)
         self._lowered = [
             *self._lowered[:below],

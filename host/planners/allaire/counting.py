@@ -99,7 +99,7 @@ class BoardCollisionCounter:
         fitness : (m,) float64
             Changed in place.
         settled : (m,) bool
-            True for those evaluated in full; changed in place.
+            True for each path evaluated in full; changed in place.
         path_at : callable
             Returns the path in a slot, (n, 3) float64 metres, ends included.
         """

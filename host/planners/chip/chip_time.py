@@ -58,7 +58,7 @@ class ChipTime:
     status_s : float
         Seconds on the line of the STATUS after those paths, and of its answer.
     exchanges : int
-        How often the host waits for an answer; all looks at a run count as one.
+        Number of waits of the host for an answer; all looks at a run count as one.
     """
 
     whole_s: float

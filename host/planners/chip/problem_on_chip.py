@@ -62,7 +62,7 @@ class Waits:
     Parameters
     ----------
     exchanges : int
-        How often the host waits for an answer. All looks at the run count as one.
+        Number of waits of the host for an answer. All looks at the run count as one.
     commands : int
         Bytes of the commands up to RUN.
     after_zones : int
@@ -85,7 +85,7 @@ class Waits:
 
 
 class ProblemOnChip:
-    """A problem on a chip: its corners with those lowered beside the ends, and its record.
+    """A problem on a chip: its corners, lowered beside the ends, and its record.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ class ProblemOnChip:
     drawing_cycles : int
         Cycles in which the chip has drawn zones.
     looks : int
-        How often the host asked for the paths of the latest run before it was over.
+        Number of requests of the host for the paths of the latest run before it was over.
     waits : Waits
         Waits of the latest run.
     eased : int

@@ -50,7 +50,7 @@ def problem_record(config: Config, problem: Problem, grid: CornerMap) -> Problem
     """Return the record of ``problem`` on the map ``grid``.
 
     Whatever a limit loses by rounding makes it stricter: slopes are rounded down, the radius up. In
-    wind the slopes are those over ground in the direction where they are least.
+    wind the slopes are relative to the ground, in the direction where they are least.
     The cost weighs altitude times length against fuel as eq. (2) does, with the fuel of an
     aircraft that keeps its weight at the start, and no induced drag saved in climbs.
 

@@ -34,8 +34,8 @@ _WARM = RunOptions(
     warm=True,
     paths=4,
 )
-#: For a run from new seeds alone, longer and on other surfaces: it follows where no path of the
-#: first is feasible, and comes first on a new map.
+#: Options of a run from new seeds alone, longer and on other surfaces. It follows a first run
+#: without a feasible path, and is itself the first on a new map.
 _COLD = RunOptions(cycles=280_000, generations=300, until_feasible=True, paths=4)
 
 
@@ -60,16 +60,17 @@ class ChipReplanner:
     the strict rule. Where none is feasible, it repairs the best, and after the first run the second
     (:func:`~pathgene.host.planners.chip.repairs.repair`), which takes milliseconds of the processor
     and none of chip and line. Where that fails, up to seven more runs follow, of at most 2.8 ms,
-    each from new seeds alone. :meth:`finish` clears the zones that are gone besides new ones.
+    each from new seeds alone. :meth:`finish` clears the zones that were removed while new ones were
+    added.
 
     Parameters
     ----------
     task : ProblemOnChip
         The problem before, on a chip that is open.
     to_free : sequence of Zone
-        New zones of a problem without a path: :meth:`finish` sets them free. The chip draws one
-        again in a command, but to set one free, once it is gone, all its corners are sent, and the
-        new path would have to wait for them.
+        New zones of a problem without a path: :meth:`finish` clears them. The chip draws a zone
+        again by one command, but clearing a removed zone takes an upload of all its corners, for
+        which the new path would have to wait.
     """
 
     def __init__(self, task: ProblemOnChip, to_free: Sequence[Zone] = ()) -> None:
@@ -81,7 +82,7 @@ class ChipReplanner:
         return self._task.is_warm
 
     def finish(self) -> None:
-        """Clear the zones that are gone, and ``to_free``; the next replan repeats a failed part."""
+        """Clear removed zones and ``to_free``; the next replan repeats a part that failed."""
         if self._to_free:
             problem = self._task.problem
             kept = tuple(zone for zone in problem.zones if zone not in self._to_free)

@@ -384,7 +384,7 @@ def pollination_kernel(points: int, width: int, threads: int) -> Callable[..., N
                         won = 0
                         while won < taken and not verdicts[won, _BOUND] > value:
                             won += 1
-                        # Those after the first that is better are as if they had not been tried.
+                        # Reversals after the first better one count as not tried.
                         for one in range(thread, min(won + 1, taken), threads):
                             kind = EVALUATED if verdicts[one, _IS_SAMPLED] != 0.0 else CUT_SHORT
                             cuda.atomic.add(counts, (run, kind), 1)

@@ -51,7 +51,7 @@ def polylines(
 
     Each is a shortest path through the graph of all chords by its number of chords. The cost of a
     chord is the cost of level flight on ``surface``. Chords are long enough for two turns of a
-    right angle; those from the start and to the goal, for one.
+    right angle; chords from the start and to the goal, for one.
 
     Parameters
     ----------

@@ -241,7 +241,7 @@ def dominated(
 ) -> bool:
     """Return whether a label of the list from ``newest`` on is at least as good in all terms.
 
-    Labels from ``stage`` on belong to the new label's stage; those that it dominates are removed.
+    Labels from ``stage`` on belong to the new label's stage; labels that it dominates are removed.
     """
     other = newest
     while other >= 0:

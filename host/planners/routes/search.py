@@ -135,7 +135,7 @@ class _Survivor:
 class DeterministicSearch:
     """The proposed planner: dynamic programming over all segments in place of a random crossover.
 
-    Each generation, crossover points are added to those that were kept, any two are connected by a
+    Each generation, crossover points are added to the kept ones, any two are connected by a
     new segment, and the deterministic crossover finds the best route of new and kept segments. The
     points and segments of that route are kept, the rest discarded.
 
@@ -230,7 +230,7 @@ class _Chromosome:
 class ConventionalSearch:
     """The conventional genetic algorithm that the proposed planner is compared with.
 
-    Each generation, crossover points are added to those that were kept and any two are connected,
+    Each generation, crossover points are added to the kept ones and any two are connected,
     as in :class:`DeterministicSearch`. Chromosomes are random concatenations of points and
     segments. Pairs drawn by roulette are cut at a common crossover point and exchange their tails;
     a fifth of the children have a segment replaced by a new one. The fittest chromosome alone

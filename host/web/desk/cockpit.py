@@ -26,7 +26,7 @@ _DOES = {"path": "on its path", "holding": "on a safe circle", "way-out": "on a 
 
 
 class Cockpit:
-    """The flight that a page looks at, if any. The elements are added where it is made.
+    """The flight that a page shows, if any. The elements are added where it is constructed.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class Cockpit:
         self._jobs, self._ended = jobs, ended
         self._stage: Stage | None = None
         self._job: FlightJob | None = None
-        # How much of the lists of the job, and which of its news, the page has.
+        # Entries of the job's lists, and numbers of its news, that the page has received.
         self._trail = self._versions = self._said = 0
         self._known = dict.fromkeys(NEWS, 0)
         self._shown: Flown | None = None
@@ -125,7 +125,7 @@ class Cockpit:
             self._stage.land()
 
     def _gone(self) -> None:
-        """Note that this page looks at its flight no more."""
+        """Note that this page no longer shows its flight."""
         job = self._job
         if job is not None:
             job.watchers.discard(self)

@@ -18,7 +18,7 @@ __all__ = ["drawn_problem"]
 
 
 def drawn_problem(sheet: Sheet, terrain: Terrain) -> dict[str, Any]:
-    """Return ``points`` and ``zones`` of a problem as in a scene, those that are bad included."""
+    """Return ``points`` and ``zones`` of a problem as in a scene, bad ones included."""
     zones = [_zone(table, terrain) for table in sheet.zones]
     return {"points": list(_points(sheet, terrain)), "zones": zones_scene(zones), "ceilings": []}
 

@@ -18,7 +18,7 @@ export class Flight {
     this.trail = [];
     this.versions = [];
     this.aircraft = null;
-    // The paths of 3-D are costly to build: they are old after a while, or at once.
+    // Time when the 3-D paths were built, which is costly; -Infinity has them built again.
     this.built_ms = -Infinity;
   }
 

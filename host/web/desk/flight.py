@@ -45,7 +45,7 @@ __all__ = [
     "fly",
 ]
 
-#: A circle appears on the path ahead; all zones that have appeared are gone.
+#: A circle appears on the path ahead; all zones that have appeared are removed.
 AHEAD, CLEAR = "ahead", "clear"
 #: Speed of a flight that no page shows, as a multiple of the aircraft's speed.
 FASTEST = 64.0

@@ -142,7 +142,7 @@ async def _refuse(scope: Scope, send: Send) -> None:
 
 
 async def _answer(send: Send, status: int, text: bytes) -> None:
-    # Who is refused keeps no connection.
+    # A refused client is disconnected.
     own = (b"content-type", b"text/plain; charset=utf-8"), (b"connection", b"close")
     headers = [*own, *_HEADERS]
     await send({"type": "http.response.start", "status": status, "headers": headers})

@@ -45,7 +45,7 @@ class Job(ABC):
     stopping : bool
         Its end has been requested.
     ending : bool
-        Its search has ended for that.
+        Its search has ended for that reason.
     """
 
     #: The state while it is done.

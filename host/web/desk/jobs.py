@@ -48,7 +48,7 @@ class _Process:
     def begin(self, task: object) -> None:
         """Give it its task."""
         self.tell(task)
-        # A process that does not read keeps nobody waiting but this thread.
+        # A process that does not read blocks only this thread.
         threading.Thread(target=self._post, daemon=True).start()
 
     def tell(self, message: object) -> None:
@@ -229,7 +229,7 @@ class Jobs:
         with self._lock:
             del self._running[job]
             self._start()
-        # It may still draw the picture. Nothing is sent to it any more.
+        # It may still be drawing the picture. It gets no further messages.
         process.process.join()
         process.end()
 

@@ -47,6 +47,6 @@ class Sender:
         self._lock = threading.Lock()
 
     def send(self, message: object) -> None:
-        """Send a message; if nobody is there any more, the work is done and saved all the same."""
+        """Send a message; if the desk has ended, the work is finished and saved nevertheless."""
         with self._lock, contextlib.suppress(OSError):
             self._connection.send(message)

@@ -49,7 +49,7 @@ class Misread:
             del self._wrong[each]
 
     def removed(self, kind: str, number: int) -> None:
-        """Forget a via point or a zone; those after it count one less."""
+        """Forget a via point or a zone; the numbers of later ones fall by 1."""
         self.clear(kind, number)
         for each in sorted((each for each in self._wrong if each[0] == kind), key=str):
             if isinstance(each[1], int) and each[1] > number:

@@ -187,7 +187,7 @@ class Page:
         try:
             self._take_drawn(str(values["what"]), values)
         except (KeyError, IndexError, TypeError, ValueError):
-            return  # The zone or point is gone.
+            return  # The zone or point no longer exists.
         if values["what"] != "pick":
             self._panels.show_drawn()
             self._changed()

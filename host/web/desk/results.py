@@ -190,7 +190,7 @@ def _cell(tag: str, text: str) -> ui.element:
 
 
 def _files(plan: PlanView) -> None:
-    """Add the links to the files of a saved plan; those that it lacks are not there."""
+    """Add links to the existing files of a saved plan."""
     with ui.row().classes("files"):
         if plan.state != "saved":
             ui.label("Not saved." if plan.state == "failed" else "Saving ...")

@@ -23,7 +23,7 @@ from pathgene.host.web.desk.messages import STOP, Ending, Failed, Saved, Sender
 
 __all__ = ["Found", "PlanTask", "Progressed", "work"]
 
-# The page of the desk comes first where cores are few.
+# The page of the desk has priority where cores are few.
 _NICENESS = 10
 _HEEDED_POLL_S = 0.05
 # Time between two messages of progress: more than any page draws.

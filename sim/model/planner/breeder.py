@@ -153,7 +153,7 @@ def mutate(problem: Integers, sizes: Integers, path: Integers, points: int, word
         _move(problem, sizes, path[at], words, size >> 1)
         return points
     margin = path[at, 3]
-    # Half, once or twice the margin down; the whole of a negative one up.
+    # Down by half, once or twice the margin; up by a negative margin.
     fall = margin << (size * 3 >> 4) >> 1 if margin >= 0 else margin
     path[at, 2] = clamp(path[at, 2] - fall, problem[TOP])
     path[at, 3] = 0

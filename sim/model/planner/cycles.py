@@ -133,7 +133,7 @@ def enter(
     walk : int
         Cycles of its segments and chords in the walker; 0 if it is not walked.
     has_exit : int
-        Its last point is the exit, which is not among those that come.
+        1 if its last point is the exit, which is not among the points that arrive.
     """
     place = _KEYS + counters[_ENTERED] % PLACES
     first = max(offered, counters[_LAUNCHER], counters[place] + 1)
@@ -152,7 +152,7 @@ def enter(
 
 @inlined
 def passes(counters: Integers, key: int) -> bool:
-    """Return whether the next pass comes before a key that is made in cycle ``key``."""
+    """Return whether the next pass precedes a key that is ready in cycle ``key``."""
     comes: bool = max(key, counters[_FREE]) >= counters[_PASS]
     return comes
 
@@ -186,7 +186,7 @@ def goal(counters: Integers) -> int:
 
 
 def vacate(counters: Integers) -> None:
-    """Let a path in at once, however many are inside."""
+    """Accept a path without delay, whatever the number of paths inside."""
     counters[_KEYS:] = -1
 
 

@@ -27,12 +27,12 @@ p(i) its points, and children counted on through all generations::
     T(i) = max(b + 13 + 8 j, T(i - 1) + p(i - 1))
 
 and its points are offered in cycles T(i) + 9, T(i) + 10, and so on, if nothing holds them up. At
-most 16 points are on their way or on offer. So once a point has waited for 8 cycles, a later one
-is made late: in the cycle after the sixteenth point before it is taken, to be offered 8 cycles
-later. A receiver that takes a point every two cycles at most takes it 32 cycles after that
-sixteenth one at the earliest: it has been on offer for 23 cycles by then. So such a receiver,
-whatever pauses it makes, takes all points in the same cycles as if each was offered in the cycle
-that follows from T. It must have room for five children that it has no points of yet.
+most 16 points are on their way or on offer. Once a point has waited for 8 cycles, a later one
+is late: it is made in the cycle after the sixteenth point before it is taken, and offered 8 cycles
+later. A receiver that takes at most one point every two cycles takes it at least 32 cycles after
+that sixteenth point, when it has been on offer for 23 cycles. Therefore such a receiver, whatever
+its pauses, takes all points in the same cycles as if each were offered in the cycle that follows
+from T. It must have room for five children of which no point has arrived.
 """
 
 from __future__ import annotations
@@ -116,21 +116,21 @@ def passing(since: int, children: int) -> int:
     since : int
         Cycle of ``begin``, or of ``finish`` or ``merge``.
     children : int
-        Those planned before the pass; none after ``finish`` and ``merge``.
+        Children planned before the pass; none after ``finish`` and ``merge``.
     """
     return since + (planning(children) + 1 if children else 2)
 
 
 @inlined
 def passing_over(ranks: int, stay: int, passed: int) -> int:
-    """Return the cycles of a pass, from that on in which it has begun and the sorter is free.
+    """Return the cycles of a pass, counted from when it has begun and the sorter is free.
 
     Parameters
     ----------
     ranks, stay : int
-        Those that are passed over, and how many of them stay.
+        Number of ranks that are passed over, and number of those that stay.
     passed : int
-        How many members these pass in the sorter, all together.
+        Total number of members that these pass in the sorter.
     """
     return ranks + stay * inserting(0) + passed
 

@@ -1,7 +1,7 @@
 """Cycles between the steps of a run, as in the gateware.
 
-Cycle 0 is that in which the scan of the blocks begins. Random source and memo are ready long before
-its end.
+The scan of the blocks begins in cycle 0. Random source and memo are ready long before
+the scan ends.
 """
 
 from __future__ import annotations

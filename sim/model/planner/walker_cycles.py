@@ -1,10 +1,10 @@
 """Cycles of the walker of paths, as in the gateware.
 
 A path costs the sum of the costs of its segments and chords, in the order in which they are walked,
-all after a first collision included: one cycle where the memo answers, else a cycle for each
+all after a first collision included: one cycle on a hit of the memo, otherwise a cycle for each
 group of as many corners as there are lanes. Paths follow each other without a gap. The memo is as
 in the definition, looked up and filled segment by segment in this order; lengths of pipelines
-change neither its answers nor the sum, only how late the first segment is and the last result.
+change neither its answers nor the sum, only the delay of the first segment and of the last result.
 """
 
 from __future__ import annotations

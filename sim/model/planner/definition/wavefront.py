@@ -45,7 +45,7 @@ Surface = dict[Block, int]
 
 #: Width of the factors of altitudes in the cost of a step.
 _FACTOR_BITS = 18
-#: Fraction bits that the factor of a climb has less than those.
+#: Fraction bits that the factor of a climb lacks, compared with the factors of altitudes.
 _CLIMB_SHIFT = 6
 #: Greatest value of a key: a part of the cost of a step ends there.
 _MOST = (1 << VALUE_BITS) - 1

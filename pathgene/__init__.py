@@ -22,13 +22,12 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from pathgene.host.errors import InputError, JobError, PathgeneError
-
 
 if TYPE_CHECKING:
     from pathgene.host.api import Terrain, check, planners
     from pathgene.host.device.boards import open_board
     from pathgene.host.device.chip import CheckReport, Chip, LinkMode, PathResult, Step
+    from pathgene.host.errors import InputError, JobError, PathgeneError
     from pathgene.host.evaluation import Evaluation
     from pathgene.host.flight.fly import fly
     from pathgene.host.flight.report import FlightReport
@@ -68,15 +67,19 @@ __all__ = [
     "planners",
 ]
 
-#: Module of each name that is imported when it is first used.
+#: Module of each name, imported at the first use of the name: Ctrl-C in an import ends the command
+#: without a traceback only once :mod:`pathgene.__main__` runs.
 _HOMES = {
     "Aircraft": "pathgene.host.problem.aircraft",
     "CheckReport": "pathgene.host.device.chip",
     "Chip": "pathgene.host.device.chip",
     "Evaluation": "pathgene.host.evaluation",
     "FlightReport": "pathgene.host.flight.report",
+    "InputError": "pathgene.host.errors",
+    "JobError": "pathgene.host.errors",
     "LinkMode": "pathgene.host.device.chip",
     "PathResult": "pathgene.host.device.chip",
+    "PathgeneError": "pathgene.host.errors",
     "Mission": "pathgene.host.mission.mission",
     "Plan": "pathgene.host.planning",
     "Problem": "pathgene.host.problem.problem",

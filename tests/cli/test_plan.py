@@ -269,7 +269,7 @@ def test_shows_a_progress_bar_on_a_terminal(hills, tmp_path):
     command = [
         sys.executable,
         "-m",
-        "host",
+        "pathgene",
         "plan",
         "--terrain",
         hills,

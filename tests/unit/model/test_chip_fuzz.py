@@ -38,6 +38,6 @@ def test_a_failure_names_the_command_that_repeats_it(monkeypatch):
     assert fault_free("paper")
     read = Chip._read
     monkeypatch.setattr(Chip, "_read", lambda *request: read(*request)[:-1])
-    again = r"; again by: python -m tests\.command_fuzz paper 3 500$"
+    again = r"; again by: python -m tests\.support\.gateware\.command_fuzz paper 3 500$"
     with pytest.raises(AssertionError, match=rf"^frame 500 of seed 3, .*{again}"):
         fuzz("paper", 3, 600)

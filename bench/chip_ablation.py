@@ -25,10 +25,10 @@ _USUAL = RunOptions(cycles=_CYCLES)
 _BREEDER = "pathgene.sim.model.planner.breeder"
 _PROTOCOL = "pathgene.hdl.protocol.planner"
 _BREEDING = "pathgene.hdl.protocol.planner_breeding"
-_TWICE = """_mutate(problem, sizes, child, length, words)
+_TWICE = """mutate(problem, sizes, child, length, words)
         step(words)
         if field(words, 1, *CUT) == 0:
-            points[slot] = _mutate(problem, sizes, child, points[slot], words)"""
+            points[slot] = mutate(problem, sizes, child, points[slot], words)"""
 
 #: The options of each row, or its chip, or the change of the definition.
 CHANGES: dict[str, RunOptions | Config | Alteration] = {
@@ -63,7 +63,7 @@ CHANGES: dict[str, RunOptions | Config | Alteration] = {
     "no insertion, no deletion": Alteration(_BREEDING, "8, 11, 14, 18", "8, 8, 8, 12"),
     "moves in the whole box": Alteration(_BREEDER, "(offset >> shift)", "offset"),
     "a quarter of the children mutated twice": Alteration(
-        _BREEDER, "_mutate(problem, sizes, child, length, words)", _TWICE
+        _BREEDER, "mutate(problem, sizes, child, length, words)", _TWICE
     ),
     "chords not walked": Alteration(
         "pathgene.sim.model.planner.evaluation", "or not work[HAS_CHORD, at]", "or True"

@@ -126,7 +126,9 @@ def altered(component: Any, *changes: Change) -> Any:
         source = source.replace(old, new)
     copy = types.ModuleType(module.__name__)
     copy.__file__ = module.__file__
-    exec(compile(source, f"{module.__file__} (altered)", "exec"), copy.__dict__)
+    # Without this file's `annotations` from the future: parameters of units are annotations.
+    code = compile(source, f"{module.__file__} (altered)", "exec", dont_inherit=True)
+    exec(code, copy.__dict__)
     return getattr(copy, component.__name__)
 
 

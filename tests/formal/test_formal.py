@@ -60,11 +60,11 @@ def test_proofs_that_are_incomplete_are_refused():
 
 def test_only_text_that_occurs_once_is_altered():
     with pytest.raises(
-        ValueError, match=r"^'nothing like it' must occur once in hdl\.\S+, not 0 times$"
+        ValueError, match=r"^'nothing like it' must occur once in pathgene\.hdl\.\S+, not 0 times$"
     ):
         altered(SkidBuffer, ("nothing like it", ""))
     with pytest.raises(
-        ValueError, match=r"^'m\.d\.sync' must occur once in hdl\.\S+, not [2-9] times$"
+        ValueError, match=r"^'m\.d\.sync' must occur once in pathgene\.hdl\.\S+, not [2-9] times$"
     ):
         altered(SkidBuffer, ("m.d.sync", ""))
 

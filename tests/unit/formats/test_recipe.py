@@ -108,4 +108,4 @@ main(["plan", "--help"])
     )
     text = " ".join(done.stdout.split())
     assert "KML, the fences of a .plan or well-known text" in text
-    assert "some of wkt, plan, waypoints, kml and html" in text
+    assert "wkt (databases), plan (QGroundControl, MAVSDK), waypoints" in text

@@ -293,7 +293,10 @@ def _circle(zone: Zone) -> dict[str, float] | None:
 
 def _rings(zone: Zone) -> list[list[list[float]]]:
     """Return the outline of a zone and then its holes, to the decimetre."""
-    return [_drawn(np.array(ring)) for ring in zone.footprint.outline(_CIRCLE_CORNERS)]
+    rings = [np.array(ring) for ring in zone.footprint.outline(_CIRCLE_CORNERS)]
+    if zone.footprint.disc is not None:  # Few corners as it is.
+        return [np.round(ring, 1).tolist() for ring in rings]
+    return [_drawn(ring) for ring in rings]
 
 
 def _drawn(ring: Floats) -> list[list[float]]:

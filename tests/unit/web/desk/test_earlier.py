@@ -110,7 +110,17 @@ async def offered():
 FILES = ["path.html", "problem.toml"]
 
 
-@pytest.mark.parametrize(("change", "back"), CHANGES.values(), ids=CHANGES)
+#: The changes that `make test` tries; `make test-ci` tries all.
+QUICK = ("zone drawn", "goal moved", "wind")
+
+
+@pytest.mark.parametrize(
+    ("change", "back"),
+    [
+        pytest.param(*both, id=name, marks=[] if name in QUICK else [pytest.mark.ci])
+        for name, both in CHANGES.items()
+    ],
+)
 def test_a_plan_of_an_earlier_problem_is_marked_and_locked(desk, saved, change, back):
     async def run(act, user, page):
         if asyncio.iscoroutine(doing := act(user, page)):

@@ -86,31 +86,40 @@ async def press_plan(user, page):
     raise AssertionError("no answer")
 
 
-@pytest.mark.parametrize(
-    ("place", "planner"), places().items(), ids=lambda part: "-".join(map(str, part))
-)
-def test_a_text_that_is_not_understood_is_shown_and_not_planned(desk, place, planner):
-    async def enter():
-        async with opened(desk, planner) as (user, page):
-            field = (await entered(page, place))[place]
-            before = field.value
-            field.value = NONSENSE
-            assert field.error
-            assert field.props["error"] is True
-            await press_plan(user, page)
-            assert desk.jobs.active == []
-            assert field.error in page._trouble.text
-            # It is still there after its panel was shown again.
-            page._panels.show_form()
-            page._panels.show_drawn()
-            field = (await entered(page, place))[place]
-            assert (field.value, bool(field.error)) == (NONSENSE, True)
-            field.value = before
-            assert field.error is None
-            await page._settle()
-            assert page._trouble.text == ""
+def places_of(planner):
+    """Return the places that are tried on a page with this planner."""
+    return [place for place, name in places().items() if name == planner]
 
-    asyncio.run(enter())
+
+@pytest.mark.parametrize("planner", [name for name in PLANNERS if places_of(name)])
+def test_a_text_that_is_not_understood_is_shown_and_not_planned(desk, planner):
+    """Every field in turn, on one page."""
+
+    async def enter(user, page, place):
+        field = (await entered(page, place))[place]
+        before = field.value
+        field.value = NONSENSE
+        assert field.error, place
+        assert field.props["error"] is True, place
+        await press_plan(user, page)
+        assert desk.jobs.active == [], place
+        assert field.error in page._trouble.text, place
+        # It is still there after its panel was shown again.
+        page._panels.show_form()
+        page._panels.show_drawn()
+        field = (await entered(page, place))[place]
+        assert (field.value, bool(field.error)) == (NONSENSE, True), place
+        field.value = before
+        assert field.error is None, place
+        await page._settle()
+        assert page._trouble.text == "", place
+
+    async def enter_all():
+        async with opened(desk, planner) as (user, page):
+            for place in places_of(planner):
+                await enter(user, page, place)
+
+    asyncio.run(enter_all())
 
 
 def test_the_page_has_no_other_fields_of_texts(desk):

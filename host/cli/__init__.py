@@ -79,7 +79,7 @@ def _run(arguments: list[str], debug: bool) -> int:
 
 def _parsed(arguments: list[str]) -> argparse.Namespace:
     try:
-        return build_parser().parse_args(arguments)
+        return build_parser(arguments[0] if arguments else None).parse_args(arguments)
     except SystemExit:
         sys.stdout.flush()  # --help and --version end so, after they have printed.
         raise

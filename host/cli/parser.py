@@ -3,54 +3,44 @@
 from __future__ import annotations
 
 import argparse
+import importlib
 from importlib import metadata
 
-from pathgene.host.cli import (
-    auv,
-    batch,
-    board,
-    check,
-    compare,
-    desk,
-    diagnose,
-    export,
-    feasible,
-    fly,
-    plan,
-    planners,
-    problem,
-    terrain,
-    upload,
-    verilog,
-)
 from pathgene.host.cli.arguments import Parser
 
 
 __all__ = ["build_parser"]
 
-#: The commands, in the order of the help.
+#: The commands, in the order of the help; each is a module of this folder.
 _COMMANDS = (
-    plan,
-    desk,
-    problem,
-    batch,
-    compare,
-    check,
-    diagnose,
-    fly,
-    export,
-    upload,
-    feasible,
-    board,
-    terrain,
-    planners,
-    auv,
-    verilog,
+    "plan",
+    "desk",
+    "problem",
+    "batch",
+    "compare",
+    "check",
+    "diagnose",
+    "fly",
+    "export",
+    "upload",
+    "feasible",
+    "board",
+    "terrain",
+    "planners",
+    "auv",
+    "verilog",
 )
 
 
-def build_parser() -> argparse.ArgumentParser:
-    """Return the parser of ``pathgene``; its ``command`` is the function to run."""
+def build_parser(command: str | None = None) -> argparse.ArgumentParser:
+    """Return the parser of ``pathgene``; its ``command`` is the function to run.
+
+    Parameters
+    ----------
+    command : str, optional
+        Name of the command that the arguments begin with. The parser knows this command alone, and
+        imports no other; it knows all commands if the name is None, or of no command.
+    """
     parser = Parser(
         prog="pathgene",
         allow_abbrev=False,
@@ -61,8 +51,8 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"pathgene {_version()}")
     parser.set_defaults(command=None)
     commands = parser.add_subparsers(title="commands", metavar="COMMAND")
-    for command in _COMMANDS:
-        command.add(commands)
+    for name in [command] if command in _COMMANDS else _COMMANDS:
+        importlib.import_module(f"pathgene.host.cli.{name}").add(commands)
     return parser
 
 

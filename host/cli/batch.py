@@ -52,7 +52,7 @@ def add(commands: Commands) -> None:
     parser.add_argument(
         "problems", metavar="PROBLEM.toml", nargs="+", help="problem files; see pathgene problem"
     )
-    group = parser.add_argument_group("planning, in place of what the files say")
+    group = parser.add_argument_group("planning, instead of the files' own options")
     add_options(group, [*options_of("search", "planning"), NAMED["as_paper"]])
     add_own_options(parser)
     group = parser.add_argument_group("execution")

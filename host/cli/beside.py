@@ -143,4 +143,4 @@ def print_beside(rows: Sequence[Mapping[str, Any]]) -> None:
             ),
         ]
     )
-    print("The seconds are those of this computer, the simulation of a board included.")
+    print("Seconds are measured on this computer and include the simulation of a board.")

@@ -45,7 +45,7 @@ def add(commands: Commands) -> None:
         notes="It needs the extra pathgene[fly]. The exit status is 1 where the flight breaks the "
         "ground, a zone or half the clearance, all as the summary states them; a plan made with "
         "--as-paper is judged without a clearance. With --popup or --scenario the planner plans "
-        "anew in flight, in simulated time: chip cycles, bits on the line, and the processor's "
+        "again in flight, in simulated time: chip cycles, bits on the line, and the processor's "
         "seconds.",
     )
     parser.add_argument("summary", metavar="SUMMARY", help="summary.json of a plan")
@@ -74,7 +74,7 @@ def add(commands: Commands) -> None:
         "--out",
         type=PATH.parse,
         metavar="DIR",
-        help="folder of flight.json, flight.png and flight.gif (default: that of SUMMARY)",
+        help="folder of flight.json, flight.png and flight.gif (default: the folder of SUMMARY)",
     )
     group = parser.add_argument_group("replanning in flight")
     group.add_argument(
@@ -85,9 +85,7 @@ def add(commands: Commands) -> None:
         help="zone that appears T seconds after the start: X,Y,R; ahead:M,R on the path, M metres "
         "ahead of the aircraft; goal:R; aircraft:R; or a file of zones; may be repeated",
     )
-    group.add_argument(
-        "--scenario", metavar="FILE.toml", help="what happens during the flight; see docs"
-    )
+    group.add_argument("--scenario", metavar="FILE.toml", help="events during the flight; see docs")
     group.add_argument(
         "--planner",
         metavar="NAME",

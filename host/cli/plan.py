@@ -201,7 +201,7 @@ def _status(plan: Plan) -> int:
     if result.failure is not None:
         raise JobError(f"{result.failure.rstrip('.')}; the best path until then is written.")
     if plan.fallback is not None:
-        note(f"{plan.planner} found no feasible path; the path is that of {plan.fallback}.")
+        note(f"{plan.planner} found no feasible path; the path was found by {plan.fallback}.")
     sentence = shortcoming(plan.summary)
     if sentence is None:
         return 0

@@ -187,7 +187,7 @@ class Runs:
         while self.status().running:
             if self._link.now() > limit:
                 raise LinkTimeoutError(
-                    f"The board goes on with a run {self._link.patience_s:g} s after it was told "
+                    f"The board continues a run {self._link.patience_s:g} s after it was told "
                     "to stop: reset it."
                 )
 

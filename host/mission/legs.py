@@ -138,7 +138,7 @@ class MissionPlan(Plan):
         """Refuse: a plan of several legs has no single search to continue from."""
         raise InputError(
             "A plan of several legs cannot be replanned as one; replan its leg, as in "
-            "plan.legs[0].plan.replan(...), and plan the legs behind it anew."
+            "plan.legs[0].plan.replan(...), and plan the later legs again."
         )
 
     @cached_property

@@ -196,7 +196,7 @@ def test_falls_back_to_astar(hills, tmp_path, capsys):
     blind += ["--nofly-circle", "4500,1000,800", "--nofly-circle", "1200,2000,500"]
     assert plan(hills, tmp_path, *blind) == 0
     assert capsys.readouterr().err.splitlines()[-1] == (
-        "pathgene: fpa found no feasible path; the path is that of astar."
+        "pathgene: fpa found no feasible path; the path was found by astar."
     )
     summary = summary_in(tmp_path)
     assert (summary["planner"], summary["fallback"]) == ("fpa", "astar")

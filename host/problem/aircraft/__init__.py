@@ -19,15 +19,6 @@ DEFAULT = "silver-fox"
 # Every number of an aircraft lies between: products of some of them are within the floats.
 _LEAST, _MOST = 1e-12, 1e12
 
-_OPTIONAL = (
-    "fuel_weight_N",
-    "lift_coefficient_max",
-    "engine_power_W",
-    "max_speed_m_s",
-    "size_m",
-    "service_ceiling_m",
-)
-
 
 @dataclass(frozen=True, kw_only=True)
 class Aircraft:
@@ -202,6 +193,8 @@ class Aircraft:
 
 # Every number of an aircraft, in the order of the dataclass.
 PARAMETERS = tuple(f.name for f in fields(Aircraft) if f.name not in ("name", "sources"))
+# Numbers that an aircraft need not have.
+_OPTIONAL = tuple(f.name for f in fields(Aircraft) if f.default is None)
 
 
 def names() -> list[str]:

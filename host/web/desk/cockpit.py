@@ -76,7 +76,7 @@ class Cockpit:
                 button.props("outline dense no-caps")
             self._offered: Sequence[Any] = (self._speed, *self._goal, *buttons)
             self._log = ui.element("ol").classes("log")
-            self._log.props('role=log aria-label="What has happened"')
+            self._log.props('role=log aria-label="Events of the flight"')
         self._root.set_visibility(False)
 
     def show_in(self, stage: Stage) -> None:
@@ -117,7 +117,7 @@ class Cockpit:
         if self._job is None:
             return
         if self.is_flying:
-            ui.notify("The flight goes on; Saved plans shows it.")
+            ui.notify("The flight continues; Saved plans shows it.")
         self._gone()
         self._timer.deactivate()
         self._root.set_visibility(False)

@@ -110,7 +110,7 @@ class Jobs:
             if any(each.folder == job.folder for each in flights):
                 raise InputError("This plan is flown already; Saved plans shows its flight.")
             if len(flights) >= _MOST_FLIGHTS:
-                raise InputError(f"{len(flights)} flights go on, and no more may; end one.")
+                raise InputError(f"{len(flights)} flights are in progress, the maximum; end one.")
             self._begin(job)
 
     def tell(self, job: Job, message: object) -> None:

@@ -159,7 +159,7 @@ def test_a_run_that_does_not_end_costs_the_patience(monkeypatch):
     opened(model).close()
     assert len(said) == 4
     most = np.inf
-    sentence = r"^The board goes on with a run 0\.03 s after it was told to stop: reset it\.$"
+    sentence = r"^The board continues a run 0\.03 s after it was told to stop: reset it\.$"
     with pytest.raises(LinkTimeoutError, match=sentence):
         opened(model)
 

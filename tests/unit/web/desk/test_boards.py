@@ -15,7 +15,7 @@ from pathgene.host.web.desk.terrains import Terrains
 OWN = "sim:?trace=wave.vcd"
 
 REFUSED = [
-    "sim:?trace=/home/user/thesis.tex",
+    "sim:?trace=/elsewhere/user/thesis.tex",
     "sim:?max_waypoints=8&sim=icarus&trace=x",
     "sim:?tr%61ce=x",
     "sim:?trace",
@@ -31,7 +31,7 @@ REFUSED = [
     "COM3",
     "socket://192.168.0.1:22",
     "rfc2217://localhost:4000",
-    "spy:///dev/null?file=/home/user/thesis.tex",
+    "spy:///dev/null?file=/elsewhere/user/thesis.tex",
     "alt:///dev/ttyUSB0?class=PosixPollSerial",
     "probe:1",
 ]

@@ -147,7 +147,7 @@ def test_flights_wait_for_no_plan_and_are_limited(planned, tmp_path):
         shutil.copytree(folder, tmp_path / str(number))
         flights.append(FlightJob(tmp_path / str(number), planner="astar", board=""))
         jobs.fly(flights[-1])
-    with pytest.raises(InputError, match="4 flights go on"):
+    with pytest.raises(InputError, match="4 flights are in progress"):
         jobs.fly(FlightJob(folder, planner="astar", board=""))
     with pytest.raises(InputError, match="flown already"):
         jobs.fly(FlightJob(tmp_path / "1", planner="astar", board=""))

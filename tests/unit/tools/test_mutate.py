@@ -210,10 +210,10 @@ def test_what_no_test_sees_is_compared_by_its_circuit(project, tmp_path, new, ve
     shutil.copy(ROOT / "tools" / "mutation" / "limit.py", project / "tools" / "mutation")
     (project / "tools" / "mutation" / "tops.py").write_text(
         "import pathlib, sys\n"
-        "from hdl.unit import unseen\n"
+        "from pathgene.hdl.unit import unseen\n"
         "stem = pathlib.Path(sys.argv[2], sys.argv[1])\n"
         "stem.with_suffix('.il').write_text(str(unseen(5)))\n"
-        "text = f'module planner(output [3:0] q); assign q = {unseen(5) & 15}; endmodule'\n"
+        "text = f'module chip(output [3:0] q); assign q = {unseen(5) & 15}; endmodule'\n"
         "stem.with_suffix('.v').write_text(text)\n"
     )
     old = alteration_to(project, "((a) + (2))")

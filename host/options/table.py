@@ -45,19 +45,19 @@ __all__ = [
     "options_of",
 ]
 
-#: Planners that may search where the named planner finds no feasible path; the default first.
+#: Planners that may search if the named planner finds no feasible path; the default first.
 FALLBACKS = ("astar", "none")
 
 #: The tables of a problem file in order, and the contents of each.
 TABLES: Mapping[str, str] = {
     "terrain": "The ground.",
-    "mission": "Where to fly. Positions are metres east (x) and north (y) of the terrain's "
+    "mission": "The points to fly to. Positions are metres east (x) and north (y) of the terrain's "
     "south-west node, altitudes metres above its datum.",
     "zones": "A no-fly zone, [[zones]] once for each: one of file, circle and polygon.",
-    "aircraft": "A shipped aircraft by its name, the file of one, or one described here with the "
-    "keys of docs/rules.md.",
-    "rules": "The rules that a path keeps to be safe.",
-    "planner": "How to search. Options that the planner does not have are ignored with a note.",
+    "aircraft": "A shipped aircraft by its name, an aircraft's file, or one described here with "
+    "the keys of docs/rules.md.",
+    "rules": "The rules that a safe path keeps.",
+    "planner": "The search. Options that the planner does not have are ignored with a note.",
     "output": "The files to write.",
 }
 
@@ -98,7 +98,7 @@ _PROBLEM = (
            group="problem", table="terrain", key="source", metavar="FILE|NAME", is_required=True,
            example='"canyon"', desk="map"),
     Option(name="fill_voids", kind=BOOLEAN,
-           meaning="interpolate cells without data, which no path may cross otherwise",
+           meaning="interpolate cells without data; otherwise no path may cross them",
            group="problem", table="terrain", default=False, example="false"),
     Option(name="cell", kind=CELL,
            meaning="side of a cell of a .npy terrain, or its sides east and north, metres",
@@ -107,16 +107,16 @@ _PROBLEM = (
            meaning="WGS84 latitude and longitude of the south-west node of a terrain that states"
                    " no place, north up",
            group="problem", table="terrain", example="[36.2, -84.4]"),
-    # A limit belongs to the user, and no key of a problem file, which may come from anybody.
+    # The limit belongs to the user. Problem files, which may come from anybody, have no key for it.
     Option(name="max_cells", kind=INTEGER,
            meaning="maximum cells of a terrain that is read",
            group="problem", default_text="25 million", desk="none"),
     Option(name="start", kind=POINT,
-           meaning="x and y, metres east and north of the south-west node, and altitude",
+           meaning="x and y, metres east and north of the south-west node, and altitude in metres",
            group="problem", table="mission", is_required=True, example="[300, 300, 60]",
            desk="map"),
     Option(name="start_geo", kind=GEO_POINT,
-           meaning="instead of start: WGS84 latitude and longitude in degrees, and altitude in "
+           meaning="instead of start: WGS84 latitude and longitude in degrees, altitude in "
                    "metres",
            group="problem", table="mission", instead_of="start", example="[36.32, -84.31, 100]",
            desk="map"),
@@ -176,15 +176,15 @@ _ZONES = (
     _zone("name", TEXT, "name of the circle or polygon in reports", "none", '"town"'),
     _zone("lower", NUMBER, "minimum altitude inside, metres", "no limit", "200.0"),
     _zone("upper", NUMBER, "maximum altitude inside, metres", "no limit", "900.0"),
-    _zone("t0", NUMBER, "active from this second of the flight on", "no limit", "60.0"),
+    _zone("t0", NUMBER, "active from this second of the flight", "no limit", "60.0"),
     _zone("t1", NUMBER, "active up to this second of the flight", "no limit", "300.0"),
 )  # fmt: skip
 
 _AIRCRAFT = (
     Option(name="uav", kind=TEXT,
            meaning="a shipped aircraft (silver-fox, c172p, j3cub, sperwer, heron, predator), or "
-                   "on the command line the .toml file of one; in a problem file with other keys"
-                   " beside it, the name of the aircraft that they describe",
+                   "on the command line its .toml file; in a problem file, together with"
+                   " other keys, the name of the aircraft that they describe",
            group="problem", table="aircraft", key="name", metavar="NAME|FILE",
            default_text=AIRCRAFT, example=f'"{AIRCRAFT}"'),
     Option(name="uav_file", kind=PATH,
@@ -195,7 +195,7 @@ _AIRCRAFT = (
 _RULES = (
     _rule("clearance", "minimum height above the ground, metres", "clearance_m", "M",
           example="30.0"),
-    _rule("corridor", "half the width of the strip that keeps the clearance, metres",
+    _rule("corridor", "half-width of the strip in which the clearance is kept, metres",
           "corridor_m", "M", example="25.0"),
     _rule("ceiling", "maximum altitude above the datum, metres", "ceiling_m", "M",
           example="1500.0"),
@@ -203,11 +203,10 @@ _RULES = (
           example="400.0"),
     _rule("zone_margin", "distance to no-fly zones, also above and below, metres",
           "zone_margin_m", "M", example="25.0"),
-    _rule("reserve", "share of the fuel to be left at the goal, per cent", "reserve", "PERCENT",
-          percent=True, example="10.0"),
+    _rule("reserve", "share of the fuel that must remain at the goal, per cent", "reserve",
+          "PERCENT", percent=True, example="10.0"),
     Option(name="as_paper", kind=BOOLEAN,
-           meaning="no rules and no headings: the evaluation of the papers alone, as in version "
-                   "0.1",
+           meaning="evaluate as the papers do, without rules or headings, as in version 0.1",
            group="rules", table="rules", default=False, example="false"),
 )  # fmt: skip
 
@@ -218,7 +217,7 @@ _PLANNING = (
            default_text=f"{DEFAULT}, on a board with the paper core {ON_PAPER_CORE}",
            example=f'"{DEFAULT}"'),
     Option(name="generations", kind=INTEGER,
-           meaning="maximum generations, of each leg",
+           meaning="maximum generations of each leg",
            group="search", table="planner",
            default_text=_GENERATIONS,
            example="300", field="generations"),
@@ -226,7 +225,7 @@ _PLANNING = (
            meaning="maximum planning time of each leg, seconds",
            group="search", table="planner", metavar="S", example="60.0", field="time_limit_s"),
     Option(name="target_fitness", kind=NUMBER,
-           meaning="stop when the best fitness reaches this",
+           meaning="stop when the best fitness reaches this value",
            group="search", table="planner", metavar="F", example="1.5", field="target_fitness"),
     Option(name="population", kind=INTEGER,
            meaning="paths in the population",
@@ -236,7 +235,7 @@ _PLANNING = (
            meaning="seed of all random draws; the same seed gives the same result",
            group="planning", table="planner", default=0, example="0"),
     Option(name="fallback", kind=choice(FALLBACKS),
-           meaning="astar, and then fpa-2opt, search where the planner finds no feasible path",
+           meaning="search with astar, then fpa-2opt, if the planner finds no feasible path",
            group="planning", table="planner", default=FALLBACKS[0],
            default_text=f"{FALLBACKS[0]}; none with --as-paper", example=f'"{FALLBACKS[0]}"'),
 )  # fmt: skip
@@ -244,25 +243,27 @@ _PLANNING = (
 _OWN = (
     _own("board", TEXT, "model:, sim:, sim:?sim=icarus, a serial device or a URL of pyserial",
          DEFAULT_BOARD, f'"{DEFAULT_BOARD}"', metavar="URL"),
-    _own("chip_ms", INTEGER, "maximum milliseconds of a plan by the chip's clock, runs without a "
-         "path not counted", "none: the generations are the limit", "8", metavar="MS"),
-    _own("polish", choice(("on", "off")), "give the chip's paths the lowest altitudes on the host, "
-         "too", "on", '"on"'),
+    _own("chip_ms", INTEGER, "maximum milliseconds of a plan by the chip's clock, not counting "
+         "runs without a path", "none: the generations are the limit", "8", metavar="MS"),
+    _own("polish", choice(("on", "off")), "give the chip's paths the lowest altitudes, on the host",
+         "on", '"on"'),
     _own("link_mode", choice(("rank", "population", "recipe")), "data sent over the link in each "
          "generation", "rank", '"rank"'),
     _own("feasibility", choice(("host", "board")), "side that counts the distance under the "
-         "terrain during the search; the report is always the host's", "host", '"host"'),
+         "terrain during the search; the report always uses the host's count", "host",
+         '"host"'),
     _own("initial_draws", INTEGER, "paths drawn for each path of the first population, which keeps "
          "the best", "4; the paper's is 1", "8"),
     _own("engine", choice(ENGINES, current_engine), "all threads, one thread, or an NVIDIA GPU; "
          "the GPU rounds differently", ENGINES[0], f'"{ENGINES[0]}"'),
     _own("waypoints", INTEGER, "free waypoints of every path", "6, with --init astar 16", "8"),
-    _own("two_opt_every", INTEGER, "iterations from one 2-opt to the next, 0 for none", "20", "8"),
+    _own("two_opt_every", INTEGER, "iterations between two applications of 2-opt; 0 for none",
+         "20", "8"),
     _own("max_waypoints", INTEGER, "maximum transitional waypoints of a path",
          "20, of astar 16", "8"),
     _own("init", choice(("random", "astar")), "first population: random, or astar: the paths that "
          "the planner astar finds, and varied copies of them", "random", '"random"'),
-    _own("refits", INTEGER, "children of a generation that are the best path with one or two "
+    _own("refits", INTEGER, "children per generation that are the best path with one or two "
          "waypoints moved and the lowest altitudes", "2 with --init astar, else 0", "8"),
     _own("reading", choice(("route", "sum")), "cost of a route in the crossover: the cost of the "
          "whole route, or the sum of its segments' costs", "route", '"route"'),
@@ -282,11 +283,12 @@ _OUTPUT = (
            group="output", table="output", metavar="LIST", default="", example='"plan,kml"',
            desk="none"),
     Option(name="picture", kind=BOOLEAN,
-           meaning="draw path.png; otherwise remove one of an earlier run",
+           meaning="draw path.png; otherwise remove any left by an earlier run",
            group="output", table="output", default=True, example="true", desk="none"),
     Option(name="grid", kind=BOOLEAN,
            meaning="write terrain.npz, the grid that the path was evaluated on; otherwise remove"
-                   " one of an earlier run, and pathgene check loads the terrain from its source",
+                   " any left by an earlier run, and pathgene check loads the terrain from its"
+                   " source",
            group="output", table="output", default=True, example="true", desk="none"),
 )  # fmt: skip
 
@@ -328,7 +330,7 @@ RULES: Mapping[str, Option] = {
     if option.field
 }
 
-#: Values of which an option on the command line replaces all that a file gives.
+#: Groups of values: an option of a group on the command line replaces all values of it in a file.
 TOGETHER = (
     *((option.instead_of, option.name) for option in OPTIONS if option.instead_of),
     ("via", "via_geo"),

@@ -64,7 +64,7 @@ class Terrain(HostTerrain):
         Raises
         ------
         InputError
-            If there is no such terrain, it cannot be read, is no terrain or has more cells, or
+            If there is no such terrain, it cannot be read, is not a terrain or has more cells, or
             ``cell_m`` is missing, not positive or given for a file that states its own.
         """
         cell = None if cell_m is None else _sides(cell_m)
@@ -102,8 +102,8 @@ class Terrain(HostTerrain):
         Raises
         ------
         InputError
-            If the heights are no grid of real numbers, are all void, a side is not positive, or
-            ``crs`` or ``origin`` is of another type.
+            If the heights are not a grid of real numbers, are all void, a side is not positive, or
+            ``crs`` or ``origin`` has another type.
         """
         if not isinstance(crs, str | None):
             raise InputError(f"The crs must be the name of a reference system, not {crs!r}.")
@@ -160,8 +160,8 @@ def check(problem: Problem, path: ArrayLike) -> Evaluation:
     Raises
     ------
     InputError
-        If the path is no array of real numbers, has another shape or other ends than the problem,
-        or a coordinate is not finite or too large.
+        If the path is not an array of real numbers, has another shape or other ends than the
+        problem, or a coordinate is not finite or too large.
     """
     from pathgene.host.checking import check
 
@@ -172,6 +172,6 @@ def planners() -> dict[str, Entry]:
     """Return the planners by name, the default first.
 
     Each entry has a ``description``, the ``paper`` it is from, the most ``generations`` it runs by
-    default, the names of the ``options`` that it alone has, and the ``engines`` it can run on.
+    default, the names of the ``options`` that only it has, and the ``engines`` it can run on.
     """
     return dict(PLANNERS)

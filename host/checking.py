@@ -113,8 +113,8 @@ def check(problem: Problem, path: ArrayLike, *, source: Mapping[str, Any] | None
     Raises
     ------
     InputError
-        If the path is no array of real numbers, has another shape or other ends than the problem,
-        or a coordinate is not finite or too large.
+        If the path is not an array of real numbers, has another shape or other ends than the
+        problem, or a coordinate is not finite or too large.
     """
     evaluator = evaluator_of(problem)
     waypoints = _waypoints(path)
@@ -136,7 +136,7 @@ def evaluator_of(problem: Problem) -> Evaluator:
     Raises
     ------
     InputError
-        If it is none, or its costs have nothing to be relative to.
+        If ``problem`` is not a :class:`Problem`, or its costs have no reference.
     """
     if not isinstance(problem, Problem):
         raise InputError(

@@ -33,7 +33,7 @@ class Connection:
     Parameters
     ----------
     reason : Reason or None
-        The reason why none is known; None if there is one.
+        The reason why no feasible path is known; None if one is.
     result : Result or None
         The feasible path, or the best path that breaks a limit; None if no planner has searched.
     planner : str or None
@@ -54,7 +54,7 @@ def connect(
 ) -> Connection:
     """Return a feasible path, or the reason why there is none.
 
-    Where the reason is proven, nothing is searched.
+    If the reason is proven, no planner searches.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ def _by_headings(evaluator: Evaluator, stop: Stop | None) -> Reason | None:
         )
         if deg is not None
     }
-    # One alone first: the reason names no heading that a path keeps.
+    # Single headings first: the reason must not name a heading that a path can keep.
     for freed in itertools.chain.from_iterable(
         itertools.combinations(fixed, count) for count in range(1, len(fixed) + 1)
     ):

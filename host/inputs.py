@@ -83,11 +83,11 @@ def read_text(path: Path, encoding: str = "utf-8") -> str:
     Raises
     ------
     InputError
-        If it is no regular file, or has more than :data:`MOST_TEXT_BYTES`.
+        If it is not a regular file, or has more than :data:`MOST_TEXT_BYTES`.
     OSError
         If the system refuses.
     UnicodeDecodeError
-        If it is no text of this encoding.
+        If it is not text in this encoding.
     """
     with opened(path) as file:
         content = file.read(MOST_TEXT_BYTES + 1)
@@ -105,7 +105,7 @@ def parse_json(text: str) -> Any:
     Raises
     ------
     ValueError
-        If it is none, or nested too deeply.
+        If it is not JSON, or is nested too deeply.
     """
     try:
         return json.loads(text)
@@ -119,8 +119,8 @@ def parse_toml(text: str) -> dict[str, Any]:
     Raises
     ------
     ValueError
-        If it is none, is nested too deeply, or has an integer of more than 64 bits, which TOML does
-        not demand of its readers.
+        If it is not TOML, is nested too deeply, or has an integer of more than 64 bits, which TOML
+        does not require of its readers.
     """
     # The time of tomllib grows with their square.
     if _LONG_KEY.search(text):

@@ -70,7 +70,7 @@ def instead(action: Callable[[], None]) -> Iterator[None]:
 def held() -> Iterator[None]:
     """Delay signals until the end of the block; processes started in it never receive Ctrl-C."""
     if not _in_main_thread():
-        yield  # Signals interrupt the main thread alone.
+        yield  # Signals interrupt only the main thread.
         return
     calls: list[tuple[int, FrameType | None]] = []
     handlers = {number: signal.getsignal(number) for number in _caught_signals()}

@@ -8,7 +8,7 @@ import ctypes
 __all__ = ["keep_memory"]
 
 # Options of the GNU C library's mallopt, and their values. Arrays below 32 MiB, the maximum that it
-# allows, get no mapping of their own, and the process keeps up to a GiB of free memory.
+# allows, do not get a mapping of their own, and the process keeps up to a GiB of free memory.
 _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3
 _LARGEST, _KEPT = 32 << 20, 1 << 30
 

@@ -36,7 +36,7 @@ def integer(name: str, value: Any) -> int:
     Raises
     ------
     InputError
-        If ``value`` is no integer; the sentence begins with ``name``.
+        If ``value`` is not an integer; the sentence begins with ``name``.
     """
     try:
         return operator.index(value)
@@ -50,8 +50,8 @@ def real(name: str, value: Any) -> float:
     Raises
     ------
     InputError
-        If ``value`` is no real number, or an integer beyond the floats; the sentence begins with
-        ``name``.
+        If ``value`` is not a real number, or is an integer beyond the floats; the sentence begins
+        with ``name``.
     """
     try:
         if isinstance(value, Real) and not isinstance(value, bool):
@@ -129,7 +129,7 @@ def whole(text: str, most: int | None = None) -> int:
     Raises
     ------
     ValueError
-        If it is no such text, its number is beyond ``most``, or it has more digits than Python
+        If it is not such a text, its number is beyond ``most``, or it has more digits than Python
         reads: some thousands.
     """
     if not (text.isascii() and text.isdigit()):

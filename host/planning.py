@@ -64,7 +64,8 @@ class Plan:
     source : mapping
         Origin of the terrain, as ``summary.json`` states it.
     reason : Reason or None
-        The reason why there is no feasible path; None if there is one, or it was not looked for.
+        The reason why there is no feasible path; None if there is one, or if the reason was not
+        determined.
     fallback : str or None
         The planner that found the path after this one found none that is feasible.
     search : Search or None
@@ -145,8 +146,8 @@ class Plan:
         """Plan the rest of a flight: zones have come or gone, the aircraft has moved.
 
         On a board that is still open, ``ga-chip`` has the chip draw the zones and continue from its
-        population, for a millisecond. Where zones have come and gone, the path keeps clear
-        of both, which is faster; :meth:`finish` clears the gone ones. Every other problem is
+        population, for a millisecond. If zones have both come and gone, the path keeps clear
+        of both, which is faster; :meth:`finish` clears the removed ones. Every other problem is
         planned again, with the same options and the same fallback.
 
         Parameters
@@ -158,7 +159,7 @@ class Plan:
         heading : float, optional
             Heading there, degrees clockwise from the frame's north; free at a new start without it.
         gone : iterable of Zone
-            Zones of the problem that are no longer there.
+            Zones of the problem that no longer exist.
         goal : (float, float, float), optional
             Another goal.
         wind : (float, float), optional
@@ -189,7 +190,7 @@ class Plan:
     def finish(self) -> None:
         """Finish the uploads of :meth:`replan`: call it when the path is passed on.
 
-        Call it also where no path was found. Else the next replan does it.
+        Call it even if no path was found; otherwise the next replan does it.
         """
         if self.result.replanner is not None and self.result.replanner.is_ready:
             self.result.replanner.finish()
@@ -228,7 +229,7 @@ class Plan:
         grid : bool
             Write ``terrain.npz``; otherwise remove the one of an earlier run.
         warn : callable
-            Receives a sentence if the picture cannot be drawn, which costs no other file.
+            Receives a sentence if the picture cannot be drawn, which does not affect other files.
 
         Returns
         -------
@@ -266,9 +267,9 @@ class Search:
     time_limit_s, target_fitness, population, seed
         See :class:`pathgene.host.planners.base.Options`.
     fallback : str, optional
-        Where the planner finds no feasible path, look for the reason, and with ``astar`` search
+        If the planner finds no feasible path, determine the reason, and with ``astar`` search
         with that planner, and then with ``fpa-2opt``, unless the reason is proven. ``none`` only
-        looks for the reason; by default neither is done. As paper there is no fallback.
+        determines the reason; by default neither is done. With ``as_paper`` there is no fallback.
     **options
         The planner's own options: the rows of :data:`pathgene.host.options.table.OWN` that its
         entry lists. None is the default of each.
@@ -365,7 +366,7 @@ class Search:
         searches = [copy.copy(self) for _ in seeds]
         for search, seed in zip(searches, seeds, strict=True):
             search.options = dataclasses.replace(self.options, seed=seed)
-        planner = cast(_TogetherPlanner, self._planner)  # The engine gpu belongs to these alone.
+        planner = cast(_TogetherPlanner, self._planner)  # Only these have the engine gpu.
         results = planner.plan_together(evaluators, [search.options for search in searches], stop)
         if stop is not None:
             stop.heeded = True

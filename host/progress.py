@@ -43,7 +43,7 @@ class Bar:
         self._open_line = False
 
     def show(self, done: int, text: str) -> None:
-        """Show ``text`` beside the bar, or hold it back shortly after the previous one."""
+        """Show ``text`` next to the bar, or hold it back shortly after the previous one."""
         now = self._clock()
         period = _BAR_PERIOD_S if self._terminal else _LOG_PERIOD_S
         if self._terminal:

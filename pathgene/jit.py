@@ -27,10 +27,10 @@ class Compiler:
     """Decorators that compile a function at its first call and keep the result on disk.
 
     Division follows IEEE 754 and raises nothing; no arithmetic is reordered, so results agree with
-    the reference and are the same on every machine. A kernel holds no lock.
+    the reference and are the same on every machine. A kernel releases the GIL.
 
     The cache on disk is numba's own, which notices changes only in the file of the outermost
-    function; here it notices them in all sources beside that file and in ``folders``.
+    function; here it notices them in all sources of that file's folder and of ``folders``.
 
     Parameters
     ----------
@@ -83,11 +83,11 @@ class Compiler:
 class _CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]  # numba has no types.
     """The files in which numba keeps a kernel; a damaged file counts as none.
 
-    numba itself would fail for ever at a torn file, and run the code of an altered one.
+    numba itself would fail at a torn file every time, and would run the code of an altered one.
     """
 
     def save(self, key: Any, data: Any) -> None:
-        """Keep a kernel, unless the disk takes nothing: that costs time alone."""
+        """Keep a kernel; a disk that accepts nothing only costs time."""
         with contextlib.suppress(OSError):
             super().save(key, data)
 

@@ -75,8 +75,8 @@ class AuvField:
         1 or 2.
     reading : str
         Cost of a route. ``route``: delta of the whole route, whose v1 is the sum of its segments',
-        v2 and v3 the greatest of them; the dynamic programming keeps every way that no other beats
-        in all three. ``sum``: the sum of the segments' deltas, equation (8) as printed.
+        v2 and v3 the greatest of them; the dynamic programming keeps every route that no other
+        beats in all three. ``sum``: the sum of the segments' deltas, equation (8) as printed.
     samples : int, optional
         Points of a segment at which the seabed is read, 2 to 100,001, at equal steps of the
         spline's parameter: the paper's way. By default the points are even in arc length, with
@@ -141,7 +141,7 @@ class AuvField:
         tuple
             Points of all segments in a row, (p, 2) float64; the number of each segment's, (m,)
             int64; and the unit vectors in which the segments pass the points, (p, 2), or (0, 2)
-            where the rates come from the steps alone.
+            where the rates come from the steps only.
         """
         if self.samples is not None:
             number = self.samples if samples is None else samples

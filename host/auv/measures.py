@@ -96,7 +96,8 @@ def measure(
     Parameters
     ----------
     control : (m, n, 2) float64
-        Control points of the segments, ends included; rows from ``counts[i]`` on are not read.
+        Control points of the segments, ends included; rows at ``counts[i]`` and beyond are not
+        read.
     counts : (m,) int64
         Control points of each.
     points : (p, 2) float64

@@ -39,7 +39,7 @@ def evolve(
     added: int = ADDED_POINTS,
     seed: int = 0,
 ) -> Iterator[Generation]:
-    """Yield every generation, from the first on, without end.
+    """Yield every generation, beginning with the first, without end.
 
     Parameters
     ----------

@@ -48,7 +48,7 @@ class _StoreOnce(argparse._StoreAction):
 class Parser(argparse.ArgumentParser):
     """An argument parser that raises :class:`InputError`.
 
-    It accepts no abbreviated options, and an option of one value only once.
+    It rejects abbreviated options, and a repeated option of one value.
     """
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
@@ -59,7 +59,7 @@ class Parser(argparse.ArgumentParser):
     def parse_known_args(  # type: ignore[override]  # The stubs overload it.
         self, args: Sequence[str] | None = None, namespace: Any = None
     ) -> tuple[Any, list[str]]:
-        """Parse arguments, which the parser may have done before."""
+        """Parse arguments; the parser may be used more than once."""
         for action in self._actions:
             if isinstance(action, _StoreOnce):
                 action.is_given = False
@@ -146,7 +146,7 @@ def leave_unset(parser: Parser, *, besides: Collection[str] = ()) -> None:
         if action.dest in ("help", "json", "debug", *besides):
             continue
         defaults[action.dest] = action.default
-        # The formatter of the help leaves out the default of an argument without one.
+        # The help formatter omits the default of an argument whose default is suppressed.
         action.help = (action.help or "").replace("%(default)s", str(action.default))
         action.default, action.required = argparse.SUPPRESS, False
     parser.set_defaults(option_defaults=defaults)

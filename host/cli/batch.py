@@ -140,7 +140,8 @@ def _job(args: argparse.Namespace, name: str, file: str) -> Job:
     planner = planner_of(values)
     for option in ignored_options(values, planner):
         note(f"{name}: {option} means nothing to {planner} and is ignored.")
-    # Its board need not be asked again, and results of another default are not taken for these.
+    # Its board need not be asked again, and results of another default planner are not mistaken for
+    # these.
     return Job(name, file, {**values, "planner": planner})
 
 
@@ -169,7 +170,7 @@ def _plan(
     ):
         bar.show(kept, f"problem {kept}/{total}")
         for done, (job, outcome) in enumerate(outcomes, start=kept + 1):
-            with interrupts.held():  # A result that is there is counted, too.
+            with interrupts.held():  # A result that has arrived is counted, too.
                 rows[job.name].update(_saved(directory, job, outcome))
             refused = "" if outcome.summary is not None else ", not planned"
             bar.show(done, f"problem {done}/{total}  {job.name}{refused}")

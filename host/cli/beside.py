@@ -53,7 +53,7 @@ def _search(args: argparse.Namespace, name: str) -> Search:
 
     having = PLANNERS[name].options if name in PLANNERS else ()
     own = {option: getattr(args, option) for option in OWN if option in having}
-    # Hardware, and a board whose core is named, have that core alone.
+    # Hardware, and a board whose core is named, have only that core.
     if args.board is not None and with_core(args.board, GeneticCore.PAPER) == args.board:
         own = {option: DEFAULT_BOARD if option == "board" else own[option] for option in own}
     return Search(
@@ -69,7 +69,7 @@ def plan_beside(
 ) -> list[dict[str, Any]]:
     """Plan with each search in turn; return a row of each, see :func:`row_of`.
 
-    A failure is noted, and has no row.
+    A failure is noted and gets no row.
 
     Raises
     ------
@@ -105,7 +105,7 @@ def plan_beside(
 
 
 def row_of(plan: Plan) -> dict[str, Any]:
-    """Return the row of a plan in the table; ``plan_us`` is None unless the chip alone planned."""
+    """Return the row of a plan in the table; ``plan_us`` is None unless only the chip planned."""
     summary = plan.summary
     legs = [leg for leg in summary.get("legs", ()) if leg["planned"]]
     parts = [part["hardware"] or {} for part in legs or (summary,)]

@@ -17,7 +17,7 @@ from pathgene.host.planners import DEFAULT_BOARD
 
 __all__ = ["add", "info", "serve"]
 
-# Time between two looks at a signal, seconds.
+# Period of the checks for a signal, seconds.
 _LOOK_S = 1.0
 
 
@@ -105,8 +105,8 @@ def serve(args: argparse.Namespace) -> int:
             )
         try:
             note("Serving until Ctrl-C.")
-            # Where another thread takes the signal, as one of a stopped process may, a wait without
-            # an end would never learn of it.
+            # If another thread takes the signal, as one of a stopped process may, an endless wait
+            # would never notice it.
             while (status := board.wait(_LOOK_S)) is None:
                 pass
         except KeyboardInterrupt:

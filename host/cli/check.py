@@ -125,7 +125,8 @@ def run(args: argparse.Namespace) -> int:
 def _take_rules(args: argparse.Namespace, stated: dict[str, Any], *, told: bool) -> None:
     """Take the rules that no option gives from the summary's, the keywords of a problem.
 
-    One without rules is as paper, unless an option is ``told`` to say so or not, or gives a rule.
+    A summary without rules sets ``as_paper``, unless that option was ``told`` or another one
+    gives a rule.
     """
     given = {name for name in RULES if getattr(args, name) is not None}
     if args.as_paper:
@@ -175,7 +176,7 @@ def _zones(
     summary: dict[str, Any] | None,
     terrain: Terrain,
 ) -> tuple[Zone, ...]:
-    """Return the zones from the options, or without any, the zones of the summary."""
+    """Return the zones from the options, or the summary's zones if no option gives one."""
     from pathgene.host.mission.build import zones_of
     from pathgene.host.report.read import summary_zones
 

@@ -27,8 +27,8 @@ def note_compiling_routes() -> None:
 
 
 def _note(kernel: Any, duration: str) -> None:
-    # Without a compiler, or a folder that can be written to, there is no cache. The index of other
-    # sources, or of another numba, reads as empty.
+    # There is no cache without a compiler and a writable folder. The index of other sources, or of
+    # another numba version, reads as empty.
     kept = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
     if kept is not None and not kept._load_index():
         note(f"Compiling for this machine, once: {duration}.")

@@ -49,7 +49,7 @@ def add(commands: Commands) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Look for a path and print that there is one, or the reason of the first leg without one."""
+    """Search for a path; print that one exists, or why the first leg without a path has none."""
     from pathgene.host.connection import connect
     from pathgene.host.evaluation import Evaluator
     from pathgene.host.mission.build import mission_of

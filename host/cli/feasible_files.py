@@ -27,8 +27,8 @@ def read_map(file: Path, config: Config) -> NDArray[np.uint16]:
     Raises
     ------
     InputError
-        If the file cannot be read, or is no filled array ``[y, x]`` of integer altitudes that fits
-        the map.
+        If the file cannot be read, or is not a filled array ``[y, x]`` of integer altitudes that
+        fits the map.
     """
     try:
         with reading("map", file), opened(file) as binary:
@@ -61,7 +61,7 @@ def read_points(file: Path, config: Config) -> NDArray[np.int64]:
     Raises
     ------
     InputError
-        If the file is no CSV with the header ``x,y,z``, a number in it is not whole, a point is
+        If the file is not a CSV with the header ``x,y,z``, a number in it is not whole, a point is
         outside the map of ``config``, or the path has more waypoints than the chip holds.
     """
     points = read_csv(file)

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 __all__ = ["add", "run"]
 
-# Quoted: the classes are imported for type checking alone.
+# Quoted: the classes are imported only for type checking.
 _Report = TypeVar("_Report", "FlightReport", "Replanned")
 
 

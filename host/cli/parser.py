@@ -38,8 +38,8 @@ def build_parser(command: str | None = None) -> argparse.ArgumentParser:
     Parameters
     ----------
     command : str, optional
-        Name of the command that the arguments begin with. The parser knows this command alone, and
-        imports no other; it knows all commands if the name is None, or of no command.
+        Name of the command that the arguments begin with. The parser knows and imports only this
+        command; it knows all commands if the name is None or unknown.
     """
     parser = Parser(
         prog="pathgene",

@@ -27,7 +27,7 @@ def file_values(args: argparse.Namespace) -> dict[str, Any]:
     """Return the values of the problem file that no option replaces; none without a file.
 
     An option replaces all values of the file about the same thing: ``--start-geo`` also a
-    ``start``, one zone all zones, ``--as-paper`` the rules. Where planners are named, the options
+    ``start``, one zone all zones, ``--as-paper`` the rules. If planners are named, the options
     of the file that none of them has are left out.
 
     Raises

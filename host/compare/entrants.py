@@ -73,7 +73,7 @@ class Entrant:
 
     @property
     def key(self) -> str:
-        """Digest of all that its runs depend on besides problem and seed."""
+        """Digest of everything that its runs depend on, except problem and seed."""
         return digest_of({**self.describe(), "pathgene": version()})
 
 
@@ -101,7 +101,7 @@ def parse_entrants(
         :data:`pathgene.host.options.table.SEARCH` and the planner's own options, with ``_`` or
         ``-``.
     search : mapping
-        Values of the options in ``SEARCH`` for all, None where there is none.
+        Values of the options in ``SEARCH`` for all, None if not given.
     own : mapping
         Own options for all planners that have them.
 

@@ -1,4 +1,4 @@
-"""The picture of a comparison: box plots of F beside the convergence."""
+"""The picture of a comparison: box plots of F next to the convergence."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ __all__ = ["draw", "write"]
 
 Floats = NDArray[np.float64]
 
-# Inches: width of the figure, of the boxes and of the counts beside them, and the margins.
+# Inches: width of the figure, of the boxes and of the counts next to them, and the margins.
 _WIDTH, _BOXES, _COUNTS, _GAP = 13.2, 4.1, 0.9, 0.8
 _LEFT, _RIGHT, _TOP, _BOTTOM = 0.35, 0.35, 1.3, 1.0
 _LINE, _CHARACTER, _KEY = (
@@ -139,7 +139,7 @@ def _draw_boxes(
 ) -> None:
     """Draw a box plot for each planner, the first at the top, its runs, and how many are feasible.
 
-    Where most runs are feasible, the infeasible ones are counted, not drawn: their fitness is too
+    If most runs are feasible, the infeasible ones are counted, not drawn: their fitness is too
     low for a difference to be visible.
     """
     every = np.concatenate([_fitness(planner) for planner in planners])

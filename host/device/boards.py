@@ -34,7 +34,7 @@ def board_scheme(url: str) -> BoardScheme:
     Raises
     ------
     InputError
-        If ``url`` is no text.
+        If ``url`` is not a string.
     """
     if not isinstance(url, str):
         raise InputError(f"The board must be a URL, not {url!r}.")
@@ -57,7 +57,7 @@ def open_board(url: str) -> Chip:
     Raises
     ------
     InputError
-        If there is no such device, an option is wrong, nothing answers, or the board is of another
+        If there is no such device, an option is wrong, nothing answers, or the board has another
         protocol version or build.
     JobError
         If a simulated board cannot be started.
@@ -94,7 +94,7 @@ def entered(
 
     An open board stays open. One that has been closed, and a URL, are opened by ``opener``,
     :func:`open_board` by default. A simulated board gets the ``core`` that a planner needs unless
-    its URL names one: an open one has a second chip beside it then, which is closed with it.
+    its URL names one: an open one then gets a second chip, which is closed with it.
 
     Raises
     ------
@@ -109,7 +109,7 @@ def entered(
 
 
 def known_config(url: str) -> Config | None:
-    """Return the configuration of the board at ``url`` if the URL alone says it, else None.
+    """Return the configuration of the board at ``url`` if the URL states it, else None.
 
     Raises
     ------
@@ -127,7 +127,7 @@ def with_core(url: str, core: str) -> str:
     Raises
     ------
     InputError
-        If ``url`` is no text.
+        If ``url`` is not a string.
     """
     scheme = board_scheme(url)
     url = current_url(url)

@@ -87,7 +87,7 @@ class Chip:
     LinkTimeoutError
         If nothing answers.
     InputError
-        If the board is of another protocol version, or of a build that this release does not know.
+        If the board has another protocol version, or a build that this release does not know.
     """
 
     def __init__(self, link: Link, *, verify_every: int = 256, url: str = "") -> None:
@@ -127,7 +127,7 @@ class Chip:
         return [list(path) for path in self._known()]
 
     def close(self) -> None:
-        """Close the link, end its simulated board, and close the chip beside this one."""
+        """Close the link, end its simulated board, and close its second chip."""
         self.closed = True
         self.link.close()
         if self._beside is not None:
@@ -190,7 +190,7 @@ class Chip:
         self._steps = 0
 
     def load(self, paths: Sequence[Sequence[int]], slot: int = 0) -> None:
-        """Write ``paths`` (packed waypoints) into consecutive slots from ``slot`` on."""
+        """Write ``paths`` (packed waypoints) into consecutive slots, starting at ``slot``."""
         self._require_core()
         config = self.config
         requests = []
@@ -213,7 +213,7 @@ class Chip:
             self._paths = [*before[:slot], *loaded, *before[slot + len(loaded) :]]
 
     def read(self, slot: int, count: int) -> list[list[int]]:
-        """Return the packed paths of ``count`` slots from ``slot`` on."""
+        """Return the packed paths of ``count`` slots, starting at ``slot``."""
         self._require_core()
         layout = read_request(self.config)
         requests = [
@@ -247,7 +247,7 @@ class Chip:
         InputError
             If the chip has no map.
         ValueError
-            If ``heights`` is no such array, or leaves the map.
+            If ``heights`` is not such an array, or leaves the map.
         """
         self._require_checker()
         self._map.upload(heights, x, y, progress=progress)
@@ -279,7 +279,7 @@ class Chip:
         LinkError
             If the board still does not answer, or was reset in the meantime.
         ValueError
-            If ``heights`` is no whole map.
+            If ``heights`` is not a whole map.
         """
         self._require_checker()
         if self.link.session is None:
@@ -325,7 +325,7 @@ class Chip:
         start, goal : int
             Start and goal of each path, as packed waypoints.
         slot, count : int
-            First slot and number of slots; by default all slots from ``slot`` on.
+            First slot and number of slots; by default all slots, starting at ``slot``.
         counting : bool
             As for :meth:`check_path`.
 

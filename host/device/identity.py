@@ -19,7 +19,7 @@ def request_info(link: Link) -> dict[str, int]:
     LinkTimeoutError
         If nothing answers.
     InputError
-        If the board is of another protocol version.
+        If the board has another protocol version.
     """
     reply = link.info()
     # The reply of every protocol version begins with version and build.

@@ -344,7 +344,7 @@ class Link:
             window.note_sent(size)
 
     def _ask(self, header: bytes, command: Command, *, plain: bool) -> bytes:
-        """Send a command that has no place in the order; return its answer from the status on."""
+        """Send a command that has no place in the order; return its answer from the status."""
         question = header + bytes([command])
         for attempt in range(self.attempts):
             self._send(question, repeated=attempt > 0, flush=True, plain=plain)

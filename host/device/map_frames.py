@@ -59,7 +59,7 @@ def map_frames(
     Raises
     ------
     ValueError
-        If ``heights`` is no such array, or leaves the map.
+        If ``heights`` is not such an array, or leaves the map.
     """
     heights = np.asarray(heights)
     if heights.ndim != 2 or heights.size == 0 or not np.issubdtype(heights.dtype, np.integer):
@@ -115,7 +115,7 @@ def _from_to(places: NDArray[np.intp]) -> slice:
 
 
 def _tile(config: Config) -> tuple[int, int]:
-    """Return width and height of a frame's rectangle: as much of a coarse block as fits."""
+    """Return the width and height of the largest part of a coarse block that fits into a frame."""
     room = config.receive_buffer // _FRAMES_IN_FLIGHT - BODY_HEADER_BYTES - CRC_BYTES
     cells = (room - map_request(config).size) * 8 // config.altitude_bits
     cells = 1 << min(cells, _FRAME_CELLS).bit_length() - 1

@@ -40,7 +40,7 @@ class Orders:
     def together(self) -> _Batch:
         """Return a context that collects commands and sends them when it ends.
 
-        A full batch of 64 is sent before. The context must not send any other request.
+        A full batch of 64 is sent early. The context must not send any other request.
         """
         return _Batch(self, self._link)
 

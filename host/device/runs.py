@@ -149,7 +149,7 @@ class Runs:
             If an option is out of its range.
         """
         payload = options.pack(self._config)
-        # Whatever the answer, the population may be another one from here on.
+        # Whatever the answer, the population may have changed.
         self.started += 1
         self._orders.give([(Command.RUN, payload)])
 
@@ -168,7 +168,7 @@ class Runs:
     def stop(self) -> None:
         """End the run with its present generation; :meth:`status` says when it is over.
 
-        First populations are completed before.
+        A first population is completed beforehand.
         """
         self._orders.give([(Command.STOP, b"")])
 
@@ -192,7 +192,7 @@ class Runs:
                 )
 
     def best(self) -> BestPaths:
-        """Return the paths of the latest run, the best first; none without one on the problem."""
+        """Return the paths of the latest run, best first; empty if the problem has had no run."""
         return BestPaths(*unpack_best(self._config, self._link.request(Command.BEST)))
 
     def best_if_over(self) -> BestPaths | None:

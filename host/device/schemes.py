@@ -116,7 +116,7 @@ class BoardScheme(abc.ABC):
     Attributes
     ----------
     simulated : bool
-        True for boards that are built as their URLs say, for one user alone. Hardware has its
+        True for boards that are built as their URLs say, for a single user. Hardware has its
         configuration already and is shared.
     """
 
@@ -209,7 +209,7 @@ def _entry_points() -> Iterator[metadata.EntryPoint]:
     declared = Path(__file__).resolve().parents[2] / "pyproject.toml"
     if declared.is_file():
         project = tomllib.loads(declared.read_text("utf-8")).get("project", {})
-        # The file beside an installed package may belong to another project.
+        # The file next to an installed package may belong to another project.
         if project.get("name") == "pathgene":
             for name, value in project.get("entry-points", {}).get(GROUP, {}).items():
                 yield metadata.EntryPoint(name, value, GROUP)

@@ -24,7 +24,8 @@ from pathgene.host.numeric import whole
 
 __all__ = ["SerialScheme"]
 
-#: Attempts however short the patience: the link asks for shorter replies from the fifth on.
+#: Minimum number of attempts, however short the patience: from the fifth, the link asks for shorter
+#: replies.
 _MINIMUM_ATTEMPTS = 5
 #: Highest baud rate that a URL may ask for, above all that ports know.
 _MAXIMUM_BAUD = 1_000_000_000
@@ -78,7 +79,7 @@ class SerialScheme(BoardScheme):
 
 
 def _whole(text: str) -> int | None:
-    """Return a number above 0, or None if ``text`` is none or too large for a port."""
+    """Return a number above 0, or None if ``text`` is not one or is too large for a port."""
     try:
         return whole(text, _MAXIMUM_BAUD) or None
     except ValueError:

@@ -33,7 +33,7 @@ _EIGHT = np.ones((3, 3), dtype=bool)
 _STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))
 # Length of a link that has none: the search for short rings needs positive ones.
 _LEAST_M = 1e-3
-# Places where rings are looked for; the shortest ring is reported.
+# Number of places where rings are searched for; the shortest ring is reported.
 _MOST_SEARCHES = 8
 
 

@@ -1,7 +1,7 @@
 """Bounds that every path keeps: places and altitudes that are forbidden beyond doubt.
 
 Bounds err on the side of caution. A place is forbidden only if the strict rule forbids it whatever
-the path; so where the bounds leave no way, there is none.
+the path; so if the bounds leave no route, no path exists.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class Bounds:
     Parameters
     ----------
     problem : Problem
-        The problem, with rules or as paper.
+        The problem, with rules or with ``as_paper``.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -54,7 +54,7 @@ class Bounds:
 
     @property
     def margin_m(self) -> float:
-        """Margin of zones; 0 as paper."""
+        """Margin of zones; 0 with ``as_paper``."""
         return 0.0 if self.problem.rules is None else self.problem.rules.zone_margin_m
 
     @cached_property

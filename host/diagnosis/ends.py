@@ -127,7 +127,7 @@ def _distance_m(zone: Zone, point: Point) -> float:
 
 
 def _sides(problem: Problem, end: str, point: Point) -> Iterator[Reason]:
-    """Yield the ground or the void beside an end that no heading avoids."""
+    """Yield the ground or the void around an end that no heading avoids."""
     rules, x, y, z = problem.rules, *point
     assert rules is not None
     # With a heading, the track turns before the start, or after the goal, and may not pass it.

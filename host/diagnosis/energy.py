@@ -18,7 +18,7 @@ def least_fuel(bounds: Bounds) -> float:
     The thrust along a path is drag and the share of the weight along the slope. The drag is least
     at the least weight and the steepest slope; the weight works against the rise from
     start to goal, less the saving of a lighter aircraft on climbs from the lowest ground. Wind
-    shortens a way through the air to V / (V + wind) of that over the ground at best.
+    shortens the distance through the air to V / (V + wind) of the distance over the ground at best.
     """
     problem, aircraft = bounds.problem, bounds.problem.aircraft
     if problem.rules is None:

@@ -41,7 +41,7 @@ def diagnose(problem: Problem) -> Reason:
     Parameters
     ----------
     problem : Problem
-        The problem; as paper, ceilings, power and fuel have no limits.
+        The problem; with ``as_paper``, ceilings, power and fuel are not limited.
     """
     bounds = Bounds(problem)
     reason = next(_reasons(bounds), None) or _not_found(problem)
@@ -67,7 +67,7 @@ def _reasons(bounds: Bounds) -> Iterator[Reason]:
 
 
 def _closed(bounds: Bounds) -> Iterator[Reason]:
-    """Yield that no way leads from start to goal at any altitude."""
+    """Yield a reason if no route leads from start to goal at any altitude."""
     barrier = bounds.barrier()
     if not barrier.closed:
         return
@@ -89,7 +89,7 @@ def _closed(bounds: Bounds) -> Iterator[Reason]:
 
 
 def _ceiling(bounds: Bounds) -> Iterator[Reason]:
-    """Yield that no way leads from start to goal below the ceilings."""
+    """Yield a reason if no route leads from start to goal below the ceilings."""
     problem = bounds.problem
     rules, top = problem.rules, problem.limits.ceiling_m
     agl = math.inf if rules is None or rules.ceiling_agl_m is None else rules.ceiling_agl_m

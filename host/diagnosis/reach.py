@@ -1,4 +1,4 @@
-"""Places that an aircraft reaches by climbing along the ways out of a point, compiled."""
+"""Places that an aircraft reaches by climbing along the routes out of a point, compiled."""
 
 from __future__ import annotations
 
@@ -66,14 +66,14 @@ def _spread(
 
 @dataclass(frozen=True)
 class Reach:
-    """Nodes that are reached from a point on the shortest ways that the climb allows.
+    """Nodes reached from a point along the shortest routes that the climb limit allows.
 
     Parameters
     ----------
     flown_m : (ny, nx) float64
         Horizontal distance to each node, infinite where none is reached.
     before : (ny, nx) int64
-        Flat index of the node before.
+        Flat index of the previous node.
     """
 
     flown_m: Floats
@@ -113,7 +113,7 @@ class Reach:
         return np.isfinite(self.flown_m)
 
     def way(self, node: tuple[int, int]) -> NDArray[np.int64]:
-        """Return rows and columns of the way to a node that is reached, (n, 2)."""
+        """Return the rows and columns of the route to a reached node, (n, 2)."""
         columns = self.before.shape[1]
         at = node[0] * columns + node[1]
         way = [at]

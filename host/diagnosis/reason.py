@@ -25,7 +25,7 @@ __all__ = [
     "rounded_up",
 ]
 
-#: Every code, in the order in which reasons are looked for.
+#: Every code, in the order in which reasons are checked.
 CODES = (
     "start",
     "goal",
@@ -141,7 +141,7 @@ class Reason:
 
 
 def geographic(terrain: Terrain, place: tuple[float, float]) -> tuple[float, float] | None:
-    """Return latitude and longitude of a place; None where the terrain has no place on Earth."""
+    """Return latitude and longitude of a place; None if the terrain has no place on Earth."""
     if terrain.crs is None:
         return None
     try:
@@ -167,12 +167,12 @@ def broken_limit(limits: Sequence[Mapping[str, Any]] | None) -> str | None:
     Parameters
     ----------
     limits : sequence of mapping or None
-        The ``limits`` of a summary, worst first; None as paper.
+        The ``limits`` of a summary, worst first; None with ``as_paper``.
     """
     if not limits:
         return None
     name, worst, allowed = str(limits[0]["limit"]), limits[0]["worst"], limits[0]["allowed"]
-    # Loads the kernels, which a reason alone does not need.
+    # Loads the kernels, which a reason by itself does not need.
     from pathgene.host.evaluation.aircraft_limits import limit_named
 
     limit = limit_named(name)

@@ -1,10 +1,10 @@
 """Pits and walls: ends from which no allowed climb, or to which no allowed descent, leads.
 
-An aircraft that leaves a pit gains altitude in proportion to the length of its way. If no circle of
-the turn radius fits into the pit, the way cannot turn round, so it is not much longer than the
+An aircraft that leaves a pit gains altitude in proportion to the length of its route. If no circle
+of the turn radius fits into the pit, the route cannot turn round, so it is not much longer than the
 shortest one: a pit that is too deep for this length is closed. If a circle fits, the aircraft could
-circle up. Since no planner circles, the reason given is that the shortest ways are too steep, which
-is no proof.
+circle up. Since no planner circles, the reason given is that the shortest routes are too steep,
+which is not a proof.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ __all__ = ["slope_reasons"]
 
 Floats = NDArray[np.float64]
 
-# Without turning round, a way is at most pi / 2 times as long as the shortest; rounded up.
+# Without turning round, a route is at most pi / 2 times as long as the shortest; rounded up.
 _DETOUR = 2.0
 # Maximum number of nodes on the longer side of the grid that gives a sufficient limit.
 _MOST_NODES = 400
@@ -35,7 +35,7 @@ _STEEPEST_DEG = 85.0
 
 
 class _Pit:
-    """The ways out of one end: from the start upwards, or from the goal backwards and upwards."""
+    """The routes out of one end: from the start upwards, or from the goal backwards and upwards."""
 
     def __init__(self, bounds: Bounds, end: str) -> None:
         problem, terrain = bounds.problem, bounds.problem.terrain
@@ -59,7 +59,7 @@ class _Pit:
         return int(row) // every, int(column) // every
 
     def searched(self, heights: Floats, slope: float) -> Reach:
-        """Return the reach of the shortest ways on the search surface."""
+        """Return the reach of the shortest routes on the search surface."""
         return Reach.of(heights, self.sides, self.node(self.x, self.y, self.every), self.z, slope)
 
     def surface(self) -> Floats:
@@ -73,7 +73,7 @@ class _Pit:
         return pooled
 
     def is_proven(self, slope: float) -> bool:
-        """Return whether no way at all leads out with a slope."""
+        """Return whether no route at all leads out at a slope."""
         problem, terrain = self.bounds.problem, self.bounds.problem.terrain
         if not math.isfinite(slope):
             return False
@@ -82,7 +82,7 @@ class _Pit:
         heights[there] = min(heights[there], self.other[2])
         sides = terrain.dx_m, terrain.dy_m
         gained = slope * _DETOUR
-        # The way may begin and end at the far sides of its first and its last square.
+        # The route may begin and end at the far sides of its first and its last square.
         slack = gained * 2 * math.hypot(*sides)
         reach = Reach.of(heights, sides, self.node(self.x, self.y, 1), self.z + slack, gained)
         return not reach.nodes[there] and not has_room(
@@ -91,7 +91,7 @@ class _Pit:
 
 
 def slope_reasons(bounds: Bounds) -> Iterator[Reason]:
-    """Yield the climb limit, the descent limit and the power, where they close every short way."""
+    """Yield the climb limit, the descent limit and the power, if they close every short route."""
     problem = bounds.problem
     if problem.limits.climb_rad <= 0:
         return

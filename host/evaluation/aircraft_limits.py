@@ -225,7 +225,7 @@ AIRCRAFT_LIMITS: list[AircraftLimit] = [
 
 
 def limit_named(name: str) -> AircraftLimit | None:
-    """Return a limit by its name, or None for a limit of another kind, as of a zone."""
+    """Return a limit by its name, or None for another kind of limit, such as a zone's."""
     return next((limit for limit in AIRCRAFT_LIMITS if limit.name == name), None)
 
 

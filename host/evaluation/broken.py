@@ -43,7 +43,7 @@ __all__ = [
 
 # Heights are compared up to rounding, as in the verdict.
 _ROUNDING_M = 1e-9
-# Parts of a track that are told apart, at most: a picture shows no more.
+# Maximum number of parts of a track: a picture shows no more.
 _PARTS = 4000
 # Stretches of one limit that are nearer than this are one, metres flown.
 _JOIN_M = 1e-6
@@ -89,7 +89,7 @@ def _mark_parts(
     stack: Floats,
     marks: Floats,
 ) -> None:
-    """Write 1 for each part of a piece that breaks a demand, 2 off the map, else 0."""
+    """Write 1 for each part of a piece that violates a requirement, 2 off the map, else 0."""
     run = pieces[row, fields.RUN]
     for number in range(parts):
         part = Part(row, run * number / parts, run * (number + 1) / parts)
@@ -105,7 +105,7 @@ def _mark_parts(
 def off_demand(
     surface: Surface, required: Required, below: Required, track: LaidTrack
 ) -> tuple[list[Span], list[Span]]:
-    """Return the parts that break a demand on the height, and the parts off the map.
+    """Return the parts that violate the required height, and the parts off the map.
 
     A part is at most ``ds_m`` long, or a 4000th of a longer track, and counts whole.
     """

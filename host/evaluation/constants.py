@@ -23,7 +23,7 @@ __all__ = [
 
 # Height of a void: above every path, and finite, so that its product with a weight of 0 is 0.
 VOID_HEIGHT_M = 1e300
-# Beyond this a coordinate is no place on a map: it keeps the number of samples finite.
+# Beyond this a coordinate is not a place on a map: it keeps the number of samples finite.
 COORDINATE_LIMIT_M = 1e7
 
 # Rounding turns a waypoint on a straight line by up to about 1e-15 rad: no turn at all.
@@ -47,11 +47,11 @@ class Constants(NamedTuple):
     sampled: d_ut and d_nf are 0. ``burn_per_m`` is sfc / eta, 1/m; ``utopia_area_m2`` is
     a_utopia * l_utopia.
 
-    The last fields belong to the rules of safe flight. As paper they are 0, and the limits among
-    them are infinite. ``in_air`` is 1 where vertical speeds limit slopes, as in wind. ``roofed`` is
-    1 where the negated roofs follow the raster of the ground. ``start_east`` and ``start_north``
-    are the unit vector of the heading at the start, 0 and 0 if the heading is free; the goal has
-    the same two fields. ``headings`` is the number of fixed headings.
+    The last fields belong to the rules of safe flight. With ``as_paper`` they are 0, and the limits
+    among them are infinite. ``in_air`` is 1 where vertical speeds limit slopes, as in wind.
+    ``roofed`` is 1 where the negated roofs follow the raster of the ground. ``start_east`` and
+    ``start_north`` are the unit vector of the heading at the start, 0 and 0 if the heading is free;
+    the goal has the same two fields. ``headings`` is the number of fixed headings.
     """
 
     dx_m: float

@@ -3,9 +3,10 @@
 A piece is a row of the pieces of :mod:`pathgene.host.evaluation.pieces`: a horizontal straight or
 arc, or a vertical. Its places are named by the fraction t of its length, from 0 to 1. Every
 function takes ``pieces`` and ``row`` and, where it finds crossings, appends their fractions between
-``low`` and ``high`` to ``marks`` from ``count`` on, and returns the new count: at most 2 a call.
+``low`` and ``high`` to ``marks`` starting at ``count``, and returns the new count: at most 2 a
+call.
 
-Rounding moves a crossing by about 1e-9 m across the track. Where the piece touches a line or a
+Rounding moves a crossing by about 1e-9 m across the track. If the piece touches a line or a
 circle without entering by more than that, its crossings may be missing.
 """
 
@@ -43,7 +44,7 @@ def centre_of(pieces: Floats, row: int) -> tuple[float, float, float]:
 
 @inlined
 def place(pieces: Floats, row: int, t: float) -> tuple[float, float]:
-    """Return x and y at the fraction ``t``."""
+    """Return the x and y at the fraction ``t``."""
     x, y = pieces[row, X], pieces[row, Y]
     angle = pieces[row, ANGLE]
     if angle > 0.0:
@@ -200,7 +201,7 @@ def mark_towards(
     marks: Floats,
     count: int,
 ) -> int:
-    """Mark the place nearest to the point (``x``, ``y``), if it is no end of the piece."""
+    """Mark the place nearest to the point (``x``, ``y``), unless it is an end of the piece."""
     if pieces[row, ANGLE] > 0.0:
         cx, cy, _ = centre_of(pieces, row)
         return _mark(_arc_fraction(pieces, row, x - cx, y - cy), low, high, marks, count)

@@ -248,12 +248,12 @@ class Evaluator:
         Parameters
         ----------
         paths : (m, max_n, 3) float64, metres
-            Start and goal included; rows from ``lengths[i]`` on are not read. The ends are not
-            checked.
+            Start and goal included; rows at ``lengths[i]`` and beyond are not read. The ends are
+            not checked.
         lengths : (m,) integers
             Points of each path, 2 to max_n.
         strict : bool
-            By the strict rule rather than above the search surface; as paper there is none.
+            Evaluate by the strict rule rather than above the search surface; not with ``as_paper``.
 
         A path with a coordinate that is not finite, or beyond 10,000 km, gets the least value.
 
@@ -296,8 +296,8 @@ class Evaluator:
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return penalty and cost of a population as for :meth:`fitness`; infinite for bad paths.
 
-        With ``fine`` they decide a reported feasibility: by the strict rule, or as paper at
-        samples of ``ds / 8``.
+        With ``fine`` they decide a reported feasibility: by the strict rule, or with
+        ``as_paper`` at samples of ``ds / 8``.
         """
         if fine and self._strict is not None:
             return self._strict.penalty_cost(*_as_population(paths, lengths))
@@ -313,7 +313,7 @@ class Evaluator:
         Raises
         ------
         ValueError
-            As for :meth:`fitness`; as paper, where there is no strict rule.
+            As for :meth:`fitness`, or with ``as_paper``, which has no strict rule.
         """
         if self._strict is None:
             raise ValueError("The strict rule needs rules")
@@ -343,7 +343,7 @@ class Evaluator:
         return SmoothedTrack(smoothed.pieces, problem.terrain)
 
     def broken(self, path: NDArray[np.float64]) -> list[Stretch]:
-        """Return the stretches of a path that break a limit; none as paper.
+        """Return the stretches of a path that break a limit; empty with ``as_paper``.
 
         Raises
         ------
@@ -354,7 +354,7 @@ class Evaluator:
         return [] if self._strict is None else self._strict.broken(self._strict.lay(path))
 
     def lowest_at_m(self, path: NDArray[np.float64]) -> float | None:
-        """Return the metres flown to the least clearance of a path; None as paper."""
+        """Return the metres flown to the least clearance of a path; None with ``as_paper``."""
         rule = self._strict
         return None if rule is None else rule.lowest_at_m(rule.lay(self._checked(path)))
 

@@ -145,7 +145,7 @@ def level_range_m(aircraft: Aircraft, burned: float, fuel: float) -> float:
     aircraft : Aircraft
         The aircraft, at its cruise speed.
     burned, fuel : float
-        Fuel burned before, and fuel left, newtons.
+        Fuel already burned, and fuel left, newtons.
     """
     pressure_area = 0.5 * SEA_LEVEL_DENSITY_KG_M3 * aircraft.cruise_speed_m_s**2
     pressure_area *= aircraft.wing_area_m2

@@ -149,10 +149,10 @@ def smooth(
 ) -> Smoothed:
     """Round the corners of ``path``, (n, 3) float64 metres as x, y, z with n >= 2.
 
-    With a heading at the start or goal, the turn between it and the segment beside it is an arc
+    With a heading at the start or goal, the turn between it and the segment next to it is an arc
     like any other: the track begins before the start, or ends beyond the goal, by its tangent
     length. The turn must not exceed a right angle, and its tangent must fit into that segment. The
-    way in and the way out are level.
+    lead-in and the lead-out are level.
 
     A waypoint whose turn is below 1e-12 rad has no arc: it is never impossible.
     A waypoint at either end of a segment without horizontal length, and one where the path
@@ -161,7 +161,7 @@ def smooth(
     points = [(float(x), float(y), float(z)) for x, y, z in path]
     deltas = [tuple(b - a for a, b in zip(p, q, strict=True)) for p, q in pairwise(points)]
     runs = [_run(east, north) for east, north, _ in deltas]
-    # The ways in and out: level, and long enough for any turn.
+    # The lead-in and the lead-out: level, and long enough for any turn.
     start, goal = ((*heading, 0.0) if heading else None for heading in headings)
     ways = [(start, math.inf), *zip(deltas, runs, strict=True), (goal, math.inf)]
 

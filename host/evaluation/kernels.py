@@ -213,7 +213,7 @@ def fitness_above(
     bound = fitness_of(steep + corners + beyond, cost)
     under_m = 0.0
     nofly_m = 0.0
-    # Without a turn at the goal its row is no piece: the segments before it decide.
+    # Without a turn at the goal its row is not a piece: the segments before it decide.
     last = rows if pieces[rows - 1, LENGTH] > 0.0 else rows - 1
     for row in range(last):
         if not bound > incumbent:
@@ -242,7 +242,7 @@ def evaluate_share(
     counted_m: Floats,
     out: Floats,
 ) -> None:
-    """Evaluate every ``stride``-th path from ``first`` on; holds no lock, so shares run at once.
+    """Evaluate every ``stride``-th path starting at ``first``, without holding the GIL.
 
     ``paths`` is (m, max_n, 3), ``counted_m`` (m,) as for :func:`penalty_cost`; ``scratch`` belongs
     to one share. Penalty, cost and fitness go to the rows of ``out``, (3, m).

@@ -33,7 +33,7 @@ class LaidTrack:
     Attributes
     ----------
     rows : int
-        Rows of ``pieces``; a row of length 0 is no piece.
+        Rows of ``pieces``; a row of length 0 is not a piece.
     figures : (rows, FIGURES) float64
         Figures of each piece.
     turns : (at least points, TURN_FIELDS) float64
@@ -72,7 +72,7 @@ class LaidTrack:
         return float(self.figures[row, FLOWN] + share * self.pieces[row, fields.LENGTH])
 
     def place(self, row: int, share: float) -> tuple[float, float]:
-        """Return x and y of a place, metres."""
+        """Return the x and y of a place, metres."""
         along = share * self.pieces[row, fields.RUN]
         x, y, _, _ = track_point(self.pieces, row, along, 0.0)
         return x, y
@@ -97,7 +97,7 @@ class LaidTrack:
         """
         turns, n = self.turns, self.points
         bends = np.tan(0.5 * turns[:n, fields.ANGLE])
-        # A reversal, and a waypoint beside a segment without horizontal length, has no arc.
+        # A reversal, and a waypoint next to a segment without horizontal length, has no arc.
         bends[~np.isfinite(turns[:n, fields.TANGENT]) & (bends == 0)] = math.inf
         bends[turns[:n, fields.ANGLE] >= math.pi] = math.inf
         runs = turns[:n, fields.RUN]

@@ -68,7 +68,7 @@ def turn(
 ) -> tuple[float, float, float]:
     """Return the unsigned turn angle, side (1 left, -1 right) and tangent length of a waypoint.
 
-    The tangent is infinite at a reversal and beside a segment without horizontal length.
+    The tangent is infinite at a reversal and next to a segment without horizontal length.
     """
     if run_a == 0.0 or run_b == 0.0:
         return 0.0, 1.0, math.inf
@@ -114,7 +114,7 @@ def lay_turn(path: Floats, n: int, i: int, c: Constants, turns: Floats) -> None:
 
 @inlined
 def is_impossible(turns: Floats, n: int, i: int) -> bool:
-    """Return whether the arc at point ``i`` does not fit beside its neighbours."""
+    """Return whether the arc at point ``i`` does not fit next to the arcs of its neighbours."""
     here = turns[i, TANGENT]
     if not here > 0.0:
         return False
@@ -197,7 +197,7 @@ def lay_segment(path: Floats, n: int, i: int, c: Constants, turns: Floats, piece
     lay_piece(pieces, 2 * i + 1, (xa, ya, za), (xb, yb, zb), ux, uy, 1.0, 0.0, run, rise)
     if i == 0:
         if cut_start > 0.0:
-            # The way to the start and on from the goal is level.
+            # The lead-in to the start and the lead-out from the goal are level.
             rise = cut_start * climb
             lay_arc(
                 pieces,

@@ -243,8 +243,9 @@ def share_above(low: float, high: float, ceiling_m: float) -> float:
 def area_and_fuel(c: Constants, pieces: Floats, rows: int) -> tuple[float, float, float]:
     """Return three sums: altitude by length (m^2), fuel (N) and metres beyond the limits.
 
-    The weight is carried on. Beyond the limits are pieces that need more than the greatest thrust,
-    the parts of pieces above the ceiling, and the share of the path for which fuel is missing.
+    The weight is carried from piece to piece. Beyond the limits are pieces that need more than the
+    greatest thrust, the parts of pieces above the ceiling, and the share of the path for which fuel
+    is missing.
     """
     area = 0.0
     fuel = 0.0
@@ -269,9 +270,9 @@ def area_and_fuel(c: Constants, pieces: Floats, rows: int) -> tuple[float, float
 
 @inlined
 def parts_of(c: Constants, pieces: Floats, row: int) -> int:
-    """Return the number of equal parts of a piece; 0 where there is no piece."""
+    """Return the number of equal parts of a piece; 0 if the row is not a piece."""
     length = pieces[row, LENGTH]
-    # CUDA's ceil is no integer.
+    # CUDA's ceil does not return an integer.
     return int(np.int64(math.ceil(length / c.ds_m))) if length > 0.0 else 0
 
 
@@ -305,7 +306,7 @@ def piece_hits(
     first: int,
     stride: int,
 ) -> int:
-    """Count hits on every ``stride``-th part of a piece, from ``first`` on.
+    """Count hits on every ``stride``-th part of a piece, starting at ``first``.
 
     A part under the terrain is one hit, and so is one in a no-fly zone.
     """

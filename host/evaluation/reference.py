@@ -153,7 +153,7 @@ def _fastest_directions(piece: Piece, wind: tuple[float, float]) -> Iterator[Dir
 
 
 def _beyond_limits(pieces: tuple[Piece, ...], problem: Problem) -> float:
-    """Return the metres beyond the engine's power, the ceiling and the fuel; 0 as paper."""
+    """Return the metres beyond the engine's power, the ceiling and fuel; 0 with ``as_paper``."""
     limits, aircraft = problem.limits, problem.aircraft
     beyond = burned = 0.0
     for piece in pieces:
@@ -219,7 +219,7 @@ def utopia(
 
 
 def problem_utopia(problem: Problem) -> Utopia:
-    """Return altitude, length and fuel of the straight lines that join the way of a problem.
+    """Return altitude, length and fuel of the straight lines that join the points of a problem.
 
     Every line starts with the full weight.
 

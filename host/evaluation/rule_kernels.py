@@ -57,7 +57,7 @@ FIGURES = 4
 
 
 class StrictCourse(NamedTuple):
-    """The terrain, and the demands of the strict rule on every path over it.
+    """The terrain, and the requirements of the strict rule for every path over it.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def strict_terms(
     path, n
         As for :func:`pathgene.host.evaluation.kernels.path_terms`.
     strict : StrictCourse
-        Terrain, demands and zones.
+        Terrain, requirements and zones.
     scratch : StrictScratch
         Holds the turns, pieces and times of the path afterwards.
     """
@@ -161,7 +161,7 @@ def extreme_of_track(
 ) -> tuple[float, int, float]:
     """Return the greatest excess of a track to within ``step``, its piece, and the piece's share.
 
-    Where no excess is greater than ``known``, ``known`` is returned, and piece and share mean
+    If no excess is greater than ``known``, ``known`` is returned, and piece and share mean
     nothing. See :func:`pathgene.host.evaluation.terrain_rule.extreme` for the remaining parameters.
     """
     ds_m = surface.c.ds_m

@@ -33,7 +33,7 @@ _Extreme = tuple[float, tuple[int, float]]
 _STEP_M = 0.01
 # Below every excess.
 _NONE = -1e301
-# An end without effect on the demand.
+# An end without effect on the required height.
 _NO_END = (0.0, 0.0, math.inf, 0.0)
 
 
@@ -52,7 +52,7 @@ class StrictRule:
         rules = problem.rules
         assert rules is not None
         self._problem, self._rules = problem, rules
-        # The rule reads the terrain alone, and never by samples.
+        # The rule reads only the terrain, and never by samples.
         self._constants = constants._replace(sampled=0, roofed=0)
         self._surface = Surface(_ground(problem.terrain), self._constants)
         self._demand = demand = problem.demand
@@ -63,7 +63,7 @@ class StrictRule:
             ends += (x, y, height, slope)
         top = math.inf if rules.ceiling_agl_m is None else rules.ceiling_agl_m
         self._low = Required(1.0, rules.clearance_m, rules.corridor_m, *ends)
-        # The demand right below the track, which is greater near the ends.
+        # The requirement right below the track, which is greater near the ends.
         self._below = self._low._replace(
             half_width_m=0.0,
             start_height_m=demand.heights_m[0],
@@ -208,7 +208,7 @@ class StrictRule:
         excess, at = lowest
         allowed, clearance_m = self._required_m(track, at, beside=True), self._rules.clearance_m
         if allowed == clearance_m:
-            # Nowhere is more demanded, so this place has the greatest excess.
+            # No place requires more, so this place has the greatest excess.
             excess += clearance_m
         else:
             excess, at = self._extreme(track, self._low)
@@ -233,7 +233,7 @@ class StrictRule:
         return lines, [each for each in AIRCRAFT_LIMITS if each not in lines]
 
     def _required_m(self, track: LaidTrack, at: tuple[int, float], *, beside: bool) -> float:
-        """Return the clearance demanded at a place of the track, metres."""
+        """Return the clearance required at a place of the track, metres."""
         x, y = track.place(*at)
         return float(self._demand.required_m(np.array([x]), np.array([y]), beside=beside)[0])
 

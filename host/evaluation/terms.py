@@ -42,7 +42,7 @@ class Evaluation:
     Under the rules of safe flight, the strict rule gives ``feasible``, ``penalty``, ``fitness`` and
     the distances; ``feasible_at_ds`` is true if the path is feasible by the strict rule or by the
     search surface, and ``penalty_fine`` equals ``penalty``. ``minimum_clearance_m`` is then exact
-    to a centimetre and counts the whole corridor. The following are None as paper.
+    to a centimetre and counts the whole corridor. The following are None with ``as_paper``.
 
     clearance_m : float
         Clearance asked for.
@@ -85,7 +85,7 @@ class Evaluation:
     limits: list[dict[str, Any]] | None = None
 
     def to_dict(self) -> dict[str, Any]:
-        """The terms as plain JSON values; as paper without the terms of the rules."""
+        """The terms as plain JSON values; ``as_paper`` omits the terms of the rules."""
         if self.limits is None:
             return {name: getattr(self, name) for name in _AS_PAPER}
         # Not `asdict`, which copies each value of thousands of zones.

@@ -33,7 +33,7 @@ _RUN, _RISE, _LENGTH = fields.RUN, fields.RISE, fields.LENGTH
 
 
 class Required(NamedTuple):
-    """Demand on the height over the surface; metres.
+    """Required height over the surface; metres.
 
     ``sign`` is 1 for a least height and -1 for a greatest one, ``height_m`` that height, and
     ``half_width_m`` half the width of the strip on which it holds. The least height is lower near
@@ -89,7 +89,7 @@ def surface_extremes(
 ) -> tuple[float, float]:
     """Return a lower and an upper bound of the surface in a rectangle; exact as it shrinks.
 
-    The rectangle is given in cells; off the map the nearest point of its edge stands in.
+    The rectangle is given in cells; off the map, the nearest point of its edge is used.
     """
     last_x, last_y = c.columns - 1.0, c.rows - 1.0
     x0, x1 = min(max(x0, 0.0), last_x), min(max(x1, 0.0), last_x)
@@ -124,7 +124,7 @@ def surface_extremes(
 def track_point(
     pieces: Floats, row: int, along: float, aside: float
 ) -> tuple[float, float, float, float]:
-    """Return x and y of a point ``aside`` (left) of a piece, and the unit heading there."""
+    """Return the x and y of a point ``aside`` (left) of a piece, and the unit heading there."""
     ux, uy = pieces[row, _UX], pieces[row, _UY]
     x, y = pieces[row, _X], pieces[row, _Y]
     if pieces[row, _ANGLE] > 0.0:
@@ -182,7 +182,7 @@ def same_patch(x0: float, x1: float, y0: float, y1: float) -> bool:
 
 @inlined
 def demands(required: Required, x: float, y: float) -> tuple[float, float, float]:
-    """Return the heights of which the least is demanded at a point of the track."""
+    """Return the heights of which the least is required at a point of the track."""
     if required.sign < 0.0:
         return required.height_m, required.height_m, required.height_m
     dx, dy = x - required.start_x, y - required.start_y
@@ -203,9 +203,9 @@ def extreme(
     verdict: bool,
     stack: Floats,
 ) -> tuple[float, float]:
-    """Return the greatest excess over a demand on a part of a piece, and its place.
+    """Return the greatest excess over a requirement on a part of a piece, and its place.
 
-    The excess of a point is its distance below the least height demanded, or above the greatest.
+    The excess of a point is its distance below the required height, or above the allowed one.
 
     Parameters
     ----------
@@ -255,8 +255,8 @@ def extreme(
         low, high = surface_extremes(
             ground, c, x_cells - ex, x_cells + ex, y_cells - ey, y_cells + ey
         )
-        # The track at both ends of the stretch: the demand less the altitude there is the maximum
-        # between them, for each of the demands on its own; on an arc, nearly.
+        # The track at both ends of the stretch: the required height less the altitude there is the
+        # maximum between them, for each requirement on its own; on an arc, nearly.
         x0, y0, ux0, uy0 = track_point(pieces, row, a0, 0.0)
         x1, y1, ux1, uy1 = track_point(pieces, row, a1, 0.0)
         z0, z1 = z + climb * a0, z + climb * a1
@@ -341,11 +341,11 @@ def excess_m(
     rows: int,
     stack: Floats,
 ) -> float:
-    """Return the metres of a track that break a demand, or lie off the map.
+    """Return the metres of a track that violate a requirement, or lie off the map.
 
     Each piece is cut into equal parts of at most ``ds_m``; a part counts whole if any of its points
-    breaks the demand. ``below`` is demanded right below the track, too, where ``required`` is lower
-    than far from the ends. See :func:`extreme` for the remaining parameters.
+    violates the requirement. ``below`` is required right below the track, too, where ``required``
+    is lower than far from the ends. See :func:`extreme` for the remaining parameters.
     """
     c = surface.c
     total = 0.0
@@ -370,7 +370,7 @@ def excess_m(
 
 @inlined
 def is_near_end(required: Required, pieces: Floats, part: Part) -> bool:
-    """Return whether less than the clearance is demanded on a part of a piece."""
+    """Return whether less than the clearance is required on a part of a piece."""
     row, first, last = part
     x, y, _, _ = track_point(pieces, row, 0.5 * (first + last), 0.0)
     _, at_start, at_goal = demands(required, x, y)

@@ -99,7 +99,7 @@ def applies(
         )
     if zones[zone, T0] > -math.inf or zones[zone, T1] < math.inf:
         start, seconds = times[row], times[row + 1] - times[row]
-        # Where the wind cannot be flown the time is not known: the zone may be active.
+        # If the wind cannot be flown, the time is not known: the zone may be active.
         if math.isfinite(start) and math.isfinite(seconds):
             first, last = _clip(start, seconds, zones[zone, T0], zones[zone, T1], low, high)
             # Along an arc in wind the speed changes, so any time of the arc may belong to a place.

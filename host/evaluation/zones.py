@@ -175,12 +175,12 @@ def zone_metres(pieces: Floats, rows: int, times: Floats, packed: PackedZones) -
     ----------
     pieces : (at least rows, PIECE_FIELDS) float64
         Pieces of the track, as :func:`pathgene.host.evaluation.kernels.path_terms` leaves them;
-        rows of the length 0 are none.
+        rows of length 0 are not pieces.
     rows : int
         Number of rows that count: 2 n - 1 for n waypoints.
     times : (at least rows + 1,) float64
         Seconds from the start of the path to the start of each piece, and to the end of the last;
-        the time is linear within a piece, arcs in wind apart. Used by zones with times alone;
+        the time is linear within a piece, except on arcs in wind. Used only by zones with times;
         where it is not finite they count as active.
     packed : PackedZones
         The zones, by :func:`pack_zones`.

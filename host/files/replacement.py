@@ -32,7 +32,7 @@ def replace_files(
 ) -> None:
     """Put files into a folder and remove obsolete ones: all, or nothing has changed.
 
-    The files are written beside their places and synced, then renamed into them, the last of
+    The files are written next to their places and synced, then renamed into them, the last of
     ``contents`` last. A failure undoes earlier renames and removals. A special file
     stays: its content is written to it before anything is renamed. Signals wait for the end.
 
@@ -78,7 +78,7 @@ def beside(place: Path) -> Path:
 
 
 class _Change:
-    """The steps of a replacement, and the way back.
+    """The steps of a replacement, and how to undo them.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ class _Change:
         self._older: dict[Path, Path | None] = {}
 
     def stage(self, contents: Mapping[str, bytes]) -> None:
-        """Write new files beside their places, and write special files directly."""
+        """Write new files next to their places, and write special files directly."""
         special = []
         for name, content in contents.items():
             place = self._directory / name
@@ -121,8 +121,8 @@ class _Change:
             if os.path.lexists(place) and not (_is_directory(place) or is_special(place)):
                 self._move(place, self._beside(place))
         for place, file in staged[-1:]:
-            current().rename(file, place)  # Needs no way back: nothing after it can fail.
-        # Not every file system can do it, and the files are there.
+            current().rename(file, place)  # Need not be undone: nothing after it can fail.
+        # Not every file system supports it, and the files are in place.
         with contextlib.suppress(OSError):
             current().sync_directory(self._directory)
 

@@ -47,15 +47,15 @@ _HEIGHT_GAIN = 0.35
 
 @dataclass(frozen=True, eq=False)
 class Flown:
-    """Samples of a flight from the start of the track on, every :data:`PERIOD_S`.
+    """Samples of a flight every :data:`PERIOD_S`, beginning at the start of the track.
 
     Parameters
     ----------
     t_s, x, y, z : ndarray
         Seconds since the start was passed, position and altitude: (k,) float64.
     along_m, cross_m, height_error_m : ndarray
-        Place beside the track: horizontal distance along it, distance to the left of it, height
-        over it.
+        Place relative to the track: horizontal distance along it, distance to the left of it,
+        height over it.
     airspeed_m_s, bank_rad, climb_m_s, power_W : ndarray
         True airspeed, bank to the right, vertical speed, shaft power, as flown.
     bank_command_rad, climb_command_m_s : ndarray
@@ -197,7 +197,7 @@ class Flight:
         return self._guidance.route
 
     def follow(self, pieces: Sequence[Piece]) -> None:
-        """Continue along another track, which begins beside or astern of the aircraft."""
+        """Continue along another track, which begins next to or astern of the aircraft."""
         self._guidance.follow(Route(pieces))
         self.commands = self._guidance.commands(self.state)
 
@@ -262,7 +262,7 @@ def limits_of(aircraft: Aircraft) -> Limits:
 def fly_track(
     flight: Flight, airspeed_m_s: float, slowest_m_s: float, stop: Stop | None = None
 ) -> Flown:
-    """Fly to the end of the track and return the samples from its start on.
+    """Fly to the end of the track and return the samples since its start.
 
     Parameters
     ----------

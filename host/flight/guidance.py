@@ -97,7 +97,7 @@ class Commands:
     Parameters
     ----------
     place : Place
-        Place beside the route.
+        Place relative to the route.
     bank_rad : float
         Positive to the right.
     climb_m_s : float
@@ -156,9 +156,9 @@ class Guidance:
         self.follow(route)
 
     def follow(self, route: Route) -> None:
-        """Continue along ``route``, which begins beside or astern of the aircraft.
+        """Continue along ``route``, which begins next to or astern of the aircraft.
 
-        Its nearest point is sought from the beginning on: later parts may cross the same place.
+        Its nearest point is searched for from the beginning: later parts may cross the same place.
         """
         self.route = route
         self._leg = 0

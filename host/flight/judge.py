@@ -39,7 +39,7 @@ class Verdict:
     Parameters
     ----------
     kept : bool
-        It arrived, kept half of the demanded clearance everywhere, and entered no zone.
+        It arrived, kept half of the required clearance everywhere, and entered no zone.
     breaks : list of str
         A sentence for each broken promise; empty if ``kept``.
     arrived : bool
@@ -56,8 +56,8 @@ class Verdict:
         Asked for, least of the planned track and least of the flight, over the surface
         ``max(nearest node, bilinear)``. NaN where no sample has ground below.
     clearance_share : float
-        Minimum share of the demanded clearance, which is less near both ends; infinite where none
-        is demanded.
+        Minimum share of the required clearance, which is less near both ends; infinite where none
+        is required.
     lowest_at_m : tuple of float
         x, y and horizontal distance along the track of the lowest point.
     zones_entered : list of str
@@ -174,10 +174,10 @@ def judge(problem: Problem, track: SmoothedTrack, flown: Flown, aircraft: Aircra
 
 
 def demanded_m(problem: Problem, x: Floats, y: Floats) -> Floats:
-    """Return the clearance demanded at points (k,), metres: less near both ends.
+    """Return the clearance required at points (k,), metres: less near both ends.
 
     At a horizontal distance d from an end it is at most the end's own height over the surface and d
-    times half the tangent of the climb limit (start) or descent limit (goal). 0 as paper.
+    times half the tangent of the climb limit (start) or descent limit (goal). 0 with ``as_paper``.
     """
     if problem.rules is None:
         return np.zeros_like(x)

@@ -40,9 +40,11 @@ class FlightModel:
     rudder_gain : float
         Rudder per radian of sideslip.
     brake_level, brake_climb : float
-        Sine of the descent from which the air brake is used, and brake per unit of sine; 0 without.
+        Sine of the descent from which the air brake is used, and brake per unit of sine; 0 without
+        an air brake.
     lean_per_km : float
-        Share of the mixture taken away per kilometre of altitude; 0 for a motor without one.
+        Share of the mixture taken away per kilometre of altitude; 0 for an engine without a
+        mixture.
     slowest : float
         Share of the airspeed to plan with below which height is given up for speed: that at which
         full power no longer holds the climb. Height is given up near the stall anyway.
@@ -125,7 +127,7 @@ def model_named(name: str) -> FlightModel:
     Raises
     ------
     InputError
-        If there is none.
+        If there is no such model.
     """
     if name not in MODELS:
         raise InputError(

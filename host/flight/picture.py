@@ -43,7 +43,7 @@ def write(report: FlightReport, file: Path) -> None:
 
 
 def draw(report: FlightReport) -> Figure:
-    """Return the figure: the map beside profile and errors."""
+    """Return the figure: the map next to the profile and the errors."""
     terrain = report.problem.terrain
     figure, plan, bar, profile, errors = layout(terrain.width_m / terrain.height_m)
     samples = report.track.sample(max(report.track.length_m / _POINTS, 1.0))
@@ -171,7 +171,7 @@ def _draw_errors(axes: Axes, report: FlightReport) -> None:
     axes.plot(along, flown.cross_m, color=PATH, linewidth=1.2, zorder=4, label="to the left")
     axes.plot(along, flown.height_error_m, color=FLOWN, linewidth=1.2, zorder=5, label="up")
     if corridor:
-        # Lines of the colour of the sideways error: the corridor limits no height.
+        # Lines of the colour of the sideways error: the corridor does not limit heights.
         for side, label in ((corridor, "corridor, sideways"), (-corridor, None)):
             axes.axhline(
                 side, color=PATH, linewidth=1.0, linestyle=(0, (6, 3)), zorder=3, label=label

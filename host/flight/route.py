@@ -36,7 +36,7 @@ class _Leg(NamedTuple):
 
 @dataclass(frozen=True)
 class Place:
-    """Place of a point beside the route.
+    """Place of a point relative to the route.
 
     Parameters
     ----------

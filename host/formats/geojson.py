@@ -25,7 +25,7 @@ from pathgene.host.terrain import Terrain
 
 __all__ = ["heights_datum", "path_document", "read_path", "recognises", "write", "zones"]
 
-# Values of the property ``kind`` of the lines and points in a ``path.geojson`` that are no zones.
+# Values of the property ``kind`` of the lines and points in a ``path.geojson`` that are not zones.
 _OWN_KINDS = {
     "LineString": ("waypoints", "smoothed track"),
     "Point": ("start", "via", "goal", "return"),
@@ -246,7 +246,7 @@ def _shapes(document: dict[str, Any], local: bool) -> Iterator[Shape]:
 
 
 def _is_own(geometry: dict[str, Any], properties: dict[str, Any]) -> bool:
-    """Return whether a feature is a line or a mark that ``path.geojson`` has beside the zones."""
+    """Return whether a feature is a line or a mark that ``path.geojson`` has besides zones."""
     kinds = _OWN_KINDS.get(str(geometry.get("type")), ())
     return properties.get("kind") in kinds and properties.get("radius_m") is None
 

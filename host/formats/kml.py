@@ -104,7 +104,7 @@ def _add_zone(folder: ET.Element, zone: Shape, title: str, terrain: Terrain, top
     if lower_m is None:
         _polygon(placemark, terrain, rings, upper_m, extrude=True)
         return
-    # KML extrudes to the ground alone: lid, bottom and walls make the prism.
+    # KML extrudes only to the ground: lid, bottom and walls make the prism.
     parts = ET.SubElement(placemark, "MultiGeometry")
     _polygon(parts, terrain, rings, upper_m)
     _polygon(parts, terrain, rings, lower_m)
@@ -182,7 +182,7 @@ def zones(content: Content, terrain: Terrain) -> Iterator[Shape]:
 
     A zone is a polygon with its holes, or a point or polygon whose placemark has the extended data
     ``radius_m`` (and ``centre``, longitude and latitude, for a polygon). Other points, and lines,
-    are no zones. The placemark names the zone. Limits and times are the extended data ``lower``,
+    are not zones. The placemark names the zone. Limits and times are the extended data ``lower``,
     ``upper``, ``t0`` and ``t1``, ``none`` for no limit. Without them, a polygon that is extruded to
     the ground has an upper limit: its highest altitude or, relative to the ground, this altitude
     above the highest ground under it. Every other polygon has no limit.
@@ -266,7 +266,7 @@ def _upper(
 
 
 def _ring(text: str, terrain: Terrain) -> tuple[Ring, list[float]]:
-    """Return positions ``lon,lat[,alt]`` as local x, y and altitudes, 0 where there is none."""
+    """Return positions ``lon,lat[,alt]`` as local x, y and altitudes, 0 if not given."""
     try:
         points = [tuple(map(parse, position.split(","))) for position in text.split()]
     except ValueError:

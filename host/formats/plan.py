@@ -194,7 +194,7 @@ def zones(content: Content, terrain: Terrain) -> Iterator[Shape]:
     Raises
     ------
     InputError
-        If the fences are of another version, one is bad, there is none, or the terrain has no place
+        If the fences have another version, one is bad, none is given, or the terrain has no place
         on Earth.
     """
     try:

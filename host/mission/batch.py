@@ -1,4 +1,4 @@
-"""Many problems planned at once; each result is kept as soon as it is there."""
+"""Many problems planned at once; each result is kept as soon as it is available."""
 
 from __future__ import annotations
 
@@ -163,8 +163,8 @@ def execute(
 ) -> Generator[tuple[Job, Outcome]]:
     """Plan jobs, ``count`` at a time; yield each with its outcome as they come.
 
-    Jobs of one leg for a GPU are planned together, in this process, as far as their searches differ
-    in the seed alone. A bad problem is an outcome and stops no other.
+    Jobs of one leg for a GPU are planned together, in this process, if their searches differ only
+    in the seed. A bad problem is an outcome and does not stop the batch.
 
     Parameters
     ----------
@@ -229,7 +229,7 @@ def execute(
 def kept_summary(directory: Path, job: Job) -> dict[str, Any] | None:
     """Return the summary of an earlier run of the same job in ``directory``, if there is one.
 
-    A run with a file that is altered or of another run is none.
+    A run does not count if a file of it is altered or belongs to another run.
     """
     file = directory / job.name / SUMMARY
     try:
@@ -324,7 +324,7 @@ def _folder(path: Path) -> str:
 
 
 def _content(name: str) -> str:
-    """Return a digest of a file's content; a name that is no file itself."""
+    """Return a digest of a file's content; a name that is not a file stands for itself."""
     try:
         with opened(Path(name)) as file:
             return hashlib.file_digest(file, "sha256").hexdigest()

@@ -41,14 +41,14 @@ Values = Mapping[str, Any]
 
 
 def load_mission(file: str | Path) -> Mission:
-    """Return the mission of a problem file, of one leg where it has no via points and no return.
+    """Return the mission of a problem file, of one leg if it has neither via points nor a return.
 
     The planner and the output in the file are left out.
 
     Raises
     ------
     InputError
-        If the file is no problem file, or describes no mission.
+        If the file is not a problem file, or does not describe a mission.
     """
     if not isinstance(file, str | Path):
         raise InputError(f"The problem file must be the path of a file, not {file!r}.")
@@ -125,7 +125,7 @@ def terrain_of(values: Values) -> Terrain:
     Raises
     ------
     InputError
-        If there is none, or it cannot be loaded.
+        If no terrain is given, or it cannot be loaded.
     """
     if values.get("terrain") is None:
         raise InputError("The terrain is missing; give --terrain or a problem file.")
@@ -189,7 +189,7 @@ def zones_of(values: Values, terrain: Terrain) -> tuple[Zone, ...]:
 
 
 def end_of(values: Values, name: str, terrain: Terrain) -> Point | None:
-    """Return ``start`` or ``goal`` in local metres, the third number as given; None without one."""
+    """Return ``start`` or ``goal`` in local metres, with the altitude as given; None if not set."""
     local: Point | None = values.get(name)
     if local is not None:
         return local
@@ -229,7 +229,7 @@ def rules_of(values: Values) -> dict[str, Any]:
     Raises
     ------
     InputError
-        If a rule is out of range, or is given beside ``as_paper``.
+        If a rule is out of range, or is given together with ``as_paper``.
     """
     given = {name: values[name] for name in RULES if values.get(name) is not None}
     if values.get("as_paper"):

@@ -27,7 +27,7 @@ _ROUNDING_RAD = 1e-9
 
 
 class JoinedEvaluator(Evaluator):
-    """Evaluates paths of a leg with the last waypoints of the leg before it in front.
+    """Evaluates paths of a leg preceded by the last waypoints of the previous leg.
 
     The arc at the via point between the two needs room on both, and climbs with both; a path that
     is feasible here stays so in the mission. A turn of more than a right angle there is not: its
@@ -52,7 +52,7 @@ class JoinedEvaluator(Evaluator):
         self._joined = Evaluator(joined, **options)
 
     def evaluate(self, path: Floats) -> Evaluation:
-        """Return every term of the waypoints before and of ``path`` as one path."""
+        """Return every term of the previous waypoints and ``path`` as one path."""
         found = self._joined.evaluate(np.concatenate((self._before, self._checked(path))))
         back_m = self._back_m(path[None])
         if back_m[0] == 0:

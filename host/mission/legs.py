@@ -37,7 +37,7 @@ class Leg:
     failure : str or None
         The message of the failure that ended the leg, or None.
     joined : Evaluation or None
-        Terms of the path together with the end of the leg before, where it was searched so.
+        Terms of the path together with the end of the previous leg, if it was searched that way.
     """
 
     name: str
@@ -48,7 +48,7 @@ class Leg:
 
     @property
     def feasible(self) -> bool:
-        """True if the leg has a path that is feasible, by itself or after the leg before."""
+        """True if the leg has a path that is feasible, by itself or after the previous leg."""
         return self.verdict is not None and self.verdict.feasible
 
     @property

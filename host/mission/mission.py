@@ -1,4 +1,4 @@
-"""A mission: a start, points to pass in order, a goal, and perhaps the way back."""
+"""A mission: a start, points to pass in order, a goal, and perhaps a return."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ __all__ = ["Mission"]
 class Mission:
     """Start, via points, goal, and the return to the start: legs from each point to the next.
 
-    A leg starts with the heading at which the leg before arrives, so the path of all legs turns at
-    a via point by one arc, like a path at any waypoint: it passes the point on the inside of the
+    A leg starts with the heading at which the previous leg arrives, so the path of all legs turns
+    at a via point by one arc, like a path at any waypoint: it passes the point on the inside of the
     turn. The headings of ``problem`` apply at the mission's start and at its end.
 
     Parameters
@@ -49,7 +49,7 @@ class Mission:
     ------
     InputError
         If a via point is off the map, over a void, in the ground, in a no-fly zone, too low, or
-        equal to its neighbour, or the straight line of a leg is no reference for costs.
+        equal to its neighbour, or the straight line of a leg is not a reference for costs.
     NoPathError
         If such a leg has no path either, as down to a deep pit.
     """
@@ -136,9 +136,9 @@ class Mission:
         way : tuple of (float, float, float)
             Three points or more.
         start_heading_deg, goal_heading_deg : float, optional
-            Headings at the first and the last; left out as paper.
+            Headings at the first and last points; ignored under the papers' rules (``as_paper``).
         elapsed_s : float
-            Seconds flown before the first.
+            Seconds flown before the first point.
         """
         problem = self.problem
         headings: dict[str, Any] = {}
@@ -186,7 +186,7 @@ class Mission:
         Raises
         ------
         InputError
-            If the leg is no problem, longer sampled than it is for example.
+            If the leg is not a valid problem, for example if it is shorter than the sampling step.
         """
         problem = self.problem
         if self.legs == 1:
@@ -228,7 +228,7 @@ class Mission:
             return
         at = np.array([x]), np.array([y])
         surface = float(surface_below(problem.terrain, *at, void_m=math.nan)[0])
-        # Beside a void, the nearest node alone is known.
+        # Next to a void, only the nearest node is known.
         height_m = z - (problem.terrain.ground(x, y) if math.isnan(surface) else surface)
         if height_m < problem.rules.clearance_m:
             raise InputError(
@@ -237,7 +237,7 @@ class Mission:
             )
 
     def _check_lines(self) -> None:
-        """Refuse a leg whose straight line is no reference for costs.
+        """Refuse a leg whose straight line is not a reference for costs.
 
         If the line is too steep a glide, the leg may have no path either; then the error gives the
         reason for that.
@@ -261,7 +261,7 @@ class Mission:
 
 
 def _shifted(zones: tuple[Zone, ...], elapsed_s: float) -> tuple[Zone, ...]:
-    """Return the zones with times from ``elapsed_s`` on, without those that have ended by then."""
+    """Return the zones with times counted from ``elapsed_s``; ended zones are left out."""
     shifted = []
     for zone in zones:
         t0, t1 = zone.t0_s, zone.t1_s

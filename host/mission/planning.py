@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 
 __all__ = ["plan_mission"]
 
-# Waypoints of the leg before that a leg is evaluated with: the arcs at these have room as well.
+# Number of waypoints of the previous leg that a leg is evaluated with, so that the arcs there have
+# room.
 _POINTS_BEFORE = 2
 # A horizontal run below this has no heading.
 _SHORTEST_RUN_M = 1e-6
@@ -48,8 +49,8 @@ def plan_mission(
     A leg that has only an infeasible path is kept, and the next leg starts from its end. After a
     failure or an interrupt, the legs that remain are straight lines.
 
-    A leg is searched together with the last two waypoints of the leg before it, so that the arc at
-    the via point fits both, and by itself if that finds nothing. Where the path of all legs is
+    A leg is searched together with the last two waypoints of the previous leg, so that the arc at
+    the via point fits both, and by itself if that finds nothing. If the path of all legs is
     infeasible all the same, the legs at a via point are planned again, the first so that it arrives
     in the direction in which the second leaves.
 
@@ -224,7 +225,7 @@ def _joined_evaluator(
 ) -> JoinedEvaluator | None:
     """Return the evaluator of a leg together with the end of the path before it.
 
-    None if costs have nothing to be relative to: a line there is a glide that burns no fuel.
+    None if costs have no reference: a line there is a glide that burns no fuel.
     """
     ahead = before[max(0, len(before) - 1 - _POINTS_BEFORE) : -1]
     earlier = before[: len(before) - len(ahead)]
@@ -327,7 +328,7 @@ def _point(point: NDArray[np.float64]) -> Point:
 
 
 def _counted(progress: Progress | None, before: int, legs: list[Leg]) -> Progress | None:
-    """Return a progress that counts on from the generations of the legs before."""
+    """Return a progress that continues the count of generations of the previous legs."""
     if progress is None:
         return None
     if isinstance(progress, Observer):

@@ -34,7 +34,7 @@ def read_problem(file: Path) -> dict[str, Any]:
     Raises
     ------
     InputError
-        If the file cannot be read, is not TOML, holds an unknown key, or a value of another kind.
+        If the file cannot be read, is not TOML, holds an unknown key, or a value of the wrong type.
     """
     try:
         with reading("problem", file):
@@ -53,7 +53,7 @@ def parse_problem(text: str, folder: Path) -> dict[str, Any]:
     Raises
     ------
     InputError
-        If it is not TOML, holds an unknown key, or a value of another kind.
+        If it is not TOML, holds an unknown key, or a value of the wrong type.
     """
     try:
         document = parse_toml(text)

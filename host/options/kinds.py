@@ -50,7 +50,7 @@ class Kind:
         Description of a good value, which ends the sentence "must be ...".
     read : callable
         Returns the value of a TOML value and the folder of the file; raises ValueError if the TOML
-        value is of another kind.
+        value has the wrong type.
     write : callable
         Returns the TOML value of a value and the folder of the file.
     parse : callable

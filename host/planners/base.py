@@ -57,7 +57,7 @@ class Options:
     Raises
     ------
     InputError
-        If a value is no such number or outside its range.
+        If a value is not such a number or is outside its range.
     """
 
     generations: int = 300
@@ -191,8 +191,8 @@ class Result:
     history_evaluations : list of int
         Evaluations up to each entry of ``history``.
     cut_short : int
-        Candidates, besides ``evaluations``, that were given up before the end of their evaluation:
-        they could not be better than the paths they were to replace.
+        Candidates, in addition to ``evaluations``, that were given up before the end of their
+        evaluation: they could not be better than the paths they were to replace.
     replanner : Replanner or None
         Continues from this run, or None if the run cannot be continued.
     """
@@ -298,7 +298,7 @@ class Run:
 
         With ``strict`` the fitness is by the strict rule, which may accept paths below the
         search surface. With ``counted_m``, (m,) metres, d_ut + d_nf are these, and no path is kept:
-        a path whose distances were counted elsewhere is no candidate before its full evaluation.
+        a path whose distances were counted elsewhere is not a candidate before its full evaluation.
 
         Returns
         -------
@@ -379,7 +379,7 @@ class Run:
 
     @contextlib.contextmanager
     def search(self) -> Iterator[None]:
-        """Run the generations in the block; after a requested stop, an interrupt ends no more.
+        """Run the generations in the block; after a requested stop, an interrupt ends the block.
 
         Without a generation 0 there is no result, and the interrupt is raised again.
         """

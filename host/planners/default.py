@@ -51,20 +51,20 @@ def default_planner(board: str | Chip | None = None) -> str:
 
 
 def asks_hardware(planner: str | None, board: str | None) -> bool:
-    """Return True if the planner is the default one, and hardware decides which that is.
+    """Return True if the planner is the default one, which depends on the hardware.
 
     Parameters
     ----------
     planner : str or None
-        Name of a planner; None where none is named.
+        Name of a planner; None if not given.
     board : str or None
-        URL of the board; None where none is named.
+        URL of the board; None if not given.
     """
     return planner is None and board is not None and known_config(board) is None
 
 
 def named_or_default(planner: str | None, options: Mapping[str, Any]) -> str:
-    """Return ``planner``, or where that is None, the default one for the board in ``options``.
+    """Return ``planner``, or if it is None, the default planner for the board in ``options``.
 
     Parameters
     ----------

@@ -25,13 +25,13 @@ def changed_problem(
 ) -> Problem:
     """Return the problem with zones added and taken away, other ends, and another wind.
 
-    A heading of the problem itself holds for its own start, or goal, alone.
+    A heading of the problem applies only to its own start or goal.
 
     Raises
     ------
     InputError
-        If a value is no zone, point, heading or wind, a removed zone does not belong to the
-        problem, or there is no problem with these changes.
+        If a value is not a zone, point, heading or wind, a removed zone does not belong to the
+        problem, or the changed problem is invalid.
     """
     added = tuple(zone for zone in listed(zones) if zone not in problem.zones)
     taken = listed(gone)

@@ -22,7 +22,7 @@ __all__ = ["EASES", "CornerMap", "Ease"]
 
 
 class Ease(NamedTuple):
-    """A rule that lowers corners beside start and goal.
+    """A rule that lowers corners around start and goal.
 
     It applies to corners up to ``corners`` from the end in x and y. Each is lowered to the end's
     altitude or to the mean of its cells plus a ``share`` of the excess of the highest cell over the
@@ -33,7 +33,7 @@ class Ease(NamedTuple):
     share: float
 
 
-#: Ways of lowering, from none but the end's own corner on.
+#: Rules of lowering, starting with only the end's own corner.
 EASES = {-1: Ease(0, 1.0), 0: Ease(1, 0.5), 1: Ease(2, 0.25), 2: Ease(3, 0.0)}
 
 
@@ -61,7 +61,7 @@ class CornerMap(ChipMap):
     def corners_in(
         self, rows: slice, columns: slice, ends: Iterable[Point] = (), ease: int = 0
     ) -> NDArray[np.uint16]:
-        """Return the part of :meth:`corners` in some rows and columns, by the cells there alone."""
+        """Return the part of :meth:`corners` in some rows and columns, by only the cells there."""
         size = self._config.map_size
         cells = self.heights_in(
             *(slice(part.start, min(part.stop + 1, size)) for part in (rows, columns))
@@ -120,7 +120,7 @@ class CornerMap(ChipMap):
                 corners[row, column] = min(int(corners[row, column]), top)
 
     def around(self, end: Point) -> tuple[slice, slice]:
-        """Return rows and columns of the corners beside an end that an ease may lower."""
+        """Return rows and columns of the corners around an end that easing may lower."""
         x, y, _ = self.nearest_corner(end)
         columns, rows, _ = self.corner_limits
         far = max(ease.corners for ease in EASES.values())
@@ -169,7 +169,7 @@ class CornerMap(ChipMap):
         )
 
     def around_zone(self, zone: Zone) -> tuple[slice, slice]:
-        """Return rows and columns of a part of the map with all corners beside a zone."""
+        """Return rows and columns of a part of the map with all corners around a zone."""
         west, south, east, north = zone.footprint.box
         margin_m = self._margin_m
         (first_x, last_x), (first_y, last_y) = (

@@ -48,7 +48,7 @@ def end_point(
     Raises
     ------
     InputError
-        If they are no three finite numbers; with ``agl``, if they lie off the map or over a void;
+        If they are not three finite numbers; with ``agl``, if they lie off the map or over a void;
         with ``geo``, if the terrain has no reference system.
     """
     x, y, z = finite(name, values, 3)

@@ -77,7 +77,7 @@ class Footprint(ABC):
 
     @abstractmethod
     def least_distance_m(self, x: float, y: float) -> float:
-        """Return a distance that a point has at least; it takes no loop over edges."""
+        """Return a distance that a point has at least; it does not loop over edges."""
 
 
 @dataclass(frozen=True)

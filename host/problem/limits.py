@@ -1,7 +1,7 @@
 """Limits of an aircraft in flight: turns and slopes in wind, power, fuel and ceilings.
 
-As paper they are the figures of the aircraft's file. Under the rules of safe flight the wind, the
-engine and the stall limit them further.
+With ``as_paper`` they are the figures of the aircraft's file. Under the rules of safe flight the
+wind, the engine and the stall limit them further.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _HALVINGS = 60
 
 @dataclass(frozen=True)
 class Limits:
-    """The limits that hold for a path; infinite where there is none.
+    """The limits that hold for a path; infinite if there is none.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class Limits:
 
     @staticmethod
     def of(aircraft: Aircraft, wind: tuple[float, float], rules: Rules | None) -> Limits:
-        """Return the limits of ``aircraft`` in ``wind`` (m/s); as paper without ``rules``."""
+        """Return the limits of ``aircraft`` in ``wind`` (m/s); no ``rules`` mean ``as_paper``."""
         climb, descent = (
             math.radians(aircraft.max_climb_deg),
             math.radians(aircraft.max_descent_deg),
@@ -132,7 +132,7 @@ def slope_limits(
     airspeed_m_s : float
         Its speed through the air.
     wind : (float, float)
-        Wind that slopes are limited in, m/s; (0, 0) as paper.
+        Wind that slopes are limited in, m/s; (0, 0) with ``as_paper``.
     east, north : (n,) float64
         Horizontal unit directions of flight.
 

@@ -64,12 +64,12 @@ class Problem:
         the terrain must have a coordinate reference system.
     rules : Rules or None
         Rules that a path must keep beyond the evaluation of the papers, by default
-        :class:`Rules` without arguments. None is as paper.
+        :class:`Rules` without arguments. None means ``as_paper``.
     as_paper : bool
-        No rules: the evaluation of the papers alone. Excludes other rules, and headings.
+        No rules: only the evaluation of the papers. Excludes other rules, and headings.
     start_heading_deg, goal_heading_deg : float, optional
         Heading at start and goal, degrees clockwise from the frame's north, -360 to 360. The turn
-        between it and the segment beside it is an arc like any other.
+        between it and the segment next to it is an arc like any other.
 
     Raises
     ------
@@ -208,7 +208,7 @@ class Problem:
     def surface(self) -> Terrain:
         """Terrain that planners search above; see ``SearchRasters``.
 
-        As paper it is the terrain.
+        With ``as_paper`` it is the terrain itself.
         """
         if self._rasters is None:
             return self.terrain
@@ -223,9 +223,9 @@ class Problem:
     def nofly_raster(self) -> NDArray[np.bool_]:
         """Nodes that the search takes for no-fly, (ny, nx) bool, row 0 the southernmost.
 
-        As paper, the nodes in a zone. Under the rules, the nodes whose cell square meets a zone or
-        its margin. Zones that are flown over or under are in :attr:`surface` and :attr:`roof`, and
-        those that are active at times in :attr:`blocked_raster` alone.
+        With ``as_paper``, the nodes in a zone. Under the rules, the nodes whose cell square meets a
+        zone or its margin. Zones that are flown over or under are in :attr:`surface` and
+        :attr:`roof`, and those that are active at times only in :attr:`blocked_raster`.
         """
         inside = raster(self.zones, self.terrain) if self._rasters is None else self._rasters.nofly
         inside.flags.writeable = False
@@ -247,7 +247,7 @@ class Problem:
     def zones_at_times(self) -> tuple[Zone, ...]:
         """Zones of all heights that are active at times; an evaluation knows when it passes them.
 
-        As paper, and of zones that end before they can be reached, there are none.
+        Empty with ``as_paper``; zones that end before they can be reached are left out.
         """
         if all(zone.t0_s is None and zone.t1_s is None for zone in self.zones):
             # The rasters take milliseconds.
@@ -256,7 +256,7 @@ class Problem:
 
     @cached_property
     def demand(self) -> Demand:
-        """Clearance demanded on the way from start to goal; the problem must have rules."""
+        """Clearance required on the way from start to goal; the problem must have rules."""
         from pathgene.host.problem.surface import Demand
 
         assert self.rules is not None
@@ -302,7 +302,7 @@ class Problem:
 
 
 def _rules(rules: Rules | None, as_paper: bool) -> Rules | None:
-    """The rules of a problem; None as paper."""
+    """The rules of a problem; None with ``as_paper``."""
     if not isinstance(rules, Rules | None):
         raise InputError(f"The rules must be Rules, not {rules!r}.")
     if as_paper and rules not in (None, _SAFE):

@@ -30,7 +30,7 @@ class Rules:
     Parameters
     ----------
     clearance_m : float
-        Minimum height over the surface, 0 or more. Near start and goal less is demanded: see
+        Minimum height over the surface, 0 or more. Near start and goal less is required: see
         :func:`pathgene.host.problem.surface.required_m`.
     corridor_m : float
         Distance to either side of the track within which the clearance is kept, 0 or more.

@@ -1,6 +1,7 @@
-"""The clearance demanded over the surface, and the raised rasters that planners search above.
+"""The clearance required over the surface, and the raised rasters that planners search above.
 
-Near start and goal less clearance is demanded, or no aircraft could take off: see :class:`Demand`.
+Near start and goal less clearance is required, otherwise no aircraft could take off or land: see
+:class:`Demand`.
 """
 
 from __future__ import annotations
@@ -44,12 +45,13 @@ _MOST_PLACES = 64
 
 @dataclass(frozen=True)
 class Demand:
-    """The clearance demanded at a horizontal distance from both ends.
+    """The clearance required at a horizontal distance from both ends.
 
     It is the least of the rule's clearance and, for each end, the height that the end itself has
     over the surface, plus half the tangent of the climb limit (of the descent limit at the goal)
     times the distance. Over the surface right below the track, that is the end's height over the
-    surface below it; beside the track, its height over the highest surface within the corridor.
+    surface below it; to the side of the track, its height over the highest surface within the
+    corridor.
 
     Parameters
     ----------
@@ -59,10 +61,10 @@ class Demand:
         Height of start and goal over the surface below.
     heights_beside_m : (float, float)
         The same over the highest surface within the corridor around; at least less its width, as a
-        cliff beside an end is no excuse for the path. Where it is above the clearance, the
+        cliff next to an end does not excuse the path. Where it is above the clearance, the
         corridor may be taken for wider.
     slopes : (float, float)
-        Growth of the demand by distance from start and goal.
+        Growth of the required clearance with distance from start and goal.
     ends : ((float, float, float), (float, float, float))
         Start and goal.
     """
@@ -75,7 +77,7 @@ class Demand:
 
     @staticmethod
     def of(terrain: Terrain, start: Point, goal: Point, aircraft: Aircraft, rules: Rules) -> Demand:
-        """Return the demand of a flight."""
+        """Return the required clearance of a flight."""
         ends = np.array([start, goal])
         below = surface_below(terrain, ends[:, 0], ends[:, 1])
         around = _around(terrain, rules.corridor_m)
@@ -85,7 +87,7 @@ class Demand:
                 for x, y, z in ends.tolist()
             ]
         )
-        # An end beside a void is itself too low, but that is no excuse for the path.
+        # An end next to a void is itself too low, but that does not excuse the path.
         heights, heights_beside = (
             np.where(np.isfinite(surface), ends[:, 2] - surface, 0.0)
             for surface in (below, np.maximum(below, beside))
@@ -104,9 +106,9 @@ class Demand:
     def required_m(
         self, x: Floats, y: Floats, nearer_m: float = 0.0, *, beside: bool = False
     ) -> Floats:
-        """Return the clearance demanded at points, as if ``nearer_m`` nearer to both ends.
+        """Return the clearance required at points, as if ``nearer_m`` nearer to both ends.
 
-        It is demanded over the surface right below the track, or ``beside`` it in the corridor.
+        It is required over the surface right below the track or, with ``beside``, in the corridor.
         """
         required = np.full(np.broadcast(x, y).shape, self.clearance_m)
         heights = self.heights_beside_m if beside else self.heights_m
@@ -163,7 +165,7 @@ class SearchRasters:
     terrain : Terrain
         The ground.
     demand : Demand
-        Clearance demanded.
+        Required clearance.
     zones : iterable of Zone
         No-fly zones; one whose time ends before it can be reached is left out.
     rules : Rules
@@ -175,10 +177,10 @@ class SearchRasters:
     ----------
     floor : (ny, nx) float64, metres
         Lowest altitude at each node: the highest surface within the corridor of any point of the
-        square, the demanded clearance, and zones to be flown over; NaN over voids and near them.
+        square, the required clearance, and zones to be flown over; NaN over voids and near them.
     roof : (ny, nx) float64, metres, or None
         Highest altitude at each node: the ceiling above ground, and zones to be flown under;
-        infinite where there is none. None if no node has one.
+        infinite where it is not limited. None if no node is limited.
     nofly : (ny, nx) bool
         Nodes in zones that are neither flown over nor under.
     at_times : (ny, nx) bool
@@ -238,11 +240,11 @@ def _floor(
     demand: Demand,
     corridor_m: float,
 ) -> Floats:
-    """Return the surface around each node plus the demanded clearance, NaN near voids."""
+    """Return the surface around each node plus the required clearance, NaN near voids."""
     highest = _around(terrain, corridor_m).nodes
     floor = highest + demand.clearance_m
     half_diagonal = 0.5 * math.hypot(terrain.dx_m, terrain.dy_m)
-    # Less is demanded near the ends alone.
+    # Less is required only near the ends.
     windows = [
         _window(terrain, at, reach + 2 * half_diagonal)
         for at, reach in zip(demand.ends, _reaches_m(demand, half_diagonal), strict=True)
@@ -251,7 +253,7 @@ def _floor(
         x, y = _places(terrain, rows, columns)
         required = demand.required_m(x, y, -half_diagonal, beside=True)
         floor[rows, columns] = highest[rows, columns] + required
-    # At the ends a node demands no more than the aircraft can climb from there.
+    # At the ends a node requires no more than the aircraft can climb from there.
     for (rows, columns), (at_x, at_y, z), slope, height in zip(
         windows, demand.ends, demand.slopes, demand.heights_beside_m, strict=True
     ):
@@ -267,7 +269,7 @@ def _floor(
         steepest = _SHARE_OF_CLIMB * 2.0 * slope
         eased = np.maximum(least, np.minimum(there, z + steepest * away))
         eased = np.minimum(eased, np.where(away == 0, z - _BELOW_ENDS_M, np.inf))
-        # A void is not eased, unless the end itself is beside it.
+        # A void is not eased, unless the end itself is next to it.
         near &= (there < ANY_VOID_M) | (away <= _CELLS_AT_ENDS * half_diagonal)
         floor[rows, columns] = np.where(near, eased, there)
     return np.where(floor > ANY_VOID_M, np.nan, floor)
@@ -334,7 +336,7 @@ class _Around:
     def highest_within(self, terrain: Terrain, x: float, y: float, enough_m: float) -> float:
         """Return the highest surface around a point, metres; infinite near a void.
 
-        Where the square of the nearest node has none above ``enough_m``, its highest stands in.
+        If the square of the nearest node has none above ``enough_m``, its highest is returned.
         """
         nearest = float(self.nodes[terrain.nearest_nodes(x, y)])
         if nearest <= enough_m:

@@ -19,8 +19,8 @@ __all__ = ["WayProblem"]
 class WayProblem(Problem):
     """A problem whose costs are relative to the straight lines through several points.
 
-    Near its start and its end less clearance is demanded, near the points between them the whole
-    clearance. The evaluation does not look whether a path passes those points.
+    Near its start and its end less clearance is required, near the points between them the whole
+    clearance. The evaluation does not check whether a path passes those points.
 
     Parameters
     ----------

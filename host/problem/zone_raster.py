@@ -127,7 +127,7 @@ def _easternmost(
 ) -> _Floats:
     """Return the greatest x of capsules between two values of y that they reach."""
     dx, dy = xb - xa, yb - ya
-    # The east of a convex shape is a concave function of y, greatest beside the eastern end.
+    # The east of a convex shape is a concave function of y, greatest level with the eastern end.
     y = np.clip(np.where(dx > 0, yb, ya), south, north)
     # The centre of the circle that reaches the furthest at y is where the radius is at a right
     # angle to the edge, or else the end next to there.

@@ -115,7 +115,7 @@ class Zone(ABC):
         ------
         InputError
             If a ring has fewer than three corners or a coordinate that is not a finite number,
-            ``holes`` are no rings, or a limit is bad.
+            ``holes`` are not rings, or a limit is bad.
         """
         try:
             rings = [plain(hole) for hole in holes]
@@ -295,7 +295,7 @@ def listed(zones: Iterable[Zone]) -> tuple[Zone, ...]:
     Raises
     ------
     InputError
-        If they are no list, or one is no zone.
+        If they are not a list, or one is not a zone.
     """
     given = tuple(zones) if isinstance(zones, Iterable) else (None,)
     if not all(isinstance(zone, Zone) for zone in given):
@@ -345,7 +345,7 @@ def read_zones(path: str | Path, terrain: Terrain) -> tuple[Zone, ...]:
     terrain's frame corner by corner, or local metres where the file has the member
     ``"crs_local": true``.
     A third coordinate is ignored. A feature may have the properties ``name``, ``lower``, ``upper``,
-    ``t0`` and ``t1`` of :class:`Zone`, in metres and seconds; null is no limit.
+    ``t0`` and ``t1`` of :class:`Zone`, in metres and seconds; null means no limit.
 
     KML and plans: see :func:`pathgene.host.formats.kml.zones` and
     :func:`pathgene.host.formats.plan.zones`.

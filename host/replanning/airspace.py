@@ -45,7 +45,7 @@ class Airspace:
     goal, wind
         The present goal and wind.
     past : list of (float, tuple of Zone)
-        Zones from each second on, in order.
+        Seconds in order, each with the zones that apply from then on.
     """
 
     mission: Problem
@@ -65,7 +65,7 @@ class Airspace:
         Raises
         ------
         InputError
-            If a zone that goes away is none that is there.
+            If a zone that goes away does not exist.
         """
         for name in event.gone:
             if not any(known.zone.name == name for known in self._known):

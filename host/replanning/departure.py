@@ -76,7 +76,7 @@ class Departure:
         return pose if self.lead is None else pose_at((self.lead,), self.lead.run_m)
 
     def problem(self, present: Present, aircraft: Aircraft) -> RestOfFlight:
-        """Return the problem of the rest of the flight; another goal has no heading.
+        """Return the problem of the rest of the flight; a new goal has no heading.
 
         Raises
         ------
@@ -99,7 +99,7 @@ class Departure:
         )
 
     def joined(self, path: Track, since_m: float) -> Track:
-        """Return the track from ``since_m`` on, and the path after it."""
+        """Return the track starting at ``since_m``, followed by the path."""
         return (*part(self.track, since_m, self.leaves_m), *self._led(path), *path)
 
     def whole(self, path: Track, along_m: float) -> Track:

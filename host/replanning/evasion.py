@@ -1,4 +1,4 @@
-"""Ways that need no planner: out of a zone, and onto a circle that is safe to stay on.
+"""Tracks that need no planner: out of a zone, and onto a circle that is safe to stay on.
 
 Both are searched among turns of the tightest radius, each followed by a straight, and both are
 proved by the strict rule of the present air before anyone flies them.
@@ -60,7 +60,7 @@ class Holding:
     circle: Track
 
     def track(self, before: Track, rounds: int) -> Track:
-        """Return the track onto the circle and ``rounds`` times around, from ``before`` on."""
+        """Return the track onto the circle and ``rounds`` times around, after ``before``."""
         return (*before, *self.way, *(self.circle * rounds))
 
     def is_safe(self, present: Present) -> bool:
@@ -69,7 +69,7 @@ class Holding:
 
 
 def holding_on(present: Present, track: Track, first_m: float, last_m: float) -> Holding | None:
-    """Return a circle to stay on whose way leaves a track as late as possible; None without one.
+    """Return a circle to stay on whose way leaves a track as late as possible, or None.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def _turn_and_straight(
 def way_out(present: Present, pose: Pose) -> Track | None:
     """Return the shortest way out of all zones and their margins that keeps the clearance.
 
-    Where none keeps it, the shortest one that keeps half of it is taken, or a tenth; None if there
+    If none keeps it, the shortest one that keeps half of it is taken, or a tenth; None if there
     is no way out above the ground. The steepest climb wins
     among equally short ones: the ground beyond the way out may rise more steeply than the aircraft
     climbs.
@@ -165,10 +165,10 @@ def way_out(present: Present, pose: Pose) -> Track | None:
 
 
 def way_on(present: Present, pose: Pose) -> Track:
-    """Return a way on from a place where there is neither a path nor a circle.
+    """Return a track onwards from a place that has neither a path nor a circle.
 
     The farthest that keeps out of zones, or if none does, through them, with as much of the
-    clearance as :func:`way_out` keeps, climbing if it can. Where every way leads into the ground,
+    clearance as :func:`way_out` keeps, climbing if it can. If every way leads into the ground,
     it is the one that leads there the least.
     """
     ways = list(_ways(present, pose, _WAY_RUNS[::-1], _CLIMBS[::-1]))
@@ -185,7 +185,7 @@ def way_on(present: Present, pose: Pose) -> Track:
 
 
 def shortest_way_out_m(present: Present, pose: Pose) -> float:
-    """Return the length of the shortest way out of all zones, margins and ground left aside.
+    """Return the length of the shortest way out of all zones, ignoring margins and ground.
 
     It is the yardstick of an escape: a turn of the tightest radius and a straight. Infinite if
     there is none, 0 outside of the zones.

@@ -34,7 +34,7 @@ _CORES = {"ga-chip": GeneticCore.PLANNER, "ga-fpga": GeneticCore.PAPER}
 
 
 def on_board(planner: str, board: str) -> AbstractContextManager[Chip | None]:
-    """Return a context manager of the board that a planner needs; of None without.
+    """Return a context manager of the board that a planner needs, or of None if it needs none.
 
     Raises
     ------
@@ -110,7 +110,7 @@ def underway(
     planner : str
         Plans during the flight.
     board : str
-        URL of its board; not looked at by a planner without one.
+        URL of its board; ignored by a planner without one.
     seconds : float, optional
         The processor's time of a plan; measured before the flight by default.
     gusts, seed

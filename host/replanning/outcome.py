@@ -1,4 +1,4 @@
-"""Verdict on a flight with replans: by the flight alone, and the zones of each moment."""
+"""Verdict on a flight with replans: only from the flight and the zones of each moment."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 
 #: A zone that appears over the aircraft is left within this multiple of the shortest way out.
 WAY_OUT_SHARE = 1.1
-# Slack of the way out: flight between two looks of the guidance, and the reaction, metres.
+# Slack of the way out: flight between two updates of the guidance, and the reaction, metres.
 _WAY_OUT_SLACK_M = 10.0
 
 
@@ -40,7 +40,7 @@ class Outcome:
     alive : bool
         It touched neither ground nor zone, and did not get lost.
     kept : bool
-        It is alive, arrived, and kept half of the demanded clearance everywhere.
+        It is alive, arrived, and kept half of the required clearance everywhere.
     breaks : list of str
         A sentence for each broken promise.
     flight_time_s : float
@@ -48,7 +48,7 @@ class Outcome:
     clearance_flown_m : float
         Minimum height over the surface.
     clearance_share : float
-        Minimum share of the demanded clearance; infinite where none is demanded.
+        Minimum share of the required clearance; infinite where none is required.
     zone_distance_m : float
         Minimum distance from a zone, without its margin, that the aircraft was not in when it
         appeared; infinite without zones.

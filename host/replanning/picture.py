@@ -52,7 +52,7 @@ def write(report: Replanned, file: Path) -> None:
 
 
 def draw(report: Replanned) -> Figure:
-    """Return the figure: the map beside heights and distances in time."""
+    """Return the figure: the map next to heights and distances over time."""
     session = report.session
     mission = session.mission
     terrain = mission.terrain
@@ -147,7 +147,7 @@ def window(report: Replanned, axes: Axes) -> tuple[float, float, float, float]:
 
 
 def version_points(report: Replanned, number: int) -> Floats:
-    """Return x and y of a version of the path, (k, 2) metres, from where it was taken."""
+    """Return the x and y of a version of the path, (k, 2) metres, from where it was taken."""
     session = report.session
     leg = session.pilot.legs[number]
     samples = SmoothedTrack(leg.track, session.mission.terrain).sample(_STEP_M)

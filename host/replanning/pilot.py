@@ -32,8 +32,8 @@ class Pilot:
     Attributes
     ----------
     samples : list of Sample
-        The flight, every :data:`pathgene.host.flight.flight.PERIOD_S`, from the start of the track
-        on.
+        The flight, every :data:`pathgene.host.flight.flight.PERIOD_S`, beginning at the start
+        of the track.
     legs : list of Leg
     track : tuple of Straight or Arc
         The present track.
@@ -95,7 +95,7 @@ class Pilot:
         return pose_at(self.track, self.along_m + ahead_m)
 
     def follow(self, kind: str, track: Track) -> None:
-        """Continue along another track, which begins beside the aircraft or behind it."""
+        """Continue along another track, which begins next to or astern of the aircraft."""
         self.track = track
         self.flight.follow(track)
         self.legs.append(Leg(self.time_s, kind, track))

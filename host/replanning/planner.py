@@ -31,7 +31,7 @@ __all__ = [
     "PlanningTime",
 ]
 
-#: The host's share of a plan on the chip, beside the chip: the map's changes and the strict check.
+#: The host's share of a plan on the chip: the map's changes and the strict check.
 #: Stated; ``make bench BENCH=replan`` measures it.
 HOST_S = 0.007
 #: Extra time of the host for each repair of a path that is not feasible.
@@ -98,7 +98,7 @@ class Attempt:
     planner : str
         The planner that made it.
     reason : str
-        Why there is none; empty with a plan.
+        Why there is no plan; empty if there is one.
     hopeless : bool
         Neither another seed nor another start would help.
     """
@@ -134,7 +134,7 @@ class InFlightPlanner:
     constant_s : float
         The processor's time of a plan.
     lost : str
-        Why the board is no longer there; empty while it is.
+        Why the board is no longer available; empty while it is.
     """
 
     def __init__(

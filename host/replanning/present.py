@@ -34,7 +34,7 @@ _NO_COSTS = Utopia(1.0, 1.0, 1.0)
 class Present:
     """The zones, goal and wind that are known at a moment.
 
-    Less clearance is demanded near the start and the goal of the mission, and nowhere else.
+    Less clearance is required near the start and the goal of the mission, and nowhere else.
 
     Parameters
     ----------
@@ -91,8 +91,8 @@ class Present:
     def off_limits_m(self, pieces: Sequence[Piece], share: float = 1.0) -> float:
         """Return the metres of a track that lie too low, too high or off the map.
 
-        Too low is below a ``share`` of the clearance, which is kept from the surface beside the
-        track as far as that share of the corridor.
+        Too low is below a ``share`` of the clearance, which is kept from the surface on both
+        sides of the track as far as that share of the corridor.
         """
         if not all(_is_near(piece.start) for piece in pieces):
             return math.inf
@@ -134,10 +134,10 @@ class Present:
         return bool(self.zones_at(Pose(*self.goal, 1.0, 0.0, 0.0), margin=False))
 
     def safe_until_m(self, pieces: Track, first_m: float) -> float:
-        """Return the distance along a track up to which it is safe from ``first_m`` on.
+        """Return the distance along a track up to which it is safe, starting at ``first_m``.
 
-        It is infinite where all is; otherwise the last of equal parts of up to 50 m that is safe
-        ends there.
+        It is infinite if all of it is safe; otherwise the last of equal parts of up to 50 m that is
+        safe ends there.
         """
         length = run_of(pieces)
         if self.is_safe(part(pieces, first_m)):

@@ -23,7 +23,7 @@ class Change:
     what : str
         The change in words.
     needed : bool
-        The track could not be flown on: a zone is on it, the goal is another, or the wind.
+        The track could not be followed further: a zone is on it, or the goal or the wind changed.
     inside_m : float
         The shortest way out of the zones that the aircraft is in; 0 outside.
     attempts : list of (float, Attempt)
@@ -84,7 +84,7 @@ class Pending:
 
 @dataclass(frozen=True)
 class Leg:
-    """A track, from when on it was flown, and why: ``path``, ``holding`` or ``way-out``."""
+    """A track, the time from which it was flown, and why: ``path``, ``holding`` or ``way-out``."""
 
     since_s: float
     kind: str

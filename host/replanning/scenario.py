@@ -149,7 +149,7 @@ def read_scenario(file: str | Path) -> Scenario:
     Raises
     ------
     InputError
-        If it cannot be read, or a key or a value is none of the above.
+        If it cannot be read, or a key or a value is not one of the above.
     """
     try:
         with reading("scenario", Path(file)):
@@ -178,7 +178,7 @@ def check_mission(mission: Problem, scenario: Scenario) -> None:
     Raises
     ------
     InputError
-        If the problem is as paper or has via points, or a goal or a wind is bad.
+        If the problem is ``as_paper`` or has via points, or a goal or a wind is bad.
     """
     if mission.rules is None:
         raise InputError(
@@ -209,7 +209,7 @@ def parse_popup(text: str, terrain: Terrain) -> Event:
     Raises
     ------
     InputError
-        If it is none of these.
+        If it is not one of these.
     """
     shape, at, seconds = text.rpartition("@")
     try:

@@ -3,8 +3,8 @@
 Simulated seconds advance by the time of planning (:mod:`pathgene.host.replanning.planner`). A plan
 begins at a point of the present track that the aircraft will reach within the time that the planner
 is given, with the heading there; the flight continues along it once it is known. Until then,
-and where there is none, the aircraft follows its present track. Before that stops being safe it
-turns onto a circle that is proved safe, and plans on from there.
+and if there is no plan, the aircraft follows its present track. Before that stops being safe it
+turns onto a circle that is proved safe, and continues planning from there.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ class Session:
     pilot : Pilot
         The flight until now.
     airspace : Airspace
-        Zones, goal and wind of now, and of before.
+        Present and past zones, goal and wind.
     changes : list of Change
         Changes until now.
     ended : str
@@ -99,8 +99,8 @@ class Session:
     Raises
     ------
     InputError
-        If the problem is as paper or has via points, the aircraft has no flight model, or JSBSim is
-        missing.
+        If the problem is ``as_paper`` or has via points, the aircraft has no flight model, or
+        JSBSim is missing.
     """
 
     def __init__(
@@ -376,7 +376,7 @@ class Session:
         self._waits_since_s = self.pilot.time_s if since_s is None else since_s
 
     def _keep_safe(self, now: float) -> None:
-        """Turn onto a circle before the track stops being safe; look for one while it is."""
+        """Turn onto a circle before the track stops being safe; search for one while it is."""
         if self.pilot.kind == "holding" and math.isinf(self._unsafe_m):
             return
         if self.pilot.kind == "way-out":

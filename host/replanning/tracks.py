@@ -55,7 +55,7 @@ class Pose:
         return math.degrees(math.atan2(self.east, self.north)) % 360
 
     def straight(self, run_m: float, slope: float = 0.0) -> Straight:
-        """Return a straight piece from here on."""
+        """Return a straight piece that starts here."""
         stop = (
             self.x + run_m * self.east,
             self.y + run_m * self.north,
@@ -64,13 +64,13 @@ class Pose:
         return Straight(self.point, stop, (self.east, self.north), run_m, run_m * slope)
 
     def arc(self, radius_m: float, turn_rad: float, slope: float = 0.0) -> Arc:
-        """Return a turn from here on, to the left where ``turn_rad`` is positive."""
+        """Return a turn that starts here, to the left if ``turn_rad`` is positive."""
         rise_m = radius_m * abs(turn_rad) * slope
         return Arc(self.point, (self.east, self.north), radius_m, turn_rad, rise_m)
 
 
 def is_smooth(pieces: Sequence[Piece]) -> bool:
-    """Return whether each piece with a horizontal length begins where the one before ends.
+    """Return whether each piece with a horizontal length begins where the previous one ends.
 
     The same place is 1 m or less away, the same direction 3 degrees or less.
     """
@@ -94,7 +94,7 @@ def end_of(piece: Piece) -> Pose:
 
 
 def pose_at(pieces: Sequence[Piece], along_m: float) -> Pose:
-    """Return the pose at a distance along a track; its ends stand in for places beyond them.
+    """Return the pose at a distance along a track; its ends are used for places beyond them.
 
     Raises
     ------

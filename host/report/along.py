@@ -1,4 +1,4 @@
-"""Facts along a track, for the picture and the page: surface, demand, broken limits, the reason."""
+"""Facts along a track for picture and page: surface, lowest altitude, broken limits, reason."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _LINES = (-1.0, -0.5, 0.0, 0.5, 1.0)
 
 
 def surface_and_demand(evaluator: Evaluator, samples: Samples) -> tuple[Floats, Floats, Floats]:
-    """Return the surface under a track, the highest within the corridor, and the demand.
+    """Return the surface under a track, the highest within the corridor, and the required altitude.
 
     Parameters
     ----------
@@ -36,8 +36,8 @@ def surface_and_demand(evaluator: Evaluator, samples: Samples) -> tuple[Floats, 
     -------
     tuple of ndarray
         The surface below; the highest surface within the corridor, along five lines; the lowest
-        altitude that the rules allow. All (k,) float64 metres, NaN over a void. As paper the first
-        two are the ground of the samples, and nothing is demanded: NaN.
+        altitude that the rules allow. All (k,) float64 metres, NaN over a void. With ``as_paper``
+        the first two are the ground of the samples, and nothing is required: NaN.
     """
     problem = evaluator.problem
     if problem.rules is None:
@@ -63,7 +63,7 @@ def surface_and_demand(evaluator: Evaluator, samples: Samples) -> tuple[Floats, 
 def broken_samples(
     evaluator: Evaluator, samples: Samples, stretches: Sequence[Stretch]
 ) -> NDArray[np.bool_]:
-    """Return which samples break a limit; as paper, are in the ground, a void or a zone."""
+    """Return which samples break a limit or, with ``as_paper``, are in ground, a void or a zone."""
     problem = evaluator.problem
     if not problem.as_paper:
         broken = np.zeros(len(samples.s), dtype=bool)
@@ -80,7 +80,8 @@ def broken_samples(
 def broken_limits(evaluator: Evaluator, path: Floats, samples: Samples) -> list[Stretch]:
     """Return the stretches of a path that break a limit, with or without rules.
 
-    As paper, they are the runs of samples in the ground, a void or a zone, as one limit ``safety``.
+    With ``as_paper``, they are the runs of samples in the ground, a void or a zone, as one limit
+    ``safety``.
     """
     if not evaluator.problem.as_paper:
         return evaluator.broken(path)
@@ -93,14 +94,14 @@ def broken_limits(evaluator: Evaluator, path: Floats, samples: Samples) -> list[
 
 
 def why(reason: Mapping[str, Any], limits: Sequence[Mapping[str, Any]] | None) -> str:
-    """Return why a path is not feasible; empty for a given path as paper.
+    """Return why a path is not feasible; empty for a given path with ``as_paper``.
 
     Parameters
     ----------
     reason : mapping
         The ``reason`` of a summary: why a planner found no path; empty for a path that was given.
     limits : sequence of mapping or None
-        The ``limits`` of a summary, the nearest first; None as paper.
+        The ``limits`` of a summary, the nearest first; None with ``as_paper``.
     """
     if sentence := reason.get("sentence"):
         return f"No path: {sentence}"

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["Drawn", "write_diagnosis"]
 
 #: The evaluator of the problem, or of the leg in the report; the search that found no feasible
-#: path, whose best path is drawn, or None without a search, where the straight line is drawn; and
+#: path, whose best path is drawn, or None without a search: then the straight line is drawn; and
 #: terrain and leg, the title of the picture.
 Drawn = tuple[Evaluator, Result | None, str]
 

@@ -14,7 +14,7 @@ __all__ = ["LEFT", "NARROWEST", "RIGHT", "WIDTH", "frame", "titles"]
 
 #: Inches: width of the figure, and the margins that titles and labels need.
 WIDTH, LEFT, RIGHT = 13.2, 0.85, 0.35
-#: Frames of maps narrower than this by height have room beside the map.
+#: Frames of maps narrower than this by height have room next to the map.
 NARROWEST = 0.28
 
 

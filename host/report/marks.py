@@ -24,7 +24,7 @@ def mark_names(way: Sequence[Point]) -> tuple[str, ...]:
     ----------
     way : sequence of (float, float, float)
         All points of a mission in order, two or more. A mission that returns ends where it starts,
-        and the goal is the point before.
+        and the goal is the previous point.
     """
     last = ("Goal", "Return") if len(way) > 2 and way[0] == way[-1] else ("Goal",)
     between = range(1, len(way) - len(last))

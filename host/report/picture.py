@@ -29,7 +29,7 @@ from pathgene.host.report.via import visits
 __all__ = ["Scene", "draw", "write"]
 
 _WIDE = 2.2  # Maps wider than this by height lie above the two graphs.
-_WIDEST = 6.5  # Frames of maps wider than this have room beside the map.
+_WIDEST = 6.5  # Frames of maps wider than this have room next to the map.
 # Inches: the margins of titles and legend, and a line that says why a path is not feasible.
 _TOP, _BOTTOM, _LINE = 1.2, 1.0, 0.2
 # Shares of the profile's width where the text of a ceiling may stand, the better ones first.
@@ -77,7 +77,7 @@ def write(scene: Scene, file: Path) -> None:
 
 
 def draw(scene: Scene) -> Figure:
-    """Return the figure: the map beside the two graphs, or above them if it is wide."""
+    """Return the figure: the map next to the two graphs, or above them if it is wide."""
     terrain = scene.evaluator.problem.terrain
     rows, columns = terrain.elevation.shape
     aspect = columns * terrain.dx_m / (rows * terrain.dy_m)
@@ -149,7 +149,7 @@ def _visited(scene: Scene) -> list[tuple[str, float]]:
 def _layout(aspect: float, top: float, *, searched: bool) -> tuple[Figure, list[Axes]]:
     """Return the figure and the axes of map, colour bar, profile and convergence.
 
-    ``aspect`` is the aspect ratio of the map, ``top`` the inches of the titles. Where nothing was
+    ``aspect`` is the aspect ratio of the map, ``top`` the inches of the titles. If nothing was
     ``searched``, there is no convergence, and the profile takes its room.
     """
     aspect = min(max(aspect, NARROWEST), _WIDEST)

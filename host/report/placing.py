@@ -1,4 +1,4 @@
-"""Texts beside things on a map, where they cover no other text."""
+"""Labels next to things on a map, placed so that they do not cover other text."""
 
 from __future__ import annotations
 
@@ -35,7 +35,8 @@ def label(
 ) -> Bbox | None:
     """Write ``text`` near one of several places of ``axes`` and return its box in pixels.
 
-    There is no text, and None, where each position would cover one of ``taken`` or leave the axes.
+    There is no text, and None is returned, if every position would cover one of ``taken`` or leave
+    the axes.
 
     Parameters
     ----------

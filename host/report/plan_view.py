@@ -88,7 +88,7 @@ def draw(
     trouble : ndarray
         True for samples that cannot be flown, (k,) bool.
     reasons : sequence of (str, float, float)
-        Reasons to write beside the path, each with its x and y in metres.
+        Reasons to write next to the path, each with its x and y in metres.
     wind : (float, float), optional
         The wind of the arrow, m/s; by default the wind of the problem.
     window : (float, float, float, float), optional
@@ -140,7 +140,7 @@ def draw(
     lines = np.stack((x, y), axis=1)
     box = _draw_scale_and_north(axes, lines, unit_m, problem.wind if wind is None else wind)
     taken = [box.get_window_extent()]
-    # A zone that is broken has one text, beside the path.
+    # A zone that is broken has one text, next to the path.
     broken = {f"zone {zone.name}": zone_shapes.text(zone) for zone in problem.zones if zone.name}
     named = {text for text, _, _ in reasons}
     texts: list[tuple[str, tuple[float, float], dict[str, Any]]] = [

@@ -1,4 +1,4 @@
-"""The altitude profile of the picture: ground, demanded clearance, zones and ceilings."""
+"""The altitude profile of the picture: ground, required clearance, zones and ceilings."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ __all__ = ["draw"]
 
 Floats = NDArray[np.float64]
 
-# Shares of the profile's width where the text of a ceiling may stand, the better ones first: beside
-# its line, and at the top for one that is higher.
+# Shares of the profile's width where the text of a ceiling may stand, the better ones first: next
+# to its line, and at the top for one that is higher.
 _ASIDE = (0.75, 0.5, 0.25, 0.9, 0.1)
 _AT_TOP = tuple(np.linspace(0.05, 0.95, 37).tolist())
 # Points of each line that texts keep off.
@@ -262,6 +262,6 @@ def _mark_clearance(
         bbox={"boxstyle": "round,pad=0.25", "facecolor": "white", "alpha": 0.85, "linewidth": 0},
         arrowprops={"arrowstyle": "-", "color": TEXT, "linewidth": 0.8, "shrinkB": 4},
     )
-    # The text alone, once it is in its place: the box of the arrow would take half the graph.
+    # Only the text, once it is in its place: the box of the arrow would take half the graph.
     note.get_window_extent()
     return [Text.get_window_extent(note)]

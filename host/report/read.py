@@ -76,7 +76,7 @@ class Run:
 def read_run(file: Path, *, origin: tuple[float, float] | None = None) -> Run:
     """Return the problem, the path and the content of a ``summary.json``.
 
-    The terrain is ``terrain.npz`` beside the file, else the terrain that the summary names.
+    The terrain is ``terrain.npz`` next to the file, else the terrain that the summary names.
 
     Parameters
     ----------
@@ -88,8 +88,8 @@ def read_run(file: Path, *, origin: tuple[float, float] | None = None) -> Run:
     Raises
     ------
     InputError
-        If the file is no summary, does not say how its path was evaluated, or states a bad value;
-        if a file beside it is of another run.
+        If the file is not a summary, does not say how its path was evaluated, or states a bad
+        value; if a file next to it belongs to another run.
     """
     summary = find_summary(file)
     if summary is None:
@@ -163,7 +163,7 @@ def summary_terrain(
     Parameters
     ----------
     file : Path
-        The summary; ``terrain.npz`` beside it is preferred to the source that it names.
+        The summary; ``terrain.npz`` next to it is preferred to the source that it names.
     summary : dict
         Its content.
     source : str, optional
@@ -262,7 +262,7 @@ def summary_zones(file: Path, summary: dict[str, Any]) -> tuple[Zone, ...]:
     Raises
     ------
     InputError
-        If they are no list of zones, or a zone is bad.
+        If they are not a list of zones, or a zone is bad.
     """
     zones = summary.get("nofly", [])
     if not isinstance(zones, list):
@@ -289,7 +289,7 @@ def summary_wind_and_step(file: Path, summary: dict[str, Any]) -> tuple[tuple[fl
 def summary_rules(file: Path, summary: dict[str, Any]) -> dict[str, Any]:
     """Return the rules and headings of a summary as keywords of :class:`Problem`.
 
-    A summary without the key ``as_paper`` is of version 0.1, so as paper.
+    A summary without the key ``as_paper`` is of version 0.1, so its problem is ``as_paper``.
 
     Raises
     ------

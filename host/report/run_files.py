@@ -15,10 +15,10 @@ from pathgene.host.formats.registry import files
 __all__ = ["DATA", "FLIGHT", "GRID", "PATH", "PICTURE", "SUMMARY", "digests", "verify"]
 
 SUMMARY, GRID, PATH, PICTURE = "summary.json", "terrain.npz", "path.geojson", "path.png"
-#: Data files that a run may have besides its summary.
+#: Data files that a run may have in addition to its summary.
 DATA = tuple(dict.fromkeys((GRID, PATH, *files().values())))
-#: Files of a flight of the run, which ``pathgene fly`` writes beside it; the last is of one with
-#: replans.
+#: Files of a flight of the run, which ``pathgene fly`` writes next to it; the last belongs to a
+#: flight with replans.
 FLIGHT = ("flight.json", "flight.png", "flight.gif")
 
 
@@ -28,9 +28,9 @@ def digests(contents: Mapping[str, bytes]) -> dict[str, str]:
 
 
 def verify(file: Path, summary: Mapping[str, Any]) -> None:
-    """Refuse a summary beside which lies a data file that is not of its run.
+    """Refuse a summary if a data file next to it does not belong to its run.
 
-    A file that is missing is no error: a run is read without it, or the reader says so. A summary
+    A missing file is not an error: a run is read without it, or the reader says so. A summary
     without the member ``files``, of an earlier pathgene, says nothing about files.
 
     Parameters
@@ -43,7 +43,8 @@ def verify(file: Path, summary: Mapping[str, Any]) -> None:
     Raises
     ------
     InputError
-        If a file beside it is altered or of another run, or ``files`` is no table of digests.
+        If a file next to it is altered or belongs to another run, or ``files`` is not a table of
+        digests.
     """
     if "files" not in summary:
         return

@@ -92,7 +92,7 @@ def visits(evaluator: Evaluator, path: Floats) -> list[Visit]:
     The points are visited where the straight lines through the waypoints pass them in their order.
     The smoothed track then misses a point only by the rounding of a turn of at most a right angle;
     a path that turns back at a point by one arc does not come near it. A track that passes a point
-    itself, on the arc of a waypoint beside it, visits it as well.
+    itself, on the arc of a waypoint next to it, visits it as well.
 
     Parameters
     ----------

@@ -60,14 +60,14 @@ def write_report(
     result : Result
         Result of the run.
     summary : mapping
-        Result of :func:`pathgene.host.report.summary.summarise`. The file has the member ``files``
-        besides: the SHA-256 of each other file but the picture.
+        Result of :func:`pathgene.host.report.summary.summarise`. The file also has the member
+        ``files``: the SHA-256 of each other file but the picture.
     warn : callable
         Receives a sentence if there is no picture.
     picture : bool
-        Draw ``path.png``; otherwise only remove the one of an earlier run, which would mislead.
+        Draw ``path.png``; otherwise only remove any left by an earlier run, which would mislead.
     grid : bool
-        Write ``terrain.npz``; otherwise remove the one of an earlier run, which ``check`` would
+        Write ``terrain.npz``; otherwise remove any left by an earlier run, which ``check`` would
         take for the terrain of this one.
     others : mapping, optional
         Contents of further files by their names in :data:`pathgene.host.report.run_files.DATA`.
@@ -95,7 +95,7 @@ def write_report(
 
 
 def write_picture(file: Path, made: Callable[[], Scene], warn: Callable[[str], None]) -> bool:
-    """Draw a picture, and return whether it is there; an error in it is only a warning.
+    """Draw a picture, and return whether it was drawn; an error in it is only a warning.
 
     Parameters
     ----------

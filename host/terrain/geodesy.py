@@ -76,7 +76,7 @@ def known_crs(text: str) -> CRS:
     Raises
     ------
     InputError
-        If there is none such.
+        If there is no such reference system.
     """
     try:
         # In an environment GDAL raises its errors, instead of printing some of them.

@@ -61,7 +61,7 @@ def load(
     Raises
     ------
     InputError
-        If there is no such terrain, it cannot be read, is no terrain, has more cells or names a
+        If there is no such terrain, it cannot be read, is not a terrain, has more cells or names a
         file where it may not, or ``cell`` is missing, not positive or given for a terrain that has
         its own.
     """
@@ -272,7 +272,8 @@ def from_array(
     Raises
     ------
     InputError
-        If the heights are no grid, are all void or no heights of ground, or a side is not positive.
+        If the heights are not a grid, are all void or are not ground heights, or a side is not
+        positive.
     """
     heights = Terrain(source or name, np.asanyarray(elevation), *cell).elevation
     if fill_voids:

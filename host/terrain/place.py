@@ -31,7 +31,7 @@ def to_terrain(
 
     A projected raster keeps its own cells; a geographic one goes through
     :func:`pathgene.host.terrain.warp.to_utm`. One without a reference system keeps its pixels as
-    metres, or takes ``cell`` where it has no size of pixel either.
+    metres, or takes ``cell`` if it has no pixel size either.
 
     Parameters
     ----------
@@ -48,8 +48,8 @@ def to_terrain(
     ------
     InputError
         If the raster is rotated, all void, smaller than 2 x 2 nodes, too large for one UTM zone,
-        has no size of cell or heights that are none of ground; or if ``cell`` is given for a raster
-        that has its own.
+        has no cell size, or has heights that are not of the ground; or if ``cell`` is given for a
+        raster that has its own.
     """
     name = raster.name
     if np.isnan(raster.heights).all():

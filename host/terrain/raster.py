@@ -154,9 +154,9 @@ def _opened_alone(path: Path) -> Iterator[DatasetReader]:
     Raises
     ------
     InputError
-        If it is of another format, or names a file.
+        If it has another format, or names a file.
     """
-    # A driver looks at the first bytes, so a wrong name of a file opens nothing else.
+    # A driver checks the first bytes, so a wrong name of a file opens nothing else.
     with rasterio.Env(GDAL_DISABLE_READDIR_ON_OPEN="EMPTY_DIR", GDAL_PAM_ENABLED="NO"):
         for driver in SELF_CONTAINED:
             try:
@@ -197,7 +197,7 @@ def _require_place(path: Path, transform: Affine) -> None:
 
 
 def _require_readable(path: Path, most: int, seen: set[Path], depth: int = 0) -> None:
-    """Check that a raster and all it is made of are no devices, and have blocks of ``most`` cells.
+    """Check that a raster and all its parts are not devices, and have blocks of ``most`` cells.
 
     GDAL reads a block as a whole, however few of its cells are asked for.
 

@@ -27,7 +27,7 @@ ANY_VOID_M = 1e200
 def surface_below(terrain: Terrain, x: Floats, y: Floats, *, void_m: float = math.inf) -> Floats:
     """Return the surface under points (k,) of the frame, metres.
 
-    Outside the map the nearest point of its edge stands in. Where the nearest node, or one of the
+    Outside the map, the nearest point of its edge is used. If the nearest node, or one of the
     four nodes with a weight, is a void, the surface is ``void_m``: infinite for a rule that must
     not pass a void, NaN for a figure that does not know it.
     """

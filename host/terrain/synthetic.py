@@ -113,7 +113,7 @@ def _noise(rng: np.random.Generator, nodes: int, *, slope: float, longest: float
 
 
 def _rise(value: Grid, low: float, high: float) -> Grid:
-    """Return 0 up to ``low``, 1 from ``high`` on, and a smooth rise between."""
+    """Return 0 up to ``low``, 1 above ``high``, and a smooth rise between."""
     share = np.clip((value - low) / (high - low), 0.0, 1.0)
     return share * share * (3.0 - 2.0 * share)
 

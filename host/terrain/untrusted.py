@@ -56,7 +56,7 @@ UNREADABLE = (
 
 # Bytes of a cell, and of another value: the definition of a reference system has pages.
 _CELL_BYTES, _VALUE_BYTES = 16, 1 << 16
-# Values of a member beside the cells: sides, a place.
+# Values of a member other than the cells: sides, a place.
 _MOST_VALUES = 16
 # Bytes of the header of an array; numpy itself refuses one of 10,000.
 _HEADER_BYTES = 1 << 14
@@ -89,7 +89,7 @@ def require_cells(
 
 
 def require_own_crs(path: Path, text: str) -> None:
-    """Check that a reference system names no file and no address.
+    """Check that a reference system names neither a file nor an address.
 
     Raises
     ------

@@ -31,8 +31,9 @@ def sources(path: Path) -> Iterator[Path]:
     Raises
     ------
     InputError
-        If ``path`` is no regular file, is virtual and larger than a text may be, or names anything
-        but files: GDAL would wait for a pipe in ``/vsisubfile/0_9,PIPE`` or in a nested XML text.
+        If ``path`` is not a regular file, is virtual and larger than a text may be, or names
+        anything but files: GDAL would wait for a pipe in ``/vsisubfile/0_9,PIPE`` or in a nested
+        XML text.
     OSError, ValueError
         If it cannot be read, or is virtual but not XML.
     """

@@ -177,7 +177,7 @@ class _Inverse:
         return column, row
 
     def _error_px(self, degree: int) -> float:
-        """Largest error at points between and beside those fitted."""
+        """Largest error at points between and outside the fitted ones."""
         between = np.concatenate(([-1.0], chebyshev.chebpts1(degree), [1.0]))
         exact = self._exact(*np.meshgrid(between, between))
         return max(

@@ -109,7 +109,7 @@ def _text(name: str) -> str:
 
 
 def _own(name: str) -> str:
-    """Return a module of ours; a module in a URL of data knows no folder, so bare names import."""
+    """Return a module of ours; a module in a URL of data has no folder, so bare names import."""
     return re.sub(r'from "\./(\w+\.js)"', r'from "\1"', _text(name))
 
 

@@ -1,4 +1,4 @@
-// The altitude profile: ground, demanded clearance, zones and ceilings along a track.
+// The altitude profile: ground, required clearance, zones and ceilings along a track.
 
 import { Canvas } from "./canvas.js";
 import { drawMark, drawPoint, drawText } from "./marks.js";
@@ -213,7 +213,7 @@ export class Profile {
     context.stroke();
   }
 
-  /** Fill between two lines, where both are there. */
+  /** Fill between two lines, where both have values. */
   fill(context, upper, lower, colour) {
     context.fillStyle = colour;
     const { s, samples } = this.track;

@@ -84,7 +84,7 @@ export function at(track, s) {
   const row = {};
   for (const name of COLUMNS) {
     const [a, b] = [track[name][low], track[name][high]];
-    // At a sample its own figures hold, even beside a void.
+    // At a sample its own figures hold, even next to a void.
     row[name] = part === 0 ? a : part === 1 ? b : a + part * (b - a);
   }
   row.heading_deg = headingOf(track.x[high] - track.x[low], track.y[high] - track.y[low]);
@@ -189,7 +189,7 @@ export function coloursOf(element) {
   );
 }
 
-/** Return a colour by its name in coloursOf, or itself if it is none; the path's by default. */
+/** Return a colour by its name in coloursOf, or the colour itself; the path's by default. */
 export function colourOf(colours, colour) {
   return colours[colour ?? "path"] ?? colour;
 }

@@ -27,7 +27,8 @@ above the datum of the terrain. Arrays are base64 of little-endian numbers. The 
     path, with ``length_m``, ``samples`` (k) and the float32 arrays (k,) ``s`` (metres flown),
     ``x``, ``y``, ``z``, ``ground`` (the surface below, NaN over a void), ``clearance`` (height
     over the highest surface within the corridor) and ``demanded`` (minimum altitude of the
-    rules, NaN as paper); ``broken``, stretches that break a limit: ``limit``, ``from_m``, ``to_m``.
+    rules, NaN with ``as_paper``); ``broken``, stretches that break a limit: ``limit``, ``from_m``,
+    ``to_m``.
 ``figures``
     The main figures of the summary: ``key`` of the summary, ``label``, ``value`` as it stands
     there, ``text`` with its unit.
@@ -72,7 +73,7 @@ Floats = NDArray[np.float64]
 MOST_NODES = 512
 # Value of a void, and the values below it that heights have.
 _VOID, _VALUES = 65535, 65534
-# Samples of a track: the ends of its pieces are samples besides.
+# Samples of a track: the ends of its pieces are samples, too.
 _SAMPLES = 1500
 # Corners of the polygon around a circle.
 _CIRCLE_CORNERS = 72
@@ -270,7 +271,7 @@ def points_scene(problem: Problem) -> list[dict[str, Any]]:
 
 
 def ceilings_scene(problem: Problem) -> list[dict[str, Any]]:
-    """Return the ceilings that hold; none as paper."""
+    """Return the ceilings that apply; empty with ``as_paper``."""
     if problem.rules is None:
         return []
     stated = (

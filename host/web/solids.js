@@ -29,7 +29,7 @@ export function ground(terrain, place, skin) {
   const triangles = new Uint32Array(12 * rows * columns);
   let filled = 0;
   const add = (a, b, c) => {
-    // The sum is no number beside a void.
+    // The sum is NaN next to a void.
     if (Number.isNaN(heights[a] + heights[b] + heights[c])) return;
     triangles[filled++] = a;
     triangles[filled++] = b;

@@ -17,7 +17,7 @@ from tools.english import HABITS, ROOMS, count, counts, main, room_files
 #: nobody raises them.
 ALLOWED: dict[str, tuple[int, ...]] = {
     "hdl": (2, 0, 0, 0, 0),
-    "host": (1, 1, 0, 0, 1),
+    "host": (0, 1, 0, 0, 1),
     "sim": (0, 1, 0, 0, 1),
     "pathgene": (0, 0, 0, 0, 0),
     "tools": (2, 2, 0, 0, 5),

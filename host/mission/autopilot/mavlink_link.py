@@ -194,7 +194,7 @@ def open_link(to: str, *, baud: int = 57600, answer_s: float = _ANSWER_S) -> Lin
     Raises
     ------
     InputError
-        If ``to`` is none of these, or pymavlink is not installed.
+        If ``to`` is not one of these, or pymavlink is not installed.
     JobError
         If it cannot be opened.
     """

@@ -93,7 +93,7 @@ class WireItem:
 def transfer(link: Link, mission_type: int, items: Sequence[WireItem], autopilot: int) -> None:
     """Send a list, read it back and compare; an empty list clears the list of the autopilot.
 
-    An autopilot that keeps no such lists accepts the empty one.
+    An autopilot without such lists accepts the empty one.
 
     Raises
     ------
@@ -121,7 +121,7 @@ def transfer(link: Link, mission_type: int, items: Sequence[WireItem], autopilot
 
 
 def read(link: Link, mission_type: int) -> list[WireItem]:
-    """Return a list of the autopilot; an autopilot that keeps no such lists has an empty one.
+    """Return a list of the autopilot; an autopilot without such lists has an empty one.
 
     Raises
     ------
@@ -216,7 +216,7 @@ def _item(found: Any) -> WireItem:
 def _send(link: Link, mission_type: int, items: Sequence[WireItem]) -> bool:
     """Hand over a list; an empty list clears the list of the autopilot.
 
-    Returns False where the list is empty and the autopilot keeps no such lists.
+    Returns False if the list is empty and the autopilot has no such lists.
     """
     to = link.system, link.component
     name, sent = NAMES[mission_type], 0

@@ -83,7 +83,7 @@ class FpgaGeneticPlanner:
     Raises
     ------
     InputError
-        If there is no such link mode or way of feasibility, or ``initial_draws`` is outside its
+        If there is no such link mode or feasibility mode, or ``initial_draws`` is outside its
         range.
     """
 

@@ -37,7 +37,7 @@ _DRAWS = 8  # Bound on draws of a waypoint that is not in the ground.
 
 
 class PcGeneticPlanner:
-    """Genetic algorithm with fitness roulette, run on the PC alone.
+    """Genetic algorithm with fitness roulette, run only on the PC.
 
     Each generation: 70 % of the population is replaced by children of parents drawn in proportion
     to their fitness, cut at their middles; each child is mutated with a chance of 5 %, in one of
@@ -234,8 +234,8 @@ def crossover(
     """Exchange the tails of two paths of waypoints, (n, 3), and return the children.
 
     Cut at the middle (section 3.3); of an odd number of waypoints, before or after the middle one
-    at random. Where that would make a child longer than ``max_waypoints``, which only an odd limit
-    allows, both are cut before.
+    at random. If that would make a child longer than ``max_waypoints``, which only an odd limit
+    allows, both are cut before it.
     """
     cuts = [(len(path) + int(rng.integers(2)) * (len(path) % 2)) // 2 for path in (one, other)]
     longest = max(cuts[0] + len(other) - cuts[1], cuts[1] + len(one) - cuts[0])

@@ -1,7 +1,7 @@
 """Time of a plan on a real chip and its line, from the counts of a run on any board.
 
-A look at a run in progress costs bytes, and how often the host looks depends on the clock of the
-machine. So the looks of a real board are computed: the same counts give the same time everywhere.
+A poll of a run in progress costs bytes, and how often the host polls depends on the clock of the
+machine. So the polls of a real board are computed: the same counts give the same time everywhere.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ class Look:
     def until_over(self, run_s: float, limit_s: float, first_s: float = 0.0) -> float:
         """Return the seconds from the beginning of a run until the first BEST after its end.
 
-        The host looks as :class:`~pathgene.host.planners.chip.problem_on_chip.ProblemOnChip` does,
-        from ``first_s`` on.
+        The host polls as :class:`~pathgene.host.planners.chip.problem_on_chip.ProblemOnChip` does,
+        starting at ``first_s``.
         """
         passed_s = first_s
         while passed_s + self.asked_s < run_s:
@@ -58,7 +58,7 @@ class ChipTime:
     status_s : float
         Seconds on the line of the STATUS after those paths, and of its answer.
     exchanges : int
-        Number of waits of the host for an answer; all looks at a run count as one.
+        Number of waits of the host for an answer; all polls of a run count as one.
     """
 
     whole_s: float

@@ -33,9 +33,9 @@ class ChipGeneticPlanner:
     """Genetic algorithm that a chip runs by itself: first population, scores, sorting, loop.
 
     The host sends map and problem, starts a run, and reads up to eight paths. It evaluates them in
-    full and reports the best that is feasible by the strict rule. Where none is, it starts another
+    full and reports the best that is feasible by the strict rule. If none is, it starts another
     run, with the next seed and other surfaces, up to eight in all. A long plan is cut into parts,
-    each of which continues from the one before: see
+    each of which continues from the previous one: see
     :class:`pathgene.host.planners.chip.schedule.ChipSchedule`. docs/chip_planner.md defines a run;
     all random numbers of it follow from the seed, so every board of the same sizes gives the same
     result.
@@ -50,7 +50,7 @@ class ChipGeneticPlanner:
     board : str or Chip
         URL of the board, see :func:`pathgene.host.device.boards.open_board`, or an open one. A
         simulated one is built with the planner core unless the URL names a core. On a board that
-        stays open, a changed problem is planned from the population of the run before: see
+        stays open, a changed problem is planned from the population of the previous run: see
         :class:`pathgene.host.planners.chip.replanner.ChipReplanner`.
     chip_ms : int, optional
         Maximum time of a plan by the chip's clock, if the first run finds a path: 1 to 20,000
@@ -97,7 +97,7 @@ class ChipGeneticPlanner:
         Generation 0 is the straight line, along the headings; a record follows after each run. The
         generations of the options apply to a plan whose first run finds a path; a run ends earlier
         at a time limit, which is also taken as the longest time by the chip's clock, and at
-        an interrupt. The target fitness counts between runs, as the chip knows no fitness.
+        an interrupt. The target fitness counts between runs, as the chip does not know fitness.
 
         ``hardware`` of the result has the cycles and generations of each run, the map from metres
         to corners, and the bytes of both directions. ``seconds`` has ``link``, the time spent
@@ -145,7 +145,7 @@ class ChipGeneticPlanner:
 
 
 def _least_ms(chip_ms: int | None, time_limit_s: float | None) -> float | None:
-    """Return the shorter of two limits, milliseconds; None without a limit."""
+    """Return the shorter of two limits, milliseconds; None if neither is given."""
     limits = [chip_ms, None if time_limit_s is None else 1000 * time_limit_s]
     return min((limit for limit in limits if limit is not None), default=None)
 

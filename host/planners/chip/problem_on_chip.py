@@ -1,4 +1,4 @@
-"""A problem as a chip has it: map of corners, record, and runs on them."""
+"""A problem as the chip stores it: corner map, record, and the runs on them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ __all__ = ["LINE_BITS", "ProblemOnChip", "Waits", "pause_s"]
 #: Bits of a byte on the line.
 LINE_BITS = 10
 
-#: Maximum seconds between two looks at a run, and minimum number of looks in a run.
+#: Maximum seconds between two polls of a run, and minimum number of polls in a run.
 _LOOK_S, _LOOKS = 0.001, 100
 #: Minimum seconds between two reports of a run's progress.
 _REPORT_S = 0.01
@@ -35,9 +35,9 @@ _MOST_EXCESS = 0.05
 
 
 def pause_s(limit_s: float, passed_s: float, look_s: float) -> float:
-    """Return the seconds until the next look at a run in progress.
+    """Return the seconds until the next poll of a run in progress.
 
-    A look shortly before the limit of the run would delay the one that finds it over.
+    A poll shortly before the limit of the run would delay the poll that finds it over.
 
     Parameters
     ----------
@@ -57,12 +57,12 @@ def pause_s(limit_s: float, passed_s: float, look_s: float) -> float:
 class Waits:
     """Bytes on the line that the host waits for in a run.
 
-    The looks that find the run in progress are left out: how many there are depends on the machine.
+    The polls that find the run in progress are left out: their number depends on the machine.
 
     Parameters
     ----------
     exchanges : int
-        Number of waits of the host for an answer. All looks at the run count as one.
+        Number of waits of the host for an answer. All polls of the run count as one.
     commands : int
         Bytes of the commands up to RUN.
     after_zones : int
@@ -85,7 +85,7 @@ class Waits:
 
 
 class ProblemOnChip:
-    """A problem on a chip: its corners, lowered beside the ends, and its record.
+    """A problem on a chip: its corners, lowered around the ends, and its record.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ class ProblemOnChip:
     waits : Waits
         Waits of the latest run.
     eased : int
-        The ease of the corners beside ends that the problem before had not, and of all after
+        The ease of the corners around ends that the previous problem did not have, and of all after
         :meth:`ease`: a key of :data:`pathgene.host.problem.corner_map.EASES`.
     """
 
@@ -130,7 +130,7 @@ class ProblemOnChip:
     def is_warm(self) -> bool:
         """True if the chip holds the population of the latest run on this problem.
 
-        A problem that has had no run continues from the population of the problem before.
+        A problem that has had no run continues from the population of the previous problem.
         """
         return not self.chip.closed and self._runs_before == self.chip.runs.started
 
@@ -138,10 +138,10 @@ class ProblemOnChip:
         """Return another problem over the same terrain, to continue from this one.
 
         The first run has the chip draw each new zone, and uploads the corners that drawing does not
-        cover: corners of removed zones, corners beside the ends, zones with heights or times, and
+        cover: corners of removed zones, corners around the ends, zones with heights or times, and
         dents and holes of a zone. If a zone is new, removed zones stay blocked until :meth:`free`:
         a path that keeps clear of both is safe, and is found sooner. Elsewhere the chip keeps the
-        map that it has: the corners beside an earlier end stay lowered, and corners beside an
+        map that it has: the corners around an earlier end stay lowered, and corners around an
         unchanged end keep the ease of the last :meth:`ease`. If an end lies off the steps of that
         map, the new problem gets a new map, and its first run starts cold.
         """
@@ -216,7 +216,7 @@ class ProblemOnChip:
         self.chip.update_map(self._corners)
 
     def ease(self, change: int) -> None:
-        """Lower the corners of the map beside start and goal more, or less, if that is possible."""
+        """Lower the corners of the map around start and goal more, or less, if that is possible."""
         self.eased = min(max(self.eased + change, min(EASES)), max(EASES))
         self._eases = dict.fromkeys(self._ends, self.eased)
         for end in self._ends:

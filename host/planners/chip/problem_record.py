@@ -37,7 +37,7 @@ __all__ = ["chip_ends", "committed_points", "problem_record", "whole_path"]
 
 #: Distance of a committed point from its end, in turning radii: room for more than a right angle.
 _AHEAD_RADII = 1.1
-#: Share of a slope limit that the way to a committed point takes at most, and places looked at.
+#: Maximum share of a slope limit on the way to a committed point, and number of places checked.
 _SHARE_OF_SLOPE = 0.98
 _PLACES = 64
 #: Minimum ratio of the greatest value of a key to the value of the straight line.
@@ -54,7 +54,7 @@ def problem_record(config: Config, problem: Problem, grid: CornerMap) -> Problem
     The cost weighs altitude times length against fuel as eq. (2) does, with the fuel of an
     aircraft that keeps its weight at the start, and no induced drag saved in climbs.
 
-    Where a heading is given, the path on the chip begins at the committed point, and the start is
+    If a heading is given, the path on the chip begins at the committed point, and the start is
     its entry; it ends and has its exit likewise. See :func:`committed_points`.
 
     Raises
@@ -127,12 +127,12 @@ def problem_record(config: Config, problem: Problem, grid: CornerMap) -> Problem
 
 @functools.lru_cache(maxsize=1)
 def committed_points(problem: Problem) -> tuple[Point | None, Point | None]:
-    """Return the first and the last waypoint of every path, x, y and altitude; None without.
+    """Return the first and the last waypoint of every path, x, y and altitude; None if it is free.
 
     A heading at the start commits the aircraft to a point about a turning radius ahead; one at the
     goal, to a point as far before it. Straight ahead there is no turn at the end itself, which the
     evaluation would lay before the start or beyond the goal. The point is as high as its end, or as
-    the ground on the way demands, within the limit of slope. Where the map ends sooner, the point
+    the ground on the way requires, within the limit of slope. If the map ends sooner, the point
     is at its edge.
     """
     after, before = problem.headings

@@ -1,4 +1,4 @@
-"""Repair of a path that breaks the strict rule: another way at an end, or other altitudes."""
+"""Repair of a path that breaks the strict rule: another route at an end, or other altitudes."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ _SLOPES = {"climb", "descent"}
 
 
 def repair(evaluator: Evaluator, path: Path) -> Path | None:
-    """Return an infeasible path mended in the likeliest way, or None where that fails.
+    """Return an infeasible path mended in the likeliest way, or None if that fails.
 
-    A path that meets a zone or has no room for a turn gets another way at the nearer end, or else
+    A path that meets a zone or has no room for a turn gets another route at the nearer end, or else
     at the farther one: the shortest of :func:`~pathgene.host.planners.chip.detours.detours` that is
     feasible.
     So does one that breaks limits only within two turn radii of an end, or is only too steep from
     there on. Any other path gets the altitudes of least cost over its waypoints, which may still
-    break a limit, and so does every path as paper.
+    break a limit, and so does every path with ``as_paper``.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def repair(evaluator: Evaluator, path: Path) -> Path | None:
     limits = {stretch.limit for stretch in stretches}
     is_blocked = any(limit == "turn" or limit.startswith("zone ") for limit in limits)
     is_near = ends_m < near_m or begins_m > length_m - near_m
-    # A longer way is less steep.
+    # A longer route is less steep.
     is_steep = limits <= _SLOPES and (begins_m < near_m or ends_m > length_m - near_m)
     if not (is_blocked or is_near or is_steep):
         return _lowest(evaluator, path)

@@ -1,4 +1,4 @@
-"""A changed problem on a chip that still has the population of the problem before."""
+"""A changed problem on a chip that still has the population of the previous problem."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ _WARM = RunOptions(
     warm=True,
     paths=4,
 )
-#: Options of a run from new seeds alone, longer and on other surfaces. It follows a first run
+#: Options of a run from new seeds only, longer and on other surfaces. It follows a first run
 #: without a feasible path, and is itself the first on a new map.
 _COLD = RunOptions(cycles=280_000, generations=300, until_feasible=True, paths=4)
 
 
 def replan_options(config: Config, seed: int, again: int = 0) -> RunOptions:
-    """Return the options of a run from the earlier population, and new seeds beside it.
+    """Return the options of a run from the earlier population together with new seeds.
 
-    Runs ``again``, counted from 1, are from new seeds alone.
+    Runs ``again``, counted from 1, are from new seeds only.
     """
     usual = replace(_COLD, slopes=SURFACES[again % len(SURFACES)]) if again else _WARM
     return replace(
@@ -53,20 +53,20 @@ def replan_options(config: Config, seed: int, again: int = 0) -> RunOptions:
 
 
 class ChipReplanner:
-    """Plans changed problems on a chip, from the population of the problem before.
+    """Plans changed problems on a chip, from the population of the previous problem.
 
     The chip draws new zones on its map and runs for a millisecond: an island of the earlier
     paths, less the waypoints before the start, and one of new seeds. The host judges the paths by
-    the strict rule. Where none is feasible, it repairs the best, and after the first run the second
+    the strict rule. If none is feasible, it repairs the best, and after the first run the second
     (:func:`~pathgene.host.planners.chip.repairs.repair`), which takes milliseconds of the processor
-    and none of chip and line. Where that fails, up to seven more runs follow, of at most 2.8 ms,
-    each from new seeds alone. :meth:`finish` clears the zones that were removed while new ones were
+    and none of chip and line. If that fails, up to seven more runs follow, of at most 2.8 ms,
+    each from new seeds only. :meth:`finish` clears the zones that were removed while new ones were
     added.
 
     Parameters
     ----------
     task : ProblemOnChip
-        The problem before, on a chip that is open.
+        The previous problem, on a chip that is open.
     to_free : sequence of Zone
         New zones of a problem without a path: :meth:`finish` clears them. The chip draws a zone
         again by one command, but clearing a removed zone takes an upload of all its corners, for
@@ -123,7 +123,7 @@ class ChipReplanner:
 
 
 def _runs(task: ProblemOnChip, seed: int) -> Iterator[RunOptions]:
-    """Return the options of the runs; waypoints on the steps of another map are of no use."""
+    """Return the options of the runs; waypoints on the steps of another map are useless."""
     first = 0 if task.is_warm else 1
     for number in range(first, first + MOST_RUNS):
         yield replan_options(task.chip.config, seed, number)

@@ -39,7 +39,7 @@ class ChipRuns:
     polishes : bool
         Each path is given the lowest altitudes, too.
     repairs : bool
-        Where no path of a run is feasible, the best is mended, after the first run also the
+        If no path of a run is feasible, the best is repaired, after the first run also the
         second; see :func:`pathgene.host.planners.chip.repairs.repair`.
     """
 
@@ -60,7 +60,7 @@ class ChipRuns:
     def search(self, first: Iterable[RunOptions], further: Sequence[RunOptions] = ()) -> None:
         """Do ``first`` runs until a path is feasible, then the further ones.
 
-        A stop criterion ends the search. Between two first runs the map is eased beside the ends.
+        A stop criterion ends the search. Between two first runs the map is eased around the ends.
         """
         task = self._task
         change = 0
@@ -72,7 +72,7 @@ class ChipRuns:
                 return
             if is_found:
                 break
-            # The chip found no way from end to end, or one that only it believes.
+            # The chip found no route from end to end, or one that only it believes.
             change = -1 if best.classes[0] is PathClass.FEASIBLE else 1
         else:
             return

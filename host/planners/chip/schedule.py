@@ -22,8 +22,8 @@ SURFACES = RunOptions.slopes, (2, 5), (1, 8), (4, 0)
 _MOST_PARTS = 4
 _PART_MS = 12
 _PART_GENERATIONS = 1_600
-#: Surfaces of the new seeds beside the population of the part before, in turn, and the sixteenths
-#: of the time for both islands.
+#: Surfaces of the new seeds added to the population of the previous part, in turn, and the
+#: sixteenths of the time for both islands.
 _FURTHER_SLOPES = (0,), (3,)
 _FURTHER_SHARE = 10
 _UNLIMITED = (1 << 32) - 1
@@ -35,7 +35,7 @@ class ChipSchedule:
 
     A long plan is cut into up to four equal parts. The first is a run from new seeds, which is
     repeated with other seeds until a path is feasible. Each later run continues from the
-    population before, with an island of new seeds beside it.
+    previous population, with an additional island of new seeds.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@ __all__ = ["fetch_add", "read", "sleep", "yield_core"]
 
 @intrinsic
 def fetch_add(_context: Any, _counter: Any, _amount: Any) -> Any:
-    """Add ``amount`` to the first of ``counter``, (n,) int64, atomically; return its value before.
+    """Add ``amount`` to the first of ``counter``, (n,) int64, atomically; return its old value.
 
     For kernels on the CPU only. A thread that sees the sum sees all that was written before it.
     """

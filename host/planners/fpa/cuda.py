@@ -133,7 +133,7 @@ class GpuEngine:
         blocks = min(runs * count, blocks)
         self._share = max(1, min(width, runs * count // blocks))
         with warnings.catch_warnings():
-            # A small population leaves most of the GPU idle, which is no news to its user.
+            # A small population leaves most of the GPU idle, which its user knows already.
             warnings.filterwarnings("ignore", message=".*Grid size")
             self._kernel = kernel[blocks, threads]
 

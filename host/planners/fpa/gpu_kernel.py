@@ -1,7 +1,7 @@
 """The kernel of the flower pollination algorithm on a GPU: iterations of independent runs.
 
 One launch is some iterations of all runs. The grid is cooperative: all its blocks are on the device
-at once, take work until there is none, and wait for each other before any block reads the results
+at once, take work until none is left, and wait for each other before any block reads the results
 of another. A block judges several candidates at a time, so that their turns, pieces and samples
 occupy all of its threads.
 
@@ -113,7 +113,7 @@ def pollination_kernel(points: int, width: int, threads: int) -> Callable[..., N
     best : (r,) int64
         g* of each run.
     counts : (r, 2) int64
-        Candidates that were evaluated to the end, and that were given up before.
+        Candidates that were evaluated to the end, and that were given up early.
     records : (r, k, RECORD_FIELDS + 3 n) float64
         Best and mean fitness, counts and best path of each iteration.
     """

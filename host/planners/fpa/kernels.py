@@ -47,7 +47,7 @@ __all__ = [
 # Counters of different threads are as far apart as lines of a cache, in words.
 LINE = 16
 
-# Fields of the record of an iteration; the path of the best is recorded beside them.
+# Fields of the record of an iteration; the path of the best is recorded with them.
 BEST_FITNESS, MEAN_FITNESS, EVALUATED_SO_FAR, CUT_SHORT_SO_FAR = range(4)
 HISTORY_FIELDS = 4
 

@@ -174,7 +174,7 @@ class FlowerPollinationPlanner:
         if self.engine == "gpu":
             _check_gpu()
         setups = [self._setup(run, count) for run in runs]
-        # Where the grid search finds no route, paths have fewer points.
+        # If the grid search finds no route, paths have fewer points.
         for points in sorted({setup.paths.shape[1] for setup in setups}):
             alike = [at for at, setup in enumerate(setups) if setup.paths.shape[1] == points]
             together = [runs[at] for at in alike]

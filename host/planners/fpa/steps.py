@@ -48,7 +48,7 @@ class Pollination(NamedTuple):
     """The parameters of table 3 that a step depends on, and the seed.
 
     ``switch`` is the probability of a global step; epsilon's bound goes from ``first_epsilon`` in
-    iteration 1 to ``last_epsilon`` in iteration ``iterations``. Where ``give_up`` is 0, not 1,
+    iteration 1 to ``last_epsilon`` in iteration ``iterations``. If ``give_up`` is 0, not 1,
     candidates that cannot be better are evaluated to the end all the same.
     """
 

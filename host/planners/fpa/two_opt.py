@@ -24,7 +24,7 @@ __all__ = [
 
 Counts = NDArray[np.int64]
 
-# Counters: candidates evaluated to the end, and candidates given up before.
+# Counters: candidates evaluated to the end, and candidates given up early.
 EVALUATED, CUT_SHORT = 0, 1
 
 

@@ -210,7 +210,7 @@ class Variation:
 def on_lattice(points: Path, lattice: ChipMap) -> Path:
     """Return the lattice points nearest to ``points``, (n, 3) metres, none below them.
 
-    Points above or beside the map go to its border.
+    Points above or outside the map are moved to its border.
     """
     across = np.floor(points[:, :2] / lattice.scale_m + 0.5)
     up = np.ceil((points[:, 2:] - lattice.base_m) / lattice.step_m)

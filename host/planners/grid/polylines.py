@@ -64,7 +64,7 @@ def polylines(
     Returns
     -------
     list of ndarray or None
-        Indices into ``points`` of each polyline, ends included; None where there is none.
+        Indices into ``points`` of each polyline, ends included; None where no polyline was found.
     """
     chords = _chord_costs(points, grid, surface)
     before: list[NDArray[np.intp]] = []

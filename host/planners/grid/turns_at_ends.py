@@ -30,9 +30,10 @@ _GENTLE_RAD, _BACK_RAD = math.radians(45), math.radians(100)
 def leads(problem: Problem) -> Iterator[Leads]:
     """Yield the ways of leaving the start and reaching the goal with their headings, in metres.
 
-    Without headings there is one, without waypoints. A waypoint lies a turn radius ahead of the
-    start, so a right angle fits there; one more lies two radii aside where the route leads back.
-    The ways of reaching the goal mirror these. Waypoints off the map are left out with their way.
+    Without headings there is a single lead, without waypoints. A waypoint lies a turn radius ahead
+    of the start, so a right angle fits there; one more lies two radii aside where the route leads
+    back. The ways of reaching the goal mirror these. Waypoints off the map are left out with their
+    way.
     """
     start, goal = np.array(problem.start[:2]), np.array(problem.goal[:2])
     after, before = problem.headings
@@ -69,7 +70,7 @@ def _ways(end: Floats, heading: Floats, other: Floats, radius: float) -> Iterato
 def around(problem: Problem, at_goal: bool, away_m: float) -> list[Floats]:
     """Return waypoints around the start or the goal, (1, 2) metres each, in eight directions.
 
-    Those off the map are left out; around an end with a fixed heading there are none.
+    Waypoints off the map are left out; an end with a fixed heading has none.
     """
     if problem.headings[at_goal] is not None or not math.isfinite(away_m):
         return []

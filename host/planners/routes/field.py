@@ -51,7 +51,8 @@ class Segments:
     Parameters
     ----------
     control : ndarray
-        Control points, both ends included, (m, 10, d) float64; rows from ``counts`` on are zero.
+        Control points, both ends included, (m, 10, d) float64; rows at ``counts`` and beyond are
+        zero.
     counts : ndarray
         Control points of each, (m,) int64.
     terms : ndarray

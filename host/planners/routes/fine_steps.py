@@ -46,7 +46,7 @@ def fine_steps(
     Parameters
     ----------
     control : (m, n, d) float64
-        Control points; rows from ``counts[i]`` on are not read.
+        Control points; rows at ``counts[i]`` and beyond are not read.
     counts : (m,) int64
         Control points of each curve, 2 to n.
     longest : float
@@ -119,7 +119,7 @@ def fill(
             place(own, count, work, ends[0])
             last = 0
             while last >= 0:
-                # Beyond the room, the last point alone is kept.
+                # Beyond the room, only the last point is kept.
                 before = min(found, room) - 1
                 if (
                     step > 0
@@ -149,7 +149,7 @@ def measure_chords(
     along: Floats,
     work: Floats,
 ) -> None:
-    """Write the lengths of a curve up to each of its chords to ``along``, from 0 on."""
+    """Write the lengths of a curve up to each of its chords to ``along``, starting at 0."""
     here, before = work[ORDER], work[ORDER + 1]
     point_at(control, count, 0.0, work, before)
     along[0] = 0.0

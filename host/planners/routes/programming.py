@@ -1,6 +1,6 @@
 """The deterministic crossover operator: forward dynamic programming by stages, compiled.
 
-Source: *cheng*, section IV with equations (7) to (9). Stage i holds the best ways from the start
+Source: *cheng*, section IV with equations (7) to (9). Stage i holds the best routes from the start
 to every point over i segments; a route that has reached the goal waits there, so routes may be
 short. The number of stages follows from :data:`pathgene.host.planners.routes.field.MOST_POINTS`.
 
@@ -41,7 +41,7 @@ def best_by_sum(
 ) -> tuple[Ints, Floats]:
     """Return the best few routes where a route costs the sum of its segments: equation (8).
 
-    Exact for the best route. Another one may be missed: each label list keeps ``keep`` ways.
+    Exact for the best route. Another one may be missed: each label list keeps ``keep`` routes.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def best_by_sum(
     total = np.full((stages + 1, points, keep), np.inf)
     passed = np.zeros((stages + 1, points, keep), dtype=np.int64)  # A bit for each point.
     edge = np.full((stages + 1, points, keep), -1, dtype=np.int64)
-    before = np.zeros((stages + 1, points, keep), dtype=np.int64)  # Slot at the stage before.
+    before = np.zeros((stages + 1, points, keep), dtype=np.int64)  # Slot at the previous stage.
     total[0, START, 0] = 0.0
     passed[0, START, 0] = 1 << START
     for stage in range(1, stages + 1):
@@ -115,7 +115,7 @@ def best_by_sum(
 def least_to_go(tails: Ints, heads: Ints, terms: Floats, points: int) -> Floats:
     """Return lower bounds of length, turning and elevation from each point to the goal.
 
-    (points, 3) float64; each is the least over all ways, whatever their other terms.
+    (points, 3) float64; each is the minimum over all routes, regardless of the remaining two terms.
     """
     bounds = np.full((points, 3), np.inf)
     bounds[GOAL] = 0.0
@@ -138,13 +138,13 @@ def best_by_whole(
     weights: Floats,
     points: int,
 ) -> tuple[Ints, float]:
-    """Return the best route where the cost applies to the whole route.
+    """Return the best route if the cost applies to the whole route.
 
     The first term of a route is the sum of its segments', the second and third are the greatest
-    among them, and its cost is their weighted mean. A way to a point is kept unless another way to
-    the point, over no more segments, is at least as good in all three terms: with any continuation,
-    the route through that way is no worse. By the same rule no loop is kept. A way is also
-    discarded if a bound shows that it cannot beat the best known route. Exact.
+    among them, and its cost is their weighted mean. A route to a point is kept unless another route
+    to the point, over no more segments, is at least as good in all three terms: with any
+    continuation, the whole route through that one is no worse. By the same rule no loop is kept. A
+    route is also discarded if a bound shows that it cannot beat the best known route. Exact.
 
     Parameters
     ----------
@@ -170,8 +170,8 @@ def best_by_whole(
 
     room = 256
     totals = np.empty((room, 3))
-    # Columns of a label: its point, the segment that leads there, the label before, the next at its
-    # point, and whether it still counts.
+    # Columns of a label: its point, the segment that leads there, the previous label, the next at
+    # its point, and whether it still counts.
     links = np.empty((room, 5), dtype=np.int64)
     newest = np.full(points, -1, dtype=np.int64)
     totals[0] = 0.0
@@ -239,9 +239,10 @@ def dominated(
     rate: float,
     stage: int,
 ) -> bool:
-    """Return whether a label of the list from ``newest`` on is at least as good in all terms.
+    """Return whether a label of the list starting at ``newest`` is at least as good in all terms.
 
-    Labels from ``stage`` on belong to the new label's stage; labels that it dominates are removed.
+    Labels at ``stage`` and beyond belong to the new label's stage; labels that it dominates are
+    removed.
     """
     other = newest
     while other >= 0:

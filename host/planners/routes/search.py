@@ -141,7 +141,8 @@ class DeterministicSearch:
 
     Source: *cheng*, section IV. Settled here where it is silent: a kept segment and the new one
     between the same points are both offered to the dynamic programming, which takes the fitter;
-    where the fitness applies to the whole route, a segment that is fitter alone may be worse in it.
+    if the fitness applies to the whole route, a segment that is fitter by itself may be worse in
+    it.
 
     Added, where draws are near: 64 variants of the kept segments compete with them; and 24 segments
     from start to goal, the strands, are always kept. A strand has 16 variants in a generation; the
@@ -233,15 +234,15 @@ class ConventionalSearch:
     Each generation, crossover points are added to the kept ones and any two are connected,
     as in :class:`DeterministicSearch`. Chromosomes are random concatenations of points and
     segments. Pairs drawn by roulette are cut at a common crossover point and exchange their tails;
-    a fifth of the children have a segment replaced by a new one. The fittest chromosome alone
+    a fifth of the children have a segment replaced by a new one. Only the fittest chromosome
     survives, with its points and segments.
 
     Source: *cheng*, section V, and III.A for the operators. Settled here where it is silent: a
     chromosome has 0 to 8 crossover points between start and goal, uniform, in random order; the
     survivor is one of the next chromosomes; the common point is drawn among those where both
-    children pass no point twice and keep the limit, and without one the parents are copied; parents
-    and children compete for survival. If only children survived, the best would be lost again
-    and again, without progress in 100 generations.
+    children pass no point twice and keep the limit, and if there is none the parents are copied;
+    parents and children compete for survival. If only children survived, the best would be lost
+    again and again, without progress in 100 generations.
 
     Parameters
     ----------

@@ -68,7 +68,7 @@ def sample(control: Floats, counts: Counts, samples: int) -> Floats:
     Parameters
     ----------
     control : (m, n, d) float64
-        Control points; rows from ``counts[i]`` on are not read.
+        Control points; rows at ``counts[i]`` and beyond are not read.
     counts : (m,) int64
         Control points of each curve, 2 to n.
     samples : int

@@ -50,7 +50,7 @@ class TerrainField:
     """A planning problem as crossover points and segments between them.
 
     A route becomes a path of 8 waypoints for each segment, at equal arc length; the fitness of the
-    route is F of that path. F is no sum, so the deterministic crossover uses an estimate that is
+    route is F of that path. F is not a sum, so the deterministic crossover uses an estimate that is
     one: each segment is evaluated as a separate path, and the penalties and costs of the segments,
     equations (1) and (2), add up to the penalty and the cost of the route. The estimate omits the
     turn arcs at crossover points and the loss of weight by burned fuel, and counts the share of
@@ -245,7 +245,7 @@ class _Problem:
         self._run = run
         self.field = TerrainField(run, reading=reading)
         self.rng = np.random.default_rng(run.options.seed)
-        #: The best route of a grid search, if one is requested and finds a way.
+        #: The best route of a grid search, if one is requested and finds one.
         self.given: list[Route] = []
         if from_astar:
             found = astar_paths(run, self.rng, 1, MOST_POINTS - 2)

@@ -21,7 +21,8 @@ _OPTIONS = {
 def require_board(url: str | None, own: str | None) -> None:
     """Check a board that a page, a link or a file in a browser names.
 
-    Somebody else may have written it, so it opens no device, reaches no address and writes no file.
+    Somebody else may have written it, so it must not open a device, reach an address or write a
+    file.
 
     Parameters
     ----------

@@ -45,7 +45,7 @@ class Entry:
 
 
 class Input(ui.input):
-    """A text field that gives a value, or says below it why its text is none.
+    """A text field that gives a value, or says below it why its text is not a value.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ class Input(ui.input):
     take : callable
         Called with each new value.
     entry : Entry
-        Its place. A text that holds no value stays there, also where the field is shown again.
+        Its place. A text that holds no value stays there, even if the field is shown again.
     meaning : str
         Shown below the field while it is used.
     placeholder : str

@@ -23,12 +23,12 @@ def open_upload(sheet: Sheet, terrains: Terrains, name: str, content: bytes) -> 
     """Take a file, whose name and content tell its kind.
 
     A problem replaces all of ``sheet``, a terrain all but the planner, rules and aircraft; zones
-    come besides those that are there.
+    are added to the existing ones.
 
     Raises
     ------
     InputError
-        If it is none of these, or bad; the sheet is then as before.
+        If it is not one of these, or is bad; the sheet is then unchanged.
     """
     suffix = Path(name).suffix.lower()
     if suffix == ".toml":

@@ -1,4 +1,4 @@
-"""A flight of a saved plan, as a process of the desk flies it: at a speed to look at, or faster.
+"""A flight of a saved plan, as a process of the desk flies it: at a speed to watch, or faster.
 
 A page sends a zone of :mod:`pathgene.host.problem.zones` that appears, a :class:`Goal`,
 :data:`AHEAD`, :data:`CLEAR`, a :class:`Speed`, or :data:`pathgene.host.web.desk.messages.STOP`,
@@ -102,7 +102,7 @@ class Goal:
 
 @dataclass(frozen=True, kw_only=True)
 class Flown:
-    """News of a flight since the last message.
+    """Updates on a flight since the last message.
 
     Parameters
     ----------
@@ -115,13 +115,13 @@ class Flown:
     kind : str
         Kind of the track that it follows: ``path``, ``holding`` or ``way-out``.
     trail : list
-        Points that it has flown through, [x, y, z].
+        Points flown through, [x, y, z].
     versions : list
         Tracks that it has begun to follow: a kind, and points [x, y, z].
     said : list of str
-        Sentences on decisions.
+        Sentences describing its decisions.
     zones, points : list or None
-        As in a scene, where they have changed.
+        As in a scene; None if unchanged.
     path : dict or None
         A new path as in a scene.
     changes : list of dict or None
@@ -150,7 +150,7 @@ class Landed:
 
 
 def fly(task: FlyTask, connection: Connection, sender: Sender) -> None:
-    """Fly a plan, send its news, and save ``flight.json`` with its pictures beside it."""
+    """Fly a plan, send its updates, and save ``flight.json`` with its pictures."""
     from pathgene.host.flight.flight import PERIOD_S
     from pathgene.host.replanning.fly import save, underway
     from pathgene.host.replanning.scenario import Scenario

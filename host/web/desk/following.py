@@ -16,9 +16,9 @@ from pathgene.host.web.desk.stage import Stage
 
 __all__ = ["Following"]
 
-# Period of the looks at a job, seconds. The views draw many generations with each frame.
+# Period of the polls of a job, seconds. The views draw many generations with each frame.
 _POLL_S = 0.05
-# Maximum generations of a look. If there are more, some are left out.
+# Maximum generations of a poll. If there are more, some are left out.
 _MOST_ROWS = 250
 
 
@@ -104,7 +104,7 @@ class Following:
         )
 
     def _show_plan(self, job: PlanJob) -> None:
-        """Show the plan once there is one, and its files once they are there."""
+        """Show the plan and its files, each as soon as it is available."""
         assert self._stage is not None
         assert self._results is not None
         state, before = job.state, self._results.plan

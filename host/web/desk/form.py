@@ -72,7 +72,7 @@ class Field:
         Raises
         ------
         InputError
-            If it is no such value.
+            If it is not such a value.
         """
         if text is None or text == "":
             return None

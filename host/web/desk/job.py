@@ -148,7 +148,7 @@ class FlightJob(Job):
     speed : float
         Speed of the flight, as a multiple of the speed of the aircraft.
     watchers : set
-        Pages that look at it.
+        Pages that show it.
     outcome : dict or None
         The verdict, once it has ended.
     """

@@ -142,7 +142,7 @@ class Page:
         self._trouble.text = sentence
 
     async def _tried(self, function: Any, *values: Any) -> bool:
-        """Call a function beside the page; say what is wrong, and return whether nothing is."""
+        """Call a function in a thread; report its error, and return whether there was none."""
         try:
             await asyncio.to_thread(function, *values)
         except PathgeneError as error:

@@ -1,4 +1,4 @@
-"""The panels beside the views: points, zones, and the form."""
+"""The panels next to the views: points, zones, and the form."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Panels:
     ) -> None:
         self._sheet, self._changed, self._picked = sheet, changed, picked
         self._zone: int | None = None
-        # Buttons that add to a list are beside the list, so that they keep the keyboard's focus.
+        # Buttons that add to a list are next to the list, so that they keep the keyboard's focus.
         with panel("Points", is_open=True):
             self._points()
             _adders({"Add via point": self._add_via})

@@ -1,4 +1,4 @@
-"""The figures of a plan beside the figures of a kept one, its files, and the saved plans."""
+"""The figures of a plan next to the figures of a kept one, its files, and the saved plans."""
 
 from __future__ import annotations
 

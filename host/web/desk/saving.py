@@ -77,7 +77,7 @@ def save(plan: Plan, values: Mapping[str, Any], folder: Path) -> list[str]:
 
 
 def draw_picture(plan: Plan, folder: Path) -> None:
-    """Draw ``path.png`` beside the files of a saved plan; without it nothing else is lost."""
+    """Draw ``path.png`` next to the files of a saved plan; a failure loses nothing else."""
     write_picture(
         folder / PICTURE,
         lambda: scene(plan.evaluator, plan.result, plan.summary),

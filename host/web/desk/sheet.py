@@ -163,7 +163,7 @@ class Sheet:
         self.misread.removed("zone", number)
 
     def add_via(self, x: float, y: float) -> None:
-        """Add a via point as the last one, as high as the point before it."""
+        """Add a via point as the last one, as high as the previous point."""
         before = self.via[-1] if self.via else self.values.get("start") or (0, 0, _END_HEIGHT_M)
         self.via.append((round(x, _DECIMALS), round(y, _DECIMALS), before[2]))
 
@@ -173,7 +173,7 @@ class Sheet:
         Raises
         ------
         InputError
-            If a value is bad or missing, the board is none for a page, or a text holds no value.
+            If a value is bad or missing, a page may not use the board, or a text holds no value.
         """
         if (sentence := self.misread.sentence(self._without_field())) is not None:
             raise InputError(sentence)
@@ -187,7 +187,7 @@ class Sheet:
         Raises
         ------
         InputError
-            If the terrain is not on the desk, or the board is none for a page.
+            If the terrain is not on the desk, or a page may not use the board.
         """
         self.require_board(self.values.get("board"))
         return {**self._effective(), **self._terrains.task(str(self.values.get("terrain")))}
@@ -199,7 +199,7 @@ class Sheet:
     def statement(self) -> str | None:
         """Return the problem without its planner as text; None while a text holds no value.
 
-        A plan is of the problem that is shown while the two statements are equal.
+        A plan belongs to the shown problem while the two statements are equal.
         """
         if self.misread.sentence(self._without_field()) is not None:
             return None
@@ -207,7 +207,7 @@ class Sheet:
         return problem_text(values, Path(), "problem.toml")
 
     def text(self) -> str:
-        """Return the problem file; a terrain that is a file is expected beside it."""
+        """Return the problem file; a terrain that is a file is expected next to it."""
         return problem_text(self._effective(), Path(), "problem.toml")
 
     def link(self) -> str:
@@ -221,7 +221,7 @@ class Sheet:
         Raises
         ------
         InputError
-            If it is none, or as :meth:`open_text`.
+            If it is not a problem, or as for :meth:`open_text`.
         """
         try:
             packed = base64.b64decode(fragment + "=" * (-len(fragment) % 4), "-_", validate=True)
@@ -235,12 +235,12 @@ class Sheet:
         self.open_text(text)
 
     def open_text(self, text: str) -> None:
-        """Take the problem of the text of a problem file, which may name no file of this machine.
+        """Take the problem of the text of a problem file, which must not name a local file.
 
         Raises
         ------
         InputError
-            If it is no problem file, names a file, a terrain that is not on the desk or a board
+            If it is not a problem file, names a file, a terrain that is not on the desk or a board
             that a page may not name, or a zone or the aircraft is bad.
         """
         values = self._parsed(text)
@@ -270,7 +270,7 @@ class Sheet:
         return sentence
 
     def _parsed(self, text: str) -> dict[str, Any]:
-        """Return the values of a problem file that names no file of this machine."""
+        """Return the values of a problem file that must not name a local file."""
         values = dict(parse_problem(text, Path()))
         for zone in values.get("zones") or ():
             if "file" in zone:

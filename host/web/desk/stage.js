@@ -152,7 +152,7 @@ export default {
       this.profile.setZones(zones);
     },
 
-    /** Begin to show the generations of a plan, once its terrain is there. */
+    /** Begin to show the generations of a plan, once its terrain is loaded. */
     async begin() {
       await this.opened;
       [this.rows, this.queue, this.trail, this.plan, this.coming] = [[], [], [], null, null];
@@ -173,7 +173,7 @@ export default {
       this.request();
     },
 
-    /** Show a kept plan beside the plan; null shows none. */
+    /** Show a kept plan alongside the plan; null shows none. */
     setKept(plan) {
       this.kept = plan && { ...plan, path: readPath(plan.path) };
       this.showPlan();

@@ -48,7 +48,7 @@ class Stage(
         self.run_method("setPlan", plan)
 
     def set_kept(self, plan: Mapping[str, Any] | None) -> None:
-        """Show a second plan beside it."""
+        """Show a second plan alongside it."""
         self.run_method("setKept", plan)
 
     def fly(self) -> None:

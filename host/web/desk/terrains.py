@@ -22,7 +22,7 @@ __all__ = ["Terrains"]
 
 # Terrains kept in memory, enough for a few tabs.
 _KEPT = 4
-# Files that GDAL writes beside a raster.
+# Files that GDAL writes next to a raster.
 _HIDDEN = re.compile(r"^\.|\.aux\.xml$")
 _DIGEST_LENGTH = 8
 
@@ -86,7 +86,7 @@ class Terrains:
         Raises
         ------
         InputError
-            If it is no terrain, names other files, has too many cells, or cannot be kept.
+            If it is not a terrain, names other files, has too many cells, or cannot be kept.
         """
         digest = hashlib.sha256(content).hexdigest()[:_DIGEST_LENGTH]
         plain = Path(re.sub(r"[^\w.-]+", "-", Path(name).name).strip(".-")[-80:] or "terrain")
@@ -148,7 +148,7 @@ class Terrains:
         Raises
         ------
         InputError
-            If there is none, or it cannot be loaded.
+            If the problem names none, or it cannot be loaded.
         """
         name = values.get("terrain")
         if name is None:

@@ -35,7 +35,7 @@ export class Tools {
     this.map = map;
     this.emit = emit;
     this.tool = "pan";
-    // In a flight, points and zones that are there stay as they are.
+    // In a flight, the existing points and zones stay as they are.
     this.flying = false;
     this.corners = [];
     this.pointer = null;

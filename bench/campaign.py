@@ -48,7 +48,7 @@ def measure(
         Takes a task and returns the name under which its end is reported. Tasks with the same name
         are reported once, when all of them are done.
     keep : callable, optional
-        Called with a task and its result as soon as the result is there.
+        Called with a task and its result as soon as the result is available.
     failed : callable, optional
         Called with a task and its :class:`PathgeneError`; the task has no result then, and the
         campaign continues. By default such an error ends it.

@@ -1,4 +1,4 @@
-"""The planners of *cheng* on both landscapes, beside table IV and beside a direct optimizer.
+"""The planners of *cheng* on both landscapes, compared with table IV and a direct optimizer.
 
 With the paper's samples, even in the spline's parameter, and with samples that see every slope.
 """

@@ -52,14 +52,14 @@ _SHARED_MS, _MORE_SEEDS = 10, 10
 
 @dataclass(frozen=True)
 class Other:
-    """A planner beside the chip, with its options and its seeds at most."""
+    """A planner compared with the chip, its options, and its maximum number of seeds."""
 
     planner: str
     seeds: int = _MOST_SEEDS
     options: Mapping[str, Any] = dataclasses.field(default_factory=dict)
 
 
-#: Planners beside the chip; the slow ones have fewer seeds, and astar draws nothing.
+#: Planners compared with the chip; the slow ones have fewer seeds, and astar draws nothing.
 OTHERS = {
     _POLISHED: Other("ga-chip", options={"chip_ms": 50, "polish": "on"}),
     _POLISHED_BOARD: Other("ga-chip", options={"chip_ms": 50, "polish": "on", "board": BOARD_URL}),
@@ -73,7 +73,7 @@ OTHERS = {
 
 @dataclass(frozen=True)
 class Table:
-    """Terrains, a clearance in metres, None as paper, and a chip; ``others`` are beside it."""
+    """Terrains, a clearance in metres (None in paper mode), and a chip."""
 
     clearance_m: float | None = None
     untuned: bool = False
@@ -84,7 +84,7 @@ class Table:
         return list(UNTUNED) if self.untuned else terrains()
 
     def others(self) -> dict[str, Other]:
-        """Return the planners beside the chip: itself and the yardstick, or all of them."""
+        """Return the planners for comparison: the polished chip and the yardstick, or all."""
         if self.config != CHIP:
             wanted = [_POLISHED_BOARD, _YARDSTICK]
         elif self.untuned:
@@ -184,7 +184,7 @@ def _by_terrain(outcomes: Sequence[Outcome], seeds: int) -> list[list[Outcome]]:
 
 
 def _fitness(name: str, table: Table, measured: _Measured, seeds: int) -> Report:
-    """Return F by chip time, then F and seconds of the planners beside it."""
+    """Return F by chip time, then F and seconds of the planners compared with it."""
     fewer = [
         f"{title} {other.seeds}" for title, other in table.others().items() if other.seeds < seeds
     ]

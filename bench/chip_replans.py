@@ -54,7 +54,7 @@ class Setting:
 
 
 _NO_DEMANDS = Rules(clearance_m=0, corridor_m=0, zone_margin_m=0, reserve=0)
-#: As the evaluation as paper knows no headings, their problems have rules that demand nothing.
+#: The evaluation in paper mode ignores headings, so these problems have rules without limits.
 SETTINGS = {
     "as paper": Setting(None),
     "by the rules": Setting(Rules()),
@@ -107,7 +107,7 @@ ROWS = {
 
 @dataclass(frozen=True)
 class Scenario:
-    """A flight that continues another way: the aircraft's place, its heading, and a new disc."""
+    """A flight that continues elsewhere: the aircraft's place, its heading, and a new disc."""
 
     start: tuple[float, float, float]
     heading_deg: float
@@ -116,7 +116,7 @@ class Scenario:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Runs of one plan: ``feasible`` by the strict rule; ``fitness`` beside it.
+    """Runs of one plan: its ``fitness``, and whether it is ``feasible`` by the strict rule.
 
     ``cycles`` are spent by the runs, ``drawing`` by the disc. ``whole_ms`` are milliseconds of the
     plan: see :class:`pathgene.host.planners.chip.chip_time.ChipTime`.
@@ -131,7 +131,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Case:
-    """A scenario measured: F of ``astar``, None if it finds no path, and an outcome a row."""
+    """A measured scenario: F of ``astar``, None if it finds no path, and one outcome per row."""
 
     astar: float | None
     outcomes: dict[str, list[Outcome]]
@@ -197,7 +197,7 @@ def run(options: Options) -> Report:
 
 
 def _cells(measured: Sequence[tuple[float | None, Outcome]], *, warm: bool) -> tuple[object, ...]:
-    """Return the cells of a row: of all outcomes, with F of ``astar`` beside each."""
+    """Return the cells of a row: of all outcomes, with F of ``astar`` next to each."""
     known = [(astar, each) for astar, each in measured if astar is not None]
     gains = [each.fitness - astar for astar, each in known if each.feasible]
     every = [each for _, each in measured]
@@ -324,8 +324,8 @@ def _outcomes(
 
 
 def _fly(chip: Chip, flown: Evaluator, number: int) -> planners.Result:
-    """Plan a flight: the same path and population whatever map the chip has before."""
-    # The first run looks at the blocks that differ, which takes time from its generations.
+    """Plan a flight: the same path and population whatever map the chip had before."""
+    # The first run scans the blocks that differ, which takes time from its generations.
     _on_chip(chip, flown, 1, number)
     return _on_chip(chip, flown, _FLIGHT_MS, number)
 

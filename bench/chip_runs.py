@@ -53,9 +53,9 @@ BOARD_URL = f"model:?core=planner&altitude_bits={BOARD_CHIP.altitude_bits}"
 
 @dataclass(frozen=True)
 class Task:
-    """Runs of a chip on a terrain, each but the first from the one before.
+    """Runs of a chip on a terrain, each but the first from the previous one.
 
-    ``clearance_m`` None is as paper.
+    ``clearance_m`` is None in paper mode.
     """
 
     terrain: str
@@ -81,7 +81,7 @@ class Outcome:
     units : mapping
         Cycles of the chip's units, which overlap; empty without a chip that counts them.
     host_share : float
-        Share of the seconds in which the host works and no board; NaN for a run of the model.
+        Share of the seconds in which only the host works; NaN for a run of the model.
     """
 
     fitness: float

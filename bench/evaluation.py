@@ -28,7 +28,7 @@ _MOST_ROUNDS, _REPEATS = 9, 200
 
 
 def run(options: BenchOptions) -> Report:
-    """Measure on one thread: populations as paper, single paths by the strict rule, plans."""
+    """Measure on one thread: populations in paper mode, single paths by the strict rule, plans."""
     report = _populations(options.seeds)
     clearance = clearance_table(min(options.seeds, _MOST_ROUNDS))
     report.further = [strict_table(_REPEATS), clearance]

@@ -1,4 +1,4 @@
-"""Cycles of the collision checker's builds, beside the paper's, by the simulated gateware."""
+"""Cycles of the collision checker's builds by the simulated gateware, and by the paper."""
 
 from __future__ import annotations
 

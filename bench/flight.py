@@ -1,4 +1,4 @@
-"""Flights of planned paths: every planner, map, weather and aircraft, by the rules and as paper.
+"""Flights of planned paths: every planner, map, weather and aircraft, with both sets of rules.
 
 A row of a table is a map, an aircraft and a weather; all distinct feasible paths of all planners
 and seeds are flown, none is chosen. Results are kept by row and planner in ``docs/flights.json``
@@ -216,7 +216,7 @@ def _measure_missing(kept: Store, wanted: list[Row], seeds: int) -> None:
 
 
 def _report(kept: Store, wanted: list[Row]) -> Report:
-    """Return the tables of rows by the rules and as paper, with those planners that are kept."""
+    """Return the tables of rows by the rules and in paper mode, with the planners that are kept."""
     tables = []
     for as_paper in (False, True):
         table = Report("As paper" if as_paper else "By the rules", _COLUMNS)

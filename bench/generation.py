@@ -24,7 +24,7 @@ _COUNTERS = {
     "mutation": "mutation",
     "population_update": "update",
 }
-# The map's size changes no cycle of a generation, only the time to upload it.
+# The map's size does not change the cycles of a generation, only the time to upload it.
 _SMALL_MAP = "sim:?map_size=64"
 _NO_MAP = "sim:?checker=none"
 _PLAN_GENERATIONS = 300

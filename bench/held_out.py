@@ -1,4 +1,4 @@
-"""The planner core beside ``astar`` on generated ground that nothing is tuned for."""
+"""The planner core compared with ``astar`` on generated ground that nothing is tuned for."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ VARIANTS: dict[str, tuple[str, dict[str, Any]]] = {
     "chip alone, 50 ms": ("ga-chip", {"chip_ms": 50, "polish": "off"}),
     "with polish, 50 ms": ("ga-chip", {"chip_ms": 50, "polish": "on"}),
 }
-#: Titles of the tables by the clearance, None as paper.
+#: Titles of the tables by the clearance; None stands for paper mode.
 _TABLES = {"as paper": None, "with a clearance of 30 m": 30.0}
 
 #: Problem, clearance, variant and seed of a plan.
@@ -36,7 +36,7 @@ _Task = tuple[str, float | None, str, int]
 
 
 def run(options: BenchOptions) -> Report:
-    """Plan every problem by every variant, as paper and with a clearance."""
+    """Plan every problem by every variant, in paper mode and with a clearance."""
     seeds = min(options.seeds, _MOST_SEEDS)
     reports = []
     tasks = [

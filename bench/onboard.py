@@ -1,4 +1,4 @@
-"""Plans whose collisions the board counts, beside plans whose collisions the host samples."""
+"""Plans with collisions counted by the board, compared with collisions sampled by the host."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ Outcome = dict[str, Any]
 
 
 def run(options: BenchOptions) -> Report:
-    """Run both ways on every available scenario, with the same seeds."""
+    """Run both variants on every available scenario, with the same seeds."""
     report = Report(
         f"Collisions counted on the board, as paper: {options.seeds} seeds, "
         f"{_GENERATIONS} generations",

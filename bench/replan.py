@@ -1,4 +1,4 @@
-"""Replans in flight: 1,000 scenarios flown in JSBSim with every planner, beside a yardstick.
+"""Replans in flight: 1,000 scenarios flown in JSBSim with every planner and a yardstick.
 
 The yardstick is ``astar`` told at the same instant, from the same state and heading, and without
 any planning time: a flight that it survives can be survived. Results are kept as they come, so

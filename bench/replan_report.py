@@ -129,7 +129,7 @@ def _is_possible(change: Result) -> bool:
 
 
 def _active_ms(change: Result) -> float:
-    """Return when the new path was there; infinite if it never was."""
+    """Return when the new path was available; infinite if it never was."""
     return math.inf if change["active_ms"] is None else float(change["active_ms"])
 
 

@@ -163,7 +163,7 @@ def _polygon(source: np.random.Generator, mission: Problem, radius: float) -> Zo
 
 
 def _goal(source: np.random.Generator, mission: Problem) -> tuple[float, float, float]:
-    """Return another goal, a few kilometres from the one before."""
+    """Return another goal, a few kilometres from the previous one."""
     terrain = mission.terrain
     size = np.array((terrain.width_m, terrain.height_m))
     while True:

@@ -155,7 +155,7 @@ def run(
 
 
 def _cases(cores: int, population: int, solutions: Sequence[int], together: int) -> Iterator[_Case]:
-    """Yield the processor's rows, then the GPU's: where there is none, the first ends the table."""
+    """Yield the processor's rows, then the GPU's; without a GPU, the first end the table."""
     yield _Case("sequential", 1, population)
     yield _Case(_IN_FULL, cores, population)
     for threads in range(1, cores + 1):
@@ -169,7 +169,7 @@ def _cases(cores: int, population: int, solutions: Sequence[int], together: int)
 
 
 def _measured(case: _Case, iterations: int, *, watts: bool) -> tuple[Any, ...]:
-    """Return the columns of a case from its seconds on."""
+    """Return the columns of a case, starting with its seconds."""
     rounds = [
         _plan(case, iterations, range(number * case.runs, (number + 1) * case.runs))
         for number in range(_REPEATS + 1)
@@ -229,7 +229,7 @@ def _rate(results: Sequence[Result], count: Callable[[Result], int]) -> float:
 def _power(work: Callable[[], object]) -> tuple[float | None, float]:
     """Return the GPU's mean power while ``work`` is repeated, watts, and the seconds of one.
 
-    The power is None where nvidia-smi does not tell it.
+    The power is None if nvidia-smi does not report it.
     """
     command = [*_NVIDIA_SMI, "--query-gpu=power.draw.instant", "--format=csv,noheader,nounits"]
     try:
@@ -258,7 +258,7 @@ def _power(work: Callable[[], object]) -> tuple[float | None, float]:
 
 
 def _gpu_names() -> list[str]:
-    """Return a note on the GPU and its driver, if nvidia-smi tells them."""
+    """Return a note on the GPU and its driver, if nvidia-smi reports them."""
     command = [*_NVIDIA_SMI, "--query-gpu=name,driver_version", "--format=csv,noheader"]
     try:
         done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)

@@ -114,7 +114,7 @@ def clearance_table(rounds: int) -> Report:
 
 
 def long_problem() -> Problem:
-    """Return a problem of 40 km with 20 zones on and beside the straight line."""
+    """Return a problem of 40 km with 20 zones on and near the straight line."""
     terrain = problem(EMBEDDED).terrain
     start, goal = (
         (share * terrain.width_m, share * terrain.height_m, _HEIGHT_M) for share in _ENDS

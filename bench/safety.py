@@ -1,4 +1,4 @@
-"""Cost of safety: every planner as paper and with three clearances, over nine terrains.
+"""Cost of safety: every planner in paper mode and with three clearances, over nine terrains.
 
 A row is a terrain, a planner and a set of rules. Results are kept in ``docs/safety.json``
 (:class:`bench.store.Store`); ``docs/results.md`` shows them.
@@ -34,9 +34,9 @@ __all__ = ["CLEARANCES", "MOST_SEEDS", "STORE", "Row", "rows", "run"]
 _DOCS = Path(__file__).resolve().parents[1] / "docs"
 #: Where the results of all runs are kept.
 STORE = _DOCS / "safety.json"
-#: Seeds of each planner at most.
+#: Maximum number of seeds of each planner.
 MOST_SEEDS = 5
-#: The clearance of each set of rules, metres; None is as paper.
+#: The clearance of each set of rules, metres; None in paper mode.
 CLEARANCES = (None, 0.0, 30.0, 100.0)
 
 _SOURCES = (
@@ -64,7 +64,7 @@ class Row:
     planner : str
         Name of the planner.
     clearance_m : float or None
-        Clearance demanded, metres, all other rules by default; None is as paper.
+        Required clearance, metres, all other rules by default; None in paper mode.
     """
 
     terrain: str

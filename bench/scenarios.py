@@ -41,7 +41,7 @@ HELD_OUT = tuple(f"{kind}-{seed}" for kind in SYNTHETIC for seed in (101, 102, 1
 UNTUNED = tuple(name for name in HELD_OUT if name.endswith(("101", "102")))
 #: The kind of land that *allaire-2008* measures on, 80 x 80 km, of seed 0.
 LARGE = "large-canyon"
-#: Elevation tiles beside the repository, if available.
+#: Elevation tiles next to the repository, if available.
 TILES = {
     "himalaya": "himalaya_gorge_np.tif",
     "tujunga": "big_tujunga_canyon_ca.tif",
@@ -99,7 +99,7 @@ def _terrain(name: str) -> Terrain:
 
 @cache
 def problem(name: str) -> Problem:
-    """Return a scenario, as paper: two no-fly circles on the straight line from start to goal.
+    """Return a scenario for paper mode: two no-fly circles on the straight line from start to goal.
 
     On a real terrain, the ends lie in opposite corners, 100 m above ground; on a synthetic one, in
     the south and north, 60 m above the lowest ground of the valley and below the ground between.

@@ -25,9 +25,9 @@ class Chip(Unit):
     """The chip with its UART; :mod:`pathgene.hdl.protocol` defines its answers.
 
     Source: *allaire-2008*, figure 6; where ``config`` has a checker, with the processor of *allaire
-    two-tier* beside the core. The core passes its paths to the checker and asks it for the ground
-    under new waypoints. Where ``config`` has no genetic core, the checker is alone. The planner
-    core holds the map and plans by itself: :class:`pathgene.hdl.planner.core.PlannerCore`.
+    two-tier* next to the core. The core passes its paths to the checker and asks it for the ground
+    under new waypoints. If ``config`` has no genetic core, the chip has only the checker. The
+    planner core holds the map and plans by itself: :class:`pathgene.hdl.planner.core.PlannerCore`.
 
     Members
     -------

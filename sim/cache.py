@@ -30,7 +30,7 @@ _DIGITS = 8
 def build_root() -> Path:
     """Return the directory of generated files.
 
-    In a checkout this is ``build/`` beside the sources. Otherwise it is ``pathgene`` in the user's
+    In a checkout this is ``build/`` next to the sources. Otherwise it is ``pathgene`` in the user's
     cache directory (``XDG_CACHE_HOME``).
     """
     checkout = Path(__file__).resolve().parents[1]
@@ -63,7 +63,7 @@ class BuildCache:
         self.root = root
 
     def get(self, key: str, build: Callable[[Path], None]) -> Path:
-        """Return the directory of ``key``, after calling ``build`` unless it is there and whole.
+        """Return the directory of ``key``, calling ``build`` unless it exists and is complete.
 
         ``build`` fills an empty directory, which gets its final name only when ``build`` returns:
         later calls never find the result of a build that failed or was killed. A file in it states

@@ -128,7 +128,7 @@ def build_verilator(
                 top,
                 "--Mdir",
                 work,
-                # Warnings are reported by `make lint` alone, with its waivers.
+                # Warnings are reported only by `make lint`, with its waivers.
                 "-Wno-lint",
                 "-Wno-style",
                 "-Wno-fatal",
@@ -223,5 +223,5 @@ def _runtime_objects(builds: BuildCache, work: Path) -> list[Path]:
         try:
             return list(pool.map(compiled, _RUNTIME.findall(match[1])))
         except BaseException:
-            end_tools()  # An interrupt reaches this thread alone.
+            end_tools()  # An interrupt reaches only this thread.
             raise

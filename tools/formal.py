@@ -146,7 +146,7 @@ def load(name: str) -> Proof:
 
 
 def check(name: str, proof: Proof, what: str, *, timeout_s: float = 3600.0) -> float:
-    """Check a proof in one way; return the seconds that it took.
+    """Run one of a proof's checks; return the seconds that it took.
 
     Parameters
     ----------

@@ -55,7 +55,7 @@ _SCRIPT = (
     "{passes}write_json flat.json"
 )
 #: Program that exports the papers' chips of boards; it runs at the root of the tree to be exported,
-#: where a board may have that chip alone.
+#: where a board may have only that chip.
 _PREPARE = """
 import sys
 from pathlib import Path

@@ -39,7 +39,7 @@ SIMULATORS: tuple[Simulator, ...] = ("icarus", "verilator")
 #: Folder of the project's benches.
 BENCHES = Path(__file__).resolve().parents[1] / "tests" / "cosim"
 
-# A module beside the design: the same compiled design runs with and without a waveform.
+# A module separate from the design: the same compiled design runs with and without a waveform.
 _ICARUS_WAVES = """
 module waves;
     reg [8 * 4096 - 1:0] path;
@@ -105,7 +105,7 @@ def run(
     top : str
         Module to simulate: the bench's ``dut``.
     bench : Path
-        Python file with the tests; modules beside it can be imported.
+        Python file with the tests; modules next to it can be imported.
     env : Mapping[str, str], optional
         Further environment variables of the bench.
     label : str, optional

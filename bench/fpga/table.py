@@ -33,7 +33,7 @@ class Table:
     ----------
     name, title : str
     columns : sequence of str
-        Heads; the first is of the names of the rows.
+        Heads; the first is the head of the row names.
     order : sequence of str
         Names of all rows.
     notes : sequence of str

@@ -1,4 +1,4 @@
-"""Optimizers and planners of other projects on the same problem, beside ``fpa-2opt``."""
+"""Optimizers and planners of other projects on the same problem, compared with ``fpa-2opt``."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ PLANNERS = ("RRTConnect", "AORRTC", "RRTstar", "BITstar")
 
 # OMPL's unit: AORRTC of OMPL 2.0.1 breaks down at costs of thousands.
 _UNIT_M = 1000.0
-# Margin over the ground and beside zones: the checker tests points, the evaluation whole segments.
+# Margin over the ground and around zones: the checker tests points, the evaluation whole segments.
 _CLEARANCE_M = 5.0
 
 

@@ -2,7 +2,7 @@
 
 Amaranth writes netlist, constraints and commands; this module runs the commands with the tools of
 the package index, trying seeds of the placer until timing closes. Another program may be named in
-the environment variable that Amaranth's own script looks at: ``YOSYS``, ``NEXTPNR_ECP5``, and so
+the environment variable that Amaranth's own script reads: ``YOSYS``, ``NEXTPNR_ECP5``, and so
 on.
 """
 
@@ -74,7 +74,7 @@ def build(
     jobs: int | None = None,
     limit_s: float | None = None,
 ) -> Routed:
-    """Make the bitstream of ``board`` in ``folder``, and a report beside it, ``report.json``.
+    """Make the bitstream of ``board`` in ``folder``, and a report next to it, ``report.json``.
 
     Parameters
     ----------

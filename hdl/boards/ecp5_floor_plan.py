@@ -81,7 +81,7 @@ OTHER_SITES: Mapping[str, str] = MappingProxyType(
 )
 assert set(OTHER_SITES.values()) <= set(_LEFT)
 
-#: Sites of the link's block RAMs beside a planner: at the end of the middle that is next to its
+#: Sites of the link's block RAMs next to a planner: at the end of the middle that is next to its
 #: pins. The placer puts them anywhere.
 _PLANNER_SITES: Mapping[str, str] = MappingProxyType(
     {

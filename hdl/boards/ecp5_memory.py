@@ -19,9 +19,9 @@ class Ecp5Memory(Unit):
 
     Twin of :class:`pathgene.hdl.primitives.block_memory.BlockMemory` with a latency of 2: the same
     ports, rows and cycles. Data of that memory leave a register of the fabric, which a block RAM of
-    the device reaches 6 ns after the clock edge; data of this one are there after 1 ns. Where it
-    saves primitives, the memory is two of half the rows, and a multiplexer follows the registers:
-    4,096 rows of 9 bits take two primitives of 2,048 rows instead of three.
+    the device reaches 6 ns after the clock edge; data of this one are there after 1 ns. If that
+    saves primitives, the memory is split into two of half the rows, and a multiplexer follows the
+    registers: 4,096 rows of 9 bits take two primitives of 2,048 rows instead of three.
 
     Members
     -------

@@ -22,7 +22,7 @@ class Ecp5Multiplier(Unit):
     -------
     first, second : In(Shape(FACTOR_BITS))
     product : Out(Shape(2 * FACTOR_BITS))
-        Product of the cycle before. Signed if a factor is signed.
+        Product of the previous cycle's factors. Signed if a factor is signed.
     """
 
     signs: Given("(bool, bool)", "The factors that have a sign.")

@@ -16,7 +16,7 @@ class Harness(Unit):
     The inputs are one long shift register that begins with ``scanned_in``; the outputs are folded,
     in turn, into ``folded``. A unit with more ports than the device has pins can
     therefore be routed, none of it is optimized away, and all measured paths run from register to
-    register. Besides clock and reset, the harness needs a pin each way.
+    register. Besides clock and reset, the harness needs one pin for input and one for output.
 
     Members
     -------

@@ -38,7 +38,7 @@ def tool_path(tool: str) -> str:
 
 
 class Stamp:
-    """Mark beside the results of a long run, which need not be repeated.
+    """Marker next to the results of a long run, which need not be repeated.
 
     The mark holds a digest of everything that the results depend on: the program, its arguments,
     and its input files.

@@ -88,7 +88,7 @@ class ReplyTransmitter(Unit):
     Only where ``config`` has the planner core:
 
     has_best : In(1)
-        A run has left paths. Otherwise a BEST is answered with the header alone.
+        A run has left paths. Otherwise a BEST is answered with only the header.
     best : Out(1)
         Pulse: the paths of the latest run are to be served.
     records : In(stream of record_layout)

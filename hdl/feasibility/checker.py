@@ -138,7 +138,7 @@ class Checker(Unit):
             self.writes.ready.eq(walker.writes.ready & ~self.busy),
         ]
 
-        # Paths in flight: with a place for their verdict, or on the way there.
+        # Paths in flight: with a place for their verdict, or about to get one.
         paths, was_first, waited_for = Signal(range(64)), Signal(), Signal()
         transferred = self.verdicts.valid & self.verdicts.ready
         m.d.sync += [

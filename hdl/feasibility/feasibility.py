@@ -39,7 +39,7 @@ class Feasibility(Unit):
     -------
     enable : In(1)
         Start a check; ignored while ``busy``. ``aircraft``, ``goal`` and ``waypoint_count`` are
-        valid in this cycle, ``path_address`` and the first waypoint from the cycle before on.
+        valid in this cycle, ``path_address`` and the first waypoint already in the previous cycle.
     aircraft, goal : In(place_layout)
     waypoint_count : In(length_bits)
         Waypoints between them, 0..max_waypoints.

@@ -15,7 +15,7 @@ def verdict_layout(
     """Return the layout of the verdict on one path.
 
     ``collision`` (else the path is clear); ``segment``, ``x``, ``y`` of the first colliding cell,
-    in cells of its map, and ``coarse`` if that is the coarse map: these four are 0 without a
+    in cells of its map, and ``coarse`` if that is the coarse map: these four are 0 if there is no
     collision. ``cells`` from the path's first to the colliding one; ``reads``, addresses given to
     the memory; ``cycles``; and the number of ``entries`` in the stream of counts
     (:func:`count_layout`).

@@ -44,7 +44,7 @@ class ResultCollector(Unit):
         See :func:`pathgene.hdl.feasibility.walker_signature.walker_signature`. ``drop`` follows
         ``step`` within the cycle.
     hit, free : Out(1)
-        First hit of a path, and end of a path without one: in the cycle of the step.
+        First hit of a path, or its end if it has no hit: in the cycle of the step.
     verdicts : Out(stream.Signature(verdict_layout))
     counts : Out(stream.Signature(count_layout))
     """
@@ -170,7 +170,7 @@ class ResultCollector(Unit):
         m.d.comb += [verdict_queue.put.eq(decides), verdict_queue.word.eq(verdict)]
         connect(m, verdict_queue.words, flipped(self.verdicts))
 
-        # Counts of the segment up to now.
+        # Counts of the current segment.
         fresh, collided = Signal(init=1), Signal()
         collides = Signal()
         terrain, nofly = (Signal.like(step[name], name=name) for name in ("terrain", "nofly"))

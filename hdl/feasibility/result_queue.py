@@ -13,9 +13,9 @@ __all__ = ["ResultQueue"]
 class ResultQueue(Unit):
     """First-in, first-out queue; a word is offered in the cycle after it is put in.
 
-    ``valid`` and ``payload`` are registers. An incoming word goes to two registers and no memory: a
-    word that cannot be offered at once enters the memory a cycle later. Timing therefore allows a
-    long path to ``word``, and another from ``words``.
+    ``valid`` and ``payload`` are registers. An incoming word goes to two registers, not to the
+    memory: a word that cannot be offered at once enters the memory a cycle later. This leaves
+    timing slack for a long path into ``word`` and another out of ``words``.
 
     Members
     -------
@@ -43,7 +43,7 @@ class ResultQueue(Unit):
                 m.d.sync += [words.valid.eq(self.put), payload.eq(self.word)]
             return m
 
-        # From the oldest: at the output, in the memory, in a register on the way to the memory.
+        # From the oldest: at the output, in the memory, in the register before the memory.
         m.submodules.rows = rows = memory.Memory(shape=self.shape, depth=self.depth, init=[])
         write, read = rows.write_port(), rows.read_port(domain="comb")
         late, kept = Signal(self.shape, reset_less=True), Signal()

@@ -57,12 +57,12 @@ class ResultStore(Unit):
     Members
     -------
     clear : In(1)
-        A check begins: discard the held results, from the second cycle on.
+        A check begins: discard the held results, starting in the second cycle.
     verdicts : In(stream.Signature(verdict_layout))
     counts : In(stream.Signature(count_layout))
         Always ready.
     paths : Out(9)
-        Verdicts held; all other outputs include a verdict from the next cycle on.
+        Verdicts held; all other outputs include a verdict starting in the next cycle.
     complete : Out(1)
         All entries of these verdicts have come.
     totals : Out(struct of check_reply)

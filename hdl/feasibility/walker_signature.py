@@ -70,15 +70,15 @@ def walker_signature(config: Config) -> wiring.Signature:
         Progress. There is no back-pressure.
     drop : In(1)
         In the cycle of a step: discard the rest of its path. Steps of it may still come, and are
-        ignored. An address given for it in this cycle counts among ``reads``; from the next cycle
-        on there is none.
+        ignored. An address given for it in this cycle counts among ``reads``; no address is given
+        for it later.
     writes : In(stream.Signature(cell_layout))
         Cells of the map, see :class:`pathgene.hdl.feasibility.checker.Checker`. They come only
         while no path is in flight.
     lookup_valid : In(1)
     lookup_x, lookup_y : In(coordinate_bits)
         With ``lookup_valid``, cell to be looked up: while no path is in flight, and nothing is
-        written or was in the cycle before.
+        written or was in the previous cycle.
     lookup_altitude : Out(altitude_bits)
         Its altitude, ``config.lookup_latency`` cycles later.
     """

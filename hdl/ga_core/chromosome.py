@@ -69,7 +69,7 @@ class ReadIndex(Unit):
     """Finds the source of each waypoint of a path. A pending mutation changes the source only.
 
     ``source`` belongs to the ``position`` of the latest cycle with ``advance``, and to ``head`` and
-    ``pending`` of the cycle before. It is undefined for positions past the end of the path.
+    ``pending`` of the previous cycle. It is undefined for positions past the end of the path.
 
     Members
     -------

@@ -46,7 +46,7 @@ class Crossover(Unit):
     heads, tails : Out(half_signature).array(2)
         Writes to each child. The first child gets the head of the first parent and the tail of the
         second; the second child gets the head of the second and the tail of the first.
-        Combinational. ``valid`` and ``at`` depend on ``on``, ``position`` and the lengths alone, so
+        Combinational. ``valid`` and ``at`` depend only on ``on``, ``position`` and the lengths, so
         they can be computed before the waypoints arrive.
     """
 

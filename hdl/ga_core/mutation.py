@@ -68,9 +68,9 @@ class Mutation(Unit):
     results : Out(mutation_layout).array(mutators)
         Work of each mutator in this generation. Valid with ``done``.
     mutations : Out(mutation_layout).array(mutators)
-        Work of each mutator in the latest generation, from the cycle after ``done`` on.
+        Work of each mutator in the latest generation, starting in the cycle after ``done``.
     patches : Out(waypoint_bits).array(patches)
-        New waypoints of the latest generation, from the same cycle on.
+        New waypoints of the latest generation, starting in the same cycle.
     refused : Out(range(mutators + 1))
         Mutations that a limit on the length forbade.
 

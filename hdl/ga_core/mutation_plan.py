@@ -110,7 +110,7 @@ class MutationPlan(Unit):
             draw=multiplex(number, list(self.draws)),
         )
 
-        # The lengths come from the whole population: the child is decoded a cycle before.
+        # The lengths come from the whole population: the child is decoded a cycle earlier.
         decoded = stage(
             "decoded",
             drawn["valid"],

@@ -13,13 +13,13 @@ __all__ = ["PathCopier"]
 class PathCopier(Unit):
     """Writes a path that passes through a port to a slot, in order.
 
-    ``valid`` and ``at`` belong to the next waypoint and depend on ``on``, ``position`` and
-    ``length`` alone; ``waypoint`` is the one that passes now.
+    ``valid`` and ``at`` belong to the next waypoint and depend only on ``on``, ``position`` and
+    ``length``; ``waypoint`` is the one that passes now.
 
     Members
     -------
     on : In(1)
-        Waypoints pass from the next cycle on.
+        Waypoints pass starting in the next cycle.
     position : In(range(max_waypoints))
         Position of the waypoint of the next cycle in its path.
     length : In(range(max_waypoints + 1))

@@ -35,7 +35,7 @@ class PathReader(Unit):
         Length of its path, two cycles after ``slot``.
     rewind : Out(1)
     primes : In(1)
-        The reading is rewound, and can be stepped from the next cycle on.
+        The reading is rewound, and can be stepped starting in the next cycle.
     steps : Out(1)
         It steps in the next cycle.
     waypoint : In(waypoint_bits)
@@ -64,7 +64,7 @@ class PathReader(Unit):
         waypoints = self.waypoints
 
         # Flags of the next waypoint: it ends its path (`last`), and the last path (`final`). They
-        # are computed a cycle before; `second` is two past its position, as each path has two.
+        # are computed a cycle ahead; `second` is two past its position, as each path has two.
         left = Signal.like(self.reads.p.count)
         second = Signal(len(self.length) + 1)
         last = Signal()
@@ -106,7 +106,7 @@ class PathReader(Unit):
                 second.eq(second + 1),
             ]
 
-        # A step is decided a cycle before. None follows the last waypoint of a path or comes while
+        # A step is decided a cycle ahead. None follows the last waypoint of a path or comes while
         # the register and the place aside are full.
         room = Signal()
         m.d.comb += [

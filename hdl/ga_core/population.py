@@ -62,7 +62,7 @@ class Population(Unit):
     mutations : In(mutation_layout).array(mutators)
         In the cycle before ``update``: work of each mutator.
     update : In(1)
-        Make the next population the present one: it can be addressed from the next cycle on.
+        Make the next population the present one: it can be addressed starting in the next cycle.
     lengths : Out(length_bits).array(population)
         Length of the path in each slot, mutations included.
     settled : Out(1)
@@ -126,8 +126,9 @@ class Population(Unit):
         ports = len(self.carried)
         parts = config.population // _SLOTS_OF_PART
 
-        # Host writes pass the ports too, so that each memory has one writer. All that reaches all
-        # slots comes from registers, since such long wires leave no time for logic.
+        # Host writes pass the ports too, so that each memory has one writer. Every signal that
+        # reaches all slots comes from a register, since wires that long do not leave time for
+        # logic.
         m.submodules.write_decoder = decoder = WriteDecoder(
             population=config.population,
             waypoint_bits=config.waypoint_bits,

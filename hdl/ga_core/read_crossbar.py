@@ -30,7 +30,7 @@ class ReadCrossbar(Unit):
         ``step``.
     written : In(waypoint_bits)
     waypoints : Out(waypoint_bits).array(ports)
-        Waypoint that each port took in the cycle before; the first port, at its latest ``step``.
+        Waypoint that each port took in the previous cycle; the first port, at its latest ``step``.
     """
 
     ports: Count(1)

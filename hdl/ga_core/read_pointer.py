@@ -41,7 +41,7 @@ class ReadPointer(Unit):
     step : Out(1)
         The ports take the waypoints of the slots.
     primes : Out(1)
-        The slots have the first waypoints from the next cycle on.
+        The slots have the first waypoints starting in the next cycle.
     primed : Out(1)
         The slots have the first waypoints, or later ones that were passed, and no change or peek is
         in flight.

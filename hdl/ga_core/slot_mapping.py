@@ -36,7 +36,7 @@ class SlotMapping(Unit):
     allow : In(1)
         Words of ``ranking`` are accepted: the ranks below are complete.
     clear : In(1)
-        Discard the words accepted until now.
+        Discard all accepted words.
     parents : In(ArrayLayout(range(population), parent_ports))
     survivors : In(ArrayLayout(range(population), survivor_ports))
         Ranks drawn.

@@ -47,12 +47,12 @@ class TerrainAwareSampler(Unit):
     fetched : Out(1)
         Pulse: a generation may start.
     run : In(1)
-        A generation runs from the next cycle on. The outputs below are valid from two cycles after
-        ``run`` rises to the second cycle after it falls.
+        A generation runs, starting in the next cycle. The outputs below are valid from two cycles
+        after ``run`` rises to the second cycle after it falls.
     offset : In(offset_layout)
         Offset of the next candidate.
     offset_taken : Out(1)
-        The offset is taken: the following one must be there in the next cycle.
+        The offset is taken: the following one must be offered in the next cycle.
     limits : In(limits_layout)
     avoid : In(1)
         Reject candidates in the ground. Otherwise every first candidate is taken.
@@ -201,7 +201,7 @@ class TerrainAwareSampler(Unit):
         m.d.comb += [facts.turn.eq(turn), facts.last.eq(last)]
 
         def after(stage, valid, facts):
-            """Return ``valid`` and ``facts`` of the cycle before, of the same generation only."""
+            """Return ``valid`` and ``facts`` of the previous cycle, of the same generation only."""
             later_valid = Signal(name=f"valid_{stage}")
             later_facts = Signal(known, name=f"facts_{stage}", reset_less=True)
             m.d.sync += [later_valid.eq(valid & running), later_facts.eq(facts)]

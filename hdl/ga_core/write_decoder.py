@@ -18,7 +18,7 @@ class WriteDecoder(Unit):
     """Accepts waypoints for the population, one per cycle, and decodes the place of each.
 
     All outputs except ``taken`` are registers, since they reach all slots. They belong to the
-    waypoint that was taken in the cycle before.
+    waypoint that was taken in the previous cycle.
 
     Members
     -------
@@ -29,7 +29,7 @@ class WriteDecoder(Unit):
     taken : Out(1)
         A waypoint is accepted in this cycle. Combinational.
     writing : Out(1).array(parts)
-        A waypoint was accepted in the cycle before. All are equal.
+        A waypoint was accepted in the previous cycle. All are equal.
     waypoint : Out(waypoint_bits)
     slots : Out(population)
         The slot, decoded, one-hot.

@@ -107,7 +107,7 @@ class UartTransmitter(Unit):
 
     The start bit begins 1 cycle after a byte is accepted. A byte occupies the line for exactly
     ``10 * clocks_per_bit`` cycles and the next byte is accepted in the last of them, so a stream
-    that is always valid leaves no idle cycle on the line.
+    that is always valid does not leave an idle cycle on the line.
 
     Members
     -------

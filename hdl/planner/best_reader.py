@@ -36,7 +36,7 @@ class BestReader(Unit):
     rank : Out(range(population))
         Member to be read; 0 while not ``busy``.
     member : In(member_layout)
-        The member of ``rank`` of the cycle before.
+        The member of ``rank`` of the previous cycle.
     read : Out(place_layout)
     waypoint : In(waypoint_layout)
         Contents of ``read`` of 2 cycles before.

@@ -40,7 +40,7 @@ class Breeder(Unit):
     rank : Out(config.slot_bits)
         While ``planning``: member of the population to be read.
     parent : In(parent_layout)
-        Slot and length of the member that was at ``rank`` in the cycle before.
+        Slot and length of the member that was at ``rank`` in the previous cycle.
     planning : Out(1)
         Not all children are planned.
     parity : Out(1)

@@ -16,7 +16,7 @@ from pathgene.hdl.primitives.unit import Count, Unit, Width
 
 __all__ = ["ChildBuilder"]
 
-#: Points on offer or on their way. Nine are enough for one to be taken in each cycle.
+#: Points offered or in flight. Nine are enough for one to be taken in each cycle.
 _POINTS = 16
 #: Cycles from the step of a point until it is put into the queue.
 _STAGES = 7

@@ -37,7 +37,7 @@ def plan_layout(slot_bits, max_waypoints, box_cells, box_steps):
     mutation.
 
     ``inserts``, ``deletes``, ``settles``, of which at most one is set; if none is, the mutation
-    moves a waypoint. ``place`` : the waypoint, counted from 1 on as the start is point 0; or the
+    moves a waypoint. ``place`` : the waypoint, counted from 1 as the start is point 0; or the
     point in front of which one is inserted. ``move`` : displacement of a moved waypoint.
     ``doubles`` : a settled waypoint falls by half its margin, doubled this number of times.
     """
@@ -80,7 +80,7 @@ class ChildPlanner(Unit):
     rank : Out(rank_bits)
         Member to be read.
     parent : In(path_layout)
-        Slot and length of the member that was at ``rank`` in the cycle before.
+        Slot and length of the member that was at ``rank`` in the previous cycle.
     plans : Out(stream.Signature(plan_layout))
     """
 
@@ -183,7 +183,8 @@ class ChildPlanner(Unit):
                 plan.settles.eq(operator >= _first(SETTLE)),
             ]
 
-        # Free-running: the inputs are steady, so each cycle repeats the results of the one before.
+        # Free-running: the inputs are steady, so each cycle repeats the results of the previous
+        # one.
         shift = Signal(3, reset_less=True)
         choices = Signal(range(self.max_waypoints + 2), reset_less=True)
         m.submodules.place_product = product = Multiplier((len(place) + 1, len(choices) + 1), 8)

@@ -51,7 +51,7 @@ class Collector(Unit):
         of the remaining members. Only where ``collect`` is allowed and no child has arrived; not
         with one island.
     island : In(range(islands))
-        Steady with ``store``, and while ``busy`` from ``collect`` on.
+        Steady with ``store``, and from ``collect`` until ``busy`` falls.
     stay : In(data.ArrayLayout(range(population), survivors))
         Ranks of the survivors; the elites are not among them. Steady during the pass.
     busy : Out(1)
@@ -67,7 +67,7 @@ class Collector(Unit):
     rank : In(range(population))
         While not ``busy``: member of ``island`` to be read.
     member : Out(member_layout)
-        While not ``busy``: the member that was at ``rank`` in the cycle before.
+        While not ``busy``: the member that was at ``rank`` in the previous cycle.
     feasible : Out(1)
         While not ``busy``: the best path of the population that was stored last is feasible.
     """
@@ -113,7 +113,7 @@ class Collector(Unit):
         collecting = Signal()
         merging = Signal()
         passing = Signal()
-        # The member of the rank is there: it is passed once the sorter is free.
+        # The member of the rank is available: it is passed once the sorter is free.
         there = Signal()
         passes = Signal()
         number = Signal(range(self.islands * self.population))

@@ -33,7 +33,7 @@ class PlannerCore(Unit):
     """Plans paths: a run breeds, scores, walks and sorts by itself, from seeds along routes.
 
     Cells, shapes, problems and runs are taken while no run is in progress. A problem voids the
-    paths of the run before; a warm run can still continue from them. Equals
+    paths of the previous run; a warm run can still continue from them. Equals
     :func:`pathgene.sim.model.planner.run.plan`, cycles included.
 
     Members
@@ -267,7 +267,7 @@ class PlannerCore(Unit):
             status.spreading.eq(control.spreading),
             status.bred.eq(control.begin),
             status.best.eq(evolver.best),
-            # Without a request, the reader looks at the best member.
+            # Without a request, the best member is read.
             status.first.eq(evolver.member.key),
             status.is_first.eq(self.has_best & ~control.running & ~reader.busy),
             self.status.eq(status.status),

@@ -35,7 +35,7 @@ class Evolver(Unit):
     be ahead of them by 5 children; ``children`` should be taken that early.
 
     Slots are not bound to an island. So the best members of two islands become one population by
-    their ranks alone; no waypoint moves. A slot that becomes free may still hold a parent of
+    their ranks; waypoints do not move. A slot that becomes free may still hold a parent of
     children to be built. It is handed out after all slots that were free before, whose number
     equals the children of a generation.
 
@@ -64,7 +64,7 @@ class Evolver(Unit):
         Pulse: make the best halves of islands 0 and 1 the population of island 0. Only while
         ``ready`` and not ``pending``, and not with ``fills``. With one island nothing happens.
     island : In(range(islands))
-        Steady with ``store``, and from ``begin`` on until ``ready`` and not ``pending``.
+        Steady with ``store``, and from ``begin`` until ``ready`` and not ``pending``.
     ready : Out(1)
         No generation is planned or collected, and no population moved. All ranks can be read.
     pending : Out(1)
@@ -102,7 +102,7 @@ class Evolver(Unit):
     rank : In(config.slot_bits)
         While ``ready``: member of ``island`` to be read.
     member : Out(member_layout)
-        While ``ready``: the member that was at ``rank`` in the cycle before.
+        While ``ready``: the member that was at ``rank`` in the previous cycle.
     read : In(place_layout)
         While not ``pending``: place of a waypoint to be read.
     waypoint : Out(waypoint_layout)

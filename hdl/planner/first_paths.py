@@ -39,9 +39,9 @@ class FirstPaths(Unit):
 
     A path is a seed, or the member of the next rank. Its slot is given, then its points are: the
     start, the waypoints, each of which is written, and the goal. A path begins when the goal of the
-    one before is taken. Its first point is offered a constant number of cycles later, plus one for
-    each waypoint that a revived path loses; each further point in the cycle after the point before
-    it is taken. :mod:`pathgene.sim.model.planner.first_paths_cycles` has the numbers.
+    previous one is taken. Its first point is offered a constant number of cycles later, plus one
+    for each waypoint that a revived path loses; each further point in the cycle after the previous
+    point is taken. :mod:`pathgene.sim.model.planner.first_paths_cycles` has the numbers.
 
     Members
     -------
@@ -65,7 +65,7 @@ class FirstPaths(Unit):
     rank : Out(range(population))
         Member to be read. Steady while its waypoints are.
     member : In(member_layout)
-        The member of ``rank`` of the cycle before.
+        The member of ``rank`` of the previous cycle.
     read : Out(place_layout)
     waypoint : In(waypoint_layout)
         Contents of ``read`` of 2 cycles before.

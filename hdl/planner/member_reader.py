@@ -21,8 +21,8 @@ _STAGES = 5
 class MemberReader(Unit):
     """Reads the waypoints of a path, one per cycle; lifts them, or drops passed ones.
 
-    The first waypoint is given 6 cycles after ``begin``, each further one a cycle after the one
-    before; a dropped one takes a cycle.
+    The first waypoint is given 6 cycles after ``begin``, each further one a cycle after the
+    previous one; a dropped one takes a cycle.
 
     With ``lifts``, a waypoint with a negative margin is raised by it, up to the limit of altitudes.
     Otherwise the first waypoints are dropped if the start has passed them, except the last two of a
@@ -34,7 +34,7 @@ class MemberReader(Unit):
     frame : In(frame_layout)
         Steady, like ``lifts``, while a path is read.
     begin : In(1)
-        Pulse: read a path. After the last waypoint of the one before.
+        Pulse: read a path. After the last waypoint of the previous one.
     slot : In(range(slots))
     length : In(range(max_waypoints + 1))
         Length of the path; read with ``begin``.

@@ -10,7 +10,7 @@ from pathgene.hdl.primitives.unit import Count, Given, Unit
 
 __all__ = ["MemoryQueue"]
 
-#: Rows of LUTs beside each other.
+#: Maximum depth of one row of LUTs.
 _SHALLOW = 16
 
 
@@ -43,7 +43,7 @@ class MemoryQueue(Unit):
     def elaborate(self, platform):
         m = Module()
 
-        # Only a deep queue has more words than LUTs beside each other hold.
+        # Only a deep queue has more words than one row of LUTs holds.
         style = cells_of(platform).ram_style if self.depth > _SHALLOW else "distributed"
         m.submodules.rows = rows = memory.Memory(
             shape=self.shape, depth=self.depth, init=[], attrs={"ram_style": style}

@@ -34,7 +34,7 @@ class ParentDraw(Unit):
     words : In(stream.Signature(data.ArrayLayout(64, 2)))
         Steps of the random source: selection word, mutation word.
     survivor : Out(survivor_layout)
-        ``valid``: words were taken in the cycle before. ``bits`` select a survivor.
+        ``valid``: words were taken in the previous cycle. ``bits`` select a survivor.
     draws : Out(stream.Signature(draw_layout))
     """
 

@@ -20,7 +20,7 @@ class PopulationMemory(Unit):
 
     A row must not be read in the cycle in which it is written. The flag of a slot and its walked
     margins are written only while the slot is not read: while its path is being evaluated, after
-    the last read of the path that was there, and before the path's key is known. A path that is
+    the last read of the previous path, and before the path's key is known. A path that is
     walked gets the margins of all its waypoints.
 
     A slot has a power of two of rows for its first waypoints; rows for the remaining waypoints
@@ -78,7 +78,7 @@ class PopulationMemory(Unit):
         rows = self._rows
 
         def memory_of(name, shape, write, word):
-            """Return the contents of the place that was read in the cycle before."""
+            """Return the contents of the place that was read in the previous cycle."""
             m.submodules[name] = held = memory.Memory(
                 shape=shape, depth=rows.depth, init=[], attrs={"no_rw_check": 1}
             )
@@ -118,8 +118,8 @@ class _Rows:
     """Rows of the waypoints of all slots: a power of two for each slot, then the rest of each.
 
     The rest, too, has a power of two of rows for each slot. It begins at a row whose number is a
-    constant above slot and index, so that no row is the result of an addition. Where that takes no
-    fewer rows, a slot has rows for all of its waypoints together.
+    constant above slot and index, so that no row is the result of an addition. If that does not
+    take fewer rows, a slot has rows for all of its waypoints together.
 
     Parameters
     ----------

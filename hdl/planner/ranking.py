@@ -40,7 +40,7 @@ class Ranking(Unit):
     read : In(read_layout)
         ``island`` and ``rank``, while not ``busy``.
     member : Out(member_layout)
-        The member that was at ``read`` in the cycle before.
+        The member that was at ``read`` in the previous cycle.
     feasible : Out(1)
         The best path of the population that was moved last is feasible. While not ``busy``.
     """

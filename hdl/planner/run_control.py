@@ -16,11 +16,11 @@ __all__ = ["RunControl"]
 
 
 class RunControl(Unit):
-    """Goes through the steps of a run, each when the one before is over.
+    """Goes through the steps of a run, each when the previous one is done.
 
     Blocks are scanned while the random source warms up and the memo is emptied. On a warm run the
     earlier population is revived, as island 0. Each island of new paths gets a route, seeds, and
-    passes that lift its population. Where there are two islands, each is bred for its part of the
+    passes that lift its population. If there are two islands, each is bred for its part of the
     cycles and generations that are left, then the best of both become one population, which is bred
     to the limits of the run. If the limits wait for a feasible path, generations do not count until
     there is one.
@@ -45,7 +45,7 @@ class RunControl(Unit):
     options : Out(struct(run_request(config)))
         Options of the latest run. Registers.
     cycles, generations : Out(32)
-        Counts of the latest run, up to now.
+        Counts of the latest run, also while it runs.
     launch : Out(1)
         Cycle 0: load the random source, empty the memo, scan the blocks.
     clear : Out(1)

@@ -34,14 +34,14 @@ class RunLimits(Unit):
     splitting : Out(1)
         For ``share_bits`` cycles from the one after ``split`` on.
     aim : In(1)
-        Pulse: set limits, from the next cycle on. Not while ``splitting``.
+        Pulse: set limits, starting in the next cycle. Not while ``splitting``.
     waits : In(1)
         The limit of generations does not count yet.
     final : In(1)
         With ``aim``: set the limits of the run, else the numbers of this cycle plus the island's
         parts.
     reached : Out(1)
-        In the cycle before, a limit was reached, or the run had been stopped.
+        In the previous cycle, a limit was reached, or the run had been stopped.
     cycles : Out(counter_bits)
         Number of this cycle; afterwards, cycles of the run. Saturates.
     generations : Out(counter_bits)

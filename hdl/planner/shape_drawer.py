@@ -49,7 +49,7 @@ class ShapeDrawer(Unit):
         m = Module()
         shape, cell = self.shapes.p, self.cells.p
 
-        # The corner at hand. The next one is above it if it `turns`, else beside it, in rows that
+        # The corner at hand. The next one is above it if it `turns`, else next to it, in rows that
         # go `back` to the left. Control comes a cycle ahead, with a register for each edge.
         x, y = (Signal(self.coordinate_bits, name=name, reset_less=True) for name in "xy")
         next_x = Signal.like(x)
@@ -118,8 +118,8 @@ class ShapeDrawer(Unit):
         steepest = (1 << EDGE_BITS - 1) + most_bend * 2 * (longest + 1)
         lowest = (2 << self.coordinate_bits + EDGE_BITS) + 2 * most_bend * longest**2
         value = Signal(signed(lowest.bit_length() + 1), name="value_0", reset_less=True)
-        # Gains of the value in the next step beside and above. In a row that goes back, the signs
-        # of the former are opposite, and it still falls by twice the bend in each step.
+        # Gains of the value in the next step sideways and upwards. In a row that goes back, the
+        # signs of the former are opposite, and it still falls by twice the bend in each step.
         beside, above = (
             Signal(signed(steepest.bit_length() + 1), name=name, reset_less=True)
             for name in ("beside", "above")

@@ -1,4 +1,4 @@
-"""Pool of the slots that hold no path."""
+"""Pool of the slots that do not hold a path."""
 
 from amaranth import *
 from amaranth.lib import stream
@@ -14,10 +14,10 @@ __all__ = ["SlotPool"]
 class SlotPool(Unit):
     """Hands out free slots: unused ones first, then those put back, the oldest first.
 
-    After ``clear`` all slots are unused, and handed out from 0 on. So no slot has to be written to
-    start with. A slot that was put back is handed out as late as possible, and may be read until
-    then. A slot is offered 2 cycles after the one before is taken, and 2 cycles or more after it is
-    put back.
+    After ``clear`` all slots are unused, and handed out starting with 0. So no slot has to be
+    written to start with. A slot that was put back is handed out as late as possible, and may be
+    read until then. A slot is offered 2 cycles after the previous one is taken, and 2 cycles or
+    more after it is put back.
 
     Members
     -------
@@ -47,7 +47,7 @@ class SlotPool(Unit):
         m = Module()
 
         m.submodules.queue = queue = MemoryQueue(self.slot.shape(), self.depth)
-        # All slots from a number on are unused.
+        # All slots starting at a number are unused.
         unused = Signal(range(self.total + 1))
         is_unused = Signal()
         offered = Signal(self.slot.shape(), reset_less=True)

@@ -14,8 +14,8 @@ class AddSubtract(Unit):
     """Sum or difference of two numbers modulo ``2**width``, without a register.
 
     One carry chain does both on a platform with a cell for it
-    (:meth:`pathgene.hdl.primitives.cells.Cells.add_subtract`); synthesis alone makes two chains and
-    a multiplexer.
+    (:meth:`pathgene.hdl.primitives.cells.Cells.add_subtract`); synthesis by itself makes two chains
+    and a multiplexer.
 
     Members
     -------

@@ -5,8 +5,8 @@ has an attribute ``cells``, an instance of a subclass of :class:`Cells`; the boa
 primitive asks :func:`cells_of` and describes itself in registers and memories where the answer is
 None, so that a core never names a device.
 
-The copies of :func:`pathgene.hdl.primitives.fanout.fanout` need no cell: their attribute ``keep``
-is enough for a family's synthesis script to leave them apart.
+The copies of :func:`pathgene.hdl.primitives.fanout.fanout` do not need a cell: their attribute
+``keep`` is enough for a family's synthesis script to leave them apart.
 """
 
 from amaranth.lib import wiring

@@ -31,7 +31,7 @@ def multiplex(index: Value, items: Sequence[Value]) -> Value:
 def one_hot_multiplex(select: Value, items: Sequence[Value]) -> Value:
     """Return the item whose bit of ``select`` is set, 0 if none is; at most one bit is set.
 
-    Where a register holds the decoded choice, this is smaller than :func:`multiplex` in tables of
+    If a register holds the decoded choice, this is smaller than :func:`multiplex` in tables of
     four inputs, and each wire of ``select`` drives as many loads as an item has bits, not half of
     all loads.
     """

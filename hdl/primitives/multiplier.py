@@ -13,7 +13,7 @@ __all__ = ["Multiplier"]
 class Multiplier(Unit):
     """Multiplies two numbers; ``product`` follows a cycle later.
 
-    Where the platform has a multiplier cell for such factors
+    If the platform has a multiplier cell for such factors
     (:meth:`pathgene.hdl.primitives.cells.Cells.multiplier`), the register lies within the cell:
     there is no routing between product and register.
 
@@ -21,7 +21,7 @@ class Multiplier(Unit):
     -------
     first, second : In(Shape)
     product : Out(Shape)
-        ``first * second >> shift`` of the cycle before. Signed if a factor is signed.
+        ``first * second >> shift`` of the previous cycle. Signed if a factor is signed.
     """
 
     widths: Given("(int, int)", "Widths of the factors.")

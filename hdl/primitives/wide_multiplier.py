@@ -89,7 +89,7 @@ class WideMultiplier(Unit):
             high = (value >> apart) + terms[1][1]
             joined = Cat(value[:apart], high)
             value = joined.as_signed() if high.shape().signed else joined
-        # No sum is wider than the product from its weight on.
+        # No sum is wider than the product's part at or above its weight.
         width = min(len(value), len(self.product) + self.shift - offset)
         total = Signal(Shape(width, value.shape().signed), name=name, reset_less=True)
         m.d.sync += total.eq(value)

@@ -279,8 +279,8 @@ def status_reply(config: Config) -> Layout:
 def counters_reply(config: Config) -> Layout:
     """Return every :class:`Counter`, 48 bits each.
 
-    Each counter is consistent in itself; counters that run while the answer is made are read some
-    cycles apart. The bytes sent do not include this answer.
+    Each counter is consistent in itself; counters still running while the reply is built are read a
+    few cycles apart. The bytes sent do not include this answer.
     """
     return Layout(
         tuple(

@@ -71,7 +71,7 @@ DRAG_FRACTION = 16
 FUEL_BITS = 16
 #: Fraction bits of the tangent of half a turn, and of a turn in radians.
 TURN_FRACTION = 12
-#: Bits of the tangents of half turns before their fractions: from 16 on no arc is possible.
+#: Bits of the tangents of half turns before their fractions: at 16 or more, no arc is possible.
 SHARPEST_BITS = 4
 #: Fraction bits of a tangent as a share of its segment.
 SHARE_BITS = 16
@@ -90,7 +90,7 @@ _TURN_STEPS = 64
 VALUE_BITS = 28
 #: Blocks along each edge of the wavefront's map.
 BLOCKS = 32
-#: Cost of a block from which no way leads to the goal: greater than the cost of any way.
+#: Cost of a block from which no route leads to the goal: greater than the cost of any route.
 FAR = 1 << 30
 #: Sweeps over the blocks, forward and backward, after which both relaxations of the wavefront end.
 SWEEPS = 64

@@ -23,7 +23,7 @@ class PathResult:
     segment : int or None
         First colliding segment; 0 is the segment from the aircraft.
     cell : tuple of int, or None
-        x and y of the first colliding cell, in cells of its map.
+        The x and y of the first colliding cell, in cells of its map.
     coarse : bool or None
         True if that cell belongs to the coarse map.
     cells : int or None

@@ -36,7 +36,7 @@ LIFTS = 4
 RETURNED = 8
 #: Width of the slope of a surface.
 SLOPE_BITS = 4
-#: Slope for the island of fresh seeds beside the population of a warm start.
+#: Slope for the island of fresh seeds alongside the population of a warm start.
 WARM_SLOPES = (0,)
 #: Bytes of a key on the link.
 _KEY_BYTES = 4
@@ -59,9 +59,10 @@ class RunOptions:
         While the best path is feasible, a child is walked only if it is cheaper than the path of
         this rank.
     slopes : tuple of int
-        One island for each, bred in turn: at most two, and on a warm start at most one, beside the
-        earlier population. Its route is found on the minimum ground of the blocks, raised until no
-        slope exceeds this number, 1..15, times half the climb limit; 0 leaves the ground unchanged.
+        One island for each, bred in turn: at most two, and on a warm start at most one, alongside
+        the earlier population. Its route is found on the minimum ground of the blocks, raised until
+        no slope exceeds this number, 1..15, times half the climb limit; 0 leaves the ground
+        unchanged.
     seeds : int
         Paths seeded along each route, of which the best become the island's population.
     lifts : int

@@ -106,7 +106,7 @@ class SimulatedBoard:
         Raises
         ------
         JobError
-            If the simulator has ended, takes no client, or serves a pseudo terminal.
+            If the simulator has ended, does not take clients, or serves a pseudo terminal.
         """
         self.check()
         if self._address is None:
@@ -127,7 +127,7 @@ class SimulatedBoard:
         return self._process.pid
 
     def cycles(self) -> int:
-        """Return the number of cycles simulated until now.
+        """Return the number of simulated cycles.
 
         Raises
         ------
@@ -143,7 +143,7 @@ class SimulatedBoard:
         Parameters
         ----------
         after_bytes : int
-            Number of bytes from now on, 1 or more: the reset counts from the start bit of the last
+            Number of bytes from now, 1 or more: the reset counts from the start bit of the last
             of them on the line to the chip. 0 cancels a pending reset, as every call
             does.
         after_cycles : int

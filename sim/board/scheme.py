@@ -24,7 +24,7 @@ __all__ = ["SCHEME", "SimulatedScheme", "start_simulated"]
 
 #: Attempts of a frame: TCP loses none, so one is sent again only to a board that hangs.
 _ATTEMPTS = 3
-#: Patience in seconds of a URL without one, by simulator; Icarus is a thousand times slower.
+#: Default patience of a URL, in seconds, by simulator; Icarus is a thousand times slower.
 _PATIENCE_S = {"verilator": PATIENCE_S, "icarus": 360.0}
 
 

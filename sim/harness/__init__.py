@@ -108,7 +108,7 @@ class VerilatedChecker:
         self._process.wait()
 
     def write(self, heights: NDArray[np.integer], x: int = 0, y: int = 0) -> None:
-        """Write a rectangle of the map, ``heights`` [y, x] in altitude steps, from ``x, y`` on."""
+        """Write a rectangle of the map at ``x, y``: ``heights`` [y, x], in altitude steps."""
         rows, columns = heights.shape
         bits = self.config.coordinate_bits
         ys, xs = np.mgrid[y : y + rows, x : x + columns].astype(np.uint64)

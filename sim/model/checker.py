@@ -128,9 +128,9 @@ class Verdict:
     clear : bool
         The opposite of ``collision``: every check ends. The paper's flag "over".
     segment : int
-        First segment that collides, 0 the one that leaves the aircraft; 0 without collision.
+        First segment that collides, 0 the one that leaves the aircraft; 0 if none collides.
     x, y : int
-        Its first colliding cell, in cells of its map; 0 without collision.
+        Its first colliding cell, in cells of its map; 0 if none collides.
     coarse : bool
         That map is the coarse one.
     cells : int
@@ -180,7 +180,7 @@ def to_coarse(config: Config, point: Point) -> Point:
 
 
 def check_points(config: Config, points: Sequence[Sequence[int]]) -> None:
-    """Refuse ``points`` that are no path of ``config``: two or more, aircraft and goal included.
+    """Refuse ``points`` that are not a path of ``config``: two or more, aircraft and goal included.
 
     Raises
     ------

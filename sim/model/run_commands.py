@@ -49,14 +49,14 @@ class RunningModel:
 
     A run of up to 4,000 generations is over when RUN is answered. A longer one continues in a
     thread: STATUS reports it, STOP ends it, BEST is refused, and before all else the caller waits
-    for its end by :meth:`settle`, where the chip refuses the command.
+    for its end by :meth:`settle`, if the chip refuses the command.
 
     Parameters
     ----------
     config : Config
         Must have the planner core.
     terrain : TerrainModel
-        The map, of corners; observed from here on.
+        The map, of corners; observed from this point.
 
     Attributes
     ----------

@@ -42,7 +42,7 @@ def test_draw_plan_take_along_and_open_again(open_desk, tmp_path):
     for part in ("relief", "plan"):
         assert colours(pixels(page.locator(f'[data-part="{part}"] canvas'))) > 100, part
     before = page.evaluate("location.hash")
-    # A circle on the way, a polygon beside it, another start.
+    # A circle on the route, a polygon next to it, another start.
     page.get_by_role("button", name="Circle", exact=True).click()
     page.mouse.move(*spot(page, 0.5, 0.5))
     page.mouse.down()

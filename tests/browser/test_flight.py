@@ -126,7 +126,7 @@ def test_a_flight_whose_tab_is_closed_is_flown_to_its_end(open_desk):
     page = open_desk()
     folder = take_off(page)
     page.close()
-    # Another one looks at it meanwhile.
+    # Another client watches it meanwhile.
     other = open_desk()
     panel(other, "Saved plans").click()
     other.get_by_role("button", name=re.compile(r"\(flies\)")).click()

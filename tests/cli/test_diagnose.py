@@ -87,7 +87,7 @@ def test_writes_the_reason_and_its_picture(diagnosed, tmp_path):
     assert written == json.loads(diagnosed(*WALL, "--json")[1])
     assert (out / "diagnosis.png").read_bytes().startswith(b"\x89PNG")
 
-    # A later run that finds a path leaves no picture of a reason.
+    # A later run that finds a path does not leave a picture of a reason.
     assert diagnosed("--out", str(out))[0] == 0
     assert [file.name for file in out.iterdir()] == ["diagnosis.json"]
     assert json.loads((out / "diagnosis.json").read_text())["connected"] is True

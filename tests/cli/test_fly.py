@@ -14,7 +14,7 @@ PATH = [(1000.0, 1000.0, 330.0), (3000.0, 2500.0, 400.0), (5200.0, 2800.0, 330.0
 
 @pytest.fixture
 def summary(tmp_path):
-    """Write a run over hills: path of any heights, terrain beside it."""
+    """Write a run over hills: a path of any heights, with its terrain."""
     y, x = np.mgrid[:61, :81]
     elevation = 150 + 80 * np.sin(x / 9) * np.cos(y / 7)
     np.savez(tmp_path / "terrain.npz", elevation=elevation, dx_m=100.0, dy_m=100.0)

@@ -30,7 +30,7 @@ NUMBERS = [
 ]
 #: Steps before a flight reaches the start of its path, and well after it.
 BEGUN, UNDERWAY = 600, 3000
-#: ``pathgene`` with a flight that prints "flying" after some time, and is slow from then on.
+#: ``pathgene`` with a flight that prints "flying" after some time, and is slow afterwards.
 SLOWLY = f"""
 import sys, time
 from pathgene.host.cli import main
@@ -76,7 +76,7 @@ def at_step(monkeypatch):
 
 
 def assert_interrupted(out, table):
-    """Assert that the file of a flight says so, and that it is alone."""
+    """Assert that the file of a flight says so, and that it is the only file."""
     assert [file.name for file in out.iterdir()] == ["flight.json"]
     content = json.loads((out / "flight.json").read_text())
     track = content.pop("track")

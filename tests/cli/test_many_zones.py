@@ -12,7 +12,7 @@ MOST_S = 6.0
 
 
 def circles(file, count):
-    """Write circles of 5 to 15 m beside the way as GeoJSON."""
+    """Write circles of 5 to 15 m next to the route as GeoJSON."""
     rng = random.Random(1)
     features = []
     while len(features) < count:
@@ -31,7 +31,7 @@ def circles(file, count):
 
 
 def test_five_thousand_circles(hills, tmp_path):
-    """It took 22 s where each zone was drawn, tested and rastered alone."""
+    """It took 22 s when each zone was drawn, tested and rasterized by itself."""
 
     def planned(count):
         out = tmp_path / str(count)

@@ -31,7 +31,7 @@ WHOLE = "pathgene: Interrupted; the flight is written, but not all of its pictur
 GROUNDED = "pathgene: Interrupted before the flight began; nothing is written to "
 # Each process of a trial has this variable in its environment.
 MARK = "PATHGENE_TRIAL"
-# A board is served for ever.
+# A board is served until a signal ends it.
 SERVED_S = 3.0
 # The longest time from the end of a search to the last file of its path, seconds.
 WRITING_S = 2.0
@@ -138,7 +138,7 @@ class Moment:
 
     #: The program has set its handlers of signals, and not removed them yet.
     announced: bool
-    #: Its text on standard output and standard error until now.
+    #: Its text on standard output and standard error before the signal.
     printed: str
     said: str
     #: Seconds since the epoch.
@@ -168,7 +168,7 @@ def interrupted(command, number, delay_s, *, to_group, program=PROGRAM):
 
 
 def signalled(process, number, output, errors, *, to_group):
-    """Stop a process, look at it, and send it a signal; return None if it has ended before."""
+    """Stop a process, inspect it, and send it a signal; return None if it has ended before."""
     tasks = Path(f"/proc/{process.pid}/task")
     if process.poll() is not None:
         return None
@@ -199,7 +199,7 @@ def field(file, name):
 
 
 def written(file):
-    """Return the text that a program has written to a file until now."""
+    """Return the text that a program has written to a file."""
     return os.pread(file.fileno(), os.fstat(file.fileno()).st_size, 0).decode()
 
 

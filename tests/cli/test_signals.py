@@ -1,4 +1,4 @@
-"""Signals that end a command: it writes the best path and leaves no process."""
+"""Signals that end a command: it writes the best path and does not leave a process."""
 
 import contextlib
 import json
@@ -93,7 +93,7 @@ def test_an_interrupt_before_a_path_is_found_writes_nothing(hills, tmp_path, mon
 
 
 def test_a_job_that_fails_by_the_signal_is_an_interrupt(hills, tmp_path, monkeypatch, capsys):
-    """A signal to a group ends a compiler or a simulator before this process looks at it."""
+    """A signal to a group ends a compiler or a simulator before this process checks it."""
 
     def failed(*arguments, **options):
         with contextlib.suppress(KeyboardInterrupt):
@@ -128,7 +128,7 @@ def test_an_interrupt_while_the_program_is_imported(line):
         assert any(each.rstrip().endswith(f" {line}") for each in process.stderr)
         process.send_signal(signal.SIGINT)
         said = [each for each in process.stderr if not each.startswith("import time:")]
-    # After the imports the handlers are there.
+    # After the imports the handlers are set.
     assert process.returncode in (-signal.SIGINT, 128 + signal.SIGINT, 0)
     assert said in ([], ["pathgene: Interrupted before the end.\n"])
 

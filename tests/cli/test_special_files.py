@@ -16,7 +16,7 @@ NULL = Path("/dev/null")
 
 
 def link(folder, *names):
-    """Put links to a device into a folder; return a function that asserts that they are there."""
+    """Put links to a device into a folder; return a function that asserts that they still exist."""
     folder.mkdir(exist_ok=True)
     links = [folder / name for name in names]
     for file in links:

@@ -323,7 +323,7 @@ LOST = (">&- 2>&-", ">full 2>full", ">broken 2>broken", ">broken")
     ],
 )
 def test_every_command_without_its_output(redirected, inputs, tmp_path, name, redirection):
-    """The job is done, its file is there, and the status tells that the output is lost."""
+    """The job is done, its file exists, and the exit status says that the output is lost."""
     arguments, file = COMMANDS[name]
     given = [argument.format(**inputs, out=tmp_path) for argument in arguments]
     done = redirected(redirection, *given)

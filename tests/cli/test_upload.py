@@ -96,7 +96,7 @@ def test_a_plan_file_of_a_path_that_is_not_feasible_stays_here_too(
     )
     assert main([*arguments, "--infeasible"]) == 0
 
-    # A ground station saves its own members alone.
+    # A ground station saves only its own members.
     document = json.loads(file.read_text())
     del document["pathgene"]
     file.write_text(json.dumps(document))

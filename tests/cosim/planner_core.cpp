@@ -10,7 +10,7 @@
 //   6 stall           reads the best paths; with a stall s above 0, records move only in about one
 //                     cycle of s; answers: number of bytes, and the bytes
 //   7 cycles word*    starts a run, and resets the chip after `cycles` cycles
-//   8                 stops, where there is no run
+//   8                 stops, while no run is in progress
 //
 // Verilator spells the double underscore of a port ___05F.
 

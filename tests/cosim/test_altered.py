@@ -110,7 +110,7 @@ def altered_verilog(folder, name):
 
 
 def exported_of(folder, alteration, program, *arguments):
-    """Return the output of a program that runs beside an altered copy of the gateware."""
+    """Return the output of a program that runs next to an altered copy of the gateware."""
 
     def export():
         file, old, times, new = alteration

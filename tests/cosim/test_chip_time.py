@@ -1,4 +1,4 @@
-"""The time stated for a replan on the chip, beside the time of the gates and their line."""
+"""The time stated for a replan on the chip, compared with the time of the gates and their line."""
 
 import contextlib
 import dataclasses

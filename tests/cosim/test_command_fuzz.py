@@ -50,6 +50,6 @@ def test_a_run_makes_commands_wait(seeds, frames):
         counts += fuzz_during_runs(seed, frames)
     print(table(counts))
     assert counts.total() == seeds * frames
-    # Few are BAD_VALUE: of the commands that need not wait, a repeated RUN alone has values.
+    # Few are BAD_VALUE: of the commands that need not wait, only a repeated RUN has values.
     rare = {Status.DUPLICATE, Status.BAD_VALUE}
     assert {status for _, status in counts} >= {*Status, None} - rare

@@ -64,7 +64,7 @@ def test_a_run_makes_other_commands_wait():
         best = runs.best()
         assert best.classes[0] is PathClass.FEASIBLE
         assert best.keys[0] == ended.key
-        # A session that is opened again ends the run that the one before has left.
+        # A session that is opened again ends the run that the previous one has left.
         runs.start(options)
         assert runs.status().running
         chip.reopen()

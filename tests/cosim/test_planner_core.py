@@ -98,7 +98,7 @@ class VerilatedPlanner:
         return tuple(self._receive(2))
 
     def stop(self):
-        """Stop, where there is no run."""
+        """Send a stop while no run is in progress."""
         self._send(8)
 
     def reset_in_run(self, options, cycles):
@@ -194,7 +194,7 @@ def test_ten_thousand_generations_of_the_usual_chip():
 )
 @pytest.mark.parametrize("step", [97, pytest.param(1, marks=pytest.mark.long)])
 def test_a_stop_in_any_cycle_of_a_run(slopes, step):
-    """Nothing is bred from the next cycle on, in whatever part of the run."""
+    """Nothing is bred after the cycle of the stop, in any part of the run."""
     with VerilatedPlanner(SMALL, 64) as chip:
         flight = Flight(SMALL, 64, 7, chip)
         flight.upload()

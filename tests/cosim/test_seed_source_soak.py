@@ -30,7 +30,7 @@ MAIN = Path(__file__).with_name("seed_source_soak.cpp")
 
 @dataclass
 class Job:
-    """A run of the source: on a new map or the one before, with corners written first."""
+    """A run of the source: on a new map or the previous one, with corners written first."""
 
     problem: object
     ground: np.ndarray

@@ -40,7 +40,7 @@ def test_at_most_ten_lines():
 def test_pip_install_in_a_new_environment(tmp_path):
     wheels, folder = tmp_path / "wheels", tmp_path / "elsewhere"
     folder.mkdir()
-    # A copy, because the build leaves files beside its sources.
+    # A copy, because the build leaves files next to its sources.
     tree = tmp_path / "tree"
     archive = run("git", "-C", ROOT, "ls-files", "-z").split("\0")
     for name in archive:

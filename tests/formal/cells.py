@@ -52,7 +52,7 @@ class Segment:
         return Mux(self.rise < 0, self.stop.altitude, self.start.altitude)
 
     def is_ceiling(self, k, altitude):
-        """Return whether just the ground from ``altitude`` on collides with cell ``k``."""
+        """Return whether exactly the ground at or above ``altitude`` collides with cell ``k``."""
         n = self.length
         scaled = self.start.altitude * n + k * self.rise
         inside = (scaled <= altitude * n) & (scaled > altitude * n - n)

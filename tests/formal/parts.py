@@ -42,7 +42,7 @@ def comes_back(m, states, earlier, age, away, limit, *, most):
     ----------
     m : Module
     states : (Signal, Signal)
-        The state in the cycle before, and in this one.
+        The state in the previous cycle, and in this one.
     earlier : dict of ChipState to int
         Every other state, and how many have been before it, at most.
     age, away : Signal

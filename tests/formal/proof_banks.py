@@ -12,9 +12,9 @@ from tools.formal import Proof
 class Banks(Elaboratable):
     """Proved for all time, for 1, 2, 4, 8 and 16 lanes on a map of 32 x 32 cells.
 
-    For all time, since in any cycle the addresses of the banks depend on the lanes of the cycle
-    before alone. Assumed is ``walking``. Lane c has a cell whose coordinate along the major axis
-    is c modulo the number of lanes, which its ``row`` cannot but say, and any other coordinate; all
+    For all time, since in any cycle the addresses of the banks depend only on the lanes of the
+    previous cycle. Assumed is ``walking``. Lane c has a cell whose coordinate along the major axis
+    is c modulo the number of lanes, which its ``row`` always says, and any other coordinate; all
     at once or some.
 
     - Cell (x, y) is looked for in bank (x mod B, y mod B), by the first port for the first B lanes

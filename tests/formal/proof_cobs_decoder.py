@@ -16,9 +16,9 @@ class Decoder(Elaboratable):
     for a zero, except for the first code of a frame and the code after a full block (code 255).
 
     - Each place is decoded in the cycle after it came, to at most one transfer: data to itself, a
-      code to the zero that it stands for, a delimiter to the end of its frame, ``broken`` just when
-      it is in a place that is not a code's. There is no other transfer: no byte is lost, and none
-      is invented.
+      code to the zero that it stands for, a delimiter to the end of its frame, ``broken`` exactly
+      when it is in a place that is not a code's. There is no other transfer: no byte is lost, and
+      none is invented.
     - A delimiter right after a delimiter is decoded to nothing.
     - A delimiter restores the state after reset, whatever came before it.
     - In the cycle after the end of a frame there is no transfer.

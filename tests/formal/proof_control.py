@@ -42,7 +42,7 @@ class Returns(Elaboratable):
     - The unit of the state is on and no other; in LISTEN none is.
     - A unit is off in the cycle after it is done, and not earlier; the unit that is on then is the
       next one of its kind of command: crossover, mutation, update and answer of a generation, check
-      and answer, or the answer alone. A generation starts only when ``ready``, and ``begin`` tells
+      and answer, or only the answer. A generation starts only when ``ready``, and ``begin`` tells
       in the cycle between; the receiving unit is on in that cycle, too.
     """
 

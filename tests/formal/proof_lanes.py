@@ -1,4 +1,4 @@
-"""The lanes of the parallel checker together visit each cell of a segment, just once."""
+"""The lanes of the parallel checker together visit each cell of a segment exactly once."""
 
 from amaranth import *
 from amaranth.hdl import Assert, Assume, Cover
@@ -20,8 +20,8 @@ class Together(Elaboratable):
 
     Segments between any two cells arrive at any time, with and without cycles between. Assumed are
     the claims of the proof ``lane_set_up``: length, start, direction, place of
-    each lane's first cell, and a token for each group. Where the lanes start and how far they go in
-    a cycle may be anything: that it is right is proved in ``lane_starts``.
+    each lane's first cell, and a token for each group. The lanes may start anywhere and go any
+    distance in a cycle: ``lane_starts`` proves both correct.
 
     - Cell k of the segment, any one, is visited in group k / lanes, by one lane, and never else; so
       there are as many cells as the segment has.
@@ -31,7 +31,7 @@ class Together(Elaboratable):
     - Axis, direction, the major coordinate of the first cell, minor coordinates and number of
       cells of a group are told in the same cycle.
 
-    The induction is longer than any segment: the registers of the lanes depend on its start alone.
+    The induction is longer than any segment: the registers of the lanes depend only on its start.
     """
 
     LANES, MAP_SIZE = 4, 8
@@ -109,7 +109,7 @@ class Together(Elaboratable):
                     Assert(lane.minor == total.minor[fractions["minor"] :]),
                     Assert(lane.ceiling == total.rise[fractions["rise"] :]),
                 ]
-                # Invariants that the induction needs, beside the groups before.
+                # Invariants that the induction needs, besides the previous groups.
                 m.d.comb += Assert(dut.signal(f"motion_{number}") == total.as_value())
             cell = Signal(config.coordinate_bits)
             m.d.comb += cell.eq(lane.row * count + number)

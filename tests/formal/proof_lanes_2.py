@@ -1,4 +1,4 @@
-"""Two lanes of the parallel checker together visit each cell of a segment, just once."""
+"""Two lanes of the parallel checker together visit each cell of a segment exactly once."""
 
 from tests.formal import proof_lanes
 from tools.formal import Proof

@@ -18,7 +18,7 @@ class Answers(Elaboratable):
     Assumed: an epoch begins only while nothing is looked up and no row is made void.
 
     - A segment is answered if, and only if, the latest segment before it in its row, in the order
-      in which they come, is the same one, and is of the same epoch.
+      in which they come, is the same one, and belongs to the same epoch.
     - An answered segment that comes back has as its result the latest value that came back before
       it for its row, unanswered; another one has its own.
 

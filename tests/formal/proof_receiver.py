@@ -34,7 +34,7 @@ class Receiver(Elaboratable):
     ones; the decoding itself is proved of the decoder.
 
     - The CRC unit gets exactly the bytes of the frame, and starts again with each frame: a frame is
-      judged by its own bytes alone.
+      judged only by its own bytes.
     - A frame is stored if it is not broken, has 7 bytes or more, a right CRC and room for its body.
       The ring then gets, in this order, a row that says whether the frame is plain, and all bytes
       of the frame but the last four, the last of them marked. No row is lost, doubled or invented,

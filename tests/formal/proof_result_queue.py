@@ -60,7 +60,7 @@ class Queue(Elaboratable):
             with m.Elif(place <= held):
                 m.d.comb += Assert(stored == board.value)
             with m.Else():
-                # On its way to the memory.
+                # In the register before the memory.
                 m.d.comb += Assert(write.data == board.value)
         return m
 

@@ -12,9 +12,9 @@ from tools.formal import Proof
 class Ring(Elaboratable):
     """Proved for all time, by induction, for a ring of 4 rows of 8 bits.
 
-    Assumed of the writer: it writes no row that is committed and not yet fetched, and ``committed``
-    moves forward, in each cycle by any number of rows up to those that the ring has. The reader
-    is free.
+    Assumed of the writer: it does not write a row that is committed and not yet fetched, and
+    ``committed`` moves forward, in each cycle by any number of rows up to those that the ring has.
+    The reader is free.
 
     - The words transferred are the rows in order, each as it was written last before it was
       committed: none lost, none twice, none invented.

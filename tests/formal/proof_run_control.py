@@ -32,12 +32,12 @@ class Ends(Elaboratable):
     Assumed: each state waits at most ``limit`` cycles, for any ``limit`` from 8 to 255.
     Otherwise units answer anything in every cycle, and ``stop`` comes at any time.
 
-    - No state lasts ``limit`` cycles, but IDLE.
-    - While first populations come, each state leaves fewer to come than the one before it, from 90
-      on. The same holds from the second cycle on after a stop, or after the count of cycles is at
-      its greatest. So first populations take less than ``90 * limit`` cycles, and a run that is
-      stopped, or as long as can be counted, ends within as many.
-    - The cycles of a run are counted, up to the greatest number.
+    - No state except IDLE lasts ``limit`` cycles.
+    - While first populations come, each state leaves fewer to come than the previous one, starting
+      from 90. The same holds from the second cycle after a stop, or after the count of cycles has
+      reached its maximum. So first populations take less than ``90 * limit`` cycles, and a run
+      ends within the same number of cycles after a stop or after that maximum.
+    - The cycles of a run are counted, up to the maximum.
     - Nothing is bred while first populations come.
     """
 
@@ -150,7 +150,7 @@ class Ends(Elaboratable):
             Assert(control.running == ~idle),
         ]
 
-        # Cycles, as far as they go, and whether there was a stop.
+        # Cycles, up to the maximum, and whether there was a stop.
         count = Signal(self.COUNTER_BITS)
         asked = Signal()
         m.d.sync += [

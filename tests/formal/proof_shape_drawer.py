@@ -1,4 +1,4 @@
-"""The drawer of shapes looks at each corner of a box once, and ends."""
+"""The drawer of shapes visits each corner of a box once, and ends."""
 
 from amaranth import *
 from amaranth.hdl import Assert, Assume, Cover
@@ -16,9 +16,9 @@ class Drawn(Elaboratable):
 
     - A shape with a box of n corners is taken n + 1 cycles after it is offered, and at no other
       time.
-    - Any one corner, watched, is looked at just in the cycle of its number if it is in the box,
+    - Any one corner, watched, is visited exactly in the cycle of its number if it is in the box,
       and never if it is not. Numbers go by rows, backwards in every other row.
-    - A write has the corner of the cycle before.
+    - A write has the corner of the previous cycle.
     """
 
     COORDINATE_BITS = 2

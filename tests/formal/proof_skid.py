@@ -13,7 +13,7 @@ class Skid(Elaboratable):
 
     - The words of 8 bits that leave are those that entered: none lost, invented, altered or moved.
     - At most one word is inside, and one that is inside is offered.
-    - ``ready`` comes from a register: it is high just when no word is inside.
+    - ``ready`` comes from a register: it is high exactly when no word is inside.
     """
 
     def __init__(self, unit):

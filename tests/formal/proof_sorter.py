@@ -17,7 +17,7 @@ class Sorted(Elaboratable):
     Assumed of the user: all are let go only once 3 members or more were taken, in a cycle after the
     last of them, and not again meanwhile.
 
-    - The rows are in order from the best on, also while they leave. With numbers for tags, the
+    - The rows are in order, the best first, also while they leave. With numbers for tags, the
       earlier of two equal members comes first.
     - Any one member, watched by its number, is inside as often as it entered and has not left, with
       its key. If it is dropped, none inside is worse.

@@ -31,7 +31,7 @@ class Transmitter(Elaboratable):
     - The encoder gets the bytes of a body in the cycles in which they are taken, and right after
       them four bytes: the CRC of that body, lowest byte first, as its version has it. The fourth is
       marked as the last of the frame. No byte is lost, and none is invented.
-    - The CRC unit gets just the bytes of the body, and starts again before the next one.
+    - The CRC unit gets exactly the bytes of the body, and starts again before the next one.
     """
 
     def __init__(self, unit):

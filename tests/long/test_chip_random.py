@@ -65,7 +65,7 @@ def random_problem(rng):
 
 @dataclass(frozen=True)
 class Outcome:
-    """Outcome of a problem: whether the chip alone, and whether astar, has a path."""
+    """Outcome of a problem: whether the chip by itself, and whether astar, has a path."""
 
     case: int
     blocked: bool

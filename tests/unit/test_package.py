@@ -32,7 +32,7 @@ DATA = {
 
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory):
-    """A copy of the sources, because a build leaves files beside them."""
+    """A copy of the sources, because a build leaves files next to them."""
     folder = tmp_path_factory.mktemp("tree")
     ignore = shutil.ignore_patterns("__pycache__")
     for name in FOLDERS:

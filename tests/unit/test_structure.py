@@ -122,7 +122,7 @@ def circles(imports: dict[str, set[str]]) -> list[list[str]]:
 
 
 def lint_imports(folder):
-    """Run the contracts on the packages beside a ``pyproject.toml``."""
+    """Run the contracts on the packages next to a ``pyproject.toml``."""
     return subprocess.run(
         [Path(sys.executable).with_name("lint-imports"), "--no-logo", "--no-cache"],
         cwd=folder,
@@ -295,7 +295,7 @@ def components(trees: dict[str, ast.Module]) -> dict[str, tuple[str, ast.ClassDe
 
 
 def leaves_with_config(trees: dict[str, ast.Module]) -> list[str]:
-    """Return the components that take the configuration and make no other component."""
+    """Return the components that take the configuration and do not contain a component."""
     found = components(trees)
     leaves = []
     for name, (path, component) in found.items():

@@ -120,7 +120,7 @@ def _host_graph() -> str:
     graph = grimp.build_graph("pathgene")
     folders = sorted(graph.find_children("pathgene.host"))
     boxes = {box: {box, *graph.find_descendants(box)} for box in (*folders, *_NEIGHBOURS)}
-    boxes["pathgene"] = {"pathgene"}  # The public API alone, without the folders.
+    boxes["pathgene"] = {"pathgene"}  # Only the public API, without the folders.
     boxes = {box: modules for box, modules in boxes.items() if modules & graph.modules}
     owner = {module: box for box, modules in boxes.items() for module in modules}
     uses: dict[str, set[str]] = {box: set() for box in boxes}

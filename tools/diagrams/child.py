@@ -69,7 +69,7 @@ def child_scene() -> str:
                 values[label].append(int(ctx.get(signal)))
             read = ctx.get(builder.read)
             await ctx.tick()
-            # The population's memory: the waypoint of a read is there 2 cycles later.
+            # The population's memory: the waypoint of a read arrives 2 cycles later.
             path = _PARENTS.get(earlier[0], []) if earlier is not None else []
             if earlier is not None and earlier[1] < len(path):
                 held = dict(zip(names, path[earlier[1]], strict=True))

@@ -123,7 +123,7 @@ class Recording:
         return Trace(label, show, self.values[label], chosen)
 
     def around(self, label: str, after: int, before: int, after_it: int) -> tuple[int, int]:
-        """Return the span of a row's first run of ones from cycle ``after`` on, with margins."""
+        """Return the span of a row's first run of ones after cycle ``after``, with margins."""
         high = [cycle for cycle, value in enumerate(self.values[label]) if value]
         run = [cycle for cycle in high if cycle >= after]
         last = run[0]

@@ -146,7 +146,7 @@ class Case:
         return found
 
     def with_faults(self, faults: list[tuple[str, Any]]) -> Case:
-        """Return the case with these faults alone."""
+        """Return the case with only these faults."""
 
         def of(name: str) -> tuple[Any, ...]:
             return tuple(value for each, value in faults if each == name)

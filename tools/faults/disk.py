@@ -56,7 +56,7 @@ class FaultyDisk(Disk):
     Attributes
     ----------
     calls : list of str
-        The calls until now: their names, and the names of their files.
+        The calls made: their names, and the names of their files.
     failed, slowed : bool
         True once a call has failed, or the process is killed; once a call was slow.
     """

@@ -159,7 +159,7 @@ def _dying(after: int, tasks: Sequence[Task]) -> Generator[Outcome]:
 
 
 class Replacement(DiskSession):
-    """Runs that write their files into the same folder, each in the place of the one before."""
+    """Runs that write their files into the same folder, each replacing the previous files."""
 
     packages = ("files", "report")
 
@@ -183,7 +183,7 @@ class Replacement(DiskSession):
         if not visible and not is_whole:
             return
         if SUMMARY not in visible:
-            # The first run of a folder: nothing is there that tells of a run.
+            # The first run of a folder: it contains no sign of a run.
             if may_mix:
                 return
             raise DifferentError("files without a summary")

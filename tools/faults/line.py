@@ -51,7 +51,7 @@ class LineFault(StrEnum):
     STALL = "stall"
     #: The port is lost for good.
     CUT = "cut"
-    #: The port takes no bytes for ``value`` milliseconds.
+    #: The port does not accept bytes for ``value`` milliseconds.
     FULL = "full"
     #: The chip is reset: ``value`` cycles after it has the frame. The model, which answers at once,
     #: is reset before it has the frame if ``value`` is even, else before its answer leaves.
@@ -132,7 +132,7 @@ class VirtualClock:
     now_s : float
         Time, seconds.
     readings : int
-        Readings until now.
+        Readings made.
     """
 
     def __init__(self, jumps: Mapping[int, float] | None = None) -> None:
@@ -159,11 +159,11 @@ class _OneWay:
         self.happened: list[LineEvent] = []
 
     def quiet(self, size: int) -> int:
-        """Return how many of the next ``size`` bytes meet no fault."""
+        """Return how many of the next ``size`` bytes pass without a fault."""
         return min(self._events[0].at - self._sent, size) if self._events else size
 
     def send_quietly(self, data: bytes) -> list[Frame]:
-        """Send bytes that meet no fault; return the frames that arrive now."""
+        """Send bytes that pass without a fault; return the frames that arrive now."""
         self._sent += len(data)
         *ended, begun = data.split(_DELIMITER)
         arrived = []
@@ -232,7 +232,7 @@ class _OneWay:
 
 
 def _noise(event: LineEvent) -> bytes:
-    """Return bytes that look random, with few delimiters, and depend on the event alone."""
+    """Return bytes that look random, with few delimiters, and depend only on the event."""
     state = event.at * 2654435761 + event.value
     noise = bytearray()
     for _ in range(event.value):
@@ -298,7 +298,7 @@ class FaultyLine:
 
     @property
     def happened(self) -> list[LineEvent]:
-        """The faults until now."""
+        """The faults that have occurred."""
         return [event for way in self._ways.values() for event in way.happened]
 
     @property

@@ -50,9 +50,9 @@ class _Comparison:
 class LineJudge(Judge):
     """Judges sessions with a kind of board; keeps their messages without faults.
 
-    A session ends as it does without faults, or with a documented error, or by Ctrl-C. What it was
-    told until then is what it is told without faults. After it another session does the whole work,
-    over a line without faults.
+    A session ends as it does without faults, or with a documented error, or by Ctrl-C. Replies
+    received before the end equal the replies without faults. After it another session does the
+    whole work, over a line without faults.
 
     Parameters
     ----------

@@ -168,7 +168,7 @@ def _torn_line_taken_for_whole() -> Patch:
 
 
 class _Unwritten:
-    """A file that takes no bytes."""
+    """A file that does not accept bytes."""
 
     def __init__(self, file: Any) -> None:
         self._file = file

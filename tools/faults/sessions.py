@@ -142,7 +142,7 @@ def _run(task: ProblemOnChip, options: RunOptions, evaluator: Evaluator, tell: T
     status, best = task.run(options, lambda _: next(looks, None) is None)
     paths = [task.metres(path) for path in best.paths]
     fitness = [evaluator.evaluate(path).fitness for path in paths]
-    # The cycles depend on how much of the map has changed since the run before.
+    # The cycles depend on how much of the map has changed since the previous run.
     tell((status.generations, status.key, best.keys, best.paths, fitness))
     return paths[0]
 

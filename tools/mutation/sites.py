@@ -12,7 +12,7 @@ from pathlib import Path
 
 __all__ = ["EXCLUDED", "Alteration", "Site", "draw", "gateware_files", "sites_of"]
 
-#: Files of ``hdl/`` that are no gateware: board tables, build and routing tools, writers of files.
+#: Files of ``hdl/`` that are not gateware: board tables, build and routing tools, writers of files.
 EXCLUDED = frozenset(
     {
         "hdl/boards/__init__.py",
@@ -316,7 +316,7 @@ class _Finder(ast.NodeVisitor):
         self.visit(node.value)
 
     def visit_Assert(self, node: ast.Assert) -> None:
-        """Leave assertions out: they make no circuit."""
+        """Leave assertions out: they do not become circuits."""
 
     def visit_Raise(self, node: ast.Raise) -> None:
         """Leave messages out: the tests of the units match them as a whole."""

@@ -75,7 +75,7 @@ class Workshop:
     root : Path
         The project.
     folder : Path
-        Where the copy goes; is made.
+        Folder of the copy; it is created.
     limit_s : float
         Maximum processor time of one test.
     wall_s : float

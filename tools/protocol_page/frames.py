@@ -350,7 +350,7 @@ def _without_core(host: Recorder) -> None:
 
 
 def _runs(host: Recorder) -> None:
-    """Record a run, a shape that appears on the way, and a warm run from further ahead."""
+    """Record a run, a shape that appears on the path, and a warm run from further ahead."""
     config = host.config
     open_session(host)
     host.say("RUN refused", "there is no problem yet", Command.RUN, _options().pack(config))

@@ -1,4 +1,4 @@
-"""Texts of the protocol's page for commands and codes; each field has its own text beside it."""
+"""Texts of the protocol's page for commands and codes; each field has its own text next to it."""
 
 from __future__ import annotations
 

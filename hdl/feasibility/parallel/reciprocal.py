@@ -124,7 +124,7 @@ class Reciprocals(Unit):
         m = Module()
 
         edge = 1 << self.coordinate_bits
-        lengths = [*range(edge), *range(edge, 0, -1)]  # Rows from `edge` on: of -edge and above.
+        lengths = [*range(edge), *range(edge, 0, -1)]  # Rows `edge` and up: of -edge and up.
         m.submodules.table = table = memory.Memory(
             shape=self.precision.reciprocal,
             depth=len(lengths),

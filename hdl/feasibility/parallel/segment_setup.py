@@ -82,7 +82,7 @@ class SegmentShaper(Unit):
     """Stages that derive a segment's shape from its ends: base class of the launching units.
 
     First differences, their signs, and the major axis; then small multiples of the differences,
-    beside the reciprocal of the length.
+    alongside the reciprocal of the length.
 
     Attributes
     ----------

@@ -40,8 +40,8 @@ def motion_layout(
 class Slopes(Unit):
     """Multiplies differences by the reciprocal of the length, one segment per cycle.
 
-    A lane's first cell comes from a separate product, of a multiple of the difference, and so needs
-    no sum of slopes. ``origins`` and ``step`` follow ``segment`` by 1 cycle, for one cycle:
+    A lane's first cell comes from a separate product, of a multiple of the difference, and so does
+    not need a sum of slopes. ``origins`` and ``step`` follow ``segment`` by 1 cycle, for one cycle:
     products of registers go to registers, and the sums of their parts to the lanes in the same
     cycle. On a target, the multipliers contain these registers.
 

@@ -82,7 +82,7 @@ class TerrainMemory(Unit):
     write_enable : In(1)
     write_x, write_y : In(coordinate_bits)
     write_altitude : In(altitude_bits)
-        Cell to be written; reads see it from the next cycle on.
+        Cell to be written; reads see it starting in the next cycle.
     lookup_valid : In(1)
     lookup_x, lookup_y : In(coordinate_bits)
         With ``compare``: cell to be looked up; not in the cycle of a write.

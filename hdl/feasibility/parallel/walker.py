@@ -22,11 +22,11 @@ class ParallelWalker(Unit):
     """Walks all segments in the detailed map, ``lanes`` cells per cycle.
 
     A segment of n cells takes n / ``lanes`` cycles, rounded up. Segments and paths follow each
-    other without a gap as long as the next point is there and no path is dropped. A lone path of G
-    such cycles, its points in successive cycles, is decided ``G + memory_latency + 9`` cycles after
-    its first point is taken, that cycle included. Its verdict is offered in the next one: after
-    ``G + 12`` cycles with a latency of 2. A segment's first group follows its second point by 5
-    cycles: two of set-up, two for slopes, one to the banks. A group's step follows it by
+    other without a gap as long as the next point is available and no path is dropped. A lone path
+    of G such cycles, its points in successive cycles, is decided ``G + memory_latency + 9`` cycles
+    after its first point is taken, that cycle included. Its verdict is offered in the next one:
+    after ``G + 12`` cycles with a latency of 2. A segment's first group follows its second point by
+    5 cycles: two of set-up, two for slopes, one to the banks. A group's step follows it by
     ``memory_latency + 3``: comparison, bank, first hit.
 
     In the cycle of ``drop``, the group of the path is still read. The remaining points of the path

@@ -47,7 +47,7 @@ class AltitudeComparator(Unit):
     visit : In(visit_layout)
         Cell whose address the memory gets in this cycle.
     level : In(level_layout)
-        Altitude of the path at the cell of the cycle before.
+        Altitude of the path at the cell of the previous cycle.
     ground : In(altitude_bits)
         Altitude of the cell visited ``memory_latency + 1`` cycles ago, from a register.
     drop : In(1)

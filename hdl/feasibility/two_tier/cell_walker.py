@@ -62,15 +62,15 @@ class CellWalker(Unit):
     segment_begins : Out(1)
         A segment is taken to be walked.
     drop : In(1)
-        Leave the path of the latest visited cell from the next cycle on; that cell must not have
-        been its last. A cell may still be visited in the cycle of ``drop``; it is void. Later
+        Leave the path of the latest visited cell, starting in the next cycle; that cell must not
+        have been its last. A cell may still be visited in the cycle of ``drop``; it is void. Later
         segments of the path are taken and not walked, one per cycle.
     visiting : Out(1)
         ``visit`` is visited in this cycle.
     visit : Out(visit_layout)
         A register.
     level : Out(level_layout)
-        Altitude at the cell that was visited in the cycle before.
+        Altitude at the cell that was visited in the previous cycle.
     """
 
     coordinate_bits: Width(1)

@@ -114,7 +114,7 @@ class TwoTierSegmentSetup(Unit):
         ]
 
         def located(point):
-            """Return x and y of a point in the cells of the segment's map."""
+            """Return the x and y of a point in the cells of the segment's map."""
             return [Mux(coarse, axis >> shift, axis) for axis in (point.x, point.y)]
 
         (start_x, start_y), (stop_x, stop_y) = located(previous), located(point)

@@ -24,7 +24,7 @@ PLACE_BITS = 4
 
 
 def row_bits_of(max_waypoints: int) -> int:
-    """Return the width of a row of a path: its points from the start on, and its exit."""
+    """Return the width of a row of a path: its points beginning with the start, and its exit."""
     return (max_waypoints + 2).bit_length()
 
 

@@ -39,14 +39,14 @@ class PathStore(Unit):
     has_entry : In(1)
         The records of each path begin with the record of its start. Steady.
     head : In(head_layout)
-        Head of the path whose first point was taken in the cycle before.
+        Head of the path whose first point was taken in the previous cycle.
     taken : In(taken_layout)
     record : In(chord_record_layout)
     path : Out(kept_layout)
         The path that is scored next, from the second cycle after its goal, and after its first
         record, until ``scored``.
     scored : In(1)
-        The path is scored, at least 2 cycles after the path before.
+        The path is scored, at least 2 cycles after the previous path.
     read : In(read_layout)
     row : Out(stored_layout)
         The row read last, from the cycle after ``read.enable`` on.

@@ -107,7 +107,7 @@ class ArcFitter(Unit):
         before = Signal(turn_layout(self.widths), reset_less=True)
         second = Signal(turn_layout(self.widths), reset_less=True)
         opens = Signal(reset_less=True)
-        sends, follows = Signal(), Signal()  # The second is a segment; the one before, a slot.
+        sends, follows = Signal(), Signal()  # `second` is a segment; `before` is a slot.
         draining = Signal(2)
 
         # After the last point, and at the first point of the next path, there is no tangent.

@@ -49,11 +49,11 @@ class ArcPlacer(Unit):
     start_altitude : Out(widths.part)
         Altitude of the point before the arc.
     before, after : Out(widths.part)
-        Altitudes of the ends of the arc; without one, of the point.
+        Altitudes of the ends of the arc, or of the point if there is no arc.
     rise : Out(signed(widths.part + SHARE_BITS + 2))
         Their difference with 16 more bits.
     ends : Out(end_layout).array(2)
-        Ends of the chord, where there is an arc.
+        Ends of the chord, if there is an arc.
     """
 
     widths: InstanceOf(Widths)

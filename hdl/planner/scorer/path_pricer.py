@@ -17,9 +17,9 @@ __all__ = ["PathPricer", "laid_layout"]
 def laid_layout(widths: Widths) -> data.StructLayout:
     """Return the layout of a segment with the arc at its end.
 
-    ``first``, ``last`` (segment of its path), ``length``, ``tangent`` (of the arc, 0 without one),
-    ``arc_length``, ``start_altitude`` (of the point where the segment begins), ``before`` and
-    ``after`` (altitudes where the arc begins and ends; without one, of the waypoint).
+    ``first``, ``last`` (segment of its path), ``length``, ``tangent`` (of the arc, 0 if there is
+    none), ``arc_length``, ``start_altitude`` (of the point where the segment begins), ``before``
+    and ``after`` (altitudes where the arc begins and ends, or of the waypoint if there is no arc).
     """
     return data.StructLayout(
         {

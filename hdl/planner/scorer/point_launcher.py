@@ -21,9 +21,9 @@ class PointLauncher(Unit):
     """Launches a point in every slot, as long as points come: a path with its entry and exit.
 
     One point is kept. It leaves in the second cycle of a slot, and the next slot is its own; in
-    that cycle, or where none is kept, the next one is taken. The first point of a path, or the
+    that cycle, or if none is kept, the next one is taken. The first point of a path, or the
     entry, leaves if the point was taken in an earlier cycle, the second is offered, and there was
-    room in the cycle before. The second is then in time for the slot after; where a later one is
+    room in the previous cycle. The second is then in time for the slot after; if a later one is
     not, slots without ``valid`` go before it.
 
     Members

@@ -28,7 +28,7 @@ MEMORY_STEPS, MEMORY_BITS = 6, 8
 
 
 class Kind(enum.Enum):
-    """Cycles in which a value is there."""
+    """Cycles in which a value is available."""
 
     STEADY = enum.auto()
     HELD = enum.auto()
@@ -44,7 +44,7 @@ class Timed:
     ----------
     value : Value
     time : int
-        First cycle in which the value is there; even for held ones, 0 for steady ones.
+        First cycle in which the value is available; even for held ones, 0 for steady ones.
     kind : Kind
     """
 
@@ -145,7 +145,7 @@ class Schedule:
         return Timed(getattr(unit, output), time + unit.latency, kind)
 
     def _meet(self, inputs) -> tuple[int, Kind]:
-        """Return the first time at which all inputs are there, and the kind of their result."""
+        """Return the first time at which all inputs are available, and the kind of their result."""
         kinds = {each.kind for each in inputs}
         time = max(each.time for each in inputs)
         if Kind.PAIR not in kinds:

@@ -71,10 +71,10 @@ class Scorer(Unit):
     once. Nothing inside waits, and every output must be taken.
 
     *Launch.* ``launches`` is set for a path in the first cycle with ``phase`` in which its first
-    point has been taken in an earlier cycle, its second is offered, there was ``room`` in the cycle
-    before, and the path before, if it was of m points, was launched 2 m cycles ago or more. The
-    first slot of the path begins with the next cycle. The scorer keeps one point: it leaves for its
-    slot in the cycle before that, ``L + 2 (i + has_entry)`` for point i of those that come in,
+    point has been taken in an earlier cycle, its second is offered, there was ``room`` in the
+    previous cycle, and the previous path, if it had m points, was launched 2 m cycles ago or more.
+    The first slot of the path begins with the next cycle. The scorer keeps one point: it leaves for
+    its slot in the cycle before that, ``L + 2 (i + has_entry)`` for point i of those that come in,
     counted from 0, of a path launched in cycle L. In that cycle the next point is taken, unless it
     is late; where none is kept, at once.
 
@@ -186,7 +186,7 @@ class Scorer(Unit):
         m.d.comb += [launcher.room.eq(self.room), self.launches.eq(launcher.launches)]
 
     def _measure(self, m, stages):
-        """Add the way of a point to the fitter; a slot has the segment that ends at its point."""
+        """Add the stages from a point to the fitter; a slot has the segment up to its point."""
         launcher, segments, turns, slopes = self.launcher, self.segments, self.turns, self.slopes
         fitter = self.fitter
         measured, fitting = segments.latency, self._fitting
@@ -217,7 +217,7 @@ class Scorer(Unit):
         ]
 
     def _lay_arcs(self, m, stages):
-        """Add the way from the fitter to the chords, and to the cost."""
+        """Add the stages from the fitter to the chords, and to the cost."""
         launcher, fitter, arcs, placer = self.launcher, self.fitter, self.arcs, self.placer
         fitted_at = self._fitting + fitter.latency
         placing = fitted_at + arcs.latency

@@ -35,9 +35,9 @@ class SegmentSource(Unit):
     """Reads stored paths, and makes segments of their points: each path without a gap.
 
     A row is a point and the chord there; row 0 belongs to the start. Every further row makes the
-    segment from the point before, and then the chord if it is present. Row 0 makes the chord alone,
-    and is read only if there is one, so that each row read makes a segment. Rows are read ahead of
-    their turn, also across the end of a path.
+    segment from the previous point, and then the chord if it is present. Row 0 makes only the
+    chord, and is read only if there is one, so that each row read makes a segment. Rows are read
+    ahead of their turn, also across the end of a path.
 
     The first segment of a path is offered 2 cycles after the path, or later if segments before it
     are not taken. After that a segment is offered in every cycle, and the next path follows at

@@ -34,7 +34,7 @@ class BlockMap(Unit):
         A block has ``2**block_shift`` corners along each edge, which are at most a 32nd of the
         map's, or one. Steady in a scan and while blocks are read.
     start, goal : In(corner_layout)
-        Their blocks are free; where a corner there is blocked, they have the altitude of the end.
+        Their blocks are free; if a corner there is blocked, they have the altitude of the end.
         Steady while blocks are read, and a cycle before.
     write : In({"valid", "x", "y"})
         This corner is written. Not while ``busy``.

@@ -14,7 +14,7 @@ __all__ = [
     "way_layout",
 ]
 
-#: x and y of a block.
+#: Position of a block.
 place_layout = data.StructLayout({"x": BLOCK_BITS, "y": BLOCK_BITS})
 
 #: Constants of a step that depend on its direction: ``factor``, of the sum of both altitudes;

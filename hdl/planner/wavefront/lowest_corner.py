@@ -22,7 +22,8 @@ def lowest_layout(lanes, altitude_bits):
 class LowestCorner(Unit):
     """First of the lowest corners in a row, by halving the row in every cycle.
 
-    ``lowest`` follows :attr:`latency` cycles after the corners. Its ``none`` is high without one.
+    ``lowest`` follows :attr:`latency` cycles after the corners. Its ``none`` is high if no corner
+    qualifies.
 
     Attributes
     ----------
@@ -50,7 +51,7 @@ class LowestCorner(Unit):
     def elaborate(self, platform):
         m = Module()
 
-        # Above an altitude, the highest bit tells that there is none. Lanes grow by a bit a level.
+        # Above an altitude, the highest bit flags a missing corner. Lanes grow by a bit a level.
         left = []
         for lane, (corner, counts) in enumerate(zip(self.corners, self.counts, strict=True)):
             key = delay_line(m, Cat(corner, ~counts), 1, f"key_0_{lane}")

@@ -1,8 +1,8 @@
 """A pass over the blocks, a block in every cycle.
 
-A block's new cost follows from its own cost, from costs of the row before, and from the cost of the
-block just done. All but the last are summed and compared ahead, so the last cycle has only one
-comparison beside one sum.
+A block's new cost follows from its own cost, from costs of the previous row, and from the cost of
+the block just done. All but the last are summed and compared ahead, so the last cycle has only one
+comparison in parallel with one sum.
 """
 
 from amaranth import *
@@ -40,7 +40,7 @@ class Relaxer(Unit):
     A pass takes 1,024 cycles plus the cycles of the pipeline: ``busy`` is high for
     :attr:`pass_cycles` - 1 cycles from the one after ``launch``. It goes over the blocks by rows,
     forwards or backwards; the neighbours of a block are the four that the pass has already visited.
-    No cost of a block exceeds 2**30, the cost of a block without a way.
+    No cost of a block exceeds 2**30, the cost of a block without a route.
 
     Equals half a sweep of ``spread`` of :mod:`pathgene.sim.model.planner.definition.wavefront`; and
     of ``limit_slopes``, where costs are depths below the top altitude, and each step costs its
@@ -128,7 +128,7 @@ class Relaxer(Unit):
         # 2**30 where no step leads.
         costs = self._step_costs(m, later)
 
-        # The row before, from north-east on.
+        # The previous row, starting in the north-east.
         column = later(_READ - 1)[:BLOCK_BITS]
         done = Signal(COST_BITS, reset_less=True)
         written = later(_WRITTEN)
@@ -152,7 +152,7 @@ class Relaxer(Unit):
         single = least(sums[2], self.cost, "single")
         ahead = least(pair, single, "ahead")
         west = delay_line(m, costs[0], 3, "west")
-        # The block just done is better below this cost.
+        # The block just visited is better below this cost.
         below = register(ahead - west, "below")
         ahead, west = register(ahead, "ahead_held"), register(west, "west_held")
         m.d.sync += done.eq(Mux(done < below, done + west, ahead))

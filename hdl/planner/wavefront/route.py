@@ -18,7 +18,7 @@ __all__ = ["Route"]
 #: Blocks of a straight line.
 _STRAIGHT_BITS = 6
 _STRAIGHT = 1 << _STRAIGHT_BITS
-#: x and y of a block and its neighbours from the block, and the index of their way: the block
+#: Relative x and y of a block and its neighbours, and the index of their direction: the block
 #: itself first, then its neighbours by rows.
 _STEPS = (
     (0, 0, 0),
@@ -34,8 +34,8 @@ class Route(Unit):
     """Follows the minimum costs from the start to the goal, and keeps the blocks.
 
     The next block is the first of the eight neighbours, by rows, that has the minimum cost; one
-    neighbour is read per cycle. Where the start has no way, the route is a straight line of 64
-    blocks. ``busy`` is high for as many cycles as
+    neighbour is read per cycle. If the start has no route to the goal, the result is a straight
+    line of 64 blocks. ``busy`` is high for as many cycles as
     :func:`pathgene.sim.model.planner.wavefront_cycles.routing` says. Equals ``descend`` of
     :mod:`pathgene.sim.model.planner.definition.wavefront`.
 
@@ -65,7 +65,7 @@ class Route(Unit):
 
     altitude_bits: Width(1)
 
-    #: Cycles for a block of the route with a way to the goal; for the last one as well.
+    #: Cycles for a block with a route to the goal; for the last one as well.
     step_cycles = len(_STEPS) + _SUMMED + 1
 
     def interface(self):
@@ -124,7 +124,8 @@ class Route(Unit):
             with m.State("STEP"):
                 m.d.sync += count.eq(count + 1)
                 with m.If((count == _READ) & is_stuck):
-                    # No neighbour stays on its way to the sum, which the next route would take.
+                    # No neighbour stays in the pipeline to the sum, which the next route would
+                    # take.
                     m.d.sync += count.eq(0)
                     m.next = "STRAIGHT"
                 with m.Elif(count == self.step_cycles - 1):
@@ -149,8 +150,8 @@ class Route(Unit):
         return m
 
     def _best(self, m, here, count):
-        """Return the best of the neighbours read, and whether the block just read has no way."""
-        # The step of the cycle before: its neighbour, whether there is one, and its way.
+        """Return the best of the neighbours read, and whether the block just read has no route."""
+        # The step of the previous cycle: its neighbour, whether it exists, and its direction.
         place = Signal(place_layout, reset_less=True)
         exists = Signal()
         way = Signal(2, reset_less=True)
@@ -175,7 +176,7 @@ class Route(Unit):
             self.after.eq(delay_line(m, self.surface.altitude, 1, "after")),
         ]
 
-        # Where there is no neighbour, the cost is out of reach.
+        # The cost of a missing neighbour is out of reach.
         price = Signal(COST_BITS)
         with m.Switch(delay_line(m, way, _PRICED - 1, "way")):
             for index in range(3):

@@ -145,7 +145,7 @@ class StepConstants(Unit):
 
         kind, way = Signal(range(len(_Kind))), Signal(range(3))
         # Both factors; the first one stays where its products follow. The product moves right
-        # through both its registers, from the adder's on.
+        # through both its registers, starting with the adder's.
         factor = Signal(signed(PART_BITS + 1), reset_less=True)
         left = Signal(_FACTOR_BITS, reset_less=True)
         high, low = Signal.like(factor, name="high"), Signal.like(left, name="low")
@@ -223,7 +223,7 @@ class StepConstants(Unit):
         return m
 
     def _operands(self, m, kind, way, distance):
-        """Return the first factor of a product, whether it is there, the second, and the shift."""
+        """Return the first factor of a product, whether it exists, the second, and the shift."""
         problem, z, falls = self.problem, self.altitude_bits, self.falls
         least = least_unit(self.coordinate_bits, z)
         # A register: `problem` is shared with further units.

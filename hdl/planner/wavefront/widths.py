@@ -25,7 +25,7 @@ __all__ = [
 #: Width of a coordinate of a block, and of its index, 32 y + x.
 BLOCK_BITS = BLOCKS.bit_length() - 1
 INDEX_BITS = 2 * BLOCK_BITS
-#: Width of a cost, also of a block without a way to the goal.
+#: Width of a cost, also of a block without a route to the goal.
 COST_BITS = FAR.bit_length()
 #: Width of a factor of altitudes: a multiplier cell takes no more.
 FACTOR_BITS = 18

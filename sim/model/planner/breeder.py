@@ -1,4 +1,4 @@
-"""Breeding, compiled: from the sorted population and the random words to the children.
+"""Compiled breeding: turns the sorted population and random words into children.
 
 A path is an array of rows x, y, step, margin, start and goal included. Each child takes a step of
 the random source. The selection word holds the ranks of its parents, and above them the draw of a
@@ -129,8 +129,8 @@ def mutate(problem: Integers, sizes: Integers, path: Integers, points: int, word
     """Apply the mutation of the mutation word to ``path``; return its points.
 
     The word chooses the operator, the place, the size, and three offsets in the box of
-    *allaire-2008*, at the places of :mod:`pathgene.hdl.protocol.planner_breeding`. Where the limits
-    of the length forbid an insertion or a deletion, the operator is a perturbation.
+    *allaire-2008*, at the places of :mod:`pathgene.hdl.protocol.planner_breeding`. If the limits of
+    the length forbid an insertion or a deletion, the operator is a perturbation.
     """
     inner = points - 2
     operator, size = draw(words, 1, *OPERATOR, MUTATIONS), field(words, 1, *SIZE)

@@ -84,12 +84,12 @@ class Members(NamedTuple):
 
 
 class Route(NamedTuple):
-    """A way over the blocks of the map.
+    """A route over the blocks of the map.
 
     Parameters
     ----------
     blocks : (3, BLOCKS, BLOCKS) int64
-        Minimum ground of each block, and x and y of a corner that has it.
+        Minimum ground of each block, and the x and y of a corner that has it.
     surface : (BLOCKS, BLOCKS) int64
         Altitude above which the route lies.
     places : (BLOCKS**2, 2) int64

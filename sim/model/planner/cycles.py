@@ -4,8 +4,8 @@ Cycles are counted from the first one of a run. A path passes scorer, decision a
 order in which paths come. The scorer takes a point in every slot of two cycles and never waits
 inside a path; the decision follows a fixed time later, and the walker takes the paths that are to
 be walked without a gap. The cycle of a path's key follows from the cycle in which
-its points are there, the number of its points, the cycles of its walk, the paths before it, and how
-many members each of them passes in the sorter.
+its points are available, the number of its points, the cycles of its walk, the paths before it, and
+how many members each of them passes in the sorter.
 
 Kernels of the compiled model and the plain definition both call these functions.
 """
@@ -89,7 +89,7 @@ CYCLES, GENERATIONS, BREED, SCORE, WALK, SORT, WAVEFRONT = range(7)
 #: and in which the walker is; cycles of the latest key, and in which the scorer takes the latest
 #: goal; paths that have entered, and points of the latest child with the cycle of its begin.
 _LAUNCHER, _SLOTS, _WALKER, _KEY, _GOAL, _ENTERED, _BEGUN, _POINTS = range(7, 15)
-#: Keys are taken from _FREE on; the next pass begins in _PASS, or when the sorter is free.
+#: Keys are taken starting in _FREE; the next pass begins in _PASS, or when the sorter is free.
 _FREE, _PASS = range(15, 17)
 #: Cycles of the latest keys, of as many paths as can be inside at once.
 _KEYS = 17
@@ -211,7 +211,7 @@ def revised(counters: Integers, number: int, dropped: int) -> int:
 
 @inlined
 def _free_after(counters: Integers, number: int) -> int:
-    """Return the cycle of the launch, or in which the goal of the path before is taken."""
+    """Return the cycle of the launch, or in which the goal of the previous path is taken."""
     free: int = counters[_GOAL] if number else counters[CYCLES]
     return free
 

@@ -1,8 +1,8 @@
 """Cycles between the units of the evaluator of paths, as in the gateware.
 
-The scorer takes a point in every slot of two cycles, entry and exit included. It takes no path
-while sixteen are inside. From then on all takes fixed numbers of cycles, but for two queues: of
-the walker, and of the keys, which leave in the order of the paths.
+The scorer takes a point in every slot of two cycles, entry and exit included. It does not take a
+path while sixteen are inside. From then on all takes fixed numbers of cycles, but for two queues:
+of the walker, and of the keys, which leave in the order of the paths.
 :func:`pathgene.sim.model.planner.cycles.enter` has the maxima that follow.
 """
 

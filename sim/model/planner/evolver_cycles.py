@@ -1,33 +1,33 @@
 """Cycles of the evolver, as in the gateware.
 
 The cycles of a plan depend on nothing that is drawn, the cycles of the sorter on its members. A
-member that is taken in cycle t and passes k members is inserted in the cycles up to t + 1 + k; from
-t + 2 + k on the sorter is *free*, and can take the next one. In a first population the worst member
-is dropped for each better one too many, and is passed, too. After a ``store`` in cycle s such a
-population is there, and keys are taken again, N cycles from s + 1 on, or from when the sorter is
+member that is taken in cycle t and passes k members is inserted in the cycles up to t + 1 + k;
+starting in t + 2 + k the sorter is *free*, and can take the next one. In a first population the
+worst member is dropped for each better one too many, and is passed, too. After a ``store`` in cycle
+s such a population is complete, and keys are taken again, in cycle s + 1 + N, or when the sorter is
 free.
 
 A generation of n children begins in cycle b, with populations of N members. ::
 
     planned   b + 8 n + 6    ready, if none was pending
-    first     b + 8 n + 7    keys are not taken from here on
-    passed    the later of `first` and the cycle from which the sorter is free; and N, and 1 + k for
-              each member that stays and passes k children: keys are taken again
-    sorted    `passed`, or the cycle from which the sorter is free of the last child if it is later
-    ready     sorted + N + 1: from the last child's key on none is taken until then
+    first     b + 8 n + 7    keys are no longer taken
+    passed    the later of `first` and the first cycle in which the sorter is free, plus N, plus
+              1 + k for each member that stays and passes k children: keys are taken again
+    sorted    the later of `passed` and the first cycle after the insertion of the last child
+    ready     sorted + N + 1: keys are taken again; none was since the key of the last child
 
 After a ``finish`` in cycle f, ``first`` is f + 2, as after a ``merge``, which passes over 2 N
 ranks, of which N stay; the rest is the same. The cycle of a key is the one in which ``evaluated``
 transfers.
 
-Points. Child j can be begun from b + 13 + 8 j on, and a child takes a cycle for each point, start
-and goal included; the next one follows at once. So, with T(i) the cycle in which child i is begun,
-p(i) its points, and children counted on through all generations::
+Points. Child j can be begun in cycle b + 13 + 8 j or later, and a child takes a cycle for each
+point, start and goal included; the next one follows at once. So, with T(i) the cycle in which child
+i is begun, p(i) its points, and children counted on through all generations::
 
     T(i) = max(b + 13 + 8 j, T(i - 1) + p(i - 1))
 
 and its points are offered in cycles T(i) + 9, T(i) + 10, and so on, if nothing holds them up. At
-most 16 points are on their way or on offer. Once a point has waited for 8 cycles, a later one
+most 16 points are in flight or on offer. Once a point has waited for 8 cycles, a later one
 is late: it is made in the cycle after the sixteenth point before it is taken, and offered 8 cycles
 later. A receiver that takes at most one point every two cycles takes it at least 32 cycles after
 that sixteenth point, when it has been on offer for 23 cycles. Therefore such a receiver, whatever
@@ -65,7 +65,7 @@ _BUILDER = 9
 
 @inlined
 def plan(begin: int, child: int) -> int:
-    """Return the first cycle in which a child of a generation can be begun, from 0 on."""
+    """Return the first cycle in which a child of a generation can be begun, counted from 0."""
     return begin + _FIRST_PLAN + PLAN * child
 
 
@@ -85,7 +85,7 @@ def begun(plan: int, begun_before: int, points_before: int) -> int:
 
 @inlined
 def offered(begun: int, point: int) -> int:
-    """Return the cycle in which a point of a child, from 0 on, is offered if none is held up."""
+    """Return the cycle in which a point of a child, counted from 0, is offered without stalls."""
     return begun + _BUILDER + point
 
 
@@ -103,13 +103,13 @@ def inserting(passed: int) -> int:
 
 @inlined
 def inserted(taken: int, passed: int) -> int:
-    """Return the cycle from which the sorter is free of a member taken in cycle ``taken``."""
+    """Return the first cycle in which the sorter has finished with a member taken in ``taken``."""
     return taken + 1 + inserting(passed)
 
 
 @inlined
 def passing(since: int, children: int) -> int:
-    """Return the first cycle of a pass, from which on keys are not taken.
+    """Return the first cycle of a pass, during which keys are not taken.
 
     Parameters
     ----------
@@ -137,12 +137,12 @@ def passing_over(ranks: int, stay: int, passed: int) -> int:
 
 @inlined
 def ready(is_sorted: int, population: int) -> int:
-    """Return the cycle of ``ready``, from which on keys are taken again.
+    """Return the cycle of ``ready``, in which keys are taken again.
 
     Parameters
     ----------
     is_sorted : int
-        The first cycle after the pass in which the sorter is free of the last child.
+        The first cycle after the pass in which the sorter has finished with the last child.
     population : int
     """
     return is_sorted + population + 1
@@ -150,7 +150,7 @@ def ready(is_sorted: int, population: int) -> int:
 
 @inlined
 def settled(store: int, free: int, population: int) -> int:
-    """Return the cycle of ``ready`` after ``store``, where the sorter is free from ``free`` on."""
+    """Return the cycle of ``ready`` after ``store``, if the sorter is free starting in ``free``."""
     return max(store + 1, free) + population
 
 

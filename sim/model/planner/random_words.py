@@ -60,7 +60,7 @@ def step(words: Words) -> None:
 
 @inlined
 def _tap(low: np.uint64, high: np.uint64, bit: int) -> np.uint64:
-    """Return 64 bits of a register from ``bit`` on."""
+    """Return 64 bits of a register, starting at ``bit``."""
     return low >> np.uint64(bit) | high << np.uint64(64 - bit)
 
 

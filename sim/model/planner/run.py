@@ -1,7 +1,7 @@
 """A run, compiled: first populations, islands, and one population of their best.
 
 Generations overlap, as in the gateware: while the children of one are evaluated, the children of
-the next are bred. A generation is therefore bred from the population that the one before was bred
+the next are bred. A generation is therefore bred from the population that the previous one was bred
 from, and the children of the generation before that.
 """
 
@@ -99,8 +99,8 @@ def plan(
     population : list of list of (int, int, int), optional
         All paths of an earlier run, the best first; only with ``options.warm``.
     marked : int
-        Blocks of the map that have changed since the run before, by default all. Changes nothing
-        but cycles.
+        Blocks of the map that have changed since the previous run, by default all. Affects only
+        cycles.
     stop : int
         Cycle in which the run is stopped: no further generation is bred from the next one on.
     watched : (WATCHED,) int64, optional
@@ -124,7 +124,7 @@ def plan(
         options.share,
         stop,
     )
-    # Room for two generations of children beside the population, and for a seed beside the best.
+    # Room for two generations of children besides the population, and for a seed besides the best.
     slots = config.population + 2 * config.children
     shape = len(options.slopes) + options.warm, slots
     paths = np.zeros((*shape, config.max_waypoints + 2, 4), dtype=np.int64)
@@ -369,7 +369,7 @@ def _evaluate(
     limit: int,
     first: bool,
 ) -> tuple[int, int]:
-    """Return the key of a path, and its cycle, if points are there in cycle ``offered``."""
+    """Return a path's key and its cycle, if its points arrive in cycle ``offered``."""
     problem, counters = course.problem, scratch.counters
     before = counters[WALK]
     key = evaluate(course, scratch, path, points, limit, first)

@@ -21,15 +21,15 @@ __all__ = [
     "SPLIT_TO_AIM",
 ]
 
-#: From cycle 0 to the begin of the first route, or of the paths of a warm run, beside the cycles of
-#: the scan.
+#: From cycle 0 to the begin of the first route, or of the paths of a warm run, without the cycles
+#: of the scan.
 SCANNED = 2
-#: From the begin of a route to the begin of its seeds, beside the cycles of the route.
+#: From the begin of a route to the begin of its seeds, without the cycles of the route.
 ROUTED = 2
 #: From the first cycle without a path that is made or evaluated to the store of the population.
 EVALUATED = 1
 #: From the first cycle with a whole first population to the begin of the next paths or route; with
-#: the last one, to the split, or to the aim where there is one island.
+#: the last one, to the split, or to the aim if there is only one island.
 POPULATION = 1
 #: From the split, whose cycle is the one that parts are computed from, to the first aim.
 SPLIT, SPLIT_TO_AIM = POPULATION, 7

@@ -112,7 +112,7 @@ def score(
 
     With ``first``, a path with a penalty has the cost 0, and its chords are not written. ``work``,
     (WORK_ROWS, n or more) int64, gets the chords of every other path; n are its points with the
-    entry before them and the exit after them, where there are such.
+    entry before them and the exit after them, if the record has them.
     """
     last = _lay_out(problem, path, points, work)
     penalty = _measure_segments(problem, last, work) + _measure_arcs(problem, last, work)
@@ -147,7 +147,7 @@ def _lay_out(problem: Integers, path: Integers, points: int, work: Integers) -> 
 
 @inlined
 def _put_end(problem: Integers, field: int, k: int, work: Integers) -> None:
-    """Write the place of an end as the record has it: x, y and altitude from a field on."""
+    """Write the place of an end as in the record: x, y and altitude, starting at a field."""
     work[_X, k], work[_Y, k] = problem[field], problem[field + 1]
     work[_ALTITUDE, k] = problem[field + 2]
 

@@ -43,7 +43,7 @@ def launched(first: int, second: int, free: int, room: int) -> int:
         Cycles from which its first two points are offered, unless the scorer takes the point before
         each later than that; there is always a cycle between.
     free : int
-        Result of :func:`freed` for the path before, or 0.
+        Result of :func:`freed` for the previous path, or 0.
     room : int
         Cycle from which there is room.
     """

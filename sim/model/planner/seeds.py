@@ -63,6 +63,6 @@ def seed_path(
 
 @compiled
 def lift(problem: Integers, path: Integers, points: int) -> None:
-    """Raise each waypoint of ``path`` by its margin, where that is negative."""
+    """Raise each waypoint of ``path`` by its margin, if that is negative."""
     for k in range(1, points - 1):
         path[k, 2] = clamp(path[k, 2] - min(path[k, 3], 0), problem[ALTITUDE_LIMIT])

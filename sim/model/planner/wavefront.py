@@ -148,7 +148,7 @@ def limit_slopes(problem: Integers, distances: Integers, surface: Integers, limi
 def spread(prices: Integers, surface: Integers, goal: int, field: Integers) -> int:
     """Write the cost from each block to the goal, (32, 32); return the passes taken.
 
-    ``goal`` is 32 y + x. A block without a way has 2**30.
+    ``goal`` is 32 y + x. A block without a route has 2**30.
     """
     field[:] = FAR
     field[goal // BLOCKS, goal % BLOCKS] = 0

@@ -39,7 +39,7 @@ def scanning(marked: int, shift: int, lanes: int, latency: int) -> int:
 
 @inlined
 def spreading(limit_passes: int, passes: int) -> int:
-    """Return the cycles of a wavefront; ``limit_passes`` is 0 without a limit of slopes."""
+    """Return the cycles of a wavefront; ``limit_passes`` is 0 if slopes are not limited."""
     return 2 * _FILL + (limit_passes + passes) * PASS + 1 + (limit_passes > 0)
 
 

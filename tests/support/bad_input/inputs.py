@@ -1,6 +1,6 @@
 """Bad inputs of the command line, made at random from good ones: damaged files and odd options.
 
-A case is a command line and the files beside it. Its files are made in a new folder; the
+A case is a command line and its files. Its files are made in a new folder; the
 good files that it refers to stand in ``../base`` (:mod:`tests.support.bad_input.good_inputs`).
 """
 
@@ -123,7 +123,7 @@ def header(rng: random.Random) -> bytes:
 
 
 def odd_text(rng: random.Random) -> str:
-    """A word that is no number, or no usual one."""
+    """A word that is not a number, or not a usual one."""
     return rng.choice(
         ("nan", "inf", "-inf", "-0", "1e308", "-1e308", "1e-320", "9" * 400, "", "x", "1,5", "--",
          "١٢", "0x10", "1e99999", "\0", "2147483648", "99999999999", "-5")

@@ -90,7 +90,7 @@ def number(rng: random.Random) -> Case:
     parts[rng.randrange(count)] = rng.choice(NUMBERS)
     text = ",".join(parts)
     given = (f"{option_name}={text}",) if rng.random() < 0.5 else (option_name, text)
-    # A batch looks at its folder, which cannot be made, before its problems.
+    # A batch checks its folder, which cannot be made, before its problems.
     surely_bad = command != "batch" and not all(map(is_number, text.split(",")))
     return Case(f"number, {command} {option_name}", (*_GOOD[command], *given), {}, surely_bad)
 

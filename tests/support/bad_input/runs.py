@@ -57,7 +57,7 @@ class End:
 
 
 def run(case: Case, folder: Path) -> End:
-    """Run a case in an empty folder beside the good files, in a forked process."""
+    """Run a case in an empty folder next to the good files, in a forked process."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
     for name, content in case.files.items():

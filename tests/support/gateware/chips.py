@@ -101,7 +101,7 @@ class Pair:
         self.load(0, random_paths(config, rng, length))
 
     def load(self, slot, paths):
-        """Write ``paths`` to both, from ``slot`` on."""
+        """Write ``paths`` to both, starting at ``slot``."""
         for chip in (self.board, self.model):
             chip.load(paths, slot)
         self.paths[slot : slot + len(paths)] = paths

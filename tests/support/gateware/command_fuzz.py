@@ -72,7 +72,7 @@ class CommandFuzz:
     ----------
     config : Config
     counts : collections.Counter
-        Frames by kind and status, None where there is no answer.
+        Frames by kind and status; None if unanswered.
     """
 
     def __init__(self, chip, seed, port=None):

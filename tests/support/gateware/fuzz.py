@@ -2,7 +2,7 @@
 
 The draws avoid the cases in which chip and model may differ: a refused WRITE may change waypoints,
 so all paths are rewritten after one; a command whose reply depends on bytes received while earlier
-commands ran is sent alone; and a run is over before another command follows.
+commands ran is sent by itself; and a run is done before another command follows.
 """
 
 import random

@@ -69,8 +69,8 @@ _WRONG_RUNS = (
 class RandomRequests:
     """Source of commands and payloads.
 
-    One of ten RUNs has a value out of its range; a warm RUN and a RESULTS are refused where the
-    chip has no population and no such results. All else a chip executes, the requests of
+    One of ten RUNs has a value out of its range; a warm RUN and a RESULTS are refused if the chip
+    has no population and no such results. All else a chip executes, the requests of
     :mod:`tests.support.planner.cases` with any values included.
 
     Parameters
@@ -121,7 +121,7 @@ class RandomRequests:
         return b""
 
     def paths(self, slot, count):
-        """Return a WRITE of ``count`` paths from ``slot`` on."""
+        """Return a WRITE of ``count`` paths, starting at ``slot``."""
         paths = [random_path(self.config, self._rng) for _ in range(count)]
         return write_request(self.config).pack(slot=slot) + pack_paths(self.config, paths)
 

@@ -191,7 +191,7 @@ def pit(rng, radius_m, depth_m):
 
 
 def narrow_pit(rng):
-    """A pit without room to circle: no way at all leads out."""
+    """A pit without room to circle: no path leads out."""
     problem, end = pit(rng, 100.0, rng.uniform(700, 1200))
     code = "climb" if end == "start" else "descent"
     return Closed(problem, code, limit=code, end=end)

@@ -78,7 +78,7 @@ def _random_path(rng, terrain):
         half = np.array((terrain.dx_m, terrain.dy_m)) / (1 if snap < 0.15 else 2)
         path[:, :2] = np.clip(np.round(path[:, :2] / half) * half, 0, size)
     elif rng.random() < 0.8:
-        # A gentle way, whose turns fit.
+        # A gentle path, whose turns fit.
         along = np.linspace(0, 1, count)[:, None]
         path[:, :2] = path[0, :2] + along * (path[-1, :2] - path[0, :2])
         path[1:-1, :2] += rng.normal(0, 0.05 * min(size), (count - 2, 2))
@@ -120,7 +120,7 @@ def random_case(rng):
         try:
             return _near(rng, terrain, path, options)
         except InputError:
-            # An end off the map, in the ground or in a zone, or a way without cost: the next.
+            # An end off the map, in the ground or in a zone, or a route without cost: the next.
             continue
 
 

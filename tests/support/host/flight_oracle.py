@@ -192,7 +192,7 @@ def _clearance(metres, problem, piece, coarse, points, fine):
     rows, columns = terrain.shape
     ix = np.clip(np.round(points[:, 0] / terrain.dx_m), 0, columns - 1).astype(int)
     iy = np.clip(np.round(points[:, 1] / terrain.dy_m), 0, rows - 1).astype(int)
-    # No point of the corridor beside a stretch is above the highest node around.
+    # No point of the corridor around a stretch is above the highest node around.
     room = points[:, 2] - around[iy, ix] - rules.clearance_m
     near = np.flatnonzero(np.minimum(room[:-1], room[1:]) < 1.5)
     _worst(metres, "clearance", -1.5)
@@ -207,7 +207,7 @@ def _clearance(metres, problem, piece, coarse, points, fine):
 
 
 def _excess(problem, piece, fractions):
-    """Return the excess of the corridor beside places of a piece over the allowed height."""
+    """Return the excess of the corridor around places of a piece over the allowed height."""
     rules, terrain, aircraft = problem.rules, problem.terrain, problem.aircraft
     x, y, z = piece.points(fractions).T
     required = np.full(x.shape, rules.clearance_m)
@@ -266,7 +266,7 @@ def _around(problem, end):
     met = np.hypot(np.maximum(gap_x, 0), np.maximum(gap_y, 0)[:, None]) <= corridor
     nodes = terrain.elevation[met]
     around = max(around, np.where(np.isnan(nodes), np.inf, nodes).max(initial=-np.inf))
-    # An end beside a void has no height that would lower the demand.
+    # No height of an end next to a void would lower the requirement.
     return (own if math.isfinite(own) else end[2]), (around if math.isfinite(around) else end[2])
 
 

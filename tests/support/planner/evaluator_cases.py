@@ -87,7 +87,7 @@ def drawn_evaluator(config, rng, terrain, heading, **fields):
 
 
 def drawn_paths(evaluator, rng, count, slots, *, repeat=0.4, gaps=False):
-    """Return paths, some of which share segments; most begin right after the one before."""
+    """Return paths, some of which share segments; most begin right after the previous one."""
     config, record = evaluator.config, evaluator.record
     start, goal = evaluator.ends
     paths, values = [], [0]

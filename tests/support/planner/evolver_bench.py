@@ -1,4 +1,4 @@
-"""An evolver with its neighbours, and the definition's populations beside it."""
+"""An evolver with its neighbours, and the definition's populations to compare with."""
 
 import itertools
 from collections import deque

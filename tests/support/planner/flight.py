@@ -98,7 +98,7 @@ class Flight:
         self.marks.write(x, y)
 
     def pose(self, **changes):
-        """Pose a problem; entry and exit are there in some."""
+        """Pose a problem; some have an entry and an exit."""
         self.record = planner_cases.record(self.config, self.rng, **changes)
         if self.rng.random() < 0.6:
             self.record = planner_cases.headed(self.config, self.rng, self.record)

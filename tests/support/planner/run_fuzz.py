@@ -48,7 +48,7 @@ class RunFuzz:
     Attributes
     ----------
     counts : collections.Counter
-        Frames by kind and status, None where there is no answer.
+        Frames by kind and status; None if unanswered.
     """
 
     def __init__(self, seed, port):

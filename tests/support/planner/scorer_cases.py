@@ -51,7 +51,7 @@ def drawn_free_problem(config, rng):
 
 
 def drawn_paths(config, rng, problem, count):
-    """Return ``count`` paths: any corners, or a way to the goal, some with odd waypoints."""
+    """Return ``count`` paths: any corners, or a route to the goal, some with odd waypoints."""
     paths = []
     for _ in range(count):
         waypoints = int(rng.integers(config.max_waypoints + 1))
@@ -101,7 +101,7 @@ def compiled_score(config, problem, points):
 
 
 def compiled_chords(work):
-    """Return the chords in the work space of the compiled score, None for an arc without one."""
+    """Return the chords in the compiled score's work space, None for an arc without a chord."""
     ends = work[FROM_X:HAS_CHORD, 1:-1].T.tolist()
     has_chord = work[HAS_CHORD, 1:-1].tolist()
     return [

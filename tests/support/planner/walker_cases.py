@@ -41,7 +41,7 @@ def heights_of(config, rng, *, blocked=0.1):
 
 
 async def upload(ctx, dut, heights):
-    """Write a whole map, a corner a cycle, and wait until it is there."""
+    """Write a whole map, a corner a cycle, and wait until it is written."""
     ctx.set(dut.writes.valid, 1)
     for y, x in itertools.product(*(range(size) for size in heights.shape)):
         ctx.set(dut.writes.p, {"x": x, "y": y, "altitude": int(heights[y, x]), "last": 0})

@@ -26,7 +26,7 @@ def test_speed_has_every_engine_and_the_machine_limits():
     assert ("threads", cores, 16, 1) in rows
     assert (("sequential, one a core", cores, 8, cores) in rows) == (cores > 1)
     assert rows["paper: Xeon W-2195, 1 thread", 1, 512, 1]["seconds"] == 78.4
-    # The GPU's rows, one run and two at once, where there is one.
+    # The GPU's rows, one run and two at once, if there is a GPU.
     measured = {row[2:4] for row in report.rows if row[0] == "gpu"}
     if any("No GPU was measured" in note for note in report.notes):
         assert not measured

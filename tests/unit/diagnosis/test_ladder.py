@@ -225,7 +225,7 @@ def test_as_paper():
     wall = tuple((x, y + 100 * (y > 3000)) for x, y in WALL)
     reason = diagnose(problem(Polygon(wall, name="border"), as_paper=True))
     assert (reason.code, reason.zones) == ("closed", ("zone border",))
-    # The samples of a path see no wall between two rows of nodes.
+    # The samples of a path miss a wall between two rows of nodes.
     slit = ((-100.0, 2960.0), (6000.0, 2960.0), (6000.0, 2980.0), (-100.0, 2980.0))
     assert diagnose(problem(Polygon(slit), as_paper=True)).code == "not-found"
 

@@ -1,4 +1,4 @@
-"""The search's compiled evaluation beside the plain definition, under the rules."""
+"""The search's compiled evaluation compared with the plain definition, under the rules."""
 
 import dataclasses
 from collections import Counter

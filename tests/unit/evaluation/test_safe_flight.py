@@ -19,7 +19,7 @@ FOX = aircraft.load("silver-fox")
 
 @pytest.fixture
 def verdicts(make_problem):
-    """Function that returns the evaluation of a straight flight as paper and by the rules."""
+    """Function that returns the evaluation of a straight flight in paper mode and by the rules."""
 
     def judge(start=START, goal=GOAL, path=None, **options):
         found = []

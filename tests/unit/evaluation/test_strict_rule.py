@@ -33,7 +33,7 @@ def compare(count, seed):
         try:
             penalty = strict_penalty(problem, path)
         except InputError:
-            # A straight way that costs nothing.
+            # A straight path that costs nothing.
             continue
         found = examine(problem, path)
         counts["paths"] += 1

@@ -18,7 +18,7 @@ def run(depth, puts, readies):
 
     async def bench(ctx):
         for put, ready in zip(puts, readies, strict=True):
-            # The word of the cycle before is there, if none before it waits.
+            # The word of the previous cycle is offered, unless an earlier one waits.
             assert ctx.get(dut.words.valid) == bool(queue)
             if queue:
                 assert ctx.get(dut.words.payload) == queue[0]

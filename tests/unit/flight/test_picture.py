@@ -42,7 +42,7 @@ def test_shows_planned_and_flown(as_paper, shape):
 
 
 def wind_of(figure):
-    """Return the directions of the arrows beside the scale, and the text of the wind."""
+    """Return the directions of the arrows next to the scale, and the text of the wind."""
     (box,) = figure.axes[0].findobj(AnchoredOffsetbox)
     directions = []
     for arrow in box.findobj(FancyArrow):

@@ -1,4 +1,4 @@
-"""Places beside straights and arcs, against dense points."""
+"""Places near straights and arcs, compared with dense points."""
 
 import math
 

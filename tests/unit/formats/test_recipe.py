@@ -95,7 +95,7 @@ def test_its_row_is_in_help_and_sentences(plain, tmp_path, capsys):
 
 
 def test_its_row_is_in_the_options_of_a_plan():
-    """The options are made when their table is imported, after the row is there."""
+    """The options are made when their table is imported, after the row is added."""
     _, row_text = blocks()
     code = f"""{row_text}
 from pathgene.host.formats import registry

@@ -72,7 +72,7 @@ def test_matches_model(name):
 
 
 def test_new_waypoints_are_above_the_ground():
-    """By the results alone: the cell of each is lower, and was looked up at its turn."""
+    """Judged only by the results: the cell of each is lower, and was looked up at its turn."""
     config = SMALL.replace(redraws=1)
 
     async def bench(ctx, dut):

@@ -284,7 +284,7 @@ def test_clear_in_every_cycle_of_a_fetch():
 
 
 def test_nothing_outlives_its_generation():
-    """``run`` falls in every cycle; the next generation does not depend on the one before."""
+    """``run`` falls in every cycle; the next generation does not depend on the previous one."""
 
     async def bench(ctx, dut, unit):
         for cycles in range(1, SMALL.patches * SMALL.candidates + SMALL.lookup_latency + 6):

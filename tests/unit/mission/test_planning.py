@@ -190,7 +190,7 @@ def test_an_infeasible_leg_is_kept_and_the_others_planned(terrain):
 
 
 class FailsFrom:
-    """A search whose runs fail from a given leg on."""
+    """A search whose runs fail, starting with a given leg."""
 
     def __init__(self, first):
         self.real, self.left = search(5), first

@@ -92,7 +92,7 @@ def test_the_template_states_one_default_of_a_key():
 
 
 def test_the_template_has_every_key_once():
-    """Each key is there with its example, live or commented out."""
+    """Each key appears with its example, live or commented out."""
     table, found = None, []
     for line in template().splitlines():
         if header := re.fullmatch(r"(?:# )?\[+(\w+)\]+", line):

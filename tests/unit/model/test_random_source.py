@@ -69,7 +69,7 @@ def bit(register, i):
 
 
 def step_back(state):
-    """Undo a bit of the cipher, which shows that its update loses no state."""
+    """Undo a bit of the cipher, which shows that its update does not lose state."""
     a, b, c = state
     # The latest bit of a register, without the terms still present, is the bit that another lost.
     a_last = b & 1 ^ bit(a, 67) ^ bit(a, 92) & bit(a, 93) ^ bit(b, 79)
@@ -104,7 +104,7 @@ def test_lanes():
 
 
 def test_near_seeds_are_independent():
-    """Half the bits differ between any two lanes of near seeds, from the first word on."""
+    """Half the bits differ between any two lanes of near seeds, starting with the first word."""
     words = [word for seed in range(64) for word in RandomSource(seed).step()]
     distances = [
         (first ^ second).bit_count() for i, first in enumerate(words) for second in words[:i]

@@ -21,7 +21,7 @@ SIZES = {
 }
 #: Cycles from a plan, and from the first of a child's cycles, to its start among ``points``.
 LATENCY = 9
-#: Points on offer or on their way.
+#: Points on offer or in flight.
 POINTS = 16
 
 

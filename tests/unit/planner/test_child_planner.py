@@ -64,7 +64,8 @@ def test_plans(sizes):
                 if name == "move":
                     held = {axis: held[axis] for axis in value}
                 assert held == value, (name, number)
-            # The next draw is there: its first parent is read in the cycle in which this is taken.
+            # The next draw is available: its first parent is read in the cycle in which this is
+            # taken.
             ctx.set(dut.plans.ready, 1)
 
     simulate(dut, bench)

@@ -246,6 +246,6 @@ def test_reset():
 
 
 def test_slots():
-    """Populations, and the children of two generations or the seeds on their way."""
+    """Populations, and the children of two generations or the seeds in flight."""
     assert [slot_count(USUAL, islands) for islands in (1, 2)] == [76, 108]
     assert [slot_count(SMALL, islands) for islands in (1, 2)] == [26, 34]

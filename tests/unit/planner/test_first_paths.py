@@ -202,7 +202,7 @@ def test_lifted_members(config, share):
 @CONFIGS
 def test_revived_members(config, share):
     bench = Bench(config, 5, share)
-    # Waypoints on the line through the start across the way are beyond it.
+    # Waypoints on the line through the start across the route are beyond it.
     start = bench.ends[0]
     for path in itertools.islice(bench.memory.values(), 3):
         path[0] = path[0]._replace(x=start[0], y=start[1])

@@ -28,7 +28,7 @@ def rows_passed(members):
 
 @pytest.mark.parametrize("is_first", [False, True], ids=["generations", "first"])
 def test_populations(is_first):
-    """Populations are there when ``busy`` falls; islands stay apart."""
+    """Populations are complete when ``busy`` falls; islands stay apart."""
     dut = Ranking(**SIZES)
     rng = random.Random(3)
     dropped = []

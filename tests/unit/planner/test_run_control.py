@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""Steps of runs beside units that take any number of cycles: all pulses, cycle by cycle."""
+"""Steps of runs with units that take any number of cycles: all pulses, cycle by cycle."""
 
 import random
 from dataclasses import dataclass

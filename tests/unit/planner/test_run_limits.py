@@ -61,7 +61,7 @@ def test_parts_of_islands(bits):
             await bench.pulse(ctx, dut.aim)
             await ctx.tick()
             for _ in range(10):
-                # By the numbers of the cycle before.
+                # By the numbers of the previous cycle.
                 before = min(ctx.get(dut.cycles), most), ctx.get(dut.generations)
                 await ctx.tick()
                 reached = before[0] >= limit or before[1] >= limit_of_generations

@@ -61,7 +61,7 @@ def test_without_a_board_the_planner_is_the_first_of_the_registry():
         ("genetic=parallel", "ga-fpga"),
         ("genetic=1", "ga-fpga"),
         ("genetic=0", "ga-chip"),
-        # Sizes of the paper core alone.
+        # Sizes of only the paper core.
         ("population=64", "ga-fpga"),
         ("checker=two-tier&lanes=1", "ga-fpga"),
         # Sizes of neither core.

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The square root: every number of a small width, and the numbers beside squares of a large one."""
+"""Square root: every number of a small width, and the numbers near squares of a large one."""
 
 import random
 from math import isqrt

@@ -1,4 +1,4 @@
-"""Limits of an aircraft in wind, beside the simulated flight of an air-relative velocity."""
+"""Limits of an aircraft in wind, compared with the simulated flight of an air-relative velocity."""
 
 import dataclasses
 import math

@@ -25,7 +25,7 @@ def make(shape, dx_m, dy_m, zones=(), rules=None):
 
 
 def beside(grid, zone):
-    """Return the corners of the whole map beside a zone."""
+    """Return the corners of the whole map around a zone."""
     whole = slice(0, CONFIG.map_size)
     return grid.beside(zone, whole, whole)
 
@@ -55,7 +55,8 @@ def test_a_shape_blocks_what_the_map_of_the_zone_blocks(grid, rules):
         shape.pack(CONFIG)
         block(drawn, BLOCKED, shape)
         assert not ((with_zone == BLOCKED) & (drawn != BLOCKED)).any()
-        # As paper the map takes nodes in the zone alone; the shape takes the cells that it meets.
+        # In paper mode the map takes only nodes in the zone; the shape takes the cells that it
+        # meets.
         needed, more = beside(without, zone), (drawn == BLOCKED) & (without.corners() != BLOCKED)
         assert ((with_zone == BLOCKED) & (without.corners() != BLOCKED) <= needed).all()
         half_outline = np.ptp(np.argwhere(needed), axis=0).sum()

@@ -1,4 +1,4 @@
-"""The raised raster beside dense samples of the heights that its cells demand."""
+"""The raised raster compared with dense samples of the heights that its cells require."""
 
 import numpy as np
 import pytest
@@ -34,7 +34,7 @@ def test_no_node_lies_below_what_its_square_demands(corridor_m):
         problem = Problem(terrain, *ends, FOX, rules=Rules(corridor_m=corridor_m))
         rows, columns = terrain.shape
         iy, ix = rng.integers(rows, size=400), rng.integers(columns, size=400)
-        # Any point of the corridor beside any point of the node's square.
+        # Any point of the corridor around any point of the node's square.
         angle = rng.uniform(0, 2 * np.pi, 400)
         aside = corridor_m * rng.uniform(0, 1, 400)
         x = (ix + rng.uniform(-0.5, 0.5, 400)) * terrain.dx_m + aside * np.cos(angle)

@@ -82,7 +82,7 @@ def test_a_way_out_of_two_zones_leaves_both(mission):
 
 
 def test_ways_climb_where_they_can(mission):
-    """The ground beyond a way may rise more steeply than an aircraft climbs."""
+    """The ground beyond a path may rise more steeply than an aircraft climbs."""
     pose = Pose(4000.0, 4500.0, 260.0, 1.0, 0.0, 0.0)
     air = present(mission, Circle(4000.0, 4500.0, 300.0))
     out = way_out(air, pose)
@@ -115,7 +115,7 @@ def test_a_circle_is_entered_as_late_as_possible_and_is_safe(mission, straight):
 
 
 def test_in_a_narrow_valley_the_circle_lies_above(mission):
-    """No level circle fits between the walls, which a climbing way leaves below."""
+    """No level circle fits between the walls, which a climbing path leaves below."""
     y, _ = np.mgrid[:151, :151]
     walls = np.where(np.abs(y - 75) > 2, 160.0, 100.0)
     valley = Terrain("valley", walls, dx_m=60.0, dy_m=60.0)

@@ -1,4 +1,4 @@
-"""Places on tracks and parts of them, beside dense points of the pieces."""
+"""Places on tracks and parts of them, compared with dense points of the pieces."""
 
 import dataclasses
 import math

@@ -229,7 +229,7 @@ def test_labels_keep_off_lines_where_there_is_room(axes):
 
     assert covers(label(axes, place, "clearance", []))
     assert not covers(label(axes, place, "clearance", [], lines=level))
-    # Lines everywhere: the text is there all the same, at the first place.
+    # Lines everywhere: the text is still drawn, at the first place.
     everywhere = np.stack([axis.ravel() for axis in np.mgrid[:6:0.05, :5:0.05]], axis=1)
     box = label(axes, place, "clearance", [], lines=everywhere)
     assert box.bounds == label(axes, place, "clearance", []).bounds

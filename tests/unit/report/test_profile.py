@@ -120,7 +120,7 @@ def blocks(profile):
 
 
 def test_heights_of_zones_beyond_the_graph(make_run):
-    """A block ends near the graph, however high its zone; a zone beside the graph has none."""
+    """A block ends near the graph, however high its zone; a zone outside the graph has none."""
     zones = (
         Circle(3300.0, 1800.0, 250.0, lower_m=-1e308, upper_m=1e308),
         Circle(3300.0, 1800.0, 250.0, upper_m=-5000.0),

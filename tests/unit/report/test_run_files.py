@@ -11,7 +11,7 @@ from pathgene.host.report.run_files import digests, verify
 
 @pytest.fixture
 def run(tmp_path):
-    """Summary of a run with a grid and a path, and the function that writes a file beside it."""
+    """Summary of a run with a grid and a path, and the function that writes a file next to it."""
 
     def write(name, content):
         (tmp_path / name).write_bytes(content)

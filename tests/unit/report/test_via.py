@@ -51,7 +51,7 @@ def test_a_point_beside_the_lines_is_missed():
 
 
 def test_an_arc_through_the_point_is_a_visit():
-    """A waypoint may be put beside a point so that its arc passes it."""
+    """A waypoint may be placed next to a point so that its arc passes it."""
     _, evaluator = visited([CORNER], [START, CORNER, GOAL])
     inside_m = evaluator.problem.limits.turn_radius_m * (1 - math.sqrt(0.5))
     via = (3000.0 - inside_m, 500.0 + inside_m, 200.0)

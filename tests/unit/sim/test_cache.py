@@ -199,7 +199,7 @@ def test_a_killed_build_leaves_no_program_and_the_next_one_clears_up(tmp_path):
 
 
 def test_a_build_removes_what_killed_builds_of_any_key_have_left(tmp_path):
-    """Directories that another process still builds stay, and names that are no build's."""
+    """Directories that another process still builds stay, and names of other things."""
     left = [tmp_path / "chip-1.01234567", tmp_path / "old-2.89abcdef"]
     others = [tmp_path / "notes.thisyear", tmp_path / "busy-3.01234567"]
     for directory in (*left, *others):
@@ -258,7 +258,7 @@ def test_sigkill_of_a_builder_ends_its_tools_and_the_next_build_removes_its_fold
 
 
 def is_running(pid):
-    """Return whether a process is there that is no zombie."""
+    """Return whether a process exists and is not a zombie."""
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except OSError:

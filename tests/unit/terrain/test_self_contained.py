@@ -1,4 +1,4 @@
-"""Terrain files that somebody else gives open no other file."""
+"""Terrain files of a third party do not open any other file."""
 
 import warnings
 

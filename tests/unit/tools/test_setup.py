@@ -20,7 +20,7 @@ def tree(tmp_path):
 
 
 def ask(tree, code, *, path=None):
-    """Run code beside the set-up scripts of a tree, and return its output."""
+    """Run code next to the set-up scripts of a tree, and return its output."""
     done = subprocess.run(
         [sys.executable, "-c", code],
         cwd=tree / "tools",

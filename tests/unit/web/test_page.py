@@ -1,4 +1,4 @@
-"""The page of a plan: one file that asks no network for anything, and its refusals."""
+"""The page of a plan: one file that does not use the network, and its refusals."""
 
 import base64
 import json

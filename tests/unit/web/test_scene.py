@@ -111,7 +111,7 @@ def test_the_least_clearance_of_a_track_is_that_of_the_verdict():
     lowest = int(np.nanargmin(found["clearance"]))
     assert found["clearance"][lowest] == pytest.approx(plan.evaluation.minimum_clearance_m)
     assert found["s"][lowest] == pytest.approx(plan.evaluator.lowest_at_m(plan.path))
-    # The path keeps the demanded clearance.
+    # The path keeps the required clearance.
     assert (found["z"] >= found["demanded"] - 0.01).all()
 
 
@@ -144,7 +144,7 @@ def test_a_thinned_mesh_hides_no_peak_and_no_void(shape):
     assert scene["thinned"] is True
     assert scene["nodes"] == [rows, columns_]
     assert (scene["width_m"], scene["height_m"]) == (terrain.width_m, terrain.height_m)
-    # The node of the mesh beside each place has its height, or is a void.
+    # The node of the mesh next to each place has its height, or is a void.
     for (row, column), height in zip(places, land[tuple(places.T)], strict=True):
         near = mesh[
             round(row * (mesh.shape[0] - 1) / (rows - 1)),

@@ -117,7 +117,7 @@ def piece_cost(record: ProblemRecord, before: int, after: int, length: int) -> i
 def score(record: ProblemRecord, path: Sequence[Point]) -> Score:
     """Return the score of ``path``: two points or more, the corners of start and goal included.
 
-    The entry and the exit, where the record has them, count as points before and after them.
+    The entry and the exit, if the record has them, count as points before and after them.
     """
     path, places, altitudes = _extended(record, path)
     sides = [
@@ -192,7 +192,7 @@ def _excess(record: ProblemRecord, length: int, rise: int) -> int:
 def _half_turn(
     before: tuple[int, int], after: tuple[int, int], length_before: int, length_after: int
 ) -> int | None:
-    """Return the tangent of half the turn between two segments, rounded up; None from 16 on."""
+    """Return the tangent of half the turn between two segments, rounded up; None if 16 or more."""
     cross = abs(before[0] * after[1] - before[1] * after[0])
     along = length_before * length_after + before[0] * after[0] + before[1] * after[1]
     if along <= 0 or cross >= _SHARPEST * along:

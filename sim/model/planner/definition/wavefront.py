@@ -186,7 +186,7 @@ def limit_slopes(record: ProblemRecord, blocks: Blocks, surface: Surface, limit:
 
 
 def spread(prices: Prices, blocks: Blocks, surface: Surface) -> tuple[dict[Block, int], int]:
-    """Return the cost from each block to the goal, where there is a way, and the passes taken."""
+    """Return the cost from each block that has a route to the goal, and the passes taken."""
     field = {blocks.goal: 0}
     passes = 0
     for _ in range(SWEEPS):
@@ -212,7 +212,7 @@ def spread(prices: Prices, blocks: Blocks, surface: Surface) -> tuple[dict[Block
 def descend(
     prices: Prices, blocks: Blocks, surface: Surface, field: dict[Block, int]
 ) -> list[Block]:
-    """Return the route from start to goal; a straight line of 64 blocks where there is none.
+    """Return the route from start to goal; a straight line of 64 blocks if there is none.
 
     The first of the eight neighbours, by rows, with the minimum cost follows.
     """

@@ -124,7 +124,7 @@ def test_throughput_on_mixed_segments():
     assert not any(verdict.collision for verdict in results.verdicts)
     cells = sum(verdict.cells for verdict in results.verdicts)
     assert cells >= 0.8 * config.lanes * (results.offered[-1] - results.offered[0])
-    # Free paths leave no cycle between them.
+    # Free paths do not leave a cycle between them.
     assert results.offered[-1] == sum(cycles for cycles, _ in results.costs)
 
 
@@ -253,7 +253,7 @@ def test_writes_are_refused_while_busy(build):
         assert ctx.get(dut.writes.ready)
         await ctx.tick()
         ctx.set(dut.writes.valid, 0)
-        # A write from here on counts for the next path.
+        # A later write counts for the next path.
         await feed(ctx, dut, [(0, 0, 9), (15, 15, 9)])
         *_, verdict = await ctx.tick().sample(dut.verdicts.p.collision).until(dut.verdicts.valid)
         assert verdict

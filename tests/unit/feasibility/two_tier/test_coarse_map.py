@@ -18,7 +18,7 @@ CONFIG = Config(checker="two-tier", lanes=1, map_size=16, coarse_factor=4, altit
 
 
 class Bench:
-    """A coarse map beside a detailed one that answers after ``scan_latency`` cycles."""
+    """A coarse map, and a detailed one that answers after ``scan_latency`` cycles."""
 
     def __init__(self, config, scan_latency=3):
         self.config = config
@@ -40,7 +40,7 @@ class Bench:
             answers.append((x, y) if scanning else None)
             answers.popleft()
             self.scans += scanning
-            # The answer to the oldest is there in the cycle that begins now.
+            # The answer to the oldest arrives in the cycle that begins now.
             cell = answers[0]
             ctx.set(dut.scanned, int(self.terrain.heights[cell[::-1]]) if cell else 5)
 
@@ -101,7 +101,7 @@ def test_rises_and_falls(scan_latency, memory_latency):
         await bench.check(ctx)
         for x, y, cells in (
             (5, 6, [[9]]),  # Raises one block,
-            (6, 6, [[7]]),  # does not lower it beside that cell,
+            (6, 6, [[7]]),  # does not lower it next to that cell,
             (5, 6, [[3]]),  # lowers it, but not to the new cell,
             (6, 6, [[0]]),  # and now to it.
             (2, 3, [[15, 1, 2], [1, 1, 8], [1, 1, 1]]),  # Over the corner of four.

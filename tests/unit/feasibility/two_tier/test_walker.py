@@ -82,7 +82,7 @@ def test_testing_trajectory(latency):
     rises = []
 
     async def bench(ctx):
-        # All else is 0 in a simulation's memory. This is beside the third segment, not under it.
+        # All else is 0 in a simulation's memory. This is next to the third segment, not under it.
         await upload(ctx, dut, [[900]], x=6 * config.coarse_factor + 5, y=9)
         while not ctx.get(dut.points.ready):
             await ctx.tick()

@@ -154,7 +154,7 @@ def test_refuses_whatever_differs(own, plans, field, change, what):
 
 
 def test_ardupilot_takes_a_hundred_missions(own, plans):
-    """ArduPilot accepts NaN in a few places alone, and refuses the whole mission for another."""
+    """ArduPilot accepts NaN only in a few places, and refuses the whole mission for another."""
     own.kind = 3
     for plan in plans:
         uploaded(own, plan)

@@ -101,7 +101,7 @@ def test_first_waypoints_behind_the_start_are_dropped():
         return ahead(USUAL, problem_record, path)
 
     assert drop([behind, beside, before, before]) == [before, before]
-    # A waypoint beside the start is dropped; a later waypoint astern stays.
+    # A waypoint next to the start is dropped; a later waypoint astern stays.
     assert drop([beside, before, behind, before]) == [before, behind, before]
     assert drop([before, behind, before]) == [before, behind, before]
     # Two waypoints always stay.

@@ -79,7 +79,7 @@ def test_back_pressure(stalled):
 
 @pytest.mark.ci
 def test_reset_discards_all_paths():
-    """Paths that are inside when the reset comes leave no trace."""
+    """Paths that are inside when the reset comes do not leave a trace."""
     rng = np.random.default_rng(6)
     evaluator, paths = case(SMALL, rng, 30, 3)
     expected = outcomes(evaluator, 64, paths)

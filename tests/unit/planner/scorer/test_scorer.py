@@ -95,7 +95,7 @@ IDLE = 170
 
 
 def run(config, *jobs):
-    """Run jobs on one scorer, each when the one before is done, and return them."""
+    """Run jobs on one scorer, each when the previous one is done, and return them."""
     dut, reset = Scorer(config), Signal()
     simulator = Simulator(ResetInserter({"sync": reset})(dut))
     simulator.add_clock(1e-8)
@@ -130,7 +130,7 @@ def points_of(paths):
 
 
 async def drive(ctx, dut, job):
-    """Send the points of a job until all scores are there; return the next cycle."""
+    """Send the points of a job until all scores are available; return the next cycle."""
     points = points_of(job.paths)
     pauses, rooms = itertools.cycle(job.pauses), itertools.cycle(job.room)
     left = next(pauses)
@@ -186,7 +186,7 @@ def with_ends(config, rng, problem, entry, exits):
     ("config", "problems", "count"), [(SMALL, 5, 5), (USUAL, 1, 3)], ids=["small", "usual"]
 )
 def test_matches_the_definition(config, problems, count, ends):
-    """At full rate, with and without entry and exit; every path right after the one before."""
+    """At full rate, with and without entry and exit; every path right after the previous one."""
     rng = np.random.default_rng(ends)
     free = [drawn_free_problem(config, rng) for _ in range(problems)]
     jobs = [
@@ -219,7 +219,7 @@ def test_matches_the_definition_with_pauses():
 
 @pytest.mark.ci
 def test_shortest_and_longest_paths():
-    """Start and goal alone, and as many points as fit, in turn."""
+    """Only start and goal, and the maximum number of points, in turn."""
     rng = np.random.default_rng(11)
     jobs = []
     for ends in ENDS:
@@ -266,7 +266,7 @@ def test_cycles():
 @pytest.mark.ci
 @pytest.mark.parametrize("ends", ENDS, ids=["free", "exit", "entry", "both"])
 def test_a_path_begins(ends):
-    """In the cycle that the model tells, whenever points come and room is there."""
+    """In the cycle that the model states, whenever points come and room is available."""
     rng = np.random.default_rng(7)
     problem = with_ends(SMALL, rng, record(SMALL, rng, radius=100), *ends)
     jobs = []
@@ -286,7 +286,7 @@ def test_a_path_begins(ends):
 
 @pytest.mark.ci
 def test_the_next_path_begins():
-    """A path begins right after the one before, or later if points or room are late."""
+    """A path begins right after the previous one, or later if points or room are late."""
     rng = np.random.default_rng(12)
     problem = with_ends(SMALL, rng, record(SMALL, rng, radius=100), 1, 1)
     jobs = []
@@ -306,7 +306,7 @@ def test_the_next_path_begins():
 
 
 def test_reset_discards_all_paths():
-    """Paths that are inside when the reset comes leave no trace."""
+    """Paths that are inside when the reset comes do not leave a trace."""
     rng = np.random.default_rng(8)
     problem = with_ends(SMALL, rng, record(SMALL, rng, radius=100), 1, 1)
     jobs = [

@@ -87,7 +87,7 @@ def run(rows, rounds, *, epoch_bits=8, pauses=(0,), walks=(3,)):
 
     async def back(ctx):
         for cycle in itertools.count():
-            # Some wait, so that several are on their way.
+            # Some wait, so that several are in flight.
             if flight and (len(flight) > 2 or cycle % 3 == 0):
                 ctx.set(dut.walked, flight.pop(0))
             else:

@@ -127,7 +127,7 @@ def test_hits_and_margins_of_the_evaluation(rows, pauses, heading):
 
 
 def test_cycles_of_a_lone_path():
-    """By the functions beside the model: a walk, then from the memo, then only in part from it."""
+    """By the model's functions: a walk, then from the memo, then only in part from it."""
     assert walked(7, 0, [3, 1]) == 16
     assert walked(7, 20, [3, 1]) == 24
     assert back(8, 2) == 15

@@ -23,7 +23,7 @@ TWICE = SMALL.replace(map_size=64)
 
 
 class Bench:
-    """A block map beside a map that it reads."""
+    """A block map and the map that it reads."""
 
     def __init__(self, ctx, dut, ground):
         self.ctx, self.dut, self.ground = ctx, dut, ground

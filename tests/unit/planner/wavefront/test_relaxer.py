@@ -92,7 +92,7 @@ def test_passes(config):
             assert ctx.get(dut.changed) == changes[-1]
             assert cycles == Relaxer.pass_cycles == wavefront_cycles.PASS
 
-            # Steps between passes, with the constants that are there.
+            # Steps between passes, with the current constants.
             steps = rng.integers(top + 1, size=(20, 2)).tolist()
             for cycle, (before, after) in enumerate(steps):
                 ctx.set(dut.before, before)

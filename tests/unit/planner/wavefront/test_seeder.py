@@ -54,7 +54,7 @@ def test_matches_the_definition(config, count, length, share):
         left, cycle = count, 0
         while left or ctx.get(dut.busy) or len(points) < sum(map(len, paths)):
             assert cycle < 20_000
-            # The next one at once, while waypoints of the one before are on their way.
+            # The next one at once, while waypoints of the previous one are in flight.
             launches = left and not ctx.get(dut.busy)
             left -= launches
             ctx.set(dut.launch, launches)

@@ -211,7 +211,7 @@ def test_interrupt_returns_the_best_so_far(evaluator):
 
 
 def interrupted_at(generation, request=lambda: None):
-    """Return a function that opens a model that hangs from ``generation`` on until an interrupt."""
+    """Return a function that opens a model that hangs at ``generation`` until an interrupt."""
 
     def opened(url):
         chip = open_board(url)

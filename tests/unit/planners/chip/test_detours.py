@@ -42,7 +42,7 @@ def path_through(inner):
 
 
 def places_of(problem, path, *, at_goal):
-    """Return the waypoints of every way to every point that it may join, by complex numbers."""
+    """Return the waypoints of every route to every point that it may join, by complex numbers."""
     points = (path[::-1] if at_goal else path)[:, :2] @ (1, 1j)
     heading = problem.headings[at_goal]
     ways, counts = module._free_ways() if heading is None else module._held_ways()
@@ -148,7 +148,7 @@ def test_no_detours_for_an_aircraft_that_cannot_turn():
 
 
 def test_a_straight_path_has_detours():
-    """Unless the far end has a heading, to which no way can lead."""
+    """Unless the far end has a heading, to which no route can lead."""
     for at_goal, headings in itertools.product((False, True), HEADINGS):
         paths, _ = detours(flight(*headings), path_through(INNER[:0]), at_goal=at_goal)
         assert (len(paths) > 50) == (headings[not at_goal] is None)

@@ -129,7 +129,7 @@ def test_where_no_path_is_feasible_other_seeds_follow(make_evaluator):
     result = ChipGeneticPlanner(chip_ms=1).plan(make_evaluator(elevation), GENERATIONS)
     assert not result.evaluation.feasible
     assert [run["seed"] for run in result.hardware["runs"]] == list(range(3, 11))
-    # The chip finds no way, so the map is lowered more and more beside the ends.
+    # The chip finds no route, so the map is lowered more and more around the ends.
     assert [run["ease"] for run in result.hardware["runs"]] == [0, 1, *[2] * 6]
     assert result.generations == sum(run["generations"] for run in result.hardware["runs"])
 

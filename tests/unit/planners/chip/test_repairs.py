@@ -64,7 +64,7 @@ def test_the_nearer_end_comes_first(at_goal):
 
 
 def test_what_the_other_end_alone_can_mend():
-    """The zone is nearer the start, but beyond all waypoints that a way from there leads to."""
+    """The zone is nearer the start, but beyond all waypoints that a route from there leads to."""
     evaluator = evaluator_of(zones=(Zone.circle(2600, 3000, 40),))
     before = [(START[0] + 150 * number, 3000, 300) for number in range(1, 8)]
     path = np.array([START, *before, GOAL])
@@ -90,7 +90,7 @@ def test_ground_beside_the_goal():
     assert stretch.limit == "clearance"
     assert stretch.from_m > 3700
     mended = check(evaluator, STRAIGHT)
-    # Another way, at the same altitude.
+    # Another route, at the same altitude.
     assert (mended[:, 2] == 300).all()
 
 
@@ -137,7 +137,7 @@ def test_loading_needs_no_broken_path(rules):
 
 
 def test_a_climb_that_is_too_steep_from_the_start_on():
-    """The limit is broken far beyond two turn radii, but from the start on."""
+    """The limit is broken far beyond two turn radii, but beginning at the start."""
     heights = HEIGHTS.copy()
     heights[27:34, 17:20] = 500.0
     evaluator = evaluator_of(heights)
@@ -148,5 +148,5 @@ def test_a_climb_that_is_too_steep_from_the_start_on():
     assert climb.from_m < radius_m
     assert climb.to_m > 3 * radius_m
     mended = check(evaluator, steep)
-    # It is a way around the hill.
+    # It is a route around the hill.
     assert np.abs(mended[1:-1, 1] - 3000).max() > 300

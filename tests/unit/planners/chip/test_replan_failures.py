@@ -1,4 +1,4 @@
-"""Replans where the first run finds no feasible path, or the board is not as it was."""
+"""Replans where the first run finds no feasible path, or the board has changed."""
 
 import dataclasses
 import itertools

@@ -71,7 +71,7 @@ def test_the_paths_are_those_of_the_model(evaluator, board, search):
     start = middle(before)
     after = before.replan(zones=[BEHIND], start=start)
     flight = changed_problem(evaluator.problem, [BEHIND], start)
-    # The map has the disc, and is exact beside the ends.
+    # The map has the disc, and is exact around the ends.
     old, new = (CornerMap(board.config, each) for each in (evaluator.problem, flight))
     corners = old.corners((evaluator.problem.start, flight.goal))
     shape = no_fly_shape(old, BEHIND)
@@ -119,7 +119,7 @@ def test_a_replan_is_replanned_in_its_turn(evaluator, search):
         ),
         Zone.circle(4300, 2600, 400, upper_m=320),
         Zone.circle(4300, 2600, 400, t0_s=5, t1_s=60),
-        # It meets no corner.
+        # It does not meet any corner.
         Zone.circle(90_000, 2600, 400),
     ],
     ids=["dent", "hole", "heights", "times", "away"],
@@ -218,7 +218,7 @@ def test_a_goal_that_stays_is_not_sent_again(make_evaluator, board, search):
     evaluator = make_evaluator(elevation, zones=(), rules=NO_MARGINS)
     before = search.run(evaluator)
     assert runs_of(before)[-1]["ease"] == 2
-    # The corners beside both ends are eased now.
+    # The corners around both ends are eased now.
     problem = before.evaluator.problem
     grid = CornerMap(board.config, problem)
     ends = problem.start, problem.goal

@@ -138,7 +138,7 @@ def test_keeps_a_worse_way_of_fewer_segments():
 
 
 def test_keeps_all_undominated_ways():
-    """With two opposing terms every way to a point is kept, and memory grows."""
+    """With two opposing terms every route to a point is kept, and memory grows."""
     points = MOST_POINTS
     chain = np.array([START, *range(GOAL + 1, points), GOAL])
     rng = np.random.default_rng(3)

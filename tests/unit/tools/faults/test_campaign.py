@@ -46,7 +46,7 @@ def test_a_seed_repeats_exactly():
 
 
 def test_a_replay_tells_the_fewest_faults(capsys, monkeypatch):
-    """Those alone fail, too; without the bug nothing does."""
+    """By themselves they fail, too; without the bug nothing does."""
     seed, bug = NOTICED["file written in its place"], "file written in its place"
     monkeypatch.setattr("sys.argv", ["faults", "--replay", str(seed)])
     assert main() == 0

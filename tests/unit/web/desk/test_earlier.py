@@ -50,7 +50,7 @@ def switched(label, value):
     return switch
 
 
-#: A change, and the change back where there is one.
+#: A change, and the change back if there is one.
 CHANGES = {
     "zone drawn": (drawn("zone", circle=[2500, 2500, 300]), None),
     "zone reshaped": (

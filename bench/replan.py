@@ -232,7 +232,7 @@ def _change(change: Change, session: _Timed, ample: Chip) -> Result:
 
 
 class _Timed(Session):
-    """A flight that measures the host's computing for a new path: all but the wait for a board.
+    """A flight that measures the host's computing for a new path, without the wait for a board.
 
     Attributes
     ----------

@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 __all__ = ["ARITHMETIC", "KEEP_FANOUT", "OVERRIDES", "PLACEMENT", "PLANNER_OVERRIDES", "SYNTHESIS"]
 
-#: Options of ``synth_ecp5``: no multipliers but the ones of
+#: Options of ``synth_ecp5``: no multipliers except the ones of
 #: :mod:`pathgene.hdl.boards.ecp5_multiplier`. For the narrow products of the genetic core,
 #: multipliers are slower than logic, and too far from it.
 SYNTHESIS = "-nodsp"

@@ -179,7 +179,7 @@ class _Run:
         self.stamp = Stamp(self.tool, self.arguments, self.folder, inputs, outputs)
 
     def start(self) -> None:
-        """Start the tool, unless it has done the same before."""
+        """Start the tool, unless it has already done the same."""
         if self.stamp.matches():
             return
         for file in self.folder.iterdir():

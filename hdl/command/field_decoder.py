@@ -104,7 +104,7 @@ class FieldDecoder(Unit):
     write_slot : Out(8)
         Slot of a WRITE.
     identity : Out(1)
-        A GENERATE carries no order of the slots.
+        A GENERATE does not carry an order of the slots.
 
     Only with a MAP among ``fields``:
 

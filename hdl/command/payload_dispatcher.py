@@ -40,7 +40,7 @@ class PayloadDispatcher(Unit):
     write_slot : In(8)
         First slot of a WRITE.
     identity : In(1)
-        A GENERATE carries no order of the slots.
+        A GENERATE does not carry an order of the slots.
     writes, ranking : Out(stream), ranked : In(1)
         Members of :class:`pathgene.hdl.command.path_parser.PathParser` and
         :class:`pathgene.hdl.command.ranking_parser.RankingParser`.

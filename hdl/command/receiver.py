@@ -105,7 +105,7 @@ class CommandReceiver(Unit):
     stop : Out(1)
         Pulse: the run is to end.
     running : In(1)
-        A run is in progress; high from the cycle after its transfer on.
+        A run is in progress; high starting in the cycle after its transfer.
     has_problem, has_population : In(1)
         There is a problem; there is a population for a warm run.
     """

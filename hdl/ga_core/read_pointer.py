@@ -27,8 +27,8 @@ class ReadPointer(Unit):
     update : In(1)
         The next population becomes the present one.
     rewinds : In(1)
-        Rewind. Each of the inputs above also rewinds, from the second cycle after it on, since the
-        indices of the slots follow a change of a path a cycle after its length.
+        Rewind. Each of the inputs above also rewinds, starting in the second cycle after it, since
+        the indices of the slots follow a change of a path a cycle after its length.
     begin : In(1).array(parts)
         A crossover begins with the next cycle. All are equal.
     passes : In(1)

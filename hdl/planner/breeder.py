@@ -50,7 +50,7 @@ class Breeder(Unit):
     slots : In(stream.Signature(range(slot_count)))
         Free slots, one for each child.
     frame : In(frame_layout)
-        Greatest corner and altitude of a waypoint, and the ends of all paths. Steady.
+        Maximum corner and altitude of a waypoint, and the ends of all paths. Steady.
     read : Out(place_layout)
     waypoint : In(waypoint_layout)
         Contents of ``read`` of 2 cycles before.

@@ -151,7 +151,7 @@ class ChildBuilder(Unit):
         at_place, is_start, is_goal = (
             Signal(name=name, reset_less=True) for name in ("at_place", "is_start", "is_goal")
         )
-        # The step before inserted a waypoint.
+        # The previous step inserted a waypoint.
         inserted = Signal()
         is_next = Signal()
         skips = Signal()

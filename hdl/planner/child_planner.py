@@ -166,7 +166,7 @@ class ChildPlanner(Unit):
         ]
 
     def _mutate(self, m, plan, accepted, passed):
-        """Decode the mutation; the length is known from the third cycle after the draw on."""
+        """Decode the mutation; the length is known by the third cycle after the draw."""
         word = self.draws.p.mutation
         operator = _bits(word, OPERATOR)
         size = Signal(4, reset_less=True)

@@ -55,7 +55,7 @@ class Collector(Unit):
     stay : In(data.ArrayLayout(range(population), survivors))
         Ranks of the survivors; the elites are not among them. Steady during the pass.
     busy : Out(1)
-        A population is collected or moved: from the cycle after ``collect`` or ``merge`` on.
+        A population is collected or moved: starts in the cycle after ``collect`` or ``merge``.
     sorting : Out(1)
         A pass is in progress, a member is inserted, or a population is moved.
     stored : Out(1)

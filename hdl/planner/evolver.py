@@ -53,7 +53,7 @@ class Evolver(Unit):
         their waypoints from ``write``. Changes only while ``ready`` and not ``pending``.
     store : In(1)
         Pulse: the first population of ``island`` is complete. Only with ``fills``, in a cycle after
-        its last member came. ``ready`` is low from the cycle after it on.
+        its last member came. ``ready`` is low starting in the cycle after it.
     begin : In(1)
         Pulse: breed a generation of ``island``, and collect the one before if one is ``pending``.
         Only while ``ready``, and not with ``fills``.
@@ -81,7 +81,7 @@ class Evolver(Unit):
         Steps of the random source: selection word, mutation word. Planning takes longer while there
         is none.
     frame : In(frame_layout)
-        Greatest corner and altitude of a waypoint, and the ends of all paths. Steady.
+        Maximum corner and altitude of a waypoint, and the ends of all paths. Steady.
     slots : Out(stream.Signature(range(slot_count)))
         With ``fills``: free slots. At most ``max(2 * config.children, 18)`` slots are taken and not
         yet returned by ``evaluated``.

@@ -43,7 +43,7 @@ def corner_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout
 def frame_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
     """Return the layout of the frame of all paths of a problem, three corners.
 
-    ``limits``: greatest corner and altitude of a waypoint. ``start`` and ``goal``: ends of all
+    ``limits``: maximum corner and altitude of a waypoint. ``start`` and ``goal``: ends of all
     paths.
     """
     corner = corner_layout(coordinate_bits, altitude_bits)

@@ -33,7 +33,7 @@ class Ranking(Unit):
     island : In(range(islands))
         Island of the population, with ``store``.
     busy : Out(1)
-        The population is being moved: from the cycle after ``store`` on.
+        The population is being moved: starts in the cycle after ``store``.
     dropped : Out(dropped_layout)
         ``valid``: a member too many has left the sorter, and ``slot`` is free: 2 cycles after one
         was taken.

@@ -68,7 +68,7 @@ class RunControl(Unit):
     evaluator_idle : In(1)
         No path is being evaluated.
     fills : Out(1)
-        First populations come, from the cycle after ``launch`` on.
+        First populations come, starting in the cycle after ``launch``.
     store : Out(1)
         Pulse: the first population of ``island`` is complete.
     begin, finish : Out(1)
@@ -264,5 +264,5 @@ class RunControl(Unit):
             m.next = "AIM"
 
 
-#: Pulses that units answer from the second cycle after it on.
+#: Pulses that units answer in the second cycle after it or later.
 _PULSES = ("launch", "find_route", "make_paths", "store", "begin", "finish", "merge")

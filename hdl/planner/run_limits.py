@@ -14,7 +14,7 @@ class RunLimits(Unit):
 
     ``split`` takes an island's part: ``share / 2**share_bits`` of the cycles that are left, and of
     the generations of the run, rounded down. ``aim`` sets the limits of the run, or the limits of
-    an island: the present numbers plus its parts, clamped to the greatest count.
+    an island: the present numbers plus its parts, clamped to the maximum count.
 
     Members
     -------
@@ -32,7 +32,7 @@ class RunLimits(Unit):
     split : In(1)
         Pulse: take an island's part of the cycles that are left after this one.
     splitting : Out(1)
-        For ``share_bits`` cycles from the one after ``split`` on.
+        For ``share_bits`` cycles, starting in the one after ``split``.
     aim : In(1)
         Pulse: set limits, starting in the next cycle. Not while ``splitting``.
     waits : In(1)

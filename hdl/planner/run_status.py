@@ -45,7 +45,7 @@ class RunStatus(Unit):
     status : Out(run_status_layout)
         Counters stay until the next run. ``running`` follows by a cycle, and so do the counts of
         planning, sorting and spreading, which are complete once it is low. ``key`` is void until a
-        generation has begun or the run is over, and again from two cycles after ``void`` on.
+        generation has begun or the run is over, and again starting two cycles after ``void``.
     """
 
     def interface(self):

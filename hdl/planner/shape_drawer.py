@@ -49,7 +49,7 @@ class ShapeDrawer(Unit):
         m = Module()
         shape, cell = self.shapes.p, self.cells.p
 
-        # The corner at hand. The next one is above it if it `turns`, else next to it, in rows that
+        # The current corner. The next one is above it if it `turns`, else next to it, in rows that
         # go `back` to the left. Control comes a cycle ahead, with a register for each edge.
         x, y = (Signal(self.coordinate_bits, name=name, reset_less=True) for name in "xy")
         next_x = Signal.like(x)

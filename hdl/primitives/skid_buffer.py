@@ -14,7 +14,7 @@ class SkidBuffer(Unit):
     """Breaks a chain of ``ready`` signals: takes one word that it cannot pass on, and keeps it.
 
     An empty buffer passes words through in the same cycle, with ``ready`` high regardless of
-    ``passed.ready``; it costs no cycle and adds no pauses to a stream.
+    ``passed.ready``; it does not cost a cycle or add pauses to a stream.
 
     Members
     -------

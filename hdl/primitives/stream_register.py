@@ -13,7 +13,7 @@ __all__ = ["StreamRegister"]
 class StreamRegister(Unit):
     """Puts registers in the path of ``valid`` and ``payload``; ``ready`` passes through.
 
-    A word is offered a cycle after it is taken; a stream gets no further pauses.
+    A word is offered a cycle after it is taken; it does not add pauses to a stream.
 
     Members
     -------

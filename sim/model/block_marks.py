@@ -18,7 +18,7 @@ class BlockMarks:
 
     A corner that is written marks its block; corners beyond the blocks mark none. All blocks are
     scanned the first time, and where a corner was written, or a scan begins, with another size of
-    blocks than the scan before.
+    blocks than the previous scan.
 
     Attributes
     ----------

@@ -80,7 +80,7 @@ def calls(hills, older, out):
 def test_a_failing_disk_leaves_the_older_run_or_the_newer_one(
     hills, older, tmp_path, capsys, monkeypatch, error, lasting
 ):
-    """Where only the folder fails, the plan is kept elsewhere."""
+    """If only the folder fails, the plan is kept elsewhere."""
     temporary = tmp_path / "temporary"
     temporary.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(temporary))

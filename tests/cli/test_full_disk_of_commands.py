@@ -1,4 +1,4 @@
-"""Every command that writes, on a disk that is full from each of its calls on."""
+"""Every command that writes, on a disk that becomes full at each of its calls."""
 
 import errno
 import json

@@ -44,7 +44,7 @@ class SimulatedPlanner:
         dut.rst.value = 0
 
     async def _offer(self, name, bits):
-        """Offer a payload until it is taken; return the cycles before."""
+        """Offer a payload until it is taken; return the cycles until then."""
         valid, ready = getattr(self._dut, f"{name}__valid"), getattr(self._dut, f"{name}__ready")
         getattr(self._dut, f"{name}__payload").value = bits
         valid.value = 1

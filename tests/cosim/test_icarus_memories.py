@@ -57,7 +57,7 @@ endmodule
 
 
 def test_a_wavefront_ends(icarus, tmp_path):
-    """A cost that was unknown once would stay so: lower costs are told by comparisons."""
+    """A cost that was unknown once would stay unknown: lower costs are found by comparisons."""
     problem = record(SMALL, np.random.default_rng(1))
     vector, sizes = problem_vector(SMALL, problem), sizes_vector(SMALL, 0)
     distances, prices = np.zeros(3, dtype=np.int64), np.zeros(PRICES, dtype=np.int64)

@@ -23,8 +23,8 @@ class Starts(Elaboratable):
     - The segment reaches the lanes once.
     - For each cell k of it, n its length, d its gain along the minor axis and dz its gain in
     altitude:
-      the start of the lane that has cell k, plus the gain of a group for each group before, has as
-      its whole parts ``floor((2 k d + n) / (2 n))`` from the start, and the ceiling,
+      the start of the lane that has cell k, plus the gain of a group for each previous group, has
+      as its whole parts ``floor((2 k d + n) / (2 n))`` from the start, and the ceiling,
       ``ceil(k dz / n)`` from the altitude of the start; of a segment of one cell, the lower end.
     """
 

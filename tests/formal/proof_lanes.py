@@ -29,7 +29,7 @@ class Together(Elaboratable):
       numbers the whole part of where it started plus the gains of all groups before.
     - Without a group no lane has a cell.
     - Axis, direction, the major coordinate of the first cell, minor coordinates and number of
-      cells of a group are told in the same cycle.
+      cells of a group are reported in the same cycle.
 
     The induction is longer than any segment: the registers of the lanes depend only on its start.
     """

@@ -44,8 +44,8 @@ class Receiver(Elaboratable):
     - ``overrun`` comes only if the bodies, with one more byte for each, do not fit in the buffer.
     - Rows of the ring are passed on as bytes of bodies in the cycle in which they are read, with
       ``plain`` from the row before the body, which is not passed on.
-    - One cycle after the end of any frame, the receiver is ready for the next one: it holds and
-      counts no byte, and stores only bytes of accepted bodies.
+    - One cycle after the end of any frame, the receiver is ready for the next one: it does not hold
+      or count any byte, and stores only bytes of accepted bodies.
     """
 
     ROWS = 8

@@ -10,9 +10,9 @@ from tests.support.planner.cases import SMALL
 from tools.formal import Proof
 
 
-#: States of a run at most, each entered once, if nothing is bred.
+#: Maximum number of states of a run, each entered once, if nothing is bred.
 MOST = 90
-#: Cycles of these from the end of first populations on.
+#: Maximum number of these after the end of first populations.
 TAIL = 20
 #: States that are left, this one included, of the first population that comes.
 FIRST = {
@@ -126,7 +126,7 @@ class Ends(Elaboratable):
                 with m.Case(codes[name]):
                     m.d.comb += rank.eq(left)
 
-        # By the cycle before nothing more was to be bred; then its state knew.
+        # Since the previous cycle nothing more was to be bred; its state knew then.
         decided, knew = Signal(), Signal()
         first = Cat(state == codes[name] for name in ("START", *FIRST)).any()
         first_before = Signal()

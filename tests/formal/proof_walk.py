@@ -86,7 +86,7 @@ class Walk(Elaboratable):
                 Assert(segment.is_at("x", k, visit.x) & segment.is_at("y", k, visit.y)),
             ]
 
-        # The altitude of the cell before.
+        # The altitude of the previous cell.
         visited = Signal()
         scaled = Signal(signed(12))
         steps = Signal(config.coordinate_bits)

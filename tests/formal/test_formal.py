@@ -1,4 +1,4 @@
-"""The proofs of this folder hold, and notice the faults that they are to notice."""
+"""The proofs of this folder hold, and notice the planted faults."""
 
 import pytest
 

@@ -85,7 +85,7 @@ def plan_a_case(case):
     # Feasible is the strict rule's word, on the path that is reported.
     assert plan.evaluation == evaluator.evaluate(plan.path), case
     assert plan.evaluation.feasible or plan.reason is not None, case
-    # So does an oracle of dense samples, which shares no code with that rule.
+    # So does an oracle of dense samples, which does not share code with that rule.
     if plan.evaluation.feasible:
         assert not examine(flight, plan.path).rejected, case
     return Outcome(

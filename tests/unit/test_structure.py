@@ -169,7 +169,7 @@ FORBIDDEN = {
 
 @pytest.mark.ci
 def test_each_contract_notices_a_forbidden_import(tmp_path):
-    """In packages whose files have nothing but their imports."""
+    """In packages whose files have only their imports."""
     (tmp_path / "pyproject.toml").write_text((ROOT / "pyproject.toml").read_text())
     forbidden: dict[str, str] = {}
     for path, line in FORBIDDEN.values():

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["SLOW", "FaultyDisk", "Killed"]
 
-#: Number of no error: the call takes long, and succeeds.
+#: Not an error number: the call takes long, and succeeds.
 SLOW = 0
 # Seconds of a slow call, and of each if all later ones are slow, too.
 _SLOW_S, _ALWAYS_SLOW_S = 0.05, 0.002

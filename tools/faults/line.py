@@ -49,7 +49,7 @@ class LineFault(StrEnum):
     DELAY_FRAME = "delay frame"
     #: Nothing arrives for ``value`` milliseconds.
     STALL = "stall"
-    #: The port is lost for good.
+    #: The port is lost permanently.
     CUT = "cut"
     #: The port does not accept bytes for ``value`` milliseconds.
     FULL = "full"

@@ -94,7 +94,7 @@ def problem(seed: int) -> Problem:
 
 
 def _plan(chip: Chip, seed: int, tell: Tell) -> None:
-    """Use the planner core: a run, a zone that appears, a run from the population before."""
+    """Use the planner core: a run, a zone that appears, a run from the previous population."""
     config = chip.config
     rng = random.Random(seed)
     flight = problem(seed)

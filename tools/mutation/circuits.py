@@ -18,7 +18,7 @@ _PASSES = "opt -full; wreduce; opt -full; simplemap; opt -full; opt_clean -purge
 class OptimizedNetlist(Netlist):
     """Netlist in which initial values count for registers only, and once each.
 
-    Optimization leaves other names for the same wire, constants among them, in no certain order.
+    Optimization leaves other names for the same wire, constants among them, in an arbitrary order.
     """
 
     def __init__(self, module: dict[str, Any], *, port_names: bool = True) -> None:

@@ -158,7 +158,7 @@ def _defaults(planner: str, options: Iterable[str]) -> dict[str, Any]:
 def describe_options(parser: argparse.ArgumentParser) -> Iterator[tuple[str, Any]]:
     """Yield each command with options, and the properties of its options except the prose."""
     rows = {}
-    # Where a problem file may supply an option, its default stands apart.
+    # If a problem file may supply an option, its default is recorded separately.
     defaults = parser.get_default("option_defaults") or {}
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):

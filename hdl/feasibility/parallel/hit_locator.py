@@ -15,8 +15,8 @@ __all__ = ["HitLocator"]
 class HitLocator(Unit):
     """Finds the first colliding cell of a group, and counts all colliding cells, one cycle later.
 
-    Along a segment the lanes follow each other from the lane of the group's first cell on, wrapping
-    around to the lane before it, or in the opposite order if the segment descends.
+    Along a segment the lanes follow each other starting with the lane of the group's first cell,
+    wrapping around to the lane before it, or in the opposite order if the segment descends.
 
     Members
     -------

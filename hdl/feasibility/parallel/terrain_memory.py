@@ -53,7 +53,7 @@ class TerrainMemory(Unit):
 
     The banks are spread over the device; the block RAMs of one lie side by side where the cells of
     the platform have places for them (:class:`pathgene.hdl.primitives.block_memory.BlockMemory`).
-    Each bank has registers for its addresses, with nothing but wires from there to its block RAMs.
+    Each bank has registers for its addresses, with only wires from there to its block RAMs.
 
     Source: *allaire two-tier*, section 5.3.
 

@@ -21,11 +21,11 @@ class KeyMaker(Unit):
     """Gives each path its key, in the order of the decisions.
 
     The key of a path follows its decision, or the result of its walk if it is walked, by 3 cycles;
-    or it follows the key before by a cycle, if that is later. It waits while a key is not taken.
+    or it follows the previous key by a cycle, if that is later. It waits while a key is not taken.
 
     A path that is not walked is infeasible or given up, with the value of its score. One that is
     walked is infeasible if it collides or has a penalty: its value is the penalty plus four cells
-    for each corner that collides, at most the greatest. Else it is feasible, with its cost.
+    for each corner that collides, clamped to the maximum value. Else it is feasible, with its cost.
 
     Members
     -------

@@ -49,7 +49,7 @@ class PathStore(Unit):
         The path is scored, at least 2 cycles after the previous path.
     read : In(read_layout)
     row : Out(stored_layout)
-        The row read last, from the cycle after ``read.enable`` on.
+        The row read last, starting in the cycle after ``read.enable``.
     """
 
     max_waypoints: Count(2, text="Waypoints of the longest path.")

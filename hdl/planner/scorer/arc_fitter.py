@@ -112,7 +112,7 @@ class ArcFitter(Unit):
 
         # After the last point, and at the first point of the next path, there is no tangent.
         tangent = Signal(self.widths.tangent)
-        # Length of the segment before, less the tangent of the turn into it.
+        # Length of the previous segment, less the tangent of the turn into it.
         left = Signal(signed(self.widths.tangent + 1), reset_less=True)
         # Whether it leaves enough: found in the first cycle of a slot, for the second.
         room, room_before = Signal(reset_less=True), Signal(reset_less=True)

@@ -26,7 +26,7 @@ _TURNS = turn_table()
 assert max(_TURNS).bit_length() == TURN_BITS
 #: Bits of a tangent between two entries of the table.
 _REST_BITS = 6
-#: Greatest index that is interpolated from.
+#: Maximum index for interpolation.
 _LAST_TURN = MAX_HALF_TURN << TURN_FRACTION - _REST_BITS
 _STEP_BITS = max(after - before for before, after in pairwise(_TURNS)).bit_length()
 

@@ -57,7 +57,7 @@ class PathPricer(Unit):
     key_shift : In(6)
         Fields of the record.
     value : Out(VALUE_BITS)
-        The cost, shifted, from 0 to the greatest value.
+        The cost, shifted, from 0 to the maximum value.
     """
 
     widths: InstanceOf(Widths)

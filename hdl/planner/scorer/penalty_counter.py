@@ -60,7 +60,7 @@ class PenaltyCounter(Unit):
     valid : In(1)
     judged : In(judged_layout)
     penalty : Out(VALUE_BITS)
-        Saturates at its greatest value.
+        Saturates at its maximum value.
     """
 
     widths: InstanceOf(Widths)

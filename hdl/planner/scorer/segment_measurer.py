@@ -21,10 +21,10 @@ def place_layout(widths: Widths) -> data.StructLayout:
 
 
 class SegmentMeasurer(Unit):
-    """Measures the segment from the point before to each point.
+    """Measures the segment from the previous point to each point.
 
     A place is taken in every slot in which ``valid`` is set; other slots do not count. The result
-    at the first point of a path belongs to no segment.
+    at the first point of a path does not belong to a segment.
 
     Source: step 1 of the score in ``docs/chip_planner.md``.
 

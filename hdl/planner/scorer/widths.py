@@ -1,4 +1,4 @@
-"""Widths of the numbers of a score, from the greatest values that they take.
+"""Widths of the numbers of a score, from the maximum values that they take.
 
 A score of the model is exact; so is the gateware's, with the fewest bits that hold every value. If
 an arc does not fit, its numbers are undefined and may lose bits.
@@ -97,7 +97,7 @@ class Widths:
 
     @property
     def tangent(self) -> int:
-        """Width of a tangent length; the highest bit stands for all that fit no segment."""
+        """Width of a tangent length; the highest bit stands for all that do not fit any segment."""
         return self.length + 1
 
     @property
@@ -122,7 +122,7 @@ class Widths:
 
     @cached_property
     def flown_square(self) -> int:
-        """Greatest square of a length in three dimensions; an arc has at most its two tangents."""
+        """Maximum square of a length in three dimensions; an arc has at most its two tangents."""
         highest = 1 << self.part + RISE_BITS - RISE_FRACTION
         return (2 * self.longest) ** 2 + highest**2
 
@@ -161,7 +161,7 @@ class Widths:
 
     @property
     def excess(self) -> int:
-        """Width of the excess rise or fall of a segment, the greatest altitude included."""
+        """Width of the excess rise or fall of a segment, the maximum altitude included."""
         return self.part + EXCESS_BITS + 1
 
     @cached_property

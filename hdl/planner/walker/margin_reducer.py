@@ -17,7 +17,7 @@ def reduction_latency(lanes: int) -> int:
     """Return the cycles that a :class:`MarginReducer` takes.
 
     One for the margin of each corner, one for each level of a tree over the lanes, one to add the
-    group to the groups before.
+    group to the previous groups.
     """
     return 2 + exact_log2(lanes)
 

@@ -51,7 +51,7 @@ class SegmentSource(Unit):
         Taken when their last rows are read.
     read : Out(read_layout)
     row : In({"point": point_layout, "chord": chord_layout})
-        The row read last, from the cycle after ``read.enable`` on.
+        The row read last, starting in the cycle after ``read.enable``.
     segments : Out(stream.Signature(segment_request_layout))
         With their marks.
     """

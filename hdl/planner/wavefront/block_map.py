@@ -35,7 +35,7 @@ class BlockMap(Unit):
         map's, or one. Steady in a scan and while blocks are read.
     start, goal : In(corner_layout)
         Their blocks are free; if a corner there is blocked, they have the altitude of the end.
-        Steady while blocks are read, and a cycle before.
+        Steady while blocks are read, and one cycle earlier.
     write : In({"valid", "x", "y"})
         This corner is written. Not while ``busy``.
     launch : In(1)

@@ -215,7 +215,7 @@ class Relaxer(Unit):
 
 
 def _ring(m, name, value, written, read):
-    """Return the value of the row before in column ``read``, a cycle later.
+    """Return the value of the previous row in column ``read``, a cycle later.
 
     ``value`` belongs to column ``written`` of the present row.
     """

@@ -30,7 +30,7 @@ class SeedSource(Unit):
     problem : In(problem_layout)
     frame : In(frame_layout)
         Its ends: corners nearest to the ends, and the steps at or below them. Steady, like
-        ``problem``, while ``busy`` and a cycle before.
+        ``problem``, while ``busy`` and one cycle earlier.
     write : In({"valid", "x", "y"})
     row : Out({"x", "y"})
     corners : In(altitude_bits).array(lanes)

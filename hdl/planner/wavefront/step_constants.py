@@ -81,7 +81,7 @@ class StepConstants(Unit):
     Members
     -------
     problem : In(problem_layout)
-        Steady from the cycle before ``launch`` on.
+        Steady, starting in the cycle before ``launch``.
     limit : In(4)
         Slope limit of the surface, in halves of the climb limit. Steady.
     falls : In(1)

@@ -36,7 +36,7 @@ PART_BITS = VALUE_BITS
 
 
 def shift_limit(coordinate_bits: int) -> int:
-    """Return the greatest shift of a corner's coordinate to its block's."""
+    """Return the maximum shift of a corner's coordinate to its block's."""
     return max(coordinate_bits - BLOCK_BITS, 0)
 
 

@@ -78,7 +78,7 @@ def begun(plan: int, begun_before: int, points_before: int) -> int:
     plan : int
         Its :func:`plan`.
     begun_before, points_before : int
-        Cycle in which the child before was begun, and its points, start and goal included.
+        Cycle in which the previous child was begun, and its points, start and goal included.
     """
     return max(plan, begun_before + points_before)
 

@@ -102,7 +102,7 @@ def plan(
         Blocks of the map that have changed since the previous run, by default all. Affects only
         cycles.
     stop : int
-        Cycle in which the run is stopped: no further generation is bred from the next one on.
+        Cycle in which the run is stopped: no generation is bred in a later cycle.
     watched : (WATCHED,) int64, optional
         Zeros; lets another thread see generations and cycles, and end each island with its present
         generation.

@@ -1,7 +1,7 @@
 """Score of a path, compiled: :func:`pathgene.sim.model.planner.definition.score.score`.
 
 Every number fits 64 bits with its sign. For the largest configuration (map of 4096 cells, 16 bits
-of altitude, 64 waypoints) and the greatest value in every field: a segment is shorter than 2**21
+of altitude, 64 waypoints) and the maximum value in every field: a segment is shorter than 2**21
 and rises by less than 2**20 parts or 2**24 units, so its flown length is below 2**25, and four
 times its square, the greatest that is rooted, below 2**52. The dividend of a half turn has 54 bits.
 The segments of a path with their arcs, from an entry to an exit, sum up to less than 1.2 * 67 *

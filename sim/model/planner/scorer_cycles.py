@@ -40,8 +40,8 @@ def launched(first: int, second: int, free: int, room: int) -> int:
     Parameters
     ----------
     first, second : int
-        Cycles from which its first two points are offered, unless the scorer takes the point before
-        each later than that; there is always a cycle between.
+        First cycles in which its first two points are offered. A point is offered later if the
+        scorer takes the previous point later; there is always a cycle between.
     free : int
         Result of :func:`freed` for the previous path, or 0.
     room : int

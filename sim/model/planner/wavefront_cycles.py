@@ -53,7 +53,7 @@ def routing(blocks: int, is_straight: bool) -> int:
 def seeding(longest: int) -> int:
     """Return the cycles in which the words of a path are taken, if there always is one.
 
-    ``longest`` is the greatest number of waypoints of a seed.
+    ``longest`` is the maximum number of waypoints of a seed.
     """
     return longest + 1
 

@@ -47,7 +47,7 @@ class End:
     error : str
         Its text on standard error.
     seconds, bytes : float, int
-        Time that it took, and greatest memory.
+        Time that it took, and peak memory.
     """
 
     status: int

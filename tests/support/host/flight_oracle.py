@@ -125,7 +125,7 @@ def _headings(piece, fractions):
 
 
 def _flight(piece, wind, speed):
-    """Return seconds at 9 places (8 parts), the air distance, and the greatest ground speed."""
+    """Return seconds at 9 places (8 parts), the air distance, and the maximum ground speed."""
     if not any(wind) or piece.run_m == 0:
         seconds = piece.length_m / speed
         return np.linspace(0, seconds, 9), piece.length_m, speed * piece.run_m / piece.length_m
@@ -134,7 +134,7 @@ def _flight(piece, wind, speed):
         east, north = _headings(piece, fractions)
         flat = speed * piece.run_m / piece.length_m
         along, cross = wind[0] * east + wind[1] * north, wind[0] * north - wind[1] * east
-        # Where the wind cannot be held at all, the aircraft stands still: an endless time.
+        # If the wind cannot be held at all, the aircraft stands still: the time is infinite.
         return np.maximum(along + np.sqrt(np.maximum(flat**2 - cross**2, 0)), 1e-9)
 
     parts = piece.run_m / 8 / ground_speed((np.arange(8) + 0.5) / 8)
@@ -143,7 +143,7 @@ def _flight(piece, wind, speed):
 
 
 def _burn(aircraft, weight, piece, air_m):
-    """Return the greatest thrust on a piece and the fuel burned, by small steps."""
+    """Return the maximum thrust on a piece and the fuel burned, by small steps."""
     pressure = 0.5 * _DENSITY * aircraft.cruise_speed_m_s**2 * aircraft.wing_area_m2
     cos, sin = piece.run_m / piece.length_m, piece.rise_m / piece.length_m
 

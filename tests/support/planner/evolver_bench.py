@@ -60,7 +60,7 @@ class Member:
 
 @dataclass(eq=False)
 class Child:
-    """A child as it is to come, and as it is once evaluated.
+    """A child as planned, and as evaluated.
 
     ``margins`` are None if it is not walked; ``others`` are the paths whose slots must not be its
     own.

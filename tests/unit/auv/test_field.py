@@ -127,7 +127,7 @@ def test_finer_samples_of_a_route():
 
 
 def steepest(landscape, control, number=100_001):
-    """Return the greatest slope of the seabed along a segment at many points."""
+    """Return the maximum slope of the seabed along a segment at many points."""
     knots = np.r_[[0] * 3, np.linspace(0, 1, len(control) - 2), [1] * 3]
     x, y = BSpline(knots, control, 3)(np.linspace(0, 1, number)).T
     steps = np.hypot(np.diff(x), np.diff(y))

@@ -64,7 +64,7 @@ class Platform:
 
 
 def test_a_chain_has_no_cell_before_it(tmp_path):
-    """Both kinds of sums take one chain; nothing but its first bit feeds it."""
+    """Both kinds of sums take one chain; only its first bit feeds it."""
     text = verilog.convert(
         AddSubtract(8), name="chip", platform=Platform(), strip_internal_attrs=True
     )

@@ -102,7 +102,7 @@ def test_a_terminal_that_stalls_during_an_upload_costs_the_patience(terminal):
 
 @pytest.mark.ci
 def test_rfc2217_ends_its_writes_by_itself():
-    """Pyserial knows no write time-out there: it ends each write after 5 s."""
+    """Pyserial does not support a write timeout there: it ends each write after 5 s."""
     import serial.rfc2217
 
     with socket.create_server(("127.0.0.1", 0)) as server:

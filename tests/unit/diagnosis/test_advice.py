@@ -39,7 +39,7 @@ def problem(*zones, elevation=None, start_m=250.0, goal_m=250.0, aircraft=FOX, *
 
 
 def mended(given, figure):
-    """Return the problem with the value that would do, as it is printed."""
+    """Return the problem with the value that would suffice, as it is printed."""
     value = float(f"{figure.would_do:.6g}")
     aircraft, rules, start, goal = given.aircraft, given.rules, given.start, given.goal
     if figure.limit in AIRCRAFT:

@@ -69,7 +69,7 @@ def test_the_first_feasible_path_is_the_first_without_a_penalty(make_problem, ru
         inner = np.sort(rng.uniform(600, 4400, (n - 2, 2)), axis=0)
         path[1 : n - 1] = np.column_stack((inner, rng.uniform(250, 700, n - 2)))
         path[0], path[n - 1] = problem.start, problem.goal
-    # Paths of no length: the ends are not checked.
+    # Paths of length 0: the ends are not checked.
     paths[5:9] = problem.start
     kept = np.flatnonzero(evaluator.fitness(paths, lengths, strict=True) > 1)
     assert 30 < len(kept) < 3000

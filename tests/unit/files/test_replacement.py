@@ -135,7 +135,7 @@ def test_a_folder_in_a_place_stays(folder):
         replace(folder)
     assert caught.value.strerror == "b is a directory"
     (folder / "b").rmdir()
-    (folder / "missing").mkdir()  # One that is to go.
+    (folder / "missing").mkdir()  # One that should be removed.
     replace(folder)
     (folder / "missing").rmdir()
     assert contents(folder) == NEW

@@ -62,7 +62,7 @@ def test_the_first_waypoints_are_read_again(cause):
             for _ in range(rng.randrange(MAX_WAYPOINTS)):
                 await registers.tick("passes")
             await registers.tick(cause)
-            # Waypoints read before the length and the index have changed are of no use.
+            # Waypoints read before the length and the index have changed are useless.
             assert not ctx.get(dut.primed)
             if cause == "taken":
                 await registers.tick("writing")

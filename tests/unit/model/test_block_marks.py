@@ -41,7 +41,7 @@ def test_another_size_of_blocks_marks_all():
     marks.scan()
     marks.shift = 1
     assert [marks.scan(), marks.scan()] == [ALL, 0]
-    # Written with another size than the scans before and after have.
+    # Written with another size than the scans before and after it.
     marks.shift = 2
     marks.write(*corners((500, 500)))
     marks.shift = 1

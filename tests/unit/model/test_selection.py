@@ -283,7 +283,7 @@ def test_offsets(default_sample):
 
 
 def test_candidates_are_independent():
-    """Every candidate has the distribution of the first, given the round before."""
+    """Every candidate has the distribution of the first, given the previous round."""
     x = sample(WITH_MAP, seed=2024, generations=4_000)["offsets"][:, :, 0]
     assert x.shape == (4_000, 9)
     for column in x.T:

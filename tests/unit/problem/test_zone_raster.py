@@ -50,7 +50,7 @@ def test_matches_the_distances_of_the_cells():
 
 
 def test_blocks_every_sampled_place():
-    """Places within the margin, drawn at random and by no geometry of cells."""
+    """Places within the margin, drawn at random, not by the geometry of cells."""
     rng = np.random.default_rng(6)
     where = terrain((20, 20), 30.0, 40.0)
     inside = 0

@@ -47,7 +47,7 @@ Surface = dict[Block, int]
 _FACTOR_BITS = 18
 #: Fraction bits that the factor of a climb lacks, compared with the factors of altitudes.
 _CLIMB_SHIFT = 6
-#: Greatest value of a key: a part of the cost of a step ends there.
+#: Maximum value of a key: each part of a step's cost is clamped to it.
 _MOST = (1 << VALUE_BITS) - 1
 
 
@@ -112,10 +112,10 @@ def prices_of(config: Config, record: ProblemRecord, distances: tuple[int, int, 
     """Return the constants of the costs of steps over distances in units of length.
 
     Their costs equal :func:`pathgene.sim.model.planner.definition.score.piece_cost` except
-    for rounding, as long as nothing ends at its greatest value.
+    for rounding, as long as nothing is clamped to its maximum.
     """
     fraction = config.altitude_bits - 4
-    # Width of the greatest distance: across the largest blocks that the map needs.
+    # Width of the maximum distance: across the largest blocks that the map needs.
     distance_bits = max(config.coordinate_bits - 5, 0) + POSITION_FRACTION + 1
     least_unit = max(distance_bits + ALTITUDE_FRACTION + fraction - _FACTOR_BITS, 0)
     unit = max(record.key_shift, least_unit)

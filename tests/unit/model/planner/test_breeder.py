@@ -91,7 +91,7 @@ def test_shares_of_the_operators():
     before = [Waypoint(100 + i, 100, 2000, 64) for i in range(6)]
     kinds = collections.Counter()
     for operator in range(256):
-        # The greatest offset, at full size: no operator leaves the path as it is.
+        # The maximum offset, at full size: every operator changes the path.
         word = operator | (1 << 62) - (1 << 20)
         after = mutate(USUAL, problem, ends, before, word)
         if len(after) != len(before):

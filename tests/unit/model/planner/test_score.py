@@ -64,7 +64,7 @@ def test_an_entry_and_an_exit_are_points_of_the_path():
 
 
 def test_the_longest_path_does_not_overflow():
-    """From corner to corner of the largest map, up and down, with the greatest of every field."""
+    """From corner to corner of the largest map, up and down, with the maximum of every field."""
     rng = np.random.default_rng(5)
     far, top = LARGE.map_size - 1, LARGE.blocked_altitude - 1
     # Back and forth along the diagonal, and with a right angle at every other corner.

@@ -19,7 +19,7 @@ def problem(config, seed):
 
 
 def moved(config, problem_record, path, seed):
-    """The problem from the first waypoint of a path on, with headings in some cases."""
+    """The problem that starts at the first waypoint of a path, with headings in some cases."""
     x, y, z = path[0]
     start = {"start_x": x << 8, "start_y": y << 8, "start_altitude": z << 4}
     return headed(config, np.random.default_rng(seed), dataclasses.replace(problem_record, **start))

@@ -112,7 +112,7 @@ def test_constants_of_any_problem(config):
 
 @pytest.mark.parametrize("config", [USUAL, LARGE], ids=["usual", "large"])
 def test_costs_are_those_of_pieces(config):
-    """Where nothing ends at its greatest value: within the rounding of the constants."""
+    """If nothing is clamped: within the rounding of the constants."""
     rng = np.random.default_rng(config.map_size)
     for _ in range(20):
         problem = record(config, rng, key_shift=10 + (config is LARGE) * 7)

@@ -58,7 +58,7 @@ def run(decided, walked):
 
 
 def test_keys():
-    """Keys follow decisions, and results, by 3 cycles, or the key before by one."""
+    """Keys follow decisions, and results, by 3 cycles, or the previous key by one."""
     rng = np.random.default_rng(1)
     for gap in (6, 3, 1):
         decided = np.cumsum(rng.integers(gap, gap + 3, size=len(PATHS))).tolist()

@@ -24,7 +24,7 @@ from tests.support.planner.scorer_cases import (
 )
 
 
-#: Greatest slopes, which no path exceeds.
+#: Maximum slopes, which no path exceeds.
 GENTLE = {"climb": (1 << 24) - 1, "descent": (1 << 24) - 1}
 
 #: Room in every cycle of a job.
@@ -319,7 +319,7 @@ def test_reset_discards_all_paths():
 
 
 def test_greatest_costs():
-    """Values end at 0 and at their greatest."""
+    """Values are clamped at 0 and at their maximum."""
     rng = np.random.default_rng(9)
     straight = [(x, x, 100) for x in (0, 10, 20, 30)]
     jobs = {}

@@ -1,4 +1,4 @@
-"""Widths of a score's numbers: the greatest values fit, and no bit is spare."""
+"""Widths of a score's numbers: the maximum values fit, and no bit is spare."""
 
 from math import isqrt
 

@@ -161,7 +161,7 @@ def corners_in(heights, lanes, rows):
 @pytest.mark.parametrize("latency", [1, 2])
 @pytest.mark.parametrize("lanes", [1, 2, 4, 8, 16])
 def test_rows(lanes, latency):
-    """A row each cycle, from the cycle after a write on; between walks, of steep segments, too."""
+    """A row each cycle, starting a cycle after a write; between walks, of steep segments, too."""
     config = SMALL.replace(lanes=lanes, memory_latency=latency)
     rng = np.random.default_rng(10 * lanes + latency)
     heights = heights_of(config, rng)

@@ -12,7 +12,7 @@ from tests.support.gateware.streams import simulate
 
 
 def price(before, after, way):
-    """Any function of a step will do."""
+    """Any function of a step suffices."""
     return (before * 7 + after * 3 + way * 5) % 11 + 1
 
 

@@ -150,7 +150,7 @@ def test_matches_the_definition(config):
 
 @pytest.mark.parametrize("config", [SMALL, USUAL, LARGE], ids=["small", "usual", "large"])
 def test_extremes(config):
-    """The greatest and the least constants: each part ends at its greatest, and no sum wraps."""
+    """The maximum and minimum constants: each part is clamped to its maximum, and no sum wraps."""
     rng = np.random.default_rng(1)
     dut = Pricing(config)
     top = config.blocked_altitude
@@ -183,8 +183,8 @@ def test_extremes(config):
         constants = await measure(ctx, dut, dear, falls=True, limit=15)
         assert max(each.level for each in constants.ways) <= most
 
-        # The dearest: fuel ends at the greatest value of a key, a climb over all altitudes at the
-        # greatest factor.
+        # The dearest: fuel is clamped to the maximum key, a climb over all altitudes at the maximum
+        # factor.
         prices, costs = found["dear"]
         assert set(prices.pulls) == {most}
         assert prices.climb == (1 << 18) - 1

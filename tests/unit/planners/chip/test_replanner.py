@@ -230,7 +230,7 @@ def test_a_goal_that_stays_is_not_sent_again(make_evaluator, board, search):
     after = before.replan(start=(1500, 600, 210))
     assert after.evaluation.feasible
     assert np.array_equal(heights[at_goal], eased)
-    # Where a zone has moved away from it, it is free in time, and as eased as before.
+    # Once a zone has moved away from it, it is free in time, and as eased as before.
     storm, moved = (Zone.circle(x, problem.goal[1] + 500, 300) for x in (5500, 4600))
     beside = after.replan(zones=[storm])
     away = beside.replan(zones=[moved], gone=[storm])

@@ -29,7 +29,7 @@ def random_graph(rng, points, whole_numbers):
 
 
 def simple_routes(tails, heads, points):
-    """Yield every route that passes no point twice, as a list of segments."""
+    """Yield every route that does not pass a point twice, as a list of segments."""
     between = {}
     for edge, ends in enumerate(zip(tails.tolist(), heads.tolist(), strict=True)):
         between.setdefault(ends, []).append(edge)
@@ -48,7 +48,7 @@ def whole(terms, route):
 
 
 def check_is_route(route, tails, heads):
-    """Assert that a route connects start and goal and passes no point twice."""
+    """Assert that a route connects start and goal and does not pass a point twice."""
     assert tails[route[0]] == START
     assert heads[route[-1]] == GOAL
     assert np.array_equal(tails[route[1:]], heads[route[:-1]])

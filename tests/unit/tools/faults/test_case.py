@@ -38,7 +38,7 @@ def test_every_fault_is_drawn():
     assert any(case.jumps for case in cases)
     assert any(case.signal_at is not None for case in cases)
     assert {case.resumes for case in cases} == {True, False}
-    # Some sessions have no fault but a signal, or none at all.
+    # Some sessions have only a signal as a fault, or none at all.
     assert any(not case.line for case in cases)
 
 

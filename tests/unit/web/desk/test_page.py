@@ -16,7 +16,7 @@ from pathgene.host.web.desk.page import Page
 
 CIRCLE = {"circle": (2000.0, 2000.0, 100.0)}
 POLYGON = {"polygon": [[3000.0, 3000.0], [3200.0, 3000.0], [3100.0, 3100.0]]}
-# In no field of numbers, and of no board.
+# Not in a field of numbers, and not of a board.
 NONSENSE = "fifty, about 5 m/s NW"
 
 

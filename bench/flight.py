@@ -241,7 +241,7 @@ def _report(kept: Store, wanted: list[Row]) -> Report:
             )
         tables.append(table)
     by_rules, as_paper_too = tables
-    by_rules.data = {"rows": {**by_rules.data, **as_paper_too.data}}
+    by_rules.data = {"flights": {**by_rules.data, **as_paper_too.data}}
     by_rules.further = [as_paper_too]
     by_rules.notes += missing()
     return by_rules

@@ -1,7 +1,7 @@
 // seed_source_soak: feeds problems to a source of seeds and writes its findings.
 //
 // Standard input has jobs of 32-bit words: `load` (a new map follows), corners written, `scan`,
-// limit, paths, words of the random source, one of how many cycles words pause in (0: none), and spare; then the words of the problem, start and goal in two words each; the map's
+// limit, paths, words of the random source, one of how many cycles words pause in (0: none), and spare; then the words of the problem and of the frame; the map's
 // corners; those to be written (x, y, altitude); and the random words. Standard output gets for each
 // job the cycles of the scan, of the launch and of all paths, passes, blocks of the route, waypoints,
 // words taken; then blocks of the map (two words each), surfaces, costs, the route, and waypoints (two words).
@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <deque>
 #include <vector>
 
@@ -41,9 +42,9 @@ int main() {
     const auto* const root = chip.rootp;
     while (read(header)) {
         const Word load = header[0], writes = header[1], scan = header[2], pause = header[6];
-        std::vector<Word> problem(sizeof chip.problem / sizeof(Word)), ends(4);
+        std::vector<Word> problem(sizeof chip.problem / sizeof(Word)), frame(sizeof chip.frame / sizeof(Word));
         std::vector<Word> written(3 * writes), drawn(header[5]);
-        if (!read(problem) || !read(ends)) return 1;
+        if (!read(problem) || !read(frame)) return 1;
         if (load) {
             if (!read(ground)) return 1;
             chip.rst = 1;
@@ -55,8 +56,7 @@ int main() {
         }
         if (!read(written) || !read(drawn)) return 1;
         for (std::size_t i = 0; i < problem.size(); ++i) chip.problem[i] = problem[i];
-        chip.start = ends[0] | static_cast<std::uint64_t>(ends[1]) << 32;
-        chip.goal = ends[2] | static_cast<std::uint64_t>(ends[3]) << 32;
+        std::memcpy(&chip.frame, frame.data(), sizeof chip.frame);
         chip.limit = header[3];
 
         const auto draws = [&] {

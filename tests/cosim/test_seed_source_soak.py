@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pathgene.hdl.planner.layouts import problem_layout
-from pathgene.hdl.planner.population_layouts import corner_layout
+from pathgene.hdl.planner.population_layouts import frame_layout
 from pathgene.hdl.planner.wavefront.layouts import block_layout, found_layout, place_layout
 from pathgene.hdl.protocol.planner import BLOCKS, FAR, seed_waypoints
 from pathgene.sim.cache import BuildCache, build_root
@@ -47,19 +47,20 @@ def words(value, count):
     return [value >> 32 * i & 0xFFFFFFFF for i in range(count)]
 
 
-def corner_words(config, point):
-    layout = corner_layout(config.coordinate_bits, config.altitude_bits)
-    return words(layout.const(corner(*point)).as_bits(), 2)
+def frame_words(config, record):
+    """Return start and goal in the frame, as the words of its port: at least two."""
+    layout = frame_layout(config.coordinate_bits, config.altitude_bits)
+    ends = {end: corner(*corner_of(record, end)) for end in ("start", "goal")}
+    return words(layout.const(ends).as_bits(), max(-(-layout.size // 32), 2))
 
 
 def packed(config, job, drawn):
     """Return a job as the program takes it."""
     record = problem_layout(config)
     fields = words(record.const(vars(job.problem)).as_bits(), -(-record.size // 32))
-    ends = [corner_words(config, corner_of(job.problem, end)) for end in ("start", "goal")]
     written = [(x, y, job.ground[y, x]) for x, y in job.written.tolist()]
     head = [job.is_new, len(written), 1, job.limit, job.paths, len(drawn), job.pause, 0]
-    parts = [head, fields, *ends]
+    parts = [head, fields, frame_words(config, job.problem)]
     if job.is_new:
         parts.append(job.ground.ravel())
     parts += [np.array(written).ravel(), [word & (1 << 19) - 1 for word in drawn]]

@@ -57,7 +57,7 @@ def test_a_run_is_kept_and_not_repeated(one, tmp_path, monkeypatch):
     (table,) = report.further
     (row,) = table.rows
     assert row[:3] == ("river silver-fox calm", "1/1", 1)
-    (part,) = report.data["rows"][one.only]
+    (part,) = report.data["flights"][one.only]
     assert abs(part["flown, m"] - part["clearance planned, m"]) < 3
     assert table.text(level=3) in (tmp_path / "page.md").read_text()
 

@@ -270,4 +270,4 @@ def _lines(table: Mapping[str, Any]) -> list[str]:
 
 def _comment(text: str) -> list[str]:
     """Return ``text`` as lines of comment."""
-    return [f"# {line}" for line in textwrap.wrap(text, _WIDTH)]
+    return [f"# {line}" for line in textwrap.wrap(text, _WIDTH, break_on_hyphens=False)]

@@ -7,6 +7,7 @@ way on every machine for the same constants.
 
 from __future__ import annotations
 
+import importlib
 import time
 from dataclasses import dataclass, replace
 from typing import Any
@@ -176,7 +177,7 @@ class InFlightPlanner:
             As for the planner.
         """
         # A replan must wait neither for SciPy, which this loads, nor for memory.
-        import pathgene.host.problem.no_fly_shape  # noqa: F401
+        importlib.import_module("pathgene.host.problem.no_fly_shape")
 
         keep_memory()
 

@@ -1,0 +1,142 @@
+"""Features as files of zones have them: shapes in degrees, with the limits that the file states.
+
+A reader of a format turns its file into features and knows no terrain.
+:mod:`pathgene.host.problem.placing` turns features into zones of a terrain.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime, time
+from enum import StrEnum
+
+
+__all__ = ["Edges", "Feature", "LeftOut", "Limit", "Period", "Position", "Reference", "SunEvent"]
+
+#: WGS84 longitude and latitude, degrees; a longitude may lie beyond 180.
+Position = tuple[float, float]
+
+
+class Reference(StrEnum):
+    """Surface that a limit of height is measured from."""
+
+    AMSL = "AMSL"
+    AGL = "AGL"
+    WGS84 = "WGS84"
+    STANDARD = "STD"
+
+
+class Edges(StrEnum):
+    """Line between two corners."""
+
+    #: Straight in longitude and latitude, as ground stations draw it.
+    DEGREES = "degrees"
+    GEODESIC = "geodesic"
+    RHUMB = "rhumb"
+
+
+class SunEvent(StrEnum):
+    """Bounds of a daily period that follow the sun."""
+
+    MORNING_TWILIGHT = "BMCT"
+    SUNRISE = "SR"
+    SUNSET = "SS"
+    EVENING_TWILIGHT = "EECT"
+
+
+@dataclass(frozen=True)
+class Limit:
+    """Lower or upper limit of a zone.
+
+    Parameters
+    ----------
+    height_m : float
+        Metres above the reference; of a flight level, in the standard atmosphere.
+    reference : Reference
+        Surface that the height is measured from.
+    """
+
+    height_m: float
+    reference: Reference
+
+
+@dataclass(frozen=True)
+class Period:
+    """Time in which a zone is active.
+
+    Parameters
+    ----------
+    start, end : datetime, optional
+        First and last moment with a time zone; None for no limit.
+    days : frozenset of int
+        Days of the week, Monday is 0; empty for every day.
+    first, last : time or SunEvent, optional
+        Bounds in each day, UTC; None for the whole day. ``last`` may lie before ``first``: the
+        period then ends on the following day.
+    """
+
+    start: datetime | None = None
+    end: datetime | None = None
+    days: frozenset[int] = frozenset()
+    first: time | SunEvent | None = None
+    last: time | SunEvent | None = None
+
+
+@dataclass(frozen=True)
+class Feature:
+    """An area of a file, which may forbid flight.
+
+    Parameters
+    ----------
+    number : int
+        Place in the file, from 1.
+    name : str
+        Name in the file; empty for none.
+    rings : tuple of rings
+        Outer ring and holes, corners in degrees without the closing corner; one ring of one
+        position for a circle.
+    radius_m : float, optional
+        Radius of a circle; None for a polygon.
+    lower, upper : Limit, optional
+        Limits of height; None for no limit.
+    periods : tuple of Period
+        Times in which the zone is active; empty for always.
+    category : str
+        Class of airspace or restriction as the file states it, such as ``PROHIBITED`` or ``CTR``;
+        empty for none.
+    edges : Edges
+        Line between two corners.
+    t0_s, t1_s : float, optional
+        Seconds after the start of the path, for files that state these instead of periods.
+    """
+
+    number: int
+    name: str
+    rings: tuple[tuple[Position, ...], ...]
+    radius_m: float | None = None
+    lower: Limit | None = None
+    upper: Limit | None = None
+    periods: tuple[Period, ...] = ()
+    category: str = ""
+    edges: Edges = Edges.DEGREES
+    t0_s: float | None = None
+    t1_s: float | None = None
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """A part of a file that is not a zone.
+
+    Parameters
+    ----------
+    label : str
+        Number and name in the file, such as ``feature 17, "R-7"``.
+    reason : str
+        Reason in words, such as ``a line is not an area``.
+    is_suspicious : bool
+        The part may forbid flight, such as a link to more zones; the report warns of it.
+    """
+
+    label: str
+    reason: str
+    is_suspicious: bool = False

@@ -1,0 +1,67 @@
+"""Remarks on the files that were read: what a command says about its terrain and zones."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any
+
+
+__all__ = ["Grade", "Reading", "Remark"]
+
+
+class Grade(StrEnum):
+    """Weight of a remark; a third grade, the refusal, is an :class:`InputError`."""
+
+    NOTE = "note"
+    WARNING = "warning"
+
+
+@dataclass(frozen=True)
+class Remark:
+    """A sentence on a file.
+
+    Parameters
+    ----------
+    grade : Grade
+        Note or warning.
+    text : str
+        One sentence with a full stop.
+    """
+
+    grade: Grade
+    text: str
+
+    def to_dict(self) -> dict[str, str]:
+        """The remark as in ``summary.json``."""
+        return {"grade": str(self.grade), "text": self.text}
+
+
+@dataclass(frozen=True)
+class Reading:
+    """Facts that were read from a terrain or from zones, and remarks on them.
+
+    Parameters
+    ----------
+    facts : mapping
+        Values that JSON can hold, by name.
+    remarks : tuple of Remark
+        Notes and warnings.
+    """
+
+    facts: Mapping[str, Any] = field(default_factory=dict)
+    remarks: tuple[Remark, ...] = ()
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Texts of the warnings."""
+        return tuple(each.text for each in self.remarks if each.grade is Grade.WARNING)
+
+    def adding(self, remarks: Iterable[Remark]) -> Reading:
+        """Return the reading with more remarks."""
+        return Reading(self.facts, (*self.remarks, *remarks))
+
+    def to_dict(self) -> dict[str, Any]:
+        """The reading as in ``summary.json``."""
+        return {**self.facts, "remarks": [each.to_dict() for each in self.remarks]}

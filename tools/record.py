@@ -16,27 +16,27 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from tools.recording.checkers import record_paths, record_verilated
-from tools.recording.chips import record_frames, record_generations
-from tools.recording.commands import record_keys, record_options, record_plans
-from tools.recording.fitness import draw_fixed_paths
-from tools.recording.random_inputs import checksum
+import numpy as np
+
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.problem import aircraft
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Circle
+from pathgene.host.terrain import load
+from tools.protocol_page.frames import golden_frames
+from tools.recording import checksum, record_generations, record_paths
 
 
-__all__ = ["GOLDENS", "GOLDEN_PARTS", "PARTS", "differences", "main"]
+__all__ = ["GOLDENS", "GOLDEN_PARTS", "PARTS", "differences", "evaluate", "main"]
 
 #: The committed record of the tests.
 GOLDENS = Path(__file__).resolve().parents[1] / "tests" / "golden" / "golden.json"
 
 #: The parts of a record, quick ones first.
 PARTS: dict[str, Callable[[], dict[str, Any]]] = {
-    "options": record_options,
-    "frames": record_frames,
+    "frames": golden_frames,
     "generations": record_generations,
     "paths": record_paths,
-    "verilated": record_verilated,
-    "keys": record_keys,
-    "plans": record_plans,
 }
 
 _GOLDEN_SEEDS = (1,)
@@ -61,7 +61,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--compare",
         action="store_true",
-        help="record anew and list every difference from FILE.json",
+        help="record again and list every difference from FILE.json",
     )
     parser.add_argument(
         "--only", choices=PARTS, metavar="PART", help=f"one part only: {', '.join(PARTS)}"
@@ -73,7 +73,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     if arguments.goldens == (arguments.file is not None):
         parser.error("give either FILE.json or --goldens")
     if arguments.goldens:
-        _write(GOLDENS, {name: make() for name, make in GOLDEN_PARTS.items()})
+        kept = json.loads(GOLDENS.read_text())
+        for fixed in kept["fitness"]:
+            fixed["terms"] = evaluate(kept["problems"][fixed["map"]], fixed["path"])
+        _write(GOLDENS, kept | {name: make() for name, make in GOLDEN_PARTS.items()})
         return 0
     # Fails before minutes of recording.
     before = json.loads(arguments.file.read_text()) if arguments.compare else None
@@ -144,12 +147,20 @@ def _golden_paths() -> dict[str, Any]:
     }
 
 
-#: The record of the tests: integers, then the terms of fixed paths.
+def evaluate(problem: dict[str, Any], path: list[list[float]]) -> dict[str, float]:
+    """Return every term of a path in metres over a problem of the tests' record."""
+    zones = tuple(Circle(*circle) for circle in problem["circles"])
+    ends = tuple(problem["start"]), tuple(problem["goal"])
+    plane = aircraft.load("silver-fox")
+    task = Problem(load(problem["terrain"]), *ends, plane, zones=zones, as_paper=True)
+    terms = Evaluator(task, threads=1).evaluate(np.array(path)).to_dict()
+    return {key: float(value) for key, value in terms.items()}
+
+
+#: Parts of the record of the tests that are integers. Its fixed paths and their problems stay.
 GOLDEN_PARTS: dict[str, Callable[[], Any]] = {
     "generations": _golden_generations,
     "paths": _golden_paths,
-    "frames": record_frames,
-    "fitness": draw_fixed_paths,
 }
 
 

@@ -7,16 +7,15 @@ import json
 
 import pytest
 
-from tools.record import GOLDEN_PARTS, GOLDENS, differences
-from tools.recording.fitness import evaluate
+from tools.record import GOLDEN_PARTS, GOLDENS, differences, evaluate
 
 
 GOLDEN = json.loads(GOLDENS.read_text())
 
 
-@pytest.mark.parametrize("part", ["generations", "paths", "frames"])
+@pytest.mark.parametrize("part", GOLDEN_PARTS)
 def test_integers(part):
-    """Populations, bytes and counters of runs; verdicts, cycles and reads; frames."""
+    """Populations, bytes and counters of runs; verdicts, cycles and reads."""
     # JSON turns tuples into lists.
     found = json.loads(json.dumps(GOLDEN_PARTS[part]()))
     assert list(differences(GOLDEN[part], found)) == []
@@ -25,11 +24,11 @@ def test_integers(part):
 @pytest.mark.parametrize("number", range(len(GOLDEN["fitness"])))
 def test_fitness_of_a_fixed_path(number):
     fixed = GOLDEN["fitness"][number]
-    found = evaluate(fixed["map"], fixed["path"])
+    found = evaluate(GOLDEN["problems"][fixed["map"]], fixed["path"])
     assert found == pytest.approx(fixed["terms"], rel=1e-9, abs=1e-9)
 
 
 def test_fixed_paths_are_of_both_kinds():
-    for name in ("jacksboro", "canyon", "river"):
+    for name in GOLDEN["problems"]:
         of_map = [fixed["terms"] for fixed in GOLDEN["fitness"] if fixed["map"] == name]
         assert {terms["feasible"] for terms in of_map} == {0.0, 1.0}

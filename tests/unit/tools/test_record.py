@@ -1,15 +1,12 @@
 """The recorder: it says the same twice, and finds differences."""
 
-import argparse
 import json
 import math
 
 import pytest
 
 from tools.record import differences, main
-from tools.recording.checkers import record_paths
-from tools.recording.chips import record_generations
-from tools.recording.commands import describe_options
+from tools.recording import record_generations, record_paths
 
 
 def test_no_difference_of_equal_records():
@@ -43,11 +40,11 @@ def test_a_record_compares_equal_until_it_is_altered(tmp_path, capsys):
     assert capsys.readouterr().out == "0 differences\n"
 
     record = json.loads(file.read_text())
-    record["frames"]["small"]["READ"]["reply"] = "00"
+    record["frames"]["chips"][0]["exchanges"][0]["reply"]["frame"] = "00"
     file.write_text(json.dumps(record))
     assert main([*command, "--compare"]) == 1
     difference, count = capsys.readouterr().out.splitlines()
-    assert difference.startswith("/frames/small/READ/reply: '00', now '")
+    assert difference.startswith("/frames/chips/0/exchanges/0/reply/frame: '00', now '")
     assert count == "1 difference"
 
 
@@ -56,30 +53,6 @@ def test_a_file_or_the_goldens_but_not_both(tmp_path, capsys):
         with pytest.raises(SystemExit):
             main(arguments)
         assert "give either FILE.json or --goldens" in capsys.readouterr().err
-
-
-def test_options_of_commands_within_commands():
-    parser = argparse.ArgumentParser(prog="tool", add_help=False)
-    command = parser.add_subparsers().add_parser("make", add_help=False)
-    either = command.add_mutually_exclusive_group()
-    either.add_argument("--size", "-s", type=int, default=3, choices=(3, 4))
-    either.add_argument("--quick", action="store_true")
-    command.add_argument("name", nargs="?")
-    described = dict(describe_options(parser))
-    assert list(described) == ["tool make", "tool"]
-    assert described["tool make"]["exclusive"] == [["size", "quick"]]
-    options = described["tool make"]["options"]
-    assert list(options) == ["--size, -s", "--quick", "name"]
-    assert options["--size, -s"] == {
-        "dest": "size",
-        "number": "int",
-        "default": 3,
-        "const": None,
-        "choices": [3, 4],
-        "nargs": None,
-        "required": False,
-        "kind": "_StoreAction",
-    }
 
 
 def test_link_modes_breed_the_same_populations():

@@ -1,4 +1,4 @@
-"""Parts of the Python API in another form than the host's; :mod:`pathgene` exports them.
+"""Parts of the Python API whose form differs from the host's; :mod:`pathgene` exports them.
 
 Importing this module is quick: numba and SciPy are imported when a path is evaluated.
 """
@@ -51,7 +51,7 @@ class Terrain(HostTerrain):
         ----------
         source : str or Path
             ``"jacksboro"``, ``"canyon"``, ``"river"`` or ``"large-canyon"``, which come with the
-            package; a GeoTIFF, an SRTM ``.hgt`` or anything else that rasterio opens; an ``.npz``
+            package; a GeoTIFF, an SRTM ``.hgt`` or any other file that rasterio opens; an ``.npz``
             with ``elevation``, ``dx_m``, ``dy_m`` and, optionally, ``crs`` and ``origin``; or an
             ``.npy`` with the heights (in both, row 0 is the southernmost).
         cell_m : float or (float, float), optional
@@ -81,7 +81,7 @@ class Terrain(HostTerrain):
         origin: tuple[float, float] | None = None,
         fill_voids: bool = False,
     ) -> Self:
-        """Make a terrain of an array of heights.
+        """Make a terrain from an array of heights.
 
         Parameters
         ----------
@@ -103,7 +103,7 @@ class Terrain(HostTerrain):
         ------
         InputError
             If the heights are not a grid of real numbers, are all void, a side is not positive, or
-            ``crs`` or ``origin`` has another type.
+            ``crs`` or ``origin`` has the wrong type.
         """
         if not isinstance(crs, str | None):
             raise InputError(f"The crs must be the name of a reference system, not {crs!r}.")
@@ -143,7 +143,7 @@ def _pair(name: str, value: Any) -> tuple[float, float]:
 
 
 def check(problem: Problem, path: ArrayLike) -> Evaluation:
-    """Evaluate a path that is given.
+    """Evaluate a given path.
 
     Parameters
     ----------
@@ -160,8 +160,8 @@ def check(problem: Problem, path: ArrayLike) -> Evaluation:
     Raises
     ------
     InputError
-        If the path is not an array of real numbers, has another shape or other ends than the
-        problem, or a coordinate is not finite or too large.
+        If the path is not an array of real numbers, has the wrong shape, does not begin and end
+        where the problem does, or a coordinate is not finite or too large.
     """
     from pathgene.host.checking import check
 
@@ -171,7 +171,7 @@ def check(problem: Problem, path: ArrayLike) -> Evaluation:
 def planners() -> dict[str, Entry]:
     """Return the planners by name, the default first.
 
-    Each entry has a ``description``, the ``paper`` it is from, the most ``generations`` it runs by
-    default, the names of the ``options`` that only it has, and the ``engines`` it can run on.
+    Each entry has a ``description``, the ``paper`` it comes from, the maximum number of
+    ``generations`` by default, the names of its own ``options``, and the ``engines`` it can run on.
     """
     return dict(PLANNERS)

@@ -1,4 +1,4 @@
-"""Check a given path: the part that the command line and the Python API share."""
+"""Check of a given path, shared by the command line and the Python API."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Check:
 
     @cached_property
     def visits(self) -> list[Visit]:
-        """The least distance between the path and each via point of the problem."""
+        """The minimum distance between the path and each via point of the problem."""
         return visits(self.evaluator, self.path)
 
     @property
@@ -69,8 +69,8 @@ class Check:
         return next((visit.sentence for visit in self.visits if visit.missed), None)
 
     def _broken(self) -> str:
-        """Return which limit the path breaks: the end of a sentence."""
-        # Loaded where a path is infeasible.
+        """Return the end of a sentence that names the limit that the path breaks."""
+        # Loaded only if a path is infeasible.
         from pathgene.host.diagnosis.reason import broken_limit, listed
 
         worst = broken_limit(self.evaluation.limits)
@@ -91,9 +91,9 @@ class Check:
 
 
 def path_fault(run: Run) -> str | None:
-    """Return why the path of a finished run is not one to fly, in a sentence; None if it is.
+    """Return, in a sentence, why the path of a finished run must not be flown; None if it may.
 
-    The verdict in the summary counts for nothing here: the waypoints may have been edited since.
+    The verdict in the summary is ignored, because the waypoints may have been edited since.
     """
     return check(run.problem, run.path).fault
 
@@ -108,13 +108,13 @@ def check(problem: Problem, path: ArrayLike, *, source: Mapping[str, Any] | None
     path : array_like
         Waypoints, (n, 3) metres, start and goal included.
     source : mapping, optional
-        Origin of the terrain for the report; by default the one that the terrain states.
+        Origin of the terrain for the report; by default the origin that the terrain states.
 
     Raises
     ------
     InputError
-        If the path is not an array of real numbers, has another shape or other ends than the
-        problem, or a coordinate is not finite or too large.
+        If the path is not an array of real numbers, has the wrong shape, does not begin and end
+        where the problem does, or a coordinate is not finite or too large.
     """
     evaluator = evaluator_of(problem)
     waypoints = _waypoints(path)

@@ -1,4 +1,4 @@
-"""Connection of start and goal: a path that a search finds, or the reason why there is none."""
+"""Connection of start and goal: a path found by a search, or the reason why there is none."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from pathgene.host.problem.problem import Problem
 
 __all__ = ["SEARCHERS", "Connection", "connect", "interrupted", "with_path_of"]
 
-#: The planners that search, in order: the quick one, then one that finds ways out of valleys where
-#: the first finds none. Each runs with its defaults and seed 0.
+#: The planners that search, in order: first the quick one, then one that also finds ways out of
+#: valleys. Each runs with its defaults and seed 0.
 SEARCHERS = ("astar", "fpa-2opt")
 
 
@@ -61,7 +61,7 @@ def connect(
     evaluator : Evaluator
         Evaluates paths of the problem.
     searchers : sequence of str
-        Names of planners; each searches if earlier ones have found no feasible path.
+        Names of planners; each one searches only if no earlier one has found a feasible path.
     best : Evaluation, optional
         Evaluation of the best path known, which breaks a limit.
     stop : Stop, optional
@@ -105,7 +105,7 @@ def interrupted(result: Result) -> Result:
 def _searched(
     evaluator: Evaluator, searchers: Sequence[str], stop: Stop | None
 ) -> tuple[str, Result] | None:
-    """Return the first feasible path, else the best one, with its planner; the work is of all."""
+    """Return the first feasible path, else the best path, with its planner and the total work."""
     found: list[tuple[str, Result]] = []
     for name in searchers:
         if found and (found[-1][1].evaluation.feasible or (stop is not None and stop.requested)):
@@ -122,7 +122,7 @@ def _searched(
 
 
 def _by_headings(evaluator: Evaluator, stop: Stop | None) -> Reason | None:
-    """Return that headings are the reason, if there is a path without one of them, or both."""
+    """Return the headings as the reason if a path exists without one or both of them."""
     problem = evaluator.problem
     fixed = {
         end: deg
@@ -132,7 +132,7 @@ def _by_headings(evaluator: Evaluator, stop: Stop | None) -> Reason | None:
         )
         if deg is not None
     }
-    # Single headings first: the reason must not name a heading that a path can keep.
+    # Single headings come first: the reason must not name a heading that a path can keep.
     for freed in itertools.chain.from_iterable(
         itertools.combinations(fixed, count) for count in range(1, len(fixed) + 1)
     ):
@@ -163,7 +163,7 @@ def _without_headings(problem: Problem, freed: Collection[str]) -> Problem:
 def _heading_reason(
     problem: Problem, fixed: Mapping[str, float], freed: Sequence[str], path: NDArray[np.float64]
 ) -> Reason:
-    """Return headings as the reason; ``path`` is a path without the headings at ``freed`` ends."""
+    """Return headings as the reason; ``path`` has no fixed heading at the ``freed`` ends."""
     runs = {"start": path[1] - path[0], "goal": path[-1] - path[-2]}
     headings = []
     for end in freed:
@@ -186,7 +186,7 @@ def _heading_reason(
 
 
 def _with_limit(reason: Reason, best: Evaluation | None) -> Reason:
-    """Return the reason with the limit that the best path breaks, where no other is known."""
+    """Return the reason with the limit that the best path breaks, if no other limit is known."""
     if reason.code != "not-found" or reason.zones or best is None:
         return reason
     broken = broken_limit(best.limits)

@@ -27,7 +27,7 @@ class JobError(PathgeneError):
 
 
 class NoPathError(JobError):
-    """A problem that is not searched, as it is known to have no path that a planner finds.
+    """A problem that is not searched, because no planner can find a path for it.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 """Files that a user gives: only regular files are opened, and texts of limited size are read.
 
-Texts of JSON and TOML are parsed here, so that whatever is wrong with one is a ValueError.
+JSON and TOML are parsed here, so that any error in them is a ValueError.
 """
 
 from __future__ import annotations
@@ -30,16 +30,16 @@ __all__ = [
     "require_regular",
 ]
 
-#: Bytes of a text: of a problem, an aircraft, zones, a path or a summary.
+#: Maximum size of a text file in bytes: a problem, an aircraft, zones, a path or a summary.
 MOST_TEXT_BYTES = 64_000_000
-# Parts of a dotted key of TOML that are too many.
+# A dotted key of TOML with this many parts is refused.
 _KEY_PARTS = 200
 _KEY_PART = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*"""
 _LONG_KEY = re.compile(rf"(?<![\w-])(?:{_KEY_PART}\.[ \t]*){{{_KEY_PARTS - 1}}}{_KEY_PART}")
 
 
 def exists(path: str | Path) -> bool:
-    """Return whether there is a file or folder; False for a name that none can have."""
+    """Return whether there is a file or folder; False for an impossible name."""
     try:
         return Path(path).exists()
     except (OSError, ValueError):
@@ -47,7 +47,7 @@ def exists(path: str | Path) -> bool:
 
 
 def require_regular(path: Path) -> None:
-    """Check that ``path`` is a regular file, not one that would be waited for or has no end.
+    """Check that ``path`` is a regular file, so that reading neither blocks nor goes on forever.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def require_regular(path: Path) -> None:
     try:
         mode = path.stat().st_mode
     except ValueError:
-        # A NUL or half a surrogate pair, which a name in a JSON or TOML file may have.
+        # A NUL or half a surrogate pair, which a name in a JSON or TOML file may contain.
         raise OSError(errno.EINVAL, "No file has such a name") from None
     if stat.S_ISDIR(mode):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
@@ -122,7 +122,7 @@ def parse_toml(text: str) -> dict[str, Any]:
         If it is not TOML, is nested too deeply, or has an integer of more than 64 bits, which TOML
         does not require of its readers.
     """
-    # The time of tomllib grows with their square.
+    # The time that tomllib takes grows with the square of their number.
     if _LONG_KEY.search(text):
         raise ValueError(f"a key has {_KEY_PARTS} parts or more")
     try:

@@ -1,4 +1,4 @@
-"""Signals that request the end of a process, Ctrl-C among them, all with the same effect."""
+"""Signals that request the end of a process, including Ctrl-C, all with the same effect."""
 
 from __future__ import annotations
 
@@ -49,8 +49,9 @@ def caught() -> Iterator[None]:
         with _handled(ours, _raise):
             yield
     finally:
-        # CPython notes an interrupt that leaves exec(), with which dataclasses are made, and ends
-        # `python -m` with SIGINT for it, though it was caught. The next exec() clears the note.
+        # CPython remembers an interrupt that leaves exec(), which creates dataclasses, and ends
+        # `python -m` with SIGINT although the interrupt was caught. The next exec() clears that
+        # memory.
         exec("")
 
 
@@ -75,7 +76,7 @@ def held() -> Iterator[None]:
     calls: list[tuple[int, FrameType | None]] = []
     handlers = {number: signal.getsignal(number) for number in _caught_signals()}
     try:
-        # Another thread can still take the signal.
+        # Another thread can still receive the signal.
         with (
             _handled(list(handlers), lambda *call: calls.append(call)),
             kept_from_children(),
@@ -90,7 +91,7 @@ def held() -> Iterator[None]:
 
 @contextlib.contextmanager
 def kept_from_children() -> Iterator[None]:
-    """Let processes that this thread starts in the block never receive Ctrl-C."""
+    """Keep Ctrl-C from the processes that this thread starts in the block."""
     # They inherit the mask.
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, _KEPT_FROM_CHILDREN)
     try:
@@ -104,7 +105,7 @@ def _in_main_thread() -> bool:
 
 
 def _caught_signals() -> list[signal.Signals]:
-    """Return the signals that Python handles: neither ignored nor left to the system."""
+    """Return the signals that Python handles: neither ignored nor left at the system's default."""
     return [number for number in SIGNALS if callable(signal.getsignal(number))]
 
 

@@ -1,4 +1,4 @@
-"""Keeps freed memory in the process, since new pages from the kernel take time."""
+"""Freed memory is kept in the process, because new pages from the kernel take time."""
 
 from __future__ import annotations
 
@@ -7,14 +7,15 @@ import ctypes
 
 __all__ = ["keep_memory"]
 
-# Options of the GNU C library's mallopt, and their values. Arrays below 32 MiB, the maximum that it
-# allows, do not get a mapping of their own, and the process keeps up to a GiB of free memory.
+# Options of the GNU C library's mallopt, and their values. Arrays below 32 MiB, the highest
+# threshold allowed, do not get a mapping of their own, and the process keeps up to a GiB of free
+# memory.
 _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3
 _LARGEST, _KEPT = 32 << 20, 1 << 30
 
 
 def keep_memory() -> None:
-    """Have the process keep up to a GiB of memory that is freed.
+    """Let the process keep up to a GiB of freed memory.
 
     An array of a map has over a thousand pages. Getting them from the kernel again costs a replan
     several milliseconds. This has no effect with C libraries other than GNU's.

@@ -1,6 +1,6 @@
-"""Numbers that are not ours: of users, files and browsers.
+"""Numbers from outside: from users, files and browsers.
 
-The caller words the error; this module only decides which text is a number.
+The caller phrases the error; this module only decides which text is a number.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ __all__ = ["as_number", "integer", "is_number", "numbers", "parse", "real", "row
 
 
 def is_number(value: Any) -> bool:
-    """Return whether ``value`` is a finite real number, within the floats, and no bool."""
+    """Return whether ``value`` is a finite real number in the range of a float, and not a bool."""
     try:
         return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
     except OverflowError:
@@ -50,8 +50,8 @@ def real(name: str, value: Any) -> float:
     Raises
     ------
     InputError
-        If ``value`` is not a real number, or is an integer beyond the floats; the sentence begins
-        with ``name``.
+        If ``value`` is not a real number, or is an integer outside the range of a float; the
+        sentence begins with ``name``.
     """
     try:
         if isinstance(value, Real) and not isinstance(value, bool):
@@ -104,18 +104,18 @@ def rows(values: Any, columns: int) -> NDArray[np.float64]:
     ValueError
         If ``values`` is anything else.
     """
-    import numpy as np  # Here, since options of planners are read without it.
+    import numpy as np  # Imported here, because options of planners are read without it.
 
     return np.array([numbers(row, columns) for row in _sequence(values)]).reshape(-1, columns)
 
 
 def parse(text: str) -> float:
-    """Return the finite number that ``text`` states.
+    """Return the finite number in ``text``.
 
     Raises
     ------
     ValueError
-        If it states no such number.
+        If there is no such number.
     """
     value = float(text)
     if not math.isfinite(value):
@@ -124,7 +124,7 @@ def parse(text: str) -> float:
 
 
 def whole(text: str, most: int | None = None) -> int:
-    """Return the number that a text of decimal digits states.
+    """Return the number that is written in decimal digits.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Names of earlier releases: still read, with a note that states the name of today."""
+"""Names of earlier releases, which are still accepted with a note that gives the new name."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ _IN_URL = re.compile(rf"(?<=[?&])({'|'.join(_CORES)})(?=&|$)")
 
 
 def current_url(url: str) -> str:
-    """Return the URL of a board, which names its core in the words of today."""
+    """Return the URL of a board with the current name of its core."""
     return _IN_URL.sub(lambda found: _current(found[0], _CORES), url)
 
 
 def current_setting(field: str, value: str) -> tuple[str, str]:
-    """Return a field of the configuration and its value."""
+    """Return a field of the configuration and its value, in current words."""
     field, _, value = _current(f"{field}={value}", _CORES).partition("=")
     return field, value
 
 
 def current_engine(engine: str) -> str:
-    """Return the name of an engine of a planner."""
+    """Return the current name of an engine of a planner."""
     return _current(engine, {"cores": "threads"})
 
 
 def current_top(top: str) -> str:
-    """Return the name of a top of the Verilog."""
+    """Return the current name of a top-level design of the Verilog."""
     return _current(top, {"planner": "chip"})
 
 

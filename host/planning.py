@@ -1,4 +1,4 @@
-"""Plan a problem: the part that the command line and the Python API share."""
+"""Planning of a problem, shared by the command line and the Python API."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class Plan:
         The reason why there is no feasible path; None if there is one, or if the reason was not
         determined.
     fallback : str or None
-        The planner that found the path after this one found none that is feasible.
+        The planner that found the path after this one found no feasible path.
     search : Search or None
         The planner and its options, which :meth:`replan` uses.
     """
@@ -104,9 +104,9 @@ class Plan:
 
     @property
     def failure(self) -> str | None:
-        """A sentence on the early end of the search, such as a lost board, or None.
+        """A sentence about an early end of the search, such as a lost board, or None.
 
-        The path is the best found until then.
+        The path is the best one found before that.
         """
         return self.result.failure
 
@@ -143,38 +143,39 @@ class Plan:
         goal: Sequence[float] | None = None,
         wind: Sequence[float] | None = None,
     ) -> Plan:
-        """Plan the rest of a flight: zones have come or gone, the aircraft has moved.
+        """Plan the rest of a flight after zones have appeared or gone and the aircraft has moved.
 
-        On a board that is still open, ``ga-chip`` has the chip draw the zones and continue from its
-        population, for a millisecond. If zones have both come and gone, the path keeps clear
-        of both, which is faster; :meth:`finish` clears the removed ones. Every other problem is
-        planned again, with the same options and the same fallback.
+        On a board that is still open, ``ga-chip`` lets the chip draw the zones and continue from
+        its population for a millisecond. If some zones have appeared and others have gone, the path
+        avoids both, which is faster; :meth:`finish` clears the removed zones. Any other problem is
+        planned again with the same options and the same fallback.
 
         Parameters
         ----------
         zones : iterable of Zone
-            Zones that have appeared; the problem's stay.
+            Zones that have appeared; the zones of the problem stay.
         start : (float, float, float), optional
             x, y and altitude, metres, where the aircraft will be when it has the new path.
         heading : float, optional
-            Heading there, degrees clockwise from the frame's north; free at a new start without it.
+            Heading there, degrees clockwise from the frame's north; without it, the heading at a
+            new start is free.
         gone : iterable of Zone
             Zones of the problem that no longer exist.
         goal : (float, float, float), optional
-            Another goal.
+            A new goal.
         wind : (float, float), optional
-            Another wind, m/s in x and y.
+            A new wind, m/s in x and y.
 
         Returns
         -------
         Plan
-            The plan of the changed problem, which can be replanned in its turn.
+            The plan of the changed problem, which can itself be replanned.
 
         Raises
         ------
         InputError
-            If a value has a wrong kind, a removed zone does not belong to the problem, or an end is
-            in the ground, in a zone or off the map.
+            If a value has the wrong type, a removed zone does not belong to the problem, or an end
+            is in the ground, in a zone or off the map.
         JobError
             If the search fails before it has a path.
         """
@@ -188,7 +189,7 @@ class Plan:
         return self.search.replan(self, Evaluator(problem, threads=self.evaluator.threads))
 
     def finish(self) -> None:
-        """Finish the uploads of :meth:`replan`: call it when the path is passed on.
+        """Finish the uploads of :meth:`replan`; call it once the path has been passed on.
 
         Call it even if no path was found; otherwise the next replan does it.
         """
@@ -217,17 +218,17 @@ class Plan:
     ) -> list[Path]:
         """Write ``summary.json``, ``terrain.npz``, ``path.geojson`` and ``path.png``.
 
-        The files of an earlier run there, those for ground stations included, are replaced or
-        removed: all, or none after an error.
+        The files of an earlier run there, including files for ground stations, are replaced or
+        removed: all of them, or none after an error.
 
         Parameters
         ----------
         directory : str or Path
-            Folder of the files; made if missing.
+            Folder of the files; created if missing.
         picture : bool
-            Draw ``path.png``; otherwise remove the one of an earlier run.
+            Draw ``path.png``; otherwise remove the picture of an earlier run.
         grid : bool
-            Write ``terrain.npz``; otherwise remove the one of an earlier run.
+            Write ``terrain.npz``; otherwise remove the file of an earlier run.
         warn : callable
             Receives a sentence if the picture cannot be drawn, which does not affect other files.
 
@@ -260,19 +261,19 @@ class Search:
     Parameters
     ----------
     planner : str, optional
-        A name in :data:`pathgene.host.planners.PLANNERS`; by default the one that the board has the
-        core for: see :func:`pathgene.host.planners.default.default_planner`.
+        A name in :data:`pathgene.host.planners.PLANNERS`; by default the planner for the core of
+        the board: see :func:`pathgene.host.planners.default.default_planner`.
     generations : int, optional
         Maximum number of generations; the planner's own by default.
     time_limit_s, target_fitness, population, seed
         See :class:`pathgene.host.planners.base.Options`.
     fallback : str, optional
-        If the planner finds no feasible path, determine the reason, and with ``astar`` search
-        with that planner, and then with ``fpa-2opt``, unless the reason is proven. ``none`` only
-        determines the reason; by default neither is done. With ``as_paper`` there is no fallback.
+        If the planner finds no feasible path, determine the reason, and with ``astar`` search with
+        that planner, and then with ``fpa-2opt``, unless the reason is proven. ``none`` only
+        determines the reason; by default, nothing is done. With ``as_paper`` there is no fallback.
     **options
         The planner's own options: the rows of :data:`pathgene.host.options.table.OWN` that its
-        entry lists. None is the default of each.
+        entry lists. None stands for the default.
 
     Raises
     ------
@@ -330,7 +331,7 @@ class Search:
 
     @property
     def kind(self) -> tuple[object, ...] | None:
-        """Key that searches which a GPU can run together share; None for one that runs alone."""
+        """Key shared by searches that a GPU can run together; None for a search that runs alone."""
         if self._own.get("engine") != "gpu":
             return None
         own = sorted(self._own.items(), key=lambda item: item[0])
@@ -342,19 +343,19 @@ class Search:
         seeds: Sequence[int],
         stop: Stop | None = None,
     ) -> list[Plan]:
-        """Plan several problems at once, on a GPU, each with its seed; see :meth:`run`.
+        """Plan several problems at once on a GPU, each with its own seed; see :meth:`run`.
 
         Parameters
         ----------
         evaluators, seeds
             Evaluator and seed of each problem; the seed of the search is not used.
         stop : Stop, optional
-            Ends all of them.
+            Ends all searches.
 
         Raises
         ------
         InputError
-            If the engine is not ``gpu``, there is none, or a problem is bad.
+            If the engine is not ``gpu``, there is no GPU, or a problem is bad.
         JobError
             If the GPU fails before it has a path.
         """
@@ -397,7 +398,7 @@ class Search:
         )
 
     def _settled(self, plan: Plan, stop: Stop | None) -> Plan:
-        """Return a plan without a feasible path with one of the fallback, or with the reason."""
+        """Complete a plan without a feasible path by the fallback's path, or by the reason."""
         result, evaluator = plan.result, plan.evaluator
         if self.fallback is None or result.evaluation.feasible:
             return plan

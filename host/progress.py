@@ -21,7 +21,7 @@ class Bar:
     ----------
     stream : TextIO
         A terminal, which shows one line that is redrawn, or any other stream, which gets whole
-        lines: the first, one every 5 seconds, and the last.
+        lines: the first one, one every 5 seconds, and the last one.
     total : int
         Amount that fills the bar, 1 or more.
     clock : callable
@@ -43,7 +43,7 @@ class Bar:
         self._open_line = False
 
     def show(self, done: int, text: str) -> None:
-        """Show ``text`` next to the bar, or hold it back shortly after the previous one."""
+        """Show ``text`` next to the bar, or delay it if the previous one is recent."""
         now = self._clock()
         period = _BAR_PERIOD_S if self._terminal else _LOG_PERIOD_S
         if self._terminal:
@@ -56,7 +56,7 @@ class Bar:
         self._shown_s = now
 
     def close(self) -> None:
-        """Show the last text if it is held back, and end the line."""
+        """Show the last text if it was delayed, and end the line."""
         if self._pending is not None:
             self._write(self._pending)
         if self._open_line:
@@ -87,7 +87,7 @@ class Progress(Bar):
         self._generations = generations
 
     def update(self, generation: int, best: float, mean: float) -> None:
-        """Show a finished generation, or hold it back shortly after the previous one."""
-        # Some planners run again where they find nothing.
+        """Show a finished generation, or delay it if the previous one is recent."""
+        # Some planners run again if they find nothing.
         of = f"/{self._generations}" if generation <= self._generations else ""
         self.show(generation, f"generation {generation}{of}  best {best:.4f}  mean {mean:.4f}")

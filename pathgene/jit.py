@@ -1,4 +1,4 @@
-"""Compilation of kernels for the CPU, and their cache on disk; for host and simulation alike."""
+"""Compilation of kernels for the CPU, and their cache on disk, for host and simulation."""
 
 from __future__ import annotations
 
@@ -42,15 +42,15 @@ class Compiler:
         self._folders = folders
 
     def compiled(self, function: _Function) -> _Function:
-        """Compile a function that makes and copies no arrays.
+        """Compile a function that neither makes nor copies arrays.
 
-        References to arrays are not counted: the caller holds them. The counts would take most of
-        the time of a small function.
+        References to arrays are not counted, because the caller holds them. Counting would take
+        most of the time of a small function.
         """
         return self._compiled(function)
 
     def allocating(self, function: _Function) -> _Function:
-        """Compile a function that makes or copies arrays, and runs long enough for that."""
+        """Compile a function that makes or copies arrays and runs long enough to justify that."""
         return self._compiled(function, counted=True)
 
     def inlined(self, function: _Function) -> _Function:
@@ -74,8 +74,8 @@ class Compiler:
             stamp = source_stamp((beside, *self._folders))
             kept = _CheckedFiles(kept._cache_path, kept._index_name.removesuffix(".nbi"), stamp)
             dispatcher._cache._cache_file = kept
-            # In the version, too, which is read first: the cache of other sources may hold objects
-            # of classes that no longer exist, and must not be read.
+            # The stamp is also part of the version, which is read first: a cache of other sources
+            # may contain objects of classes that no longer exist and must not be read.
             kept._version = f"{numba.__version__} {stamp}"
         return cast(_Function, dispatcher)
 
@@ -83,18 +83,19 @@ class Compiler:
 class _CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]  # numba has no types.
     """The files in which numba keeps a kernel; a damaged file counts as none.
 
-    numba itself would fail at a torn file every time, and would run the code of an altered one.
+    numba itself would fail at a truncated file every time, and would run the code of an altered
+    file.
     """
 
     def save(self, key: Any, data: Any) -> None:
-        """Keep a kernel; a disk that accepts nothing only costs time."""
+        """Save a kernel; if the disk refuses it, only time is lost."""
         with contextlib.suppress(OSError):
             super().save(key, data)
 
     def _load_index(self) -> dict[Any, Any]:
         try:
             return cast(dict[Any, Any], super()._load_index())
-        except Exception as error:  # The error that pickle raises depends on the damage.
+        except Exception as error:  # Which error pickle raises depends on the damage.
             _LOG.info("an index of compiled kernels is damaged (%s)", type(error).__name__)
             return {}
 
@@ -105,7 +106,7 @@ class _CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]  # numba has no t
         return pickle.loads(dumped)
 
     def load(self, key: Any) -> Any:
-        """Return a kernel that was kept, or None."""
+        """Return a saved kernel, or None."""
         try:
             return super().load(key)
         except Exception as error:

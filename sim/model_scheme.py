@@ -30,9 +30,9 @@ class ModelScheme(BoardScheme):
         return OpenPort(ModelPort(Chip(config)), timeout_s=0.01, attempts=12)
 
     def known_config(self, url: str) -> Config:
-        """Return the configuration that the URL orders."""
+        """Return the configuration that the URL specifies."""
         return split_config(url, DEFAULT_CONFIG)[1]
 
 
-#: Found through the entry point ``model``.
+#: The entry point ``model`` refers to this object.
 SCHEME = ModelScheme()

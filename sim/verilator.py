@@ -1,4 +1,4 @@
-"""Verilog to programs with Verilator: the only module that knows how Verilator is called."""
+"""Programs built from Verilog by Verilator: the only module that knows how to call Verilator."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def _verilator_root() -> Path:
 
 def run_verilator(arguments: Sequence[str | Path], *, cwd: Path, what: str = "Verilator") -> str:
     """Run Verilator and return its output; parameters and errors as in :func:`run_tool`."""
-    # The executable itself: the wheel's wrapper would need Perl.
+    # The executable itself, because the wheel's wrapper needs Perl.
     command = [_verilator_root() / "bin" / "verilator_bin", *arguments]
     return run_tool(command, cwd=cwd, what=what, env=_variables())
 
@@ -83,11 +83,11 @@ def build_verilator(
     main : Path
         C++ file with ``main``, which finds the design as class ``Vtop``.
     headers : Sequence[Path]
-        Headers of ours that it includes.
+        Our headers that it includes.
     objects : Sequence[Path]
-        Further object files to link, from :func:`compile_object`.
+        Additional object files to link, from :func:`compile_object`.
     verilate_args, link_args : Sequence[str]
-        Further arguments of Verilator and of the linker.
+        Additional arguments of Verilator and of the linker.
     optimize : str
         Optimization level of the C++ compiler for the design. A higher level than the default
         makes a chip 7 % faster and its build twice as long. With ``public``, the compiler needs
@@ -95,8 +95,8 @@ def build_verilator(
     trace : bool
         Let the program write a VCD file.
     public : bool
-        Show VPI the variables of ``top``. The variables below ``top`` stay hidden: they would add
-        many minutes to the build of a whole chip.
+        Expose the variables of ``top`` to VPI. The variables below ``top`` stay hidden, because
+        they would add many minutes to the build of a whole chip.
 
     Returns
     -------
@@ -153,7 +153,7 @@ def build_verilator(
                 "Vtop.mk",
                 "libVtop.a",
                 "VM_GLOBAL_FAST=",  # The run-time library is compiled once for all designs, below.
-                # One file that includes all further ones: headers take most of the compile time.
+                # One file that includes all others, because headers take most of the compile time.
                 "VM_PARALLEL_BUILDS=0",
                 *_MAKE_VARIABLES,
                 f"OPT_FAST={CXX_STANDARD} {optimize}",
@@ -223,5 +223,5 @@ def _runtime_objects(builds: BuildCache, work: Path) -> list[Path]:
         try:
             return list(pool.map(compiled, _RUNTIME.findall(match[1])))
         except BaseException:
-            end_tools()  # An interrupt reaches only this thread.
+            end_tools()  # An interrupt only reaches this thread.
             raise

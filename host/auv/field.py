@@ -34,7 +34,7 @@ ENDS = (-0.25, -0.50), (0.25, 0.50)
 #: w1, w2 and w3 of equation (3) (table II).
 WEIGHTS = 1.0, 2.0, 4.0
 #: Longest step between two samples, along the path. At the landscapes' shortest wave, 0.083, the
-#: rate of such a step is at most 0.6 % less than the slope in its middle.
+#: rate over such a step is at most 0.6 % below the slope at its midpoint.
 STEP = 0.005
 #: Samples of a segment under ``--as-paper``, where the paper gives no number; see docs/papers.md.
 PAPER_SAMPLES = 21
@@ -48,7 +48,7 @@ _FEWEST_SAMPLES, _MOST_SAMPLES = 2, 100_001
 
 
 class Base:
-    """The square under the landscape; all of it is free."""
+    """The square under the landscape, which has no obstacles."""
 
     low = np.full(2, -HALF_SIDE)
     high = np.full(2, HALF_SIDE)
@@ -59,7 +59,7 @@ class Base:
         return inside
 
     def draw(self, rng: np.random.Generator, count: int) -> Floats:
-        """Draw ``count`` points, uniform, (count, 2)."""
+        """Draw ``count`` uniformly distributed points, (count, 2)."""
         return rng.uniform(self.low, self.high, (count, 2))
 
 
@@ -74,21 +74,22 @@ class AuvField:
     landscape : int
         1 or 2.
     reading : str
-        Cost of a route. ``route``: delta of the whole route, whose v1 is the sum of its segments',
-        v2 and v3 the greatest of them; the dynamic programming keeps every route that no other
-        beats in all three. ``sum``: the sum of the segments' deltas, equation (8) as printed.
+        How a route's cost is read. ``route``: delta of the whole route; its v1 is the sum over the
+        segments, its v2 and v3 are maxima over them, and the dynamic programming keeps every route
+        that is not dominated in all three. ``sum``: the sum of the segments' deltas, equation (8)
+        as printed.
     samples : int, optional
         Points of a segment at which the seabed is read, 2 to 100,001, at equal steps of the
-        spline's parameter: the paper's way. By default the points are even in arc length, with
-        steps of :data:`STEP` at most, 20 or more of them, and more where the path bends; v3 is then
-        the greatest of the steps' rates and the slopes at the points, along the path.
+        spline's parameter, as in the paper. By default the points are even in arc length, in at
+        least 20 steps no longer than :data:`STEP`, and more where the path bends; v3 is then the
+        greatest of the steps' rates and the slopes at the points, along the path.
     in_space : bool
         v1 is the length over the seabed rather than the horizontal length.
 
     Attributes
     ----------
     evaluations : int
-        Segments measured until now, at the samples of the search.
+        Number of segments measured so far, at the samples of the search.
 
     Raises
     ------
@@ -131,7 +132,7 @@ class AuvField:
         control : ndarray
             Control points of segments, (m, 10, 2) float64.
         counts : ndarray
-            Number of each segment's, (m,) int64.
+            Number of control points of each segment, (m,) int64.
         samples : int, optional
             Points of each segment, 2 or more, spaced as in the search: even in arc length, or in
             the parameter where the field has ``samples``. By default the points of the search.
@@ -139,9 +140,9 @@ class AuvField:
         Returns
         -------
         tuple
-            Points of all segments in a row, (p, 2) float64; the number of each segment's, (m,)
-            int64; and the unit vectors in which the segments pass the points, (p, 2), or (0, 2)
-            where the rates come from the steps only.
+            Points of all segments, one segment after another, (p, 2) float64; the number of points
+            of each segment, (m,) int64; and the unit tangents of the segments at the points, (p,
+            2), or (0, 2) if the rates come from the steps only.
         """
         if self.samples is not None:
             number = self.samples if samples is None else samples
@@ -169,7 +170,7 @@ class AuvField:
         return delta(terms)
 
     def best_routes(self, graph: Graph) -> list[Counts]:
-        """Return the segments of the route of least cost: the deterministic crossover."""
+        """Return the segments of the cheapest route: the deterministic crossover."""
         points, terms = len(graph.points), graph.segments.terms
         if self.reading == "sum":
             routes, _ = best_by_sum(graph.tails, graph.heads, delta(terms), points, 1)
@@ -178,7 +179,7 @@ class AuvField:
         return [segments_of(route)]
 
     def cost(self, route: Route) -> float:
-        """Return the cost of a route by the reading."""
+        """Return the cost of a route under the chosen reading."""
         terms = route.segments.terms
         return float(delta(terms).sum() if self.reading == "sum" else delta(route_terms(terms)))
 
@@ -209,7 +210,7 @@ def route_terms(terms: Floats) -> Floats:
 
 
 def whole_angle(route: Route) -> float:
-    """Return the least angle of the control polygon, radians, crossover points included.
+    """Return the minimum angle of the control polygon in radians, including crossover points.
 
     By its definition v2 leaves out the angles at crossover points.
     """
@@ -219,7 +220,7 @@ def whole_angle(route: Route) -> float:
 
 
 def control_polygon(route: Route) -> Floats:
-    """Return the control points of a route in a row, crossover points once, (n, 2)."""
+    """Return the control points of a route in order, each crossover point once, (n, 2)."""
     segments = route.segments
     inner = (
         control[1:count] for control, count in zip(segments.control, segments.counts, strict=True)

@@ -25,7 +25,7 @@ Floats = NDArray[np.float64]
 
 
 def raw_height(landscape: int, x: Floats, y: Floats) -> Floats:
-    """Equation (1) or (2) without its factor sigma, at points that broadcast."""
+    """Equation (1) or (2) without its factor sigma; ``x`` and ``y`` broadcast."""
     a, b, c, d, e = LANDSCAPES[landscape]
     u, v = 4 * np.pi * x, 4 * np.pi * y
     ripples = c * np.sin(d * np.sqrt(v * v + u * u))
@@ -39,7 +39,7 @@ def raw_height(landscape: int, x: Floats, y: Floats) -> Floats:
 
 @cache
 def scale(landscape: int) -> float:
-    """The factor sigma, by which the greatest height on a grid of 2001 x 2001 nodes is 1.
+    """The factor sigma, which scales the maximum height on a grid of 2001 x 2001 nodes to 1.
 
     Raises
     ------
@@ -55,5 +55,5 @@ def scale(landscape: int) -> float:
 
 
 def height(landscape: int, x: Floats, y: Floats) -> Floats:
-    """Height of the seabed, 0 to 1, at points that broadcast."""
+    """Height of the seabed, 0 to 1; ``x`` and ``y`` broadcast."""
     return scale(landscape) * raw_height(landscape, x, y)

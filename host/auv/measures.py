@@ -1,7 +1,7 @@
 """Terms of the segments of an AUV's path, compiled: *cheng*, section II.C.
 
-All in one file, because the cache on disk notices a change in the file of the outermost function
-only.
+Everything is in one file, because the cache on disk only notices changes in the file of the
+outermost function.
 """
 
 import math
@@ -44,7 +44,7 @@ def height(bed: Seabed, x: float, y: float) -> float:
 def slope(bed: Seabed, x: float, y: float, along_x: float, along_y: float) -> float:
     """Slope of the seabed in the direction of a unit vector, 0 or more.
 
-    At the origin, where the ripples have a cone's tip, theirs is left out.
+    At the origin, the apex of the conical ripples, the slope of the ripples is left out.
     """
     number, sigma, a, b, c, d, e = bed
     u = 4.0 * math.pi * x
@@ -96,17 +96,16 @@ def measure(
     Parameters
     ----------
     control : (m, n, 2) float64
-        Control points of the segments, ends included; rows at ``counts[i]`` and beyond are not
-        read.
+        Control points of the segments, including the ends; rows from ``counts[i]`` on are not read.
     counts : (m,) int64
-        Control points of each.
+        Number of control points of each segment.
     points : (p, 2) float64
-        Points along the curve of each, curve by curve.
+        Points along the curves, one curve after another.
     points_of : (m,) int64
-        Number of points of each, 1 or more.
+        Number of points of each curve, 1 or more.
     directions : (p, 2) float64, or (0, 2)
-        Unit vectors in which the curves pass the points. If given, the slopes at the points count
-        among the rates: between two points they may exceed the rate of the step.
+        Unit tangents of the curves at the points. If given, the slopes at the points count as rates
+        too, because they may exceed the rate of the step between two points.
     bed : tuple
         Result of :func:`seabed`.
     in_space : bool
@@ -115,7 +114,7 @@ def measure(
     Returns
     -------
     ndarray
-        (m, 3) float64: v1, v2 and v3 of each.
+        (m, 3) float64: v1, v2 and v3 of each segment.
     """
     terms = np.empty((len(counts), 3))
     directed = len(directions) > 0

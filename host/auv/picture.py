@@ -1,4 +1,4 @@
-"""The picture of an AUV's path: the landscape from above, the seabed below it, convergence."""
+"""The picture of an AUV's path: map of the landscape, profile of the seabed, convergence."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _NODES = 501
 
 
 def write(field: AuvField, route: Route, summary: dict[str, Any], file: Path) -> None:
-    """Draw a run into the PNG ``file``.
+    """Draw a run and write it to the PNG ``file``.
 
     Parameters
     ----------
@@ -192,7 +192,7 @@ def _mark_steepest(
 
 
 def _lengths(points: Floats) -> Floats:
-    """Return the lengths of a polyline up to each of its points, (n, 2): (n,)."""
+    """Return the cumulative length of a polyline, (n, 2), at each of its points, (n,)."""
     along: Floats = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))))
     return along
 

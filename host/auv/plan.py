@@ -27,7 +27,7 @@ __all__ = ["GENERATIONS", "REPORT_SAMPLES", "describe", "evolve", "history", "te
 
 #: Table II.
 GENERATIONS = 100
-#: Samples of a segment at which a report adds the terms to the search's, spaced alike.
+#: Samples of a segment for the additional terms of a report, spaced as in the search.
 REPORT_SAMPLES = 1001
 
 
@@ -39,7 +39,7 @@ def evolve(
     added: int = ADDED_POINTS,
     seed: int = 0,
 ) -> Iterator[Generation]:
-    """Yield every generation, beginning with the first, without end.
+    """Yield every generation, beginning with the first; the iterator never ends.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def evolve(
     added : int
         Crossover points added per generation.
     seed : int
-        0..2**64 - 1. All random draws follow from it.
+        0..2**64 - 1. It determines all random draws.
 
     Raises
     ------
@@ -87,7 +87,7 @@ def terms(field: AuvField, route: Route, samples: int | None = None) -> dict[str
 
 
 def history(field: AuvField, routes: Sequence[Route]) -> list[list[float]]:
-    """Return for each generation, from 1, its number and the terms of its route."""
+    """Return the number of each generation, counted from 1, and the terms of its route."""
     return [
         [generation, *terms(field, route).values()] for generation, route in enumerate(routes, 1)
     ]
@@ -96,11 +96,11 @@ def history(field: AuvField, routes: Sequence[Route]) -> list[list[float]]:
 def describe(field: AuvField, routes: Sequence[Route]) -> dict[str, Any]:
     """Return the summary of a run whose generations kept ``routes``, at least one.
 
-    ``minimum_turn_deg`` is the least angle inside a segment, as v2 has it;
+    ``minimum_turn_deg`` is the minimum angle inside a segment, as in v2;
     ``minimum_turn_at_crossover_deg`` also counts the angles at crossover points. ``cost`` belongs
     to the reading. ``as_paper`` says that the samples are even in the spline's parameter,
     ``samples`` a segment; otherwise ``samples`` is null. ``segment_samples`` has the number of
-    samples that the search has read of each segment.
+    samples that the search read on each segment.
     """
     best = routes[-1]
     segments = best.segments

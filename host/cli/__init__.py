@@ -37,7 +37,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     debug = "--debug" in arguments
-    # Further warnings are for programmers, about numpy.
+    # All other warnings come from numpy and address programmers.
     warnings.showwarning = functools.partial(_warn, Warning if debug else UserWarning)
     with guarded(), interrupts.caught():
         logging.basicConfig(format="pathgene: %(message)s")
@@ -60,7 +60,7 @@ def _run(arguments: list[str], debug: bool) -> int:
         return interrupts.status(default=error.exit_status)
     except JobError as error:
         _complain(str(error), debug)
-        # A signal to a group ends the processes that this one started, and their job fails first.
+        # A signal to the process group also ends the child processes, and their job fails first.
         return interrupts.status(default=error.exit_status)
     except PathgeneError as error:
         _complain(str(error), debug)
@@ -81,7 +81,7 @@ def _parsed(arguments: list[str]) -> argparse.Namespace:
     try:
         return build_parser(arguments[0] if arguments else None).parse_args(arguments)
     except SystemExit:
-        sys.stdout.flush()  # --help and --version end so, after they have printed.
+        sys.stdout.flush()  # --help and --version exit this way after printing.
         raise
 
 
@@ -111,7 +111,7 @@ def _prepared(arguments: list[str]) -> list[str]:
     Raises
     ------
     InputError
-        If an option has the value ``--``, which argparse takes for no value and passes on.
+        If an option has the value ``--``, which argparse would not treat as a value.
     """
     joined: list[str] = []
     for argument in arguments:

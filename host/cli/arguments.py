@@ -28,7 +28,7 @@ __all__ = [
 
 
 class _StoreOnce(argparse._StoreAction):
-    """An option with one value, refused where it is given twice."""
+    """An option with one value, which is refused if it is given twice."""
 
     is_given = False
 
@@ -99,7 +99,7 @@ def add_command(
     example : str
         A command line that works.
     usage : str, optional
-        The arguments in short, for a command of many options; by default all of them.
+        Short form of the arguments, for a command with many options; by default all of them.
     notes : str
         Sentences that follow the summary in the help of the command.
     """
@@ -118,7 +118,7 @@ def add_command(
 
 
 def add_command_group(commands: Commands, name: str, summary: str, example: str) -> Commands:
-    """Add a command that has commands itself; return the object that they are added to."""
+    """Add a command that has subcommands; return the object that they are added to."""
     parser: Parser = commands.add_parser(
         name,
         allow_abbrev=False,
@@ -130,7 +130,7 @@ def add_command_group(commands: Commands, name: str, summary: str, example: str)
 
 
 def leave_unset(parser: Parser, *, besides: Collection[str] = ()) -> None:
-    """Let the parsed arguments hold only the options that are given, and require none.
+    """Keep only the given options in the parsed arguments, and make every option optional.
 
     Their defaults are under ``option_defaults``.
 

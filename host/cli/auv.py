@@ -154,7 +154,7 @@ def _write(
 
     written = [directory / "auv.json", directory / "auv.png"]
     with writing_into(directory):
-        # A picture of an earlier run would mislead.
+        # A picture left from an earlier run would be misleading.
         replace_files(directory, {written[0].name: json_bytes(summary)}, gone=[written[1].name])
         write(field, route, summary, written[1])
     return written

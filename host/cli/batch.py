@@ -140,8 +140,8 @@ def _job(args: argparse.Namespace, name: str, file: str) -> Job:
     planner = planner_of(values)
     for option in ignored_options(values, planner):
         note(f"{name}: {option} means nothing to {planner} and is ignored.")
-    # Its board need not be asked again, and results of another default planner are not mistaken for
-    # these.
+    # Then the board need not be queried again, and results of another default planner are not
+    # mistaken for results of this one.
     return Job(name, file, {**values, "planner": planner})
 
 
@@ -170,7 +170,7 @@ def _plan(
     ):
         bar.show(kept, f"problem {kept}/{total}")
         for done, (job, outcome) in enumerate(outcomes, start=kept + 1):
-            with interrupts.held():  # A result that has arrived is counted, too.
+            with interrupts.held():  # A result that has arrived counts, too.
                 rows[job.name].update(_saved(directory, job, outcome))
             refused = "" if outcome.summary is not None else ", not planned"
             bar.show(done, f"problem {done}/{total}  {job.name}{refused}")
@@ -213,7 +213,7 @@ def _failed(sentence: str, *, bad_input: bool) -> dict[str, Any]:
 
 
 def _status(rows: Sequence[Mapping[str, Any]]) -> int:
-    # A path that misses a via point is feasible, and a failure.
+    # A path that misses a via point may be feasible and is still a failure.
     failures = [row for row in rows if row["failure"] is not None]
     for row in failures:
         note(f"{row['name']}: {row['failure']}")

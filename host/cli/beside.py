@@ -1,4 +1,4 @@
-"""Planners that ``pathgene plan --beside`` runs on the same problem, and the table of all."""
+"""Planners that ``pathgene plan --beside`` runs on the same problem, and their table."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ __all__ = ["plan_beside", "print_beside", "row_of", "searches_beside"]
 
 
 def searches_beside(args: argparse.Namespace) -> list[Search]:
-    """Return a search for each planner of ``--beside`` but the one that plans anyway.
+    """Return a search for each planner of ``--beside`` except the planner of the command itself.
 
-    They have the options of the command that they know, and no fallback. On a board that only
+    They get those options of the command that they know, and have no fallback. If the board only
     serves the planner of the command, they use the software model.
 
     Raises
@@ -53,7 +53,7 @@ def _search(args: argparse.Namespace, name: str) -> Search:
 
     having = PLANNERS[name].options if name in PLANNERS else ()
     own = {option: getattr(args, option) for option in OWN if option in having}
-    # Hardware, and a board whose core is named, have only that core.
+    # Hardware, and a board whose URL names a core, has only that core.
     if args.board is not None and with_core(args.board, GeneticCore.PAPER) == args.board:
         own = {option: DEFAULT_BOARD if option == "board" else own[option] for option in own}
     return Search(
@@ -67,7 +67,7 @@ def _search(args: argparse.Namespace, name: str) -> Search:
 def plan_beside(
     args: argparse.Namespace, mission: Mission, searches: Sequence[Search]
 ) -> list[dict[str, Any]]:
-    """Plan with each search in turn; return a row of each, see :func:`row_of`.
+    """Plan with each search in turn; return a row of the table for each, see :func:`row_of`.
 
     A failure is noted and gets no row.
 

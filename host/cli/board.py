@@ -105,8 +105,8 @@ def serve(args: argparse.Namespace) -> int:
             )
         try:
             note("Serving until Ctrl-C.")
-            # If another thread takes the signal, as one of a stopped process may, an endless wait
-            # would never notice it.
+            # Another thread may take the signal, for example when a stopped process continues; a
+            # wait without a limit would never notice it.
             while (status := board.wait(_LOOK_S)) is None:
                 pass
         except KeyboardInterrupt:

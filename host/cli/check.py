@@ -73,7 +73,7 @@ def run(args: argparse.Namespace) -> int:
     told = "as_paper" in vars(args)
     complete_options(args)
     file = Path(args.path)
-    # Before anything is asked for that a summary would state.
+    # Before asking for anything that a summary states.
     with reading("path", file), opened(file):
         pass
     summary = find_summary(file)
@@ -123,9 +123,9 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _take_rules(args: argparse.Namespace, stated: dict[str, Any], *, told: bool) -> None:
-    """Take the rules that no option gives from the summary's, the keywords of a problem.
+    """Take the rules that no option gives from the summary, as keywords of a problem.
 
-    A summary without rules sets ``as_paper``, unless that option was ``told`` or another one
+    A summary without rules sets ``as_paper``, unless that option is in ``told`` or another option
     gives a rule.
     """
     given = {name for name in RULES if getattr(args, name) is not None}
@@ -160,7 +160,7 @@ def _between(
 
 
 def _aircraft(args: argparse.Namespace, summary: dict[str, Any] | None) -> Aircraft:
-    """Return the aircraft of ``--uav``, else of the summary, else the default."""
+    """Return the aircraft from ``--uav``, else from the summary, else the default."""
     from pathgene.host.mission.build import aircraft_of
     from pathgene.host.report.read import summary_aircraft
 

@@ -104,7 +104,7 @@ def add(commands: Commands) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Do the runs that are missing, write the report and print its tables."""
+    """Execute the missing runs, write the report and print its tables."""
     from pathgene.host.compare.digest import problem_digest
     from pathgene.host.compare.entrants import parse_entrants, planner_names
     from pathgene.host.compare.report import document
@@ -163,7 +163,7 @@ def _problem(args: argparse.Namespace) -> Problem:
 
 
 def _write_interrupted(directory: Path, table: dict[str, Any]) -> None:
-    """Write the report of a comparison that ends early, if the disk takes it."""
+    """Write the report of a comparison that ends early, if the disk accepts it."""
     from pathgene.host.compare.write import write_report
 
     try:
@@ -195,7 +195,7 @@ def _seeds(args: argparse.Namespace, entrants: Sequence[Entrant]) -> range:
 
 
 def _jobs(args: argparse.Namespace, entrants: Sequence[Entrant]) -> int:
-    """Return the number of simultaneous runs: one per core, but one in all for hardware."""
+    """Return the number of simultaneous runs: one per core, but only one on hardware."""
     if args.jobs is not None and args.jobs < 1:
         raise InputError(f"The number of jobs must be 1 or more, not {args.jobs}.")
     on_boards = [entrant.label for entrant in entrants if entrant.has_hardware]

@@ -11,8 +11,8 @@ __all__ = ["note_compiling", "note_compiling_routes"]
 
 
 def note_compiling(*, as_paper: bool) -> None:
-    """Say that the kernels of evaluation are compiled now, unless numba has kept them on disk."""
-    # Loads numba, which bad input need not wait for.
+    """Note that the kernels of the evaluation are being compiled, unless numba has cached them."""
+    # Loads numba; bad input must not wait for it.
     from pathgene.host.evaluation import kernels, rule_kernels
 
     # The outermost kernel of every evaluation.
@@ -20,15 +20,15 @@ def note_compiling(*, as_paper: bool) -> None:
 
 
 def note_compiling_routes() -> None:
-    """Say the same of the kernels of ``pathgene auv``."""
+    """Note the same for the kernels of ``pathgene auv``."""
     from pathgene.host.auv import measures
 
     _note(measures.measure, "some ten seconds")
 
 
 def _note(kernel: Any, duration: str) -> None:
-    # There is no cache without a compiler and a writable folder. The index of other sources, or of
-    # another numba version, reads as empty.
+    # The cache needs a compiler and a writable folder. The index of other sources, or of another
+    # numba version, reads as empty.
     kept = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
     if kept is not None and not kept._load_index():
         note(f"Compiling for this machine, once: {duration}.")

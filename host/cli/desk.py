@@ -123,21 +123,21 @@ def _is_local(host: str) -> bool:
 def _open(address: str) -> None:
     """Open an address in the user's browser, if there is a screen for one.
 
-    Another process does so, and nothing waits for it: some browsers keep who starts them until they
-    end, and most write messages. Without ``TERM`` it finds no browser of terminals.
+    A separate process does this and is not waited for: some browsers block their parent until they
+    exit, and most print messages. ``TERM`` is unset so that no text browser is chosen.
     """
     screens = ("DISPLAY", "WAYLAND_DISPLAY")
     if sys.platform not in ("darwin", "win32") and not any(map(os.environ.get, screens)):
         return
     opening = functools.partial(
         subprocess.run,
-        # Isolated: a webbrowser.py in this folder is not meant.
+        # Isolated, so that a webbrowser.py in the current folder is not imported.
         [sys.executable, "-I", "-m", "webbrowser", "-t", address],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
         env={key: value for key, value in os.environ.items() if key != "TERM"},
-        # Ctrl-C ends the desk, and no browser.
+        # Ctrl-C ends the desk but not the browser.
         start_new_session=True,
         check=False,
     )

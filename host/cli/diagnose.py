@@ -49,7 +49,7 @@ def add(commands: Commands) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Search for a path; print that one exists, or why the first leg without a path has none."""
+    """Search for a path; report that one exists, or why the first leg without a path has none."""
     from pathgene.host.connection import connect
     from pathgene.host.evaluation import Evaluator
     from pathgene.host.mission.build import mission_of
@@ -61,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
     try:
         mission = mission_of(vars(args))
     except NoPathError as error:
-        # Its costs have nothing to be relative to, so nothing is searched, and drawn.
+        # Its costs have no reference, so nothing is searched or drawn.
         _tell(args, directory, _report(error.reason, error.leg), [])
         raise
     note_compiling(as_paper=mission.problem.as_paper)

@@ -15,16 +15,16 @@ if TYPE_CHECKING:
 
 __all__ = ["ending"]
 
-# After Ctrl-C, the longest wait for the end of a generation: a board may hang.
+# Maximum wait after Ctrl-C for the end of a generation, because a board may hang.
 _GRACE_S = 1.0
 
 
 @contextlib.contextmanager
 def ending(stop: Stop) -> Iterator[None]:
-    """Let the first signal in the block request ``stop``; end a search that does not heed it.
+    """Let the first signal in the block request ``stop``; end a search that does not respond.
 
-    A second signal ends the search at once. After the search has heeded the stop, its results are
-    written, and further signals have no effect.
+    A second signal ends the search at once. Once the search has stopped, its results are written,
+    and further signals have no effect.
     """
 
     def request() -> None:

@@ -123,7 +123,7 @@ def _walked(points: NDArray[np.int64], config: Config) -> tuple[slice, slice]:
 
 
 def _shown_on(stream: TextIO) -> Callable[[int, int], None] | None:
-    """Return a display of the upload's progress if ``stream`` is a terminal."""
+    """Return a progress bar for the upload if ``stream`` is a terminal."""
     if not stream.isatty():
         return None
 

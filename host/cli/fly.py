@@ -103,7 +103,7 @@ def add(commands: Commands) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Fly the path of a summary; a flight that breaks something is a failure."""
+    """Fly the path of a summary; a flight that breaks a limit is a failure."""
     from pathgene.host.flight import fly as flight
     from pathgene.host.flight.models import model_named
     from pathgene.host.planners.default import named_or_default
@@ -112,7 +112,7 @@ def run(args: argparse.Namespace) -> int:
 
     file = Path(args.summary)
     if args.aircraft is not None:
-        model_named(args.aircraft)  # Refused before anything is read.
+        model_named(args.aircraft)  # Refuse it before reading anything.
     run = read_run(file)
     scenario = _scenario(args, run.problem.terrain)
     directory = Path(args.out) if args.out else file.parent
@@ -165,7 +165,7 @@ def _flown(
 ) -> int:
     """Fly, write the files and print the verdict; return the exit status.
 
-    A signal ends the flight; the flight until then is written without pictures.
+    A signal ends the flight; the part flown so far is written without pictures.
     """
     from pathgene.host.planners.base import Stop
     from pathgene.host.report.run_files import FLIGHT
@@ -175,7 +175,7 @@ def _flown(
         try:
             report = begin(stop=stop)
         except (KeyboardInterrupt, JobError) as error:
-            # A signal to a group ends the processes that this one started, such as a compiler.
+            # A signal to the process group also ends child processes, such as a compiler.
             if isinstance(error, JobError) and not stop.requested:
                 raise
             note(f"Interrupted before the flight began; nothing is written to {directory}.")
@@ -186,7 +186,7 @@ def _flown(
     whole = "Interrupted; the flight is written, but not all of its pictures."
     ended = ""
     if stop.requested:
-        # A signal may come when the flight has just ended by itself.
+        # A signal may arrive just after the flight has ended by itself.
         ended = "Interrupted; the flight until then is written." if table["interrupted"] else whole
     else:
         try:
@@ -194,7 +194,7 @@ def _flown(
                 written += draw(report, directory)
         except KeyboardInterrupt:
             ended = whole
-            # Files of an earlier flight have been removed.
+            # Files of an earlier flight are already removed.
             written = [file for name in FLIGHT if (file := directory / name).exists()]
     del table["track"]
     if args.json:

@@ -1,4 +1,4 @@
-"""The last judgement of a finished path, before it leaves as a file or to an autopilot."""
+"""The final check of a finished path, before it is exported or uploaded to an autopilot."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ __all__ = ["check_path"]
 
 
 def check_path(run: Run, consequence: str, remedy: str) -> None:
-    """Refuse a run whose path breaks a limit or misses a via point, unless its summary says so.
+    """Refuse a run whose path breaks a limit or misses a via point, unless its summary admits it.
 
-    The path is judged again, because the waypoints in the file may have been edited.
+    The path is checked again, because the waypoints in the file may have been edited.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def check_path(run: Run, consequence: str, remedy: str) -> None:
     Raises
     ------
     JobError
-        If the path is not one to fly, and the summary does not say that it is infeasible.
+        If the path must not be flown and the summary does not say that it is infeasible.
     """
     from pathgene.host.checking import path_fault
 

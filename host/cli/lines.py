@@ -1,4 +1,4 @@
-"""Lines on standard error: one sentence each, however long the values that it names."""
+"""Lines on standard error: one sentence each, however long the values in it are."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import sys
 
 __all__ = ["LONGEST_LINE", "print_line"]
 
-#: Characters of a line on standard error.
+#: Maximum characters of a line on standard error.
 LONGEST_LINE = 1000
 
 _PREFIX = "pathgene: "
@@ -16,7 +16,7 @@ _LONGEST_WORD = 400
 
 
 def print_line(sentence: str) -> None:
-    """Print a sentence as one line, without the middle of long words."""
+    """Print a sentence as one line, with the middle of long words cut out."""
     line = _PREFIX + " ".join(_cut(word, _LONGEST_WORD, 100, 50) for word in sentence.split())
     print(_cut(line, LONGEST_LINE, 600, LONGEST_LINE - 603), file=sys.stderr, flush=True)
 

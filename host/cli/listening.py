@@ -10,7 +10,7 @@ __all__ = ["is_local"]
 
 
 def is_local(host: str) -> bool:
-    """Return whether a server at the address ``host`` can be reached from this machine only.
+    """Return whether a server at ``host`` can only be reached from this machine.
 
     Raises
     ------

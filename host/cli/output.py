@@ -73,7 +73,7 @@ def term_pairs(summary: dict[str, Any]) -> list[tuple[str, str]]:
 
 
 def _limit_pairs(summary: dict[str, Any]) -> list[tuple[str, str]]:
-    """Return the duration of the flight, and the limit that it comes nearest to or breaks most."""
+    """Return the duration of the flight, and the limit that it comes closest to or exceeds most."""
     limits = summary.get("limits")
     if not limits:
         return []
@@ -115,5 +115,5 @@ def _short(value: float | None) -> str:
 
 
 def _shown(value: float | None, form: str, unit: str = "") -> str:
-    """Return a number as text; None is unknown: beyond the floats, or over a void."""
+    """Return a number as text; None means unknown: out of range of a float, or over a void."""
     return "unknown" if value is None else f"{value:{form}} {unit}".rstrip()

@@ -104,7 +104,7 @@ def run(args: argparse.Namespace) -> int:
     note_compiling(as_paper=mission.problem.as_paper)
     stop = Stop()
     with ending(stop):
-        # Every leg adds a generation 0.
+        # Every leg has a generation 0.
         generations = mission.legs * (search.options.generations + 1) - 1
         try:
             with contextlib.closing(Progress(sys.stderr, generations)) as progress:
@@ -112,7 +112,7 @@ def run(args: argparse.Namespace) -> int:
                     mission, search, progress=progress.update, stop=stop, source=source_of(args)
                 )
         except (KeyboardInterrupt, JobError) as error:
-            # A signal to a group ends the processes that this one started, such as a compiler.
+            # A signal to the process group also ends child processes, such as a compiler.
             if isinstance(error, JobError) and not stop.requested:
                 raise
             note(f"Interrupted before a path was found; nothing is written to {directory}.")
@@ -136,7 +136,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _save(args: argparse.Namespace, plan: Plan, formats: Sequence[str], directory: Path) -> Written:
-    """Write the files; if the disk refuses them, keep the plan in a temporary folder and say so."""
+    """Write the files; if that fails, keep the plan in a temporary folder and say so."""
     from pathgene.host.report.write import write_report
 
     def write(folder: Path, *, picture: bool) -> Written:
@@ -170,7 +170,7 @@ def _save(args: argparse.Namespace, plan: Plan, formats: Sequence[str], director
 
 
 def _others(plan: Plan, formats: Sequence[str]) -> dict[str, bytes]:
-    """Return the contents of the files of ``--write``, by their names."""
+    """Return the contents of the files that ``--write`` names, by name."""
     from pathgene.host.mission.export import exported
 
     def page() -> str:

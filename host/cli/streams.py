@@ -1,4 +1,4 @@
-"""Standard output and standard error that may be closed, full, stalled, or without a reader."""
+"""Standard output and standard error, which may be closed, full, stalled or without a reader."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from pathgene.host.files.special import write_patiently
 __all__ = ["OutputError", "guarded"]
 
 
-# Maximum wait for a reader of standard error that takes nothing.
+# Maximum wait for a reader of standard error that does not read.
 _PATIENCE_S = 1.0
 
 
 class OutputError(PathgeneError):
-    """Standard output that cannot be written; the message is empty if its reader has left."""
+    """Standard output cannot be written; the message is empty if its reader has gone."""
 
 
 class _Guarded:
@@ -31,7 +31,7 @@ class _Guarded:
     Parameters
     ----------
     stream : TextIO
-        The stream; it handles everything but writing.
+        The wrapped stream, which handles everything except writing.
     tell : callable
         Called with the first error.
     """
@@ -74,17 +74,17 @@ class _Guarded:
 
 
 class _Patient:
-    """A pipe or a terminal, written without waiting for a reader that takes nothing.
+    """A pipe or a terminal, written without waiting for a reader that does not read.
 
-    A text waits a second for room. Without room the rest of it is lost, and so are all further
-    texts, at once, until there is room again.
+    A text waits up to a second for room. If there is none, the rest of it is lost, and all further
+    texts are lost immediately until there is room again.
 
     Parameters
     ----------
     stream : TextIO
-        The stream; it handles everything but writing.
+        The wrapped stream, which handles everything except writing.
     number : int
-        A descriptor of it in non-blocking mode.
+        A descriptor of the stream in non-blocking mode.
     """
 
     def __init__(self, stream: TextIO, number: int) -> None:
@@ -110,14 +110,14 @@ class _Patient:
 
 @contextlib.contextmanager
 def _patient(stream: TextIO) -> Iterator[TextIO]:
-    """Give ``stream`` so that writing does not wait for a reader, where it may have one."""
+    """Return ``stream``, wrapped if it may have a reader so that writing does not wait for it."""
     own = None
-    # Not a stream of the system, or one of another user.
+    # Not a stream of the system, or a stream of another user.
     with contextlib.suppress(OSError):
         number = stream.fileno()
         if stat.S_ISFIFO(os.fstat(number).st_mode) or os.isatty(number):
             stream.flush()
-            # Opened again: other processes share the mode of the descriptor itself.
+            # The file is opened again, because other processes share the mode of the descriptor.
             flags = os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC
             own = os.open(f"/proc/self/fd/{number}", flags)
     if own is None:
@@ -148,14 +148,14 @@ def guarded() -> Iterator[None]:
         try:
             yield
         finally:
-            with contextlib.suppress(OutputError):  # Too late: the exit status is chosen.
+            with contextlib.suppress(OutputError):  # Too late: the exit status is already decided.
                 sys.stdout.flush()
             sys.stderr.flush()
             sys.stdout, sys.stderr = before
 
 
 def _occupy_descriptors() -> None:
-    """Open closed standard streams, so that no other file gets their numbers.
+    """Reopen closed standard streams, so that no other file gets their descriptors.
 
     A closed standard output is opened for reading only, so that writing to it still fails.
     """

@@ -26,9 +26,9 @@ __all__ = [
 def file_values(args: argparse.Namespace) -> dict[str, Any]:
     """Return the values of the problem file that no option replaces; none without a file.
 
-    An option replaces all values of the file about the same thing: ``--start-geo`` also a
-    ``start``, one zone all zones, ``--as-paper`` the rules. If planners are named, the options
-    of the file that none of them has are left out.
+    An option replaces all values of the file for the same subject: ``--start-geo`` replaces a
+    ``start``, one zone replaces all zones, ``--as-paper`` replaces the rules. If planners are
+    named, options of the file that none of them has are left out.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def complete_options(args: argparse.Namespace) -> None:
 
 
 def save_options(args: argparse.Namespace, file: Path) -> None:
-    """Write the problem file of completed options, without options at their defaults.
+    """Write completed options as a problem file, leaving out options at their defaults.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def save_options(args: argparse.Namespace, file: Path) -> None:
     """
     from pathgene.host.mission.problem_file import save_problem
 
-    # These are written at their defaults too, because a later version may have different ones.
+    # These are written even at their defaults, because a later version may have other defaults.
     stated = {"planner", "seed"}
     own = PLANNERS[args.planner].options
     save_problem(
@@ -124,6 +124,6 @@ def own_options(args: argparse.Namespace, *planners: str) -> dict[str, Any]:
 def ignored_options(values: Mapping[str, Any], *planners: str) -> list[str]:
     """Return the names of the options in ``values`` that none of ``planners`` has, sorted."""
     given = {name for name in OWN if values.get(name) is not None}
-    # Making the planner reports an unknown name.
+    # An unknown name is reported when the planner is made.
     known = [PLANNERS[name].options if name in PLANNERS else given for name in planners]
     return sorted(given.difference(*known))

@@ -47,7 +47,7 @@ def _setting(text: str) -> tuple[str, str]:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write the Verilog of a top."""
+    """Write the Verilog of a top-level design."""
     from pathgene.hdl.config import Config
     from pathgene.hdl.verilog import TOPS, export
 
@@ -91,7 +91,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _value(text: str) -> int | str:
-    """Convert an integer; the configuration checks other texts."""
+    """Convert an integer; any other text is left to the configuration to check."""
     try:
         return int(text, 0)
     except ValueError:

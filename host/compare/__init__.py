@@ -1,1 +1,1 @@
-"""Planners compared over many seeds: runs in parallel, kept as they end, statistics, a picture."""
+"""Comparison of planners over many seeds: parallel runs, stored as they end, with statistics."""

@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 Run = Mapping[str, Any]
 
 _POINTS = 400
-# Generations are alike where their numbers of evaluations differ by no more than this share.
+# Generations count as equal if their numbers of evaluations differ by at most this share.
 _ALIKE = 0.01
 
 
@@ -24,8 +24,8 @@ _ALIKE = 0.01
 class Band:
     """Quartiles of the best F of several runs, (n,) each, over generations or evaluations ``x``.
 
-    It begins where every run has a value and ends with the longest; a run that has ended before
-    keeps its last value.
+    The band begins where every run has a value and ends with the longest run; a run that ended
+    earlier keeps its last value.
     """
 
     x: Floats
@@ -35,9 +35,9 @@ class Band:
 
 
 def work_of(run: Run) -> Floats:
-    """Evaluations up to each entry of the history of ``run``, (n,), 1 or more.
+    """Cumulative evaluations at each entry of the history of ``run``, (n,), 1 or more.
 
-    Spread evenly over the history where the planner did not count them.
+    They are spread evenly over the history if the planner did not count them.
     """
     spent = run["history_evaluations"]
     if len(spent) != len(run["history"]):
@@ -60,7 +60,7 @@ def band(runs: Sequence[Run], *, by_generation: bool, logarithmic: bool) -> Band
     runs : sequence
         As :func:`pathgene.host.report.summary.describe_run` gives them.
     by_generation : bool
-        Over generations, else over evaluations.
+        Plot over generations instead of evaluations.
     logarithmic : bool
         Space the points evenly on a logarithmic axis.
     """

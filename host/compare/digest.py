@@ -23,7 +23,7 @@ def digest_of(value: Any, data: bytes = b"") -> str:
 
 
 def problem_digest(problem: Problem) -> str:
-    """Return a digest of all inputs of the evaluation; the name of the terrain is none."""
+    """Return a digest of all inputs of the evaluation; the terrain's name is not one of them."""
     terrain = problem.terrain
     described = {
         "shape": terrain.shape,

@@ -22,7 +22,7 @@ from pathgene.host.report.summary import version
 
 __all__ = ["Entrant", "parse_entrants", "planner_names", "split_label"]
 
-# A value may be a URL, whose colons are followed by no name with an equals sign.
+# A value may be a URL; its colons are never followed by a name and an equals sign.
 _NEXT_OPTION = re.compile(r":(?=[A-Za-z][\w-]*=)")
 
 
@@ -33,7 +33,7 @@ class Entrant:
     Parameters
     ----------
     label : str
-        Its name, as the user gave it and reports show it.
+        Its name as the user gave it, also used in reports.
     planner : str
         Its name in the registry.
     own : mapping
@@ -73,7 +73,7 @@ class Entrant:
 
     @property
     def key(self) -> str:
-        """Digest of everything that its runs depend on, except problem and seed."""
+        """Digest of everything that its runs depend on, except for the problem and the seed."""
         return digest_of({**self.describe(), "pathgene": version()})
 
 
@@ -101,9 +101,9 @@ def parse_entrants(
         :data:`pathgene.host.options.table.SEARCH` and the planner's own options, with ``_`` or
         ``-``.
     search : mapping
-        Values of the options in ``SEARCH`` for all, None if not given.
+        Values of the options in ``SEARCH`` for all entrants; None if not given.
     own : mapping
-        Own options for all planners that have them.
+        Planners' own options, for every planner that has them.
 
     Raises
     ------
@@ -151,7 +151,7 @@ def _parse(label: str, search: Mapping[str, Any], own: Mapping[str, Any]) -> Ent
     try:
         options = Options(**{SEARCH[key].field: value for key, value in given.items()})
         entrant = Entrant(label, name, chosen, options)
-        entrant.make()  # Refuses bad options before anything runs.
+        entrant.make()  # Reject bad options before anything runs.
     except InputError as error:
         raise InputError(f"{label}: {error}") from None
     return entrant

@@ -26,17 +26,17 @@ __all__ = ["draw", "write"]
 
 Floats = NDArray[np.float64]
 
-# Inches: width of the figure, of the boxes and of the counts next to them, and the margins.
+# In inches: widths of the figure, of the boxes and of the counts next to them, and the margins.
 _WIDTH, _BOXES, _COUNTS, _GAP = 13.2, 4.1, 0.9, 0.8
 _LEFT, _RIGHT, _TOP, _BOTTOM = 0.35, 0.35, 1.3, 1.0
 _LINE, _CHARACTER, _KEY = (
     0.17,
     0.083,
     0.6,
-)  # Inches of a label's line and character, and of its key.
+)  # In inches: height of a label's line, width of a character, and width of its key.
 _SMALLEST_ROW, _SMALLEST_PLOT = 0.55, 3.4
 _LABEL_CHARACTERS = 26
-# Planners whose evaluations differ by more are shown over a logarithmic axis.
+# If the evaluations of planners differ by a larger factor, the axis is logarithmic.
 _LOGARITHMIC = 8
 _CAPTION = (
     "Box: quartiles and median; whiskers: farthest run within 1.5 boxes; diamond: mean; "
@@ -45,7 +45,7 @@ _CAPTION = (
 
 
 def write(report: Mapping[str, Any], file: Path) -> None:
-    """Draw a report of :func:`pathgene.host.compare.report.document` into the PNG ``file``."""
+    """Draw a report of :func:`pathgene.host.compare.report.document` to the PNG ``file``."""
     figure = draw(report)
     with replacing(file) as binary:
         figure.savefig(binary, format="png", dpi=150)
@@ -65,7 +65,7 @@ def draw(report: Mapping[str, Any]) -> Figure:
 
 
 def _wrapped(label: str) -> str:
-    """Break a label into lines, before its options where that suffices."""
+    """Break a label into lines, only before its options if that suffices."""
     name, *options = split_label(label)
     parts = [name, *(f":{option}" for option in options)]
     lines = [""]
@@ -137,7 +137,7 @@ def _draw_boxes(
     planners: Sequence[Mapping[str, Any]],
     labels: Sequence[str],
 ) -> None:
-    """Draw a box plot for each planner, the first at the top, its runs, and how many are feasible.
+    """Draw a box plot of each planner, the first at the top, with its runs and feasible count.
 
     If most runs are feasible, the infeasible ones are counted, not drawn: their fitness is too
     low for a difference to be visible.
@@ -150,7 +150,7 @@ def _draw_boxes(
     axes.axvline(1, color=TEXT, linewidth=1, linestyle=(0, (4, 3)), zorder=2)
 
     beside = axes.get_yaxis_transform()
-    scatter = np.random.default_rng(0)  # Spreads the dots of equal runs.
+    scatter = np.random.default_rng(0)  # Jitter separates the dots of equal runs.
     key_from = -_KEY / _BOXES
     for at, planner in enumerate(planners):
         style, values = _style(at), _fitness(planner)
@@ -220,8 +220,9 @@ def _draw_boxes(
 def _draw_convergence(axes: Axes, planners: Sequence[Mapping[str, Any]]) -> None:
     """Draw the band of each planner over generations or evaluations.
 
-    The axis counts generations if a generation of every planner has the same number of evaluations,
-    and evaluations otherwise. An axis of evaluations is logarithmic if their numbers differ widely.
+    The axis counts generations if a generation takes the same number of evaluations with every
+    planner, and evaluations otherwise. An axis of evaluations is logarithmic if the planners'
+    numbers differ widely.
     """
     histories = [[run for run in planner["runs"] if run["history"]] for planner in planners]
     runs = [run for some in histories for run in some]
@@ -257,7 +258,7 @@ def _draw_convergence(axes: Axes, planners: Sequence[Mapping[str, Any]]) -> None
         start = min(start, float(shape.low.min()))
         top, last = max(top, float(shape.high.max())), max(last, float(shape.x[-1]))
     axes.axhline(1, color=TEXT, linewidth=1, linestyle=(0, (4, 3)), zorder=2)
-    # With most runs feasible, the infeasible phase lies far below and is cut off.
+    # If most runs are feasible, the infeasible phase lies far below and is cut off.
     bottom = max(1.0, start) if top > 1 and _mostly_feasible(planners) else 0.0
     # All fitness may be equal.
     height = top - bottom or 1.0

@@ -62,7 +62,7 @@ def document(
     seeds : sequence of int
         Seeds of the runs of each entrant.
     interrupted : bool
-        A signal has ended the comparison before its last run.
+        A signal ended the comparison before its last run.
     """
     report = {
         "pathgene": version(),

@@ -25,7 +25,7 @@ _warm: set[str] = set()
 
 @dataclass(frozen=True)
 class Task:
-    """A run to be done.
+    """A run to be executed.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class Task:
     seed : int
         Seed of the run.
     pathgene : str
-        Version that must do the run: two versions in one table would not be comparable.
+        Version that must execute the run, because runs of different versions are not comparable.
     """
 
     entrant: Entrant
@@ -53,9 +53,9 @@ class Outcome:
     record : dict or None
         :func:`pathgene.host.report.summary.describe_run` of the run; None if it failed.
     failure : str or None
-        Why it failed, in a sentence.
+        The reason for the failure, in a sentence.
     bad_input : bool
-        The options or the problem are the cause.
+        The failure is caused by the options or the problem.
     """
 
     task: Task
@@ -65,14 +65,14 @@ class Outcome:
 
 
 def run_in_processes(problem: Problem, tasks: Sequence[Task], jobs: int) -> Generator[Outcome]:
-    """Do runs of one problem; see :func:`pathgene.host.workers.processes.in_processes`."""
+    """Execute runs of one problem; see :func:`pathgene.host.workers.processes.in_processes`."""
     return in_processes(tasks, jobs, execute, _evaluator, problem)
 
 
 def run_on_cluster(
     problem: Problem, tasks: Sequence[Task], address: str, jobs: int
 ) -> Generator[Outcome]:
-    """Do runs of one problem; see :func:`pathgene.host.workers.cluster.on_cluster`."""
+    """Execute runs of one problem; see :func:`pathgene.host.workers.cluster.on_cluster`."""
     return on_cluster(
         tasks,
         address,
@@ -90,10 +90,10 @@ def _evaluator(problem: Problem, threads: int) -> Evaluator:
 
 
 def execute(evaluator: Evaluator, task: Task) -> Outcome:
-    """Do a run; return an error as its outcome, so that later runs still take place.
+    """Execute a run; return an error as its outcome, so that later runs still take place.
 
-    An untimed run of one generation precedes the first run of an entrant in a process, so that no
-    recorded seconds contain compilation or loading.
+    An untimed run of one generation precedes the first run of an entrant in a process, so that
+    recorded times include no compilation or loading.
     """
     entrant = task.entrant
     try:

@@ -17,19 +17,19 @@ from pathgene.host.progress import Bar
 
 __all__ = ["Execute", "RunProgress", "complete", "kept"]
 
-#: Executes tasks and yields their outcomes as they come; ends them all when closed.
+#: Executes tasks and yields outcomes as they arrive; closing it ends all tasks.
 Execute = Callable[[Sequence[Task]], Generator[Outcome]]
 
 
 class RunProgress:
-    """Shows the progress of runs: number done, best fitness, time left.
+    """Progress display of the runs: number done, best fitness, time left.
 
     Parameters
     ----------
     stream : TextIO
         As for :class:`pathgene.host.progress.Bar`.
     total, kept : int
-        Number of all runs, and number of runs already stored.
+        Total number of runs, and number of runs already stored.
     clock : callable
         Returns seconds.
     """
@@ -50,7 +50,7 @@ class RunProgress:
         self._best_fitness = 0.0
 
     def begin(self) -> None:
-        """Show that no run has ended yet."""
+        """Show the initial state: no run has ended yet."""
         self._show("")
 
     def update(self, outcome: Outcome) -> None:
@@ -100,8 +100,8 @@ def complete(
 ) -> None:
     """Execute the runs that ``fields`` lacks; add each to ``store`` and to its field at once.
 
-    The planners take turns, so at any end they have been run on the same seeds. An exception ends
-    all current runs.
+    The planners take turns, so that they have run on the same seeds whenever the comparison ends.
+    An exception ends all current runs.
 
     Raises
     ------
@@ -124,6 +124,6 @@ def complete(
             if outcome.record is None:
                 part.failures[seed] = outcome
             else:
-                with interrupts.held():  # A stored run is counted, too.
+                with interrupts.held():  # A stored run counts, too.
                     part.records[seed] = store.add(entrant, seed, outcome.record)
             progress.update(outcome)

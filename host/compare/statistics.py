@@ -14,18 +14,18 @@ __all__ = ["compare_two", "describe"]
 
 Floats = NDArray[np.float64]
 
-# Values that differ by less, relatively, differ by rounding.
+# A smaller relative difference is rounding.
 _ROUNDING = 1e-12
 
 
 def describe(records: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Return statistics of the runs of one planner; None where there are too few runs.
+    """Return statistics of one planner's runs; a statistic is None if there are too few runs.
 
     Parameters
     ----------
     records : sequence of dict
         Runs as :func:`pathgene.host.report.summary.describe_run` gives them. F of every run counts,
-        feasible or not; feasible means by the strict rule.
+        feasible or not; ``feasible`` refers to the strict rule.
 
     Returns
     -------
@@ -73,10 +73,10 @@ def compare_two(one: Sequence[float], other: Sequence[float]) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``mean_difference``, of the first less the second; ``welch`` and ``mann_whitney`` with
-        ``statistic`` and ``p``, both None where the test does not apply, and ``note``, which then
-        gives the reason; ``superiority``, the probability that a run of the first is better than
-        one of the second, where a tie counts half (Vargha and Delaney's A).
+        ``mean_difference``, first minus second; ``welch`` and ``mann_whitney`` with ``statistic``
+        and ``p``, both None where the test does not apply, and ``note``, which then gives the
+        reason; ``superiority``, the probability that a run of the first is better than one of the
+        second, counting a tie as half (Vargha and Delaney's A).
     """
     a, b = np.asarray(one, dtype=np.float64), np.asarray(other, dtype=np.float64)
     if not (len(a) and len(b)):
@@ -97,7 +97,8 @@ def _welch(a: Floats, b: Floats) -> dict[str, Any]:
         refusal = "no spread in either"
     if refusal is not None:
         return _untested(refusal)
-    # From the moments: given the samples, SciPy warns of one without spread, which is fine here.
+    # Computed from the moments: given samples, SciPy warns about one without spread, which is fine
+    # here.
     moments = (
         moment for values in (a, b) for moment in (values.mean(), values.std(ddof=1), len(values))
     )
@@ -112,7 +113,7 @@ def _mann_whitney(a: Floats, b: Floats) -> dict[str, Any]:
 
 
 def _refusal(a: Floats, b: Floats) -> str | None:
-    """Return the reason why no test applies to the samples."""
+    """Return the reason why no test applies to the samples, if any."""
     if min(len(a), len(b)) < 2:
         return "fewer than two runs"
     if _is_constant(np.concatenate((a, b))):

@@ -27,9 +27,8 @@ class RunStore:
     """A file ``runs.jsonl`` with one JSON object per line, only ever appended to.
 
     Runs of different planners and options share the file and differ by their key; runs of another
-    problem are refused. A line cut off by a crash, or with other values
-    than a run has, is skipped. One process at a time may open the
-    file.
+    problem are refused. A line that a crash cut off, or whose values are not those that a run has,
+    is skipped. Only one process at a time may open the file.
 
     Parameters
     ----------
@@ -77,7 +76,7 @@ class RunStore:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        # Every run has been flushed, with its errors reported.
+        # Every run has been flushed, and errors have been reported.
         with contextlib.suppress(OSError):
             self._file.close()
 
@@ -86,7 +85,7 @@ class RunStore:
         return self._records.get((entrant.key, seed))
 
     def add(self, entrant: Entrant, seed: int, record: Record) -> Record:
-        """Store a run on disk; return it as :meth:`get` will.
+        """Store a run on disk; return it in the form that :meth:`get` returns.
 
         Raises
         ------
@@ -135,7 +134,7 @@ class RunStore:
                 _require_record(record)
                 self._records[record["key"], record["seed"]] = record
         if not line.endswith(b"\n"):
-            self._file.write(b"\n")  # Ends the torn line.
+            self._file.write(b"\n")  # End the truncated line.
 
 
 def _require_record(record: Record) -> None:

@@ -22,7 +22,7 @@ def write_report(
 ) -> list[Path]:
     """Write ``compare.json`` and, unless ``picture`` is false, ``compare.png``; return the paths.
 
-    An error in the picture is only a warning: the numbers are kept.
+    An error in the picture only causes a warning, because the numbers are still valid.
 
     Raises
     ------

@@ -1,1 +1,1 @@
-"""Boards: URLs, the link, the chip's commands, and the copy of the chip's map."""
+"""Boards: URLs, the link, the chip's commands, and the host's copy of the chip's map."""

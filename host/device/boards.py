@@ -50,9 +50,9 @@ def open_board(url: str) -> Chip:
         ``model:``; ``sim:`` or ``sim:?sim=icarus``; a serial device; any URL of pyserial; a URL of
         any scheme that :mod:`pathgene.host.device.schemes` finds. ``model:`` and ``sim:`` take any
         field of :class:`pathgene.hdl.config.Config` as an option, as in ``sim:?max_waypoints=20``;
-        a serial port takes ``?baud=``, which defaults to the configuration's divisor at its clock.
-        Serial ports and ``sim:`` take ``?patience=``, the seconds without an answer after which the
-        board is given up.
+        a serial port takes ``?baud=``, which defaults to the rate of the configuration's divisor
+        and clock. Serial ports and ``sim:`` take ``?patience=``, the seconds without an answer
+        after which the board is given up.
 
     Raises
     ------
@@ -80,7 +80,7 @@ def open_board(url: str) -> Chip:
 
 
 def url_of(board: str | Chip) -> str:
-    """Return the URL of a board that is given by it, or as an open one."""
+    """Return the URL of a board that is given as a URL or as an open board."""
     return board.url if isinstance(board, Chip) else board
 
 
@@ -90,16 +90,16 @@ def entered(
     *,
     core: GeneticCore | None = None,
 ) -> AbstractContextManager[Chip]:
-    """Return a context manager of a board.
+    """Return a context manager that yields an open board.
 
-    An open board stays open. One that has been closed, and a URL, are opened by ``opener``,
-    :func:`open_board` by default. A simulated board gets the ``core`` that a planner needs unless
-    its URL names one: an open one then gets a second chip, which is closed with it.
+    An open board stays open. A closed board or a URL is opened by ``opener``, by default
+    :func:`open_board`. A simulated board gets the ``core`` that a planner needs unless its URL
+    names a core: if the board is already open, it gets a second chip, which is closed with it.
 
     Raises
     ------
     InputError, JobError
-        As :func:`open_board`; a board that is not simulated may lack the core.
+        As :func:`open_board`, and if a board that is not simulated lacks the core.
     """
     url = url_of(board)
     if not isinstance(board, Chip) or board.closed:
@@ -139,7 +139,7 @@ def with_core(url: str, core: str) -> str:
 
 
 def require_chip(config: Config, core: GeneticCore, population: int | None) -> None:
-    """Refuse a chip that lacks the core that a planner needs, or has another population.
+    """Refuse a chip that lacks the core that a planner needs, or has a different population.
 
     Raises
     ------

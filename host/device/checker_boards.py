@@ -20,7 +20,7 @@ def order_board(url: str, mode: str | None) -> tuple[str, Config | None]:
     ----------
     url : str
         As for :func:`pathgene.host.device.boards.open_board`. Simulated boards, such as ``model:``
-        and ``sim:``, are built for the mode unless their URL has ``checker`` and ``lanes``. Other
+        and ``sim:``, are built for the mode unless their URL sets ``checker`` and ``lanes``. Other
         boards have the checker that they were built with.
     mode : str or None
         One of :data:`pathgene.host.device.checker_modes.MODES`. None selects the build that the URL
@@ -29,7 +29,7 @@ def order_board(url: str, mode: str | None) -> tuple[str, Config | None]:
     Returns
     -------
     tuple of (str, Config or None)
-        The URL to open, and the board's configuration; None if only the board says it.
+        The URL to open, and the board's configuration; None if only the board knows it.
 
     Raises
     ------
@@ -50,7 +50,7 @@ def order_board(url: str, mode: str | None) -> tuple[str, Config | None]:
 
 
 def require_checker(config: Config, mode: str | None, url: str) -> None:
-    """Refuse a board that has no checker, or has another one than ``mode`` needs.
+    """Refuse a board without the checker that ``mode`` needs.
 
     Raises
     ------

@@ -53,7 +53,7 @@ class Step:
     paths : list of list of int
         Packed waypoints of every slot: elites, survivors, children.
     origin : tuple of int, or None
-        Former slots of the elites and survivors. None in population mode, which does not report
+        Previous slots of the elites and survivors. None in population mode, which does not report
         them.
     """
 
@@ -87,7 +87,7 @@ class Chip:
     LinkTimeoutError
         If nothing answers.
     InputError
-        If the board has another protocol version, or a build that this release does not know.
+        If the board has another protocol version, or an unknown build.
     """
 
     def __init__(self, link: Link, *, verify_every: int = 256, url: str = "") -> None:
@@ -121,8 +121,8 @@ class Chip:
     def paths(self) -> list[list[int]]:
         """Packed waypoints of every slot.
 
-        This is the host's copy. Before the first :meth:`load` of all slots, and after a call that
-        failed, there is no copy and the chip is read.
+        This is the host's copy. Before the first :meth:`load` of all slots, and after a failed
+        call, there is no copy, and the slots are read from the chip.
         """
         return [list(path) for path in self._known()]
 
@@ -134,7 +134,7 @@ class Chip:
             self._beside.close()
 
     def reopen(self) -> None:
-        """Open a session again after one that has failed.
+        """Open a new session after a failed one.
 
         Raises
         ------
@@ -145,7 +145,7 @@ class Chip:
         self._end_earlier_run()
 
     def _end_earlier_run(self) -> None:
-        """End a run that an earlier session has left: a run makes other commands wait."""
+        """End a run that an earlier session left: a run makes other commands wait."""
         if self.config.planner_core:
             self._runs.end()
 
@@ -174,7 +174,7 @@ class Chip:
             Highest x and y cell and altitude step of a new waypoint.
         avoid_ground : bool
             Redraw a new waypoint that lies below the ground of the chip's map. After the number of
-            draws that it was built for, the chip leaves the mutation out.
+            draws that the chip was built for, it skips the mutation.
 
         Raises
         ------
@@ -299,7 +299,7 @@ class Chip:
         Raises
         ------
         InputError
-            If the chip has no map, or checks no paths that come over the link.
+            If the chip has no map, or does not check paths sent over the link.
         """
         self._require_checker()
         if self.config.planner_core:
@@ -416,7 +416,8 @@ class Chip:
             request = generate_request(config, mode).pack(mode=mode, **named)
 
         before, self._paths = self._known(), None
-        # A long reply may never survive a bad line. The short recipe does, and says as much.
+        # A long reply may never get through a bad line. The short recipe does, and carries the same
+        # information.
         recipe_only = bytes((LinkMode.RECIPE,)) + bytes(order)
         reply = self.link.request(Command.GENERATE, request, shorter=recipe_only)
         self._steps += 1
@@ -433,7 +434,7 @@ class Chip:
         return Step(self.paths, origin)
 
     def _rebuild(self, paths: list[list[int]], order: Sequence[int], reply: bytes) -> Step:
-        """Repeat on the host, on the population before it, the generation of a recipe."""
+        """Repeat the generation of a recipe on the host's copy of the previous population."""
         recipe, checksum = Recipe.unpack(self.config, reply)
         self._paths = breed(self.config, paths, order, recipe)
         rebuilt_wrong = zlib.crc32(pack_paths(self.config, self._paths)) != checksum

@@ -43,7 +43,7 @@ def built_config(info: dict[str, int]) -> Config:
     Raises
     ------
     InputError
-        If this release does not know the build.
+        If the build is unknown.
     """
     try:
         config = config_from_info(info)

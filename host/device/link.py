@@ -18,17 +18,18 @@ __all__ = ["Link", "LinkError", "LinkTimeoutError", "RefusedError"]
 
 #: Maximum commands in flight. The chip can tell the latest 127 commands from new ones.
 _WINDOW = 64
-#: Attempts of a request before its shorter form is used.
+#: Attempts at a request before its shorter form is used.
 _ATTEMPTS_BEFORE_SHORTER = 4
 #: An attempt ends after this many timeouts even if bytes keep arriving.
 _MAXIMUM_TIMEOUTS = 8
 #: Ends a frame of which the chip's receiver may have only the beginning.
 _FLUSH = bytes([DELIMITER])
-#: Session of a chip after a reset. A link does not stay in it: it would not notice a reset there.
+#: Session of a chip after a reset. A link never uses it, because it could not notice a reset there.
 _RESET_SESSION = 0
 _LAST_SESSION = 255
-#: Sequence number of OPEN, which has no place in the order. The first commands of the session have
-#: lower ones, so that none of them takes a late, repeated reply to OPEN for its own.
+#: Sequence number of OPEN, which is outside the order of commands. The first commands of the
+#: session have lower numbers, so that a late, repeated reply to OPEN is not taken for a reply to
+#: one of them.
 _OPENING = 255
 
 
@@ -37,7 +38,7 @@ class LinkError(JobError):
 
 
 class LinkTimeoutError(LinkError):
-    """The board did not answer in any attempt, or took no more bytes."""
+    """The board did not answer any attempt, or accepted no more bytes."""
 
 
 class RefusedError(LinkError):
@@ -92,16 +93,16 @@ class Link:
         Seconds of silence after which a frame counts as lost. It must exceed the board's longest
         computation plus the time on the line of the bytes that the port buffers.
     attempts : int
-        Consecutive waits without progress before the link gives the board up.
+        Consecutive waits without progress before the link gives up on the board.
     clock : Callable[[], float]
         Clock that measures the waits: seconds, from any origin.
 
     Attributes
     ----------
     patience_s : float
-        Seconds of silence after which the board is given up.
+        Seconds of silence after which the link gives up on the board.
     traffic : Traffic
-        Traffic until now.
+        Traffic so far.
     session : int or None
         The open session.
 
@@ -164,7 +165,7 @@ class Link:
         return answer[1:]
 
     def open(self, previous: int, *, credit: int) -> None:
-        """Open the session after the chip's latest, but 1 rather than 0.
+        """Open the session after the chip's latest; 0 is skipped in favour of 1.
 
         Parameters
         ----------
@@ -190,15 +191,15 @@ class Link:
         self._next = 0
 
     def reopen(self) -> None:
-        """Open the session after the latest one; the chip keeps its population and counters.
+        """Open the next session; the chip keeps its population and counters.
 
         Raises
         ------
         LinkTimeoutError
             If there is no answer.
         LinkError
-            If the board was reset, or another host has opened a session since. The session after
-            the last, 255, is refused, too: its number is the number of a chip after a reset.
+            If the board was reset, or another host has opened a session since. A session after 255,
+            the last, is refused, too: its number would be the number of a chip after a reset.
         """
         if self._latest_session == _LAST_SESSION:
             self.session = None
@@ -222,10 +223,10 @@ class Link:
         payload : bytes
             Its payload, at most the chip's receive buffer less 7 bytes.
         shorter : bytes, optional
-            Another payload of the same command, which the chip answers in fewer bytes. The link
-            sends it after 4 attempts, because a bad line may never transfer a long answer. The chip
-            executes the command once, whichever payload arrives first, and answers the latest.
-            The caller distinguishes the two answers, best by their length.
+            Alternative payload of the same command with a shorter answer. The link sends it after 4
+            attempts, because a bad line may never transfer a long answer. The chip executes the
+            command once, whichever payload arrives first, and answers the latest payload. The
+            caller must distinguish the two answers, preferably by their length.
 
         Raises
         ------
@@ -281,7 +282,7 @@ class Link:
         return [request.answer or b"" for request in requests]
 
     def _wait_for(self, requests: Sequence[Request]) -> None:
-        """Have requests executed in their order."""
+        """Wait until the chip has executed the requests, in order."""
         if self.session is None:
             raise LinkError("No session with the board is open; open the board again.")
         room = self._credit - BODY_HEADER_BYTES - CRC_BYTES
@@ -295,7 +296,8 @@ class Link:
             self._exchange(session, requests)
         except RefusedError:
             if len(requests) == 1 and len(requests[0].payloads) == 1:
-                # The next command has the same number: late answers to this one must not meet it.
+                # The next command has the same number and must not receive late answers to this
+                # one.
                 while self.traffic.frames_repeated > repeated and self._receive(self._deadline()):
                     pass
                 self.session = session
@@ -344,7 +346,7 @@ class Link:
             window.note_sent(size)
 
     def _ask(self, header: bytes, command: Command, *, plain: bool) -> bytes:
-        """Send a command that has no place in the order; return its answer from the status."""
+        """Send a command that is outside the order; return its answer from the status on."""
         question = header + bytes([command])
         for attempt in range(self.attempts):
             self._send(question, repeated=attempt > 0, flush=True, plain=plain)
@@ -372,7 +374,7 @@ class Link:
             raise _lost(error) from None
 
     def _receive(self, deadline: float) -> list[Frame]:
-        """Return good frames as soon as any arrive; none after silence or at the deadline."""
+        """Return good frames as soon as any arrive, or none after silence or at the deadline."""
         while (before := self._clock()) < deadline:
             try:
                 data = self._transport.read(self._transport.in_waiting or 1)
@@ -423,7 +425,7 @@ def _take(requests: Sequence[Request], window: Window, body: bytes) -> None:
             requests[index].answer = body[BODY_HEADER_BYTES:]
         window.confirm(index)
     elif status == Status.DUPLICATE:
-        # The chip has executed it earlier. It answers only the latest command again.
+        # The chip has executed it before. It repeats the answer of the latest command only.
         if index < window.sent - 1:
             window.confirm(index)
     elif index >= window.confirmed:

@@ -16,11 +16,11 @@ from pathgene.host.device.orders import Orders
 
 __all__ = ["MapCopy", "drawn_corners"]
 
-#: Height of a cell whose value on the chip is unknown.
+#: Marks a cell whose height on the chip is unknown.
 _UNKNOWN = -1
-#: Frames of the map between two reports of progress.
+#: Number of map frames between two reports of progress.
 _FRAMES_PER_REPORT = 64
-#: Payload of a frame, and the rows and columns that it writes.
+#: Payload of a frame, with the rows and columns that it writes.
 Frame = tuple[bytes, tuple[slice, slice]]
 
 
@@ -45,7 +45,7 @@ class MapCopy:
     config : Config
         The chip's.
     orders : Orders
-        Commands to the chip.
+        Sends the chip commands.
     """
 
     def __init__(self, config: Config, orders: Orders) -> None:
@@ -96,7 +96,7 @@ class MapCopy:
         commands: list[tuple[int, bytes]],
         written: Sequence[tuple[tuple[slice, slice], NDArray[np.integer]]],
     ) -> None:
-        """Send writes to parts of the map. If they are lost, those parts are unknown."""
+        """Send writes to parts of the map. If they are lost, those parts become unknown."""
 
         def forget() -> None:
             for cells, _ in written:

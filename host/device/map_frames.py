@@ -20,7 +20,7 @@ _FRAMES_IN_FLIGHT = 4
 
 
 def padded_map(heights: NDArray[np.integer], config: Config) -> NDArray[np.uint16]:
-    """Return ``heights`` [y, x] on a whole map; the remaining cells in north and east are blocked.
+    """Return ``heights`` [y, x] as a whole map; the remaining cells north and east are blocked.
 
     Parameters
     ----------
@@ -89,9 +89,9 @@ def map_frames(
 
 
 def changed_parts(config: Config, changed: NDArray[np.bool_]) -> Iterator[tuple[slice, slice]]:
-    """Yield rows and columns of the rectangles, a frame of the map each, that hold all changes.
+    """Yield rows and columns of rectangles, one per frame of the map, that cover all changes.
 
-    Each is as small as its changes.
+    Each rectangle is as small as its changes allow.
 
     Parameters
     ----------

@@ -45,7 +45,7 @@ class Orders:
         return _Batch(self, self._link)
 
     def enter(self, batch: _Batch | None) -> None:
-        """Collect further commands in ``batch``, or none."""
+        """Collect further commands in ``batch``, or send them directly if it is None."""
         self._batch = batch
 
     def give(
@@ -62,9 +62,9 @@ class Orders:
         commands : sequence of (int, bytes)
             Code and payload of each.
         lost : callable
-            Called if it stays unknown whether the chip has executed them.
+            Called if it remains unknown whether the chip has executed them.
         then : callable
-            Called when they are executed, or added to the batch.
+            Called once they are executed or added to the batch.
         """
         batch = _Batch(self, self._link) if self._batch is None else self._batch
         try:
@@ -121,7 +121,7 @@ class _Batch:
         try:
             self._tell()
         except BaseException:
-            # After an interrupt, the remaining losses must still be reported.
+            # Even after an interrupt, the remaining losses must be reported.
             self._tell()
             raise
 

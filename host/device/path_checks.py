@@ -22,7 +22,7 @@ from pathgene.host.device.link import Link
 
 __all__ = ["CheckReport", "check_points", "check_slots"]
 
-#: Paths whose results one frame requests after a long reply was lost.
+#: Number of paths whose results are requested in one frame after a long reply is lost.
 _PATHS_PER_FRAME = 2
 
 
@@ -39,7 +39,7 @@ class CheckReport:
     reads : int
         Addresses sent to the memories of the map.
     cells : int
-        Cells checked, of each path up to its first collision.
+        Cells checked; on each path, cells up to its first collision.
     """
 
     verdicts: tuple[PathResult, ...]
@@ -51,7 +51,7 @@ class CheckReport:
 def check_points(
     config: Config, link: Link, points: Sequence[int], *, counting: bool
 ) -> CheckReport:
-    """Check one path of packed waypoints, the aircraft first, the goal last."""
+    """Check one path of packed waypoints, from the aircraft to the goal."""
     layout = check_request(config)
     path = pack_paths(config, [points])
     forms = [layout.pack(flags=flags) + path for flags in _forms(counting)]

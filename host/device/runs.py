@@ -22,16 +22,16 @@ __all__ = ["BestPaths", "RunStatus", "Runs"]
 class RunStatus:
     """Progress of a run.
 
-    While a run lasts, the board ``model:`` knows neither the key nor the cycles of units.
+    During a run, the board ``model:`` knows neither the key nor the cycles of units.
 
     Attributes
     ----------
     running : bool
         The run is not over.
     generations, cycles : int
-        Generations bred and cycles passed since its beginning.
+        Generations bred and cycles elapsed since the beginning of the run.
     key : int
-        Key of the best path until now.
+        Key of the best path so far.
     breed, score, walk, sort, wavefront : int
         Cycles of the chip's units, which overlap: see :class:`pathgene.hdl.protocol.runs.Outcome`.
     """
@@ -56,7 +56,7 @@ class BestPaths:
     paths : list of list of int
         Packed waypoints, the best path first; start and goal are left out.
     keys : list of int
-        Their keys, all different.
+        Their keys, which are all different.
     """
 
     paths: list[list[int]]
@@ -71,7 +71,7 @@ class BestPaths:
 class Runs:
     """Runs of the planner on a chip.
 
-    While a run lasts, only :meth:`status`, :meth:`stop`, :meth:`end` and :meth:`best_if_over` are
+    During a run, only :meth:`status`, :meth:`stop`, :meth:`end` and :meth:`best_if_over` are
     answered; the chip refuses all other methods, and writes of the map, with
     :attr:`pathgene.hdl.protocol.Status.BUSY`.
 
@@ -126,7 +126,7 @@ class Runs:
     def block(self, shape: NoFlyShape) -> None:
         """Block the corners in a shape; the chip draws it.
 
-        A later :meth:`pathgene.host.device.chip.Chip.update_map` takes them as blocked.
+        A later :meth:`pathgene.host.device.chip.Chip.update_map` treats them as blocked.
 
         Raises
         ------
@@ -140,8 +140,8 @@ class Runs:
     def start(self, options: RunOptions) -> None:
         """Begin a run on the problem; :meth:`status` says when it is over.
 
-        A warm run continues from the population of the latest run, also of that before the latest
-        :meth:`set_problem`.
+        A warm run continues from the population of the latest run, even if :meth:`set_problem` was
+        called since.
 
         Raises
         ------
@@ -166,9 +166,9 @@ class Runs:
         )
 
     def stop(self) -> None:
-        """End the run with its present generation; :meth:`status` says when it is over.
+        """End the run after its current generation; :meth:`status` says when it is over.
 
-        A first population is completed beforehand.
+        The first population is always completed.
         """
         self._orders.give([(Command.STOP, b"")])
 
@@ -178,7 +178,7 @@ class Runs:
         Raises
         ------
         LinkTimeoutError
-            If the chip still runs after the patience of the link.
+            If the run has not ended within the link's patience.
         """
         if not self.status().running:
             return
@@ -192,7 +192,7 @@ class Runs:
                 )
 
     def best(self) -> BestPaths:
-        """Return the paths of the latest run, best first; empty if the problem has had no run."""
+        """Return the paths of the latest run, best first; empty if the problem had no run."""
         return BestPaths(*unpack_best(self._config, self._link.request(Command.BEST)))
 
     def best_if_over(self) -> BestPaths | None:

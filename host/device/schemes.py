@@ -47,10 +47,10 @@ __all__ = [
 #: Group of the entry points that name kinds of boards.
 GROUP = "pathgene.boards"
 
-#: Seconds for which a host waits for an answer before it gives the board up, for boards of every
-#: kind but simulations a thousand times slower.
+#: Seconds that a host waits for an answer before it gives up on the board; only simulations, which
+#: are a thousand times slower, have more.
 PATIENCE_S = 15.0
-#: Longest patience that a URL may ask for, seconds.
+#: Maximum patience that a URL may set, seconds.
 MAXIMUM_PATIENCE_S = 86_400
 
 #: Names of the fields of the configuration, which are options of boards that are built to order.
@@ -68,7 +68,7 @@ class OpenPort:
     timeout_s : float
         Longest silence of the board, in seconds, before a frame is sent again.
     attempts : int
-        Number of times that a frame is sent before the board is given up.
+        Number of times that a frame is sent before the link gives up on the board.
     """
 
     port: Transport
@@ -135,7 +135,7 @@ class BoardScheme(abc.ABC):
         """
 
     def known_config(self, url: str) -> Config | None:
-        """Return the configuration of the board at ``url``, or None if only the board says it.
+        """Return the configuration of the board at ``url``, or None if only the board knows it.
 
         Raises
         ------
@@ -203,8 +203,8 @@ def _value(text: str) -> int | str:
 def _entry_points() -> Iterator[metadata.EntryPoint]:
     """Yield the entry points of the checkout, then the entry points of installed packages.
 
-    An editable installation keeps the entry points of the day it was made. In a checkout
-    ``pyproject.toml`` itself is up to date.
+    An editable installation keeps the entry points from the time of installation. In a checkout,
+    ``pyproject.toml`` is up to date.
     """
     declared = Path(__file__).resolve().parents[2] / "pyproject.toml"
     if declared.is_file():
@@ -226,12 +226,12 @@ def parse_patience(text: str) -> float | None:
 
 
 def split_config(url: str, default: Config) -> tuple[str, Config]:
-    """Take the fields of the configuration out of the query of ``url``.
+    """Remove the fields of the configuration from the query of ``url``.
 
     Returns
     -------
     tuple of (str, Config)
-        The URL without the fields, and ``default`` with them.
+        The URL without the fields, and ``default`` updated by them.
 
     Raises
     ------

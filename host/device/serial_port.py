@@ -1,4 +1,4 @@
-"""A port of pyserial: a serial device, or any of its URLs."""
+"""A port of pyserial: a serial device or any URL that pyserial knows."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ __all__ = ["SerialPort"]
 
 
 class SerialPort:
-    """A port of pyserial whose writes end: a :class:`pathgene.host.device.transport.Transport`.
+    """A port of pyserial as a :class:`pathgene.host.device.transport.Transport`.
 
     Parameters
     ----------
     url : str
-        Device or URL of pyserial. It is opened shared: another process may have it open.
+        Device or URL of pyserial. It is opened in shared mode: another process may have it open.
     baud : int
         Rate of the line, bits per second.
 
@@ -41,7 +41,7 @@ class SerialPort:
 
     @property
     def write_timeout(self) -> float | None:
-        """Longest wait of :meth:`write`, seconds; None where pyserial has a fixed one."""
+        """Longest wait of :meth:`write`, seconds; None if pyserial's limit is fixed."""
         timeout: float | None = self._port.write_timeout
         return timeout
 
@@ -50,7 +50,8 @@ class SerialPort:
         try:
             self._port.write_timeout = timeout_s
         except NotImplementedError:
-            # rfc2217:// knows none and ends each write after 5 s. It would refuse all settings now.
+            # rfc2217:// has no such setting and ends each write after 5 s. It would reject all
+            # settings now.
             self._port.write_timeout = None
 
     @property

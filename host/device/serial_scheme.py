@@ -24,32 +24,31 @@ from pathgene.host.numeric import whole
 
 __all__ = ["SerialScheme"]
 
-#: Minimum number of attempts, however short the patience: from the fifth, the link asks for shorter
-#: replies.
+#: Minimum number of attempts, however short the patience is: from the fifth attempt on, the link
+#: asks for shorter replies.
 _MINIMUM_ATTEMPTS = 5
-#: Highest baud rate that a URL may ask for, above all that ports know.
+#: Highest baud rate that a URL may set, above the rates of all ports.
 _MAXIMUM_BAUD = 1_000_000_000
 
 
 class SerialScheme(BoardScheme):
     """A serial device or any URL of pyserial, with ``?baud=NUMBER&patience=SECONDS``.
 
-    The default baud rate is the one of the default configuration; the default patience is the same
-    for all boards.
-    A frame is sent again after ``timeout_s`` and the time of its bytes on the line, until the
-    patience is over, and 4 times at least.
+    The baud rate defaults to the rate of the default configuration; the default patience is the
+    same for all boards. A frame is sent again after ``timeout_s`` plus the time of its bytes on the
+    line, until the patience is exhausted, but at least 4 times.
 
     Parameters
     ----------
     timeout_s : float
-        Longest silence of a board in seconds, the time of bytes on the line apart.
+        Longest silence of a board in seconds, not counting the time of bytes on the line.
     """
 
     def __init__(self, *, timeout_s: float = 0.25) -> None:
         self.timeout_s = timeout_s
 
     def open(self, url: str) -> OpenPort:
-        """Open the port, a device shared: another process may have it open."""
+        """Open the port; a device is shared, so another process may have it open."""
         place, _, query = url.partition("?")
         config = Config()
         options = {
@@ -72,7 +71,7 @@ class SerialScheme(BoardScheme):
                 f"No board can be opened at {url!r} ({error}); give {simulated}, a serial device "
                 "or a URL of pyserial."
             ) from None
-        # The operating system may still hold a full window of bytes for the line.
+        # The operating system may still buffer a full window of bytes.
         timeout_s = self.timeout_s + LINE_BITS * config.receive_buffer / baud
         attempts = max(_MINIMUM_ATTEMPTS, math.ceil(patience_s / timeout_s))
         return OpenPort(port, timeout_s, attempts)

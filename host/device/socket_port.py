@@ -18,7 +18,8 @@ from pathgene.host.device.link import LinkError
 
 __all__ = ["BUSY", "SocketPort"]
 
-#: All that a simulated board sends to a client while another one has it: see sim/board/bridge.hpp.
+#: The only bytes that a simulated board sends to a client while another client uses it: see
+#: sim/board/bridge.hpp.
 BUSY = b"busy: another client uses this board\n"
 #: Longest wait for a connection, seconds.
 _CONNECTION_S = 10.0
@@ -64,7 +65,7 @@ class SocketPort:
         self._explain = explain
         self._on_close = on_close
         self._socket = socket.create_connection(address, timeout=_CONNECTION_S)
-        self._first = b""  # As many of the first bytes as tell that the board is in use.
+        self._first = b""  # The first bytes received, enough to recognize that the board is in use.
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._socket.setblocking(False)
 
@@ -164,7 +165,7 @@ class SocketPort:
         )
 
     def _in_use(self) -> bool:
-        """Return whether the board has sent that it is in use, unread bytes included."""
+        """Return whether the board has sent that it is in use, considering unread bytes too."""
         with contextlib.suppress(OSError):
             while len(self._first) <= len(BUSY) and (part := self._socket.recv(len(BUSY))):
                 self._first += part

@@ -23,7 +23,8 @@ class Traffic:
     frames_repeated : int
         Frames repeated because their answer was missing.
     exchanges : int
-        Times that the host has waited for answers, to one command or to several sent together.
+        Number of times that the host waited for answers, to one command or to several sent
+        together.
     waiting_s : float
         Seconds spent waiting for bytes from the board.
     """

@@ -1,4 +1,4 @@
-"""Commands in flight: go-back-N within a credit of bytes."""
+"""Commands in flight: a go-back-N window limited by a credit of bytes."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class Window:
     def go_back(self, index: int) -> None:
         """Note that the chip expects this index and has dropped a later one."""
         self.confirmed = max(self.confirmed, index)
-        # The chip answered the oldest frame that is not the expected one, or a later frame.
+        # The chip answered the oldest unexpected frame or a later one.
         if any(sent != index for sent, _ in self.in_flight):
             while self.in_flight.popleft()[0] == index:
                 pass
@@ -92,7 +92,7 @@ class Window:
             self._resend()
 
     def start_again(self) -> None:
-        """Note that no frame sent until now will be answered."""
+        """Note that no frame sent so far will be answered."""
         self.in_flight.clear()
         self._resend()
 

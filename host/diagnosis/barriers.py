@@ -1,7 +1,7 @@
 """Barriers: closed rings of forbidden places around the start or the goal.
 
 Every obstacle is cut into convex pieces: the squares of forbidden nodes, the edges of zones with
-their margin, and all that is outside the map. Two pieces that touch are linked by a short line
+their margin, and everything outside the map. Two pieces that touch are linked by a short line
 inside both. A ring of links that crosses the straight line from start to goal an odd number of
 times encloses exactly one of the two, so no path connects them. The reverse holds too, provided
 that the pieces cover all forbidden places.
@@ -31,7 +31,7 @@ Ints = NDArray[np.int64]
 
 _EIGHT = np.ones((3, 3), dtype=bool)
 _STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))
-# Length of a link that has none: the search for short rings needs positive ones.
+# Length of a link of length 0: the search for short rings needs positive lengths.
 _LEAST_M = 1e-3
 # Number of places where rings are searched for; the shortest ring is reported.
 _MOST_SEARCHES = 8
@@ -44,7 +44,7 @@ class Ring:
     Parameters
     ----------
     lines : tuple of (n, 2) float64, metres
-        The ring as lines; more than one, or an open one, where the edge of the map closes it.
+        The ring as lines; several lines, or an open one, if the edge of the map closes it.
     zones : tuple of int
         Indices of the zones in it, in rising order.
     nodes : (k, 2) int64
@@ -115,11 +115,11 @@ class Barrier:
     forbidden : (ny, nx) bool
         Nodes whose square no path may touch.
     pieces : (n, 5) float64
-        Capsules, as of :meth:`pathgene.host.problem.footprints.Footprint.capsules`.
+        Capsules, as from :meth:`pathgene.host.problem.footprints.Footprint.capsules`.
     owners : (n,) int64
         Number of the zone of each capsule.
     diagonal : bool
-        Nodes that touch by a corner are linked.
+        Nodes that touch at a corner are linked.
     """
 
     def __init__(
@@ -136,7 +136,8 @@ class Barrier:
         self._terrain = terrain
         self._ends = np.array([start[:2], goal[:2]])
         self._pieces, self._owners = pieces, owners
-        # Nodes that are forbidden all around close no ring that their neighbours do not close.
+        # A node surrounded by forbidden nodes adds no ring that its neighbours do not already
+        # close.
         kept = forbidden & ~ndimage.binary_erosion(forbidden, _EIGHT, border_value=0)
         self._nodes = np.argwhere(kept)
         count = len(self._nodes)
@@ -157,7 +158,7 @@ class Barrier:
 
     @property
     def closed(self) -> bool:
-        """True if no path leads from start to goal."""
+        """True if there is no path from start to goal."""
         return bool(self._odd.any())
 
     def ring(self) -> Ring:
@@ -204,7 +205,7 @@ class Barrier:
                     x, y = on[int(np.argmin(away))].tolist()
                     place = x, y
         if self._outside in vertices:
-            # The last line leads back to where the first begins.
+            # The last line leads back to the beginning of the first.
             lines = [lines[-1] + lines[0], *lines[1:-1]]
         drawn = [np.array(line) for line in lines if len(line) > 1]
         nodes = sorted({v for v in vertices if v < len(self._nodes)})
@@ -222,7 +223,7 @@ class Barrier:
         )
 
     def _crosses(self, p: Floats, q: Floats) -> Flags:
-        """Return which lines, (n, 2) to (n, 2), cross that from start to goal."""
+        """Return which lines, (n, 2) to (n, 2), cross the line from start to goal."""
         start, way = self._ends[0], self._ends[1] - self._ends[0]
 
         def side(points: Floats) -> Floats:
@@ -238,7 +239,7 @@ class Barrier:
         return found
 
     def _add(self, tails: Ints, heads: Ints, ways: Sequence[Floats]) -> None:
-        """Add links along ``ways``: sequences of points (n, 2), ends included."""
+        """Add links along ``ways``, sequences of points (n, 2), including the ends."""
         odd = np.zeros(len(tails), dtype=bool)
         length = np.full(len(tails), _LEAST_M)
         for p, q in itertools.pairwise(ways):

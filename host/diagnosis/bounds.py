@@ -1,7 +1,7 @@
 """Bounds that every path keeps: places and altitudes that are forbidden beyond doubt.
 
 Bounds err on the side of caution. A place is forbidden only if the strict rule forbids it whatever
-the path; so if the bounds leave no route, no path exists.
+the path; so no path exists if the bounds leave no route.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 _EIGHT = np.ones((3, 3), dtype=bool)
-# Altitudes differ if they differ by more than rounding.
+# Smaller differences of altitude are rounding.
 _ROUNDING_M = 1e-6
 
 
@@ -59,7 +59,7 @@ class Bounds:
 
     @cached_property
     def lowest(self) -> Floats:
-        """Altitude that no path goes below in the square of each node, infinite over voids."""
+        """Minimum altitude of any path in the square of each node; infinite over voids."""
         terrain = self.problem.terrain
         heights = np.where(terrain.voids, np.inf, terrain.elevation)
         if self.problem.rules is None:
@@ -75,7 +75,7 @@ class Bounds:
         problem, terrain = self.problem, self.problem.terrain
         forbidden = self.lowest > top_m + _ROUNDING_M if top_m < math.inf else terrain.voids.copy()
         if problem.rules is None:
-            # The samples of a path may slip between two nodes that touch by a corner.
+            # The samples of a path may slip between two nodes that touch at a corner.
             return Barrier(
                 terrain,
                 problem.start,
@@ -113,7 +113,7 @@ class Bounds:
         )
 
     def _closes(self, zone: Zone, top_m: float, agl_m: float) -> bool:
-        """Return whether no path flies over a zone or under it, anywhere."""
+        """Return whether no path can fly over or under a zone anywhere."""
         cells = self.cells(zone)
         if zone.upper_m is not None:
             least = zone.upper_m + self.margin_m
@@ -129,7 +129,7 @@ class Bounds:
         return True
 
     def _closed_nodes(self, zone: Zone, top_m: float) -> Flags:
-        """Return the nodes whose square is inside a zone, with no room over it or under it."""
+        """Return the nodes whose square is inside a zone, with no room above or below the zone."""
         none = np.zeros(self.problem.terrain.shape, dtype=bool)
         if zone.lower_m is None or len(zone.footprint.rings) > 1:
             return none
@@ -149,7 +149,7 @@ class Bounds:
 
     @cached_property
     def climb_slope(self) -> float:
-        """Tangent of the steepest climb over the ground in any direction, by the file's limit."""
+        """Tangent of the steepest allowed climb over the ground in any direction."""
         return self._steepest(self.problem.aircraft.max_climb_deg)
 
     @cached_property
@@ -159,7 +159,7 @@ class Bounds:
 
     @cached_property
     def power_slope(self) -> float:
-        """Tangent of the steepest climb that the engine holds, as light as the fuel allows."""
+        """Tangent of the steepest climb that the engine can hold at the minimum weight."""
         problem, aircraft = self.problem, self.problem.aircraft
         thrust = problem.limits.thrust_N
         if thrust == math.inf or not problem.limits.fuel_N < math.inf:
@@ -173,7 +173,7 @@ class Bounds:
         return math.tan(high) if high < 0.5 * math.pi - 1e-9 else math.inf
 
     def thrust(self, slope_rad: float, weight: float) -> float:
-        """Return the thrust that holds a slope at a weight, both newtons."""
+        """Return the thrust that holds a slope at a weight; thrust and weight in newtons."""
         aircraft = self.problem.aircraft
         area = 0.5 * 1.225 * aircraft.cruise_speed_m_s**2 * aircraft.wing_area_m2
         lift = weight * math.cos(slope_rad)
@@ -181,7 +181,7 @@ class Bounds:
         return drag + aircraft.induced_drag_factor * lift**2 / area + weight * math.sin(slope_rad)
 
     def _steepest(self, degrees: float) -> float:
-        """Return the tangent of a slope against the wind, where it is steepest over the ground."""
+        """Return the tangent of a slope over the ground, flown against the wind: its steepest."""
         slope = math.radians(degrees)
         if degrees >= 90:
             return math.inf

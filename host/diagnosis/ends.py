@@ -127,10 +127,11 @@ def _distance_m(zone: Zone, point: Point) -> float:
 
 
 def _sides(problem: Problem, end: str, point: Point) -> Iterator[Reason]:
-    """Yield the ground or the void around an end that no heading avoids."""
+    """Yield the reason that no heading avoids the ground or a void around an end."""
     rules, x, y, z = problem.rules, *point
     assert rules is not None
-    # With a heading, the track turns before the start, or after the goal, and may not pass it.
+    # With a heading, the track turns before the start or after the goal, and may not pass through
+    # it.
     if rules.corridor_m == 0 or problem.headings[0 if end == "start" else 1] is not None:
         return
     demand = problem.demand
@@ -141,10 +142,10 @@ def _sides(problem: Problem, end: str, point: Point) -> Iterator[Reason]:
     surface = surface_below(problem.terrain, at_x, at_y)
     # The clearance belongs to the track's own place.
     required = float(demand.required_m(np.array([x]), np.array([y]), beside=True)[0])
-    with np.errstate(invalid="ignore"):  # An end over a void has no height.
+    with np.errstate(invalid="ignore"):  # There is no height for an end over a void.
         lacking: Floats = (surface + required - z).max(axis=1)
     half = _NUMBER_OF_HEADINGS // 2
-    # A heading lacks the height that either of its sides lacks. A heading between two may lack
+    # A heading lacks as much height as the worse of its two sides. A heading in between may lack
     # less.
     by_heading = np.maximum(np.roll(lacking, -half // 2), np.roll(lacking, half // 2))
     by_heading = np.minimum(by_heading, np.minimum(np.roll(by_heading, 1), np.roll(by_heading, -1)))

@@ -13,19 +13,20 @@ __all__ = ["fuel_reasons", "least_fuel", "least_power", "power_reasons"]
 
 
 def least_fuel(bounds: Bounds) -> float:
-    """Return fuel in newtons that every path within the limits burns at least.
+    """Return the minimum fuel in newtons that any path within the limits burns.
 
-    The thrust along a path is drag and the share of the weight along the slope. The drag is least
-    at the least weight and the steepest slope; the weight works against the rise from
-    start to goal, less the saving of a lighter aircraft on climbs from the lowest ground. Wind
-    shortens the distance through the air to V / (V + wind) of the distance over the ground at best.
+    The thrust along a path is the drag plus the component of the weight along the slope. The drag
+    is minimal at the minimum weight and the steepest slope; the weight does work against the rise
+    from start to goal, less the saving of a lighter aircraft on climbs from the lowest ground. At
+    best, wind shortens the distance through the air to V / (V + wind) of the distance over the
+    ground.
     """
     problem, aircraft = bounds.problem, bounds.problem.aircraft
     if problem.rules is None:
         return 0.0
     burned_per_work = aircraft.specific_fuel_consumption_N_per_Ws / aircraft.propeller_efficiency
     tank = problem.limits.fuel_N
-    # Without a tank all of the weight might be burned.
+    # Without a tank size, the whole weight might be fuel.
     lightest = max(aircraft.weight_N - tank, 0.0)
     steepest = math.radians(max(aircraft.max_climb_deg, aircraft.max_descent_deg))
     area = 0.5 * 1.225 * aircraft.cruise_speed_m_s**2 * aircraft.wing_area_m2
@@ -49,7 +50,7 @@ def least_power(bounds: Bounds, slope: float) -> float:
 
 
 def power_reasons(bounds: Bounds) -> Iterator[Reason]:
-    """Yield that the engine cannot hold level flight, if the path needs it."""
+    """Yield the reason that the engine cannot hold level flight, if the path needs it."""
     problem, aircraft = bounds.problem, bounds.problem.aircraft
     slope = bounds.power_slope
     if problem.rules is None or aircraft.engine_power_W is None or not slope < 0:
@@ -85,7 +86,7 @@ def power_reasons(bounds: Bounds) -> Iterator[Reason]:
 
 
 def fuel_reasons(bounds: Bounds) -> Iterator[Reason]:
-    """Yield that the fuel does not last for the straight line, at best."""
+    """Yield the reason that the fuel does not even last for the straight line."""
     problem, aircraft = bounds.problem, bounds.problem.aircraft
     if problem.rules is None or aircraft.fuel_weight_N is None:
         return
@@ -106,7 +107,7 @@ def fuel_reasons(bounds: Bounds) -> Iterator[Reason]:
 
 
 def _step(fuel: float) -> float:
-    """Return the step of the third digit."""
+    """Return the value of a step in the third significant digit."""
     return 10.0 ** (math.floor(math.log10(fuel)) - 2) if fuel > 0 else 1.0
 
 

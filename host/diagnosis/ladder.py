@@ -1,4 +1,4 @@
-"""The ladder of reasons: from limits that forbid every path to paths that a search may miss."""
+"""The ladder of reasons, from limits that forbid every path to gaps that a search may miss."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ def diagnose(problem: Problem) -> Reason:
     In this order: start or goal violates a limit; zones, voids and the edge of the map enclose one
     of them; they do so below the ceilings; the climb or descent limit; power; fuel; a turn that the
     aircraft cannot fly. A reason of this list is proven: it never names a limit that some path
-    keeps. Then come the same limits by the search surface, which are not proven, and at last that
-    no path was found at this cell size, which is the answer for a problem with paths, too.
+    keeps. Then come the same limits on the search surface, which are not proven. The last reason is
+    that no path was found at this cell size, which is also the answer for a problem that has paths.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def diagnose(problem: Problem) -> Reason:
     if reason.place is not None:
         reason = dataclasses.replace(reason, place_geo=geographic(problem.terrain, reason.place))
     if problem.headings != (None, None) and reason.code not in ("start", "goal"):
-        # The track begins before the start, or ends beyond the goal, perhaps across a barrier.
+        # The track begins before the start or ends beyond the goal, perhaps across a barrier.
         reason = dataclasses.replace(reason, proven=False)
     return reason
 
@@ -154,7 +154,7 @@ def _connected(problem: Problem, free: Flags) -> bool:
 
 
 def _turn(bounds: Bounds) -> Iterator[Reason]:
-    """Yield that the aircraft stalls in any turn, and the straight line is closed."""
+    """Yield the reason that the aircraft stalls in any turn while the straight line is blocked."""
     problem, aircraft = bounds.problem, bounds.problem.aircraft
     if problem.rules is None or math.isfinite(problem.limits.turn_radius_m):
         return
@@ -196,7 +196,7 @@ def _least_speed(problem: Problem) -> float | None:
 
 
 def _too_narrow(bounds: Bounds) -> Iterator[Reason]:
-    """Yield that gaps are too narrow for the search: it blocks whole cells."""
+    """Yield the reason that gaps are too narrow for the search, which blocks whole cells."""
     problem = bounds.problem
     if _connected(problem, ~problem.blocked_raster):
         return

@@ -1,4 +1,4 @@
-"""Places that an aircraft reaches by climbing along the routes out of a point, compiled."""
+"""Places that an aircraft reaches by climbing along the routes from a point, compiled."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["Reach", "has_room"]
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-# Parts of a cell's side, for the room in small places.
+# Subdivisions of a cell's side, to measure the room in small places.
 _PARTS = 4
 _MOST_PARTS = 4_000_000
 
@@ -35,10 +35,10 @@ def _spread(
     flown: Floats,
     before: NDArray[np.int64],
 ) -> None:
-    """Write the least distance to each node that is reached, and the node before it.
+    """Write the shortest distance to each node that is reached, and its predecessor.
 
-    A node is entered only at an altitude of its height at least: ``altitude`` and ``slope`` times
-    the distance.
+    A node is entered only if the altitude there, ``altitude`` plus ``slope`` times the distance, is
+    at least its height.
     """
     rows, columns = heights.shape
     flown[source_row, source_column] = 0.0
@@ -71,7 +71,7 @@ class Reach:
     Parameters
     ----------
     flown_m : (ny, nx) float64
-        Horizontal distance to each node, infinite where none is reached.
+        Horizontal distance to each node, infinite if it is not reached.
     before : (ny, nx) int64
         Flat index of the previous node.
     """
@@ -87,7 +87,7 @@ class Reach:
         altitude_m: float,
         slope: float,
     ) -> Reach:
-        """Spread over a raster.
+        """Spread from a point over a raster.
 
         Parameters
         ----------
@@ -123,7 +123,7 @@ class Reach:
 
 
 def has_room(nodes: Flags, sides: tuple[float, float], radius_m: float) -> bool:
-    """Return whether a circle may fit into the squares of ``nodes`` and the holes among them.
+    """Return whether a circle may fit into the squares of ``nodes`` and the holes between them.
 
     If no circle fits, a track without tighter turns cannot close a loop there: a loop encloses a
     circle of its tightest turn.

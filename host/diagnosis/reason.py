@@ -42,11 +42,11 @@ CODES = (
 )
 
 
-# Digits of the figures of a broken limit; more only where they would look alike.
+# Digits of the figures of a broken limit; more only if the figures would look equal.
 _DIGITS = range(3, 12)
 # Names in a sentence.
 _MOST_NAMES = 5
-# Steps that are rounding errors.
+# A smaller share of a step is a rounding error.
 _ROUNDING = 1e-6
 
 
@@ -59,7 +59,7 @@ class Figure:
     limit : str
         Name of the limit, as in the ``limits`` of a summary.
     allowed : float
-        The limit as it is.
+        The present limit.
     would_do : float or None
         A value that would allow a path, or the minimum that is needed; None if no value would.
     unit : str
@@ -97,9 +97,9 @@ class Reason:
     zones : tuple of str
         Names of the zones that forbid every path.
     place : (float, float) or None
-        Where, metres in the local frame.
+        The place, metres in the local frame.
     place_geo : (float, float) or None
-        The same as WGS84 latitude and longitude, for a terrain with a reference system.
+        The place as WGS84 latitude and longitude, for a terrain with a reference system.
     figure : Figure or None
         The limit, and a value that would allow a path.
     end : str or None
@@ -152,17 +152,17 @@ def geographic(terrain: Terrain, place: tuple[float, float]) -> tuple[float, flo
 
 
 def rounded_up(value: float, step: float = 0.1) -> float:
-    """Return the next multiple of ``step``: the least figure to print that is enough."""
+    """Return the next multiple of ``step``: the smallest printable figure that is enough."""
     return round(math.ceil(value / step - _ROUNDING) * step, 12)
 
 
 def rounded_down(value: float, step: float = 0.1) -> float:
-    """Return the last multiple of ``step``: the greatest figure to print that is not too much."""
+    """Return the previous multiple of ``step``: the largest figure to print within the limit."""
     return round(math.floor(value / step + _ROUNDING) * step, 12)
 
 
 def broken_limit(limits: Sequence[Mapping[str, Any]] | None) -> str | None:
-    """Return that a path breaks the worst of its limits, as the end of a sentence; None if not.
+    """Return the end of a sentence on the limit that a path breaks most; None if it breaks none.
 
     Parameters
     ----------
@@ -172,7 +172,7 @@ def broken_limit(limits: Sequence[Mapping[str, Any]] | None) -> str | None:
     if not limits:
         return None
     name, worst, allowed = str(limits[0]["limit"]), limits[0]["worst"], limits[0]["allowed"]
-    # Loads the kernels, which a reason by itself does not need.
+    # Loads the kernels, which a reason alone does not need.
     from pathgene.host.evaluation.aircraft_limits import limit_named
 
     limit = limit_named(name)
@@ -188,7 +188,7 @@ def broken_limit(limits: Sequence[Mapping[str, Any]] | None) -> str | None:
 
 
 def listed(names: Iterable[str]) -> str:
-    """Return names joined by commas and ``and``; of many, the first and the number of the rest."""
+    """Return names joined by commas and ``and``; a long list ends in the number of the rest."""
     all_names = list(names)
     if len(all_names) > _MOST_NAMES:
         rest = len(all_names) - _MOST_NAMES + 1

@@ -1,10 +1,10 @@
-"""Pits and walls: ends from which no allowed climb, or to which no allowed descent, leads.
+"""Pits and walls: ends that no allowed climb leaves or no allowed descent reaches.
 
 An aircraft that leaves a pit gains altitude in proportion to the length of its route. If no circle
-of the turn radius fits into the pit, the route cannot turn round, so it is not much longer than the
-shortest one: a pit that is too deep for this length is closed. If a circle fits, the aircraft could
-circle up. Since no planner circles, the reason given is that the shortest routes are too steep,
-which is not a proof.
+of the turn radius fits into the pit, the route cannot turn around, so it is not much longer than
+the shortest route: a pit that is too deep for this length is closed. If a circle fits, the aircraft
+could circle up. Since no planner circles, the reason given is that the shortest routes are too
+steep, which is not a proof.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ __all__ = ["slope_reasons"]
 
 Floats = NDArray[np.float64]
 
-# Without turning round, a route is at most pi / 2 times as long as the shortest; rounded up.
+# Without turning around, a route is at most pi / 2 times as long as the shortest; rounded up.
 _DETOUR = 2.0
 # Maximum number of nodes on the longer side of the grid that gives a sufficient limit.
 _MOST_NODES = 400
@@ -54,7 +54,7 @@ class _Pit:
         self.sides = self.every * terrain.dx_m, self.every * terrain.dy_m
 
     def node(self, x: float, y: float, every: int) -> tuple[int, int]:
-        """Return the node of a point on the grid that is coarser by the factor ``every``."""
+        """Return the node of a point on a grid that is coarser by the factor ``every``."""
         row, column = self.bounds.problem.terrain.nearest_nodes(x, y)
         return int(row) // every, int(column) // every
 
@@ -73,7 +73,7 @@ class _Pit:
         return pooled
 
     def is_proven(self, slope: float) -> bool:
-        """Return whether no route at all leads out at a slope."""
+        """Return whether it is proven that no route leads out at a slope."""
         problem, terrain = self.bounds.problem, self.bounds.problem.terrain
         if not math.isfinite(slope):
             return False
@@ -82,7 +82,7 @@ class _Pit:
         heights[there] = min(heights[there], self.other[2])
         sides = terrain.dx_m, terrain.dy_m
         gained = slope * _DETOUR
-        # The route may begin and end at the far sides of its first and its last square.
+        # The route may begin and end at the far sides of its first and last squares.
         slack = gained * 2 * math.hypot(*sides)
         reach = Reach.of(heights, sides, self.node(self.x, self.y, 1), self.z + slack, gained)
         return not reach.nodes[there] and not has_room(
@@ -139,7 +139,7 @@ def _sentence(pit: _Pit, degrees: float, place: tuple[float, float], proven: boo
 
 
 def _power(pit: _Pit, degrees: float, place: tuple[float, float], proven: bool) -> Reason:
-    """Return that the engine does not hold the climb that the aircraft's file allows."""
+    """Return the reason that the engine cannot hold the climb that the aircraft's file allows."""
     problem, aircraft = pit.bounds.problem, pit.bounds.problem.aircraft
     assert aircraft.engine_power_W is not None
     needed = rounded_up(least_power(pit.bounds, math.tan(math.radians(degrees))), 1.0)
@@ -179,7 +179,7 @@ def _least_slope(
 
 
 def _spread(nodes: NDArray[np.bool_], every: int, problem: Problem) -> NDArray[np.bool_]:
-    """Return nodes of the coarse grid on the terrain's grid."""
+    """Return nodes of the coarse grid, spread to the terrain's grid."""
     rows, columns = problem.terrain.shape
     fine: NDArray[np.bool_] = np.repeat(np.repeat(nodes, every, axis=0), every, axis=1)
     return fine[:rows, :columns]

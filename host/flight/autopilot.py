@@ -16,20 +16,21 @@ __all__ = ["Autopilot"]
 # Roll rate per error of bank, 1/s, and the largest, rad/s.
 _BANK_GAIN = 2.5
 _MOST_ROLL_RAD_S = 0.6
-# Aileron per error of the roll rate, as a share of the fed-forward one, and of the bank's integral.
+# Aileron per roll-rate error, as a share of the fed-forward aileron, and per integral of the bank
+# error.
 _ROLL_GAIN = 0.2
 _BANK_TRIM_GAIN = 0.15
 # Pitch rate per error of the angle of the flight path, 1/s, and the largest, rad/s.
 _SLOPE_GAIN = 1.2
 _MOST_PITCH_RAD_S = 0.25
-# Below this multiple of the stall speed, or this share of the airspeed if less, or the share that a
-# model has, averaged over the time, height is given up for speed: the sine of the flight path falls
-# by the share missing.
+# Below this multiple of the stall speed, or this share of the airspeed if that is lower, or the
+# model's own share, all averaged over the time, height is traded for speed: the sine of the
+# flight-path angle is reduced by the missing share.
 _OVER_STALL = 1.3
 _SLOW = 0.9
 _SLOW_S = 1.5
-# The highest throttle falls by this share per second and share of power beyond the limit, and rises
-# more slowly below it.
+# The maximum throttle falls at this rate per share of power beyond the limit, and rises more slowly
+# below the limit.
 _POWER_GAIN = 2.0
 _POWER_BACK_GAIN = 0.3
 
@@ -42,8 +43,8 @@ class Autopilot:
     model : FlightModel
         Its gains.
     aircraft : Aircraft
-        Figures that it flies by: the true airspeed to hold, the engine's power, which the throttle
-        is held back to, and the stall speed.
+        Its figures: the true airspeed to hold, the engine's power, to which the throttle is
+        limited, and the stall speed.
     period_s : float
         Time between two calls of :meth:`controls`.
     """
@@ -62,7 +63,7 @@ class Autopilot:
         self._speed_trim = 0.0
         self._mean_speed_m_s = self.airspeed_m_s
         self._most_watts = aircraft.engine_power_W or math.inf
-        # Its square times the density is constant; without a figure there is no stall.
+        # Its square times the density is constant; without a stall speed there is no stall.
         lift = aircraft.lift_coefficient_max
         self._stall = 2 * aircraft.weight_N / (aircraft.wing_area_m2 * lift) if lift else 0.0
         self._most_throttle = 1.0
@@ -133,7 +134,7 @@ class Autopilot:
         return min(max(thrust, 0.0), self._stop(state.power_W)), min(max(brake, 0.0), 1.0)
 
     def _stop(self, watts: float) -> float:
-        """Return the highest throttle for now."""
+        """Return the current maximum throttle."""
         if math.isfinite(self._most_watts):
             left = 1.0 - watts / self._most_watts
             gain = _POWER_GAIN if left < 0 else _POWER_BACK_GAIN
@@ -143,5 +144,5 @@ class Autopilot:
 
 
 def _within(value: float, most: float) -> float:
-    """Return ``value``, at most ``most`` to either side of 0."""
+    """Return ``value``, clamped to ``most`` on either side of 0."""
     return min(max(value, -most), most)

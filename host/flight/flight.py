@@ -23,22 +23,22 @@ from pathgene.host.terrain import Terrain
 
 __all__ = ["MARGIN", "PERIOD_S", "Flight", "Flown", "fly_track", "limits_of"]
 
-# Steps of the model between two looks of the autopilot.
+# Steps of the model between two updates of the autopilot.
 _STEPS = 4
 #: Time between two samples of a flight.
 PERIOD_S = _STEPS * STEP_S
-#: Commands may exceed a limit of the aircraft by this share, to return to the track.
+#: Commands may exceed a limit of the aircraft by this share in order to return to the track.
 MARGIN = 0.05
 
-# Steps between two samples of the ground, which only the turbulence and the mixture depend on.
+# Steps between two samples of the ground, which only affects the turbulence and the mixture.
 _LOOKS = 15
 # Duration of the lead-in: the aircraft settles, then the wind rises, then it settles again.
 _LEAD_S = 45.0
 _WIND_S = (5.0, 20.0)
-# Seconds in which another wind rises.
+# Seconds that a change of wind takes.
 _TURN_S = 5.0
 _SHAKE_S = 25.0
-# A flight of more than this times the expected time, or this far off its track, is lost.
+# A flight is lost after this multiple of the expected time, or this far off its track.
 _PATIENCE = 2.0
 _LOST_M = 3000.0
 _LEAD_SLOPE_S = 1.0
@@ -54,12 +54,12 @@ class Flown:
     t_s, x, y, z : ndarray
         Seconds since the start was passed, position and altitude: (k,) float64.
     along_m, cross_m, height_error_m : ndarray
-        Place relative to the track: horizontal distance along it, distance to the left of it,
-        height over it.
+        Position relative to the track: horizontal distance along it, distance to the left of it,
+        height above it.
     airspeed_m_s, bank_rad, climb_m_s, power_W : ndarray
-        True airspeed, bank to the right, vertical speed, shaft power, as flown.
+        True airspeed, bank to the right, vertical speed and shaft power, as flown.
     bank_command_rad, climb_command_m_s : ndarray
-        As commanded.
+        Bank and vertical speed as commanded.
     arrived : bool
         The end of the track was reached.
     interrupted : bool
@@ -91,7 +91,7 @@ _COLUMNS = tuple(
 
 @dataclass(frozen=True)
 class _Wind:
-    """A steady wind that becomes another one between two times."""
+    """A steady wind that changes to another one between two times."""
 
     before: tuple[float, float]
     after: tuple[float, float]
@@ -114,9 +114,9 @@ class _Wind:
 class Flight:
     """An aircraft in the air that follows a track.
 
-    It begins on a straight lead-in before the track, in calm air; the wind rises there, then the
-    turbulence begins. The wind of a flight model must be set after its start: an earlier setting is
-    ignored, or the aircraft would begin with the wrong airspeed.
+    The flight begins on a straight lead-in before the track, in calm air; there the wind rises, and
+    then the turbulence begins. The wind of a flight model must be set after its start: an earlier
+    setting is ignored, or the aircraft would begin with the wrong airspeed.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ class Flight:
     model : FlightModel
         The aircraft that flies.
     wind : (float, float)
-        Where the air moves to, m/s in x and y.
+        Velocity of the air, m/s in x and y.
     gusts : str
         Turbulence; see :data:`pathgene.host.flight.simulator.GUSTS`.
     seed : int
@@ -140,7 +140,7 @@ class Flight:
     state : State
         The present state.
     commands : Commands
-        The last commands.
+        The latest commands.
 
     Raises
     ------
@@ -202,7 +202,7 @@ class Flight:
         self.commands = self._guidance.commands(self.state)
 
     def turn_wind(self, wind: tuple[float, float]) -> None:
-        """Let another steady wind rise: where the air moves to, m/s in x and y."""
+        """Change to another steady wind, given as the velocity of the air, m/s in x and y."""
         now = self.state.time_s
         self._wind = _Wind(self._wind.at(now), wind, now, now + _TURN_S)
 
@@ -254,7 +254,7 @@ def limits_of(aircraft: Aircraft) -> Limits:
         bank_rad=more * math.atan(speed**2 / (GRAVITY_M_S2 * aircraft.turn_radius_m)),
         climb_m_s=more * speed * math.sin(math.radians(aircraft.max_climb_deg)),
         descent_m_s=more * speed * math.sin(math.radians(aircraft.max_descent_deg)),
-        # None beyond it: an engine has no errors to correct.
+        # No margin: an engine has no errors to correct.
         power_W=aircraft.engine_power_W or math.inf,
     )
 
@@ -267,11 +267,11 @@ def fly_track(
     Parameters
     ----------
     flight : Flight
-        At its beginning.
+        The flight, not begun yet.
     airspeed_m_s : float
-        The airspeed that it holds.
+        The airspeed that the aircraft holds.
     slowest_m_s : float
-        The least ground speed to expect: airspeed less wind.
+        Minimum expected ground speed: airspeed minus wind.
     stop : Stop, optional
         Ends the flight early.
 

@@ -1,4 +1,4 @@
-"""The flight of a planned path: flown, judged, written."""
+"""The flight of a planned path: fly it, judge it, write its files."""
 
 from __future__ import annotations
 
@@ -43,16 +43,17 @@ def fly(
     path : array_like
         Waypoints, (n, 3) metres, start and goal included.
     aircraft : str, optional
-        The aircraft that flies, ``"silver-fox"``, ``"c172p"`` or ``"j3cub"``; by default that which
-        was planned for. Another one flies with its own speed and limits.
+        The aircraft that flies, ``"silver-fox"``, ``"c172p"`` or ``"j3cub"``; by default the
+        aircraft that the path was planned for. Another aircraft flies with its own speed and
+        limits.
     wind : (float, float), optional
-        Where the air moves to, m/s in x and y; by default the wind that was planned for.
+        Velocity of the air, m/s in x and y; by default the wind that the path was planned for.
     gusts : str
         Dryden turbulence: none, light, moderate or severe.
     seed : int
-        Its seed: the same seed gives the same flight.
+        Seed of the turbulence: the same seed gives the same flight.
     stop : Stop, optional
-        Ends the flight early: the flown part is judged, and counts as not kept.
+        Ends the flight early: the part that was flown is judged and counts as not kept.
 
     Raises
     ------
@@ -104,7 +105,7 @@ def save(report: FlightReport, directory: Path) -> list[Path]:
 
 
 def write(report: FlightReport, directory: Path) -> Path:
-    """Write ``flight.json``, and remove the pictures of an earlier flight, which would mislead."""
+    """Write ``flight.json``, and remove misleading pictures of an earlier flight."""
     replace_files(directory, {FLIGHT[0]: json_bytes(report.to_dict())}, gone=FLIGHT)
     return directory / FLIGHT[0]
 

@@ -1,9 +1,9 @@
 """Guidance: bank and climb rate that bring an aircraft onto a route and keep it there.
 
-Across, the law L1 of Park, Deyst and How, "A New Nonlinear Guidance Logic for Trajectory Tracking"
-(2004): the acceleration ``2 V^2 sin(eta) / L1`` leads on a circle to the point of the route that
-lies L1 ahead, where eta is the angle from the velocity over ground to that point. Up and down, the
-slope of the route ahead and a share of the error of height.
+Laterally, the L1 law of Park, Deyst and How, "A New Nonlinear Guidance Logic for Trajectory
+Tracking" (2004): the acceleration ``2 V^2 sin(eta) / L1`` leads on a circle to the point of the
+route at the distance L1 ahead, where eta is the angle from the ground velocity to that point.
+Vertically, the slope of the route ahead plus a share of the height error.
 """
 
 from __future__ import annotations
@@ -19,11 +19,12 @@ __all__ = ["GRAVITY_M_S2", "MEAN_S", "Commands", "Guidance", "Limits", "State"]
 
 GRAVITY_M_S2 = 9.80665
 #: Seconds over which the mean bank is limited, and the factor of the momentary limit: a turn begins
-#: with more bank than it keeps.
+#: with more bank than it holds.
 MEAN_S = 5.0
 PEAK = 1.25
-# Maximum reduction of the airspeed in a turn that takes nearly all of the bank, or more: gusts from
-# astern widen a turn. Then the share of the bank at which it begins, its look-ahead and its rate.
+# Maximum reduction of the airspeed in a turn that needs nearly all of the bank or more, because
+# gusts from astern widen a turn; then the share of the bank at which the reduction begins, its
+# look-ahead and its rate.
 _SLOWEST = 0.1
 _SLOW_FROM = 0.85
 _SLOW_AHEAD_S = 4.0
@@ -32,7 +33,7 @@ _SLOW_S = 1.0
 
 @dataclass(frozen=True)
 class State:
-    """State of an aircraft, as far as guidance and control use it.
+    """The part of an aircraft's state that guidance and control use.
 
     Parameters
     ----------
@@ -77,11 +78,12 @@ class Limits:
     Parameters
     ----------
     bank_rad : float
-        Bank to either side, as a mean of :data:`MEAN_S`; at once it may be :data:`PEAK` times more.
+        Bank to either side, as a mean over :data:`MEAN_S`; momentarily it may be :data:`PEAK` times
+        greater.
     climb_m_s, descent_m_s : float
         Vertical speeds, both positive.
     power_W : float
-        Shaft power; infinite where the aircraft names none.
+        Shaft power; infinite if the aircraft has no limit.
     """
 
     bank_rad: float
@@ -105,7 +107,7 @@ class Commands:
     height_error_m : float
         Height over the route.
     slow : float
-        Share of the airspeed to give up, for a turn that the bank cannot hold.
+        Share of the airspeed to give up for a turn that needs more bank than allowed.
     """
 
     place: Place
@@ -125,9 +127,9 @@ class Guidance:
     limits : Limits
         Largest commands.
     lookahead_s : float
-        Time that L1 lasts at the present ground speed.
+        L1 divided by the current ground speed.
     lead_s : float
-        The slope that is fed forward lies this far ahead, as the aircraft answers late.
+        Look-ahead of the slope that is fed forward, because the aircraft responds late.
     height_gain : float
         Vertical speed per metre of height error, 1/s.
     period_s : float
@@ -158,7 +160,8 @@ class Guidance:
     def follow(self, route: Route) -> None:
         """Continue along ``route``, which begins next to or astern of the aircraft.
 
-        Its nearest point is searched for from the beginning: later parts may cross the same place.
+        The search for its nearest point starts at the beginning, because later parts may cross the
+        same place.
         """
         self.route = route
         self._leg = 0
@@ -190,11 +193,12 @@ class Guidance:
         return -math.atan(acceleration / GRAVITY_M_S2)
 
     def _limited(self, bank: float) -> float:
-        """Return ``bank``, such that it and the mean of its size keep their limits."""
+        """Return ``bank``, limited so that it and its mean magnitude keep their limits."""
         banks, most = self._banks, self.limits.bank_rad
         count = len(banks)
         left = most * count - (self._bank_sum - banks[0])
-        # The nearer the mean is to its limit, the less goes beyond it: no bank is cut off at once.
+        # The limit tightens gradually as the mean approaches its own limit, so that the bank is
+        # never cut off abruptly.
         peak = most * PEAK - (PEAK - 1) * self._bank_sum / count
         size = min(abs(bank), peak, max(left, 0.0))
         self._bank_sum += size - banks[0]
@@ -202,7 +206,7 @@ class Guidance:
         return math.copysign(size, bank)
 
     def _slow_down(self, missing_rad: float, place: Place, speed: float) -> None:
-        """Follow the airspeed to give up; ``missing_rad`` is the bank beyond its limit."""
+        """Update the airspeed to give up; ``missing_rad`` is the bank beyond its limit."""
         most = self.limits.bank_rad
         curvature = max(
             abs(self.route.curvature(place.along_m + ahead_s * speed, place.leg))

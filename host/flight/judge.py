@@ -1,6 +1,6 @@
 """Verdict on a flight: the ground, the clearance, the zones and the aircraft's limits.
 
-The flight is judged by itself, not by how well it follows its track.
+The flight is judged on its own, not by how well it follows its track.
 """
 
 from __future__ import annotations
@@ -34,34 +34,34 @@ SHARE = 0.5
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """Kept and broken promises of a flight; the keys of ``flight.json``.
+    """Promises that a flight kept or broke; the fields are the keys of ``flight.json``.
 
     Parameters
     ----------
     kept : bool
-        It arrived, kept half of the required clearance everywhere, and entered no zone.
+        The aircraft arrived, kept half of the required clearance everywhere, and entered no zone.
     breaks : list of str
         A sentence for each broken promise; empty if ``kept``.
     arrived : bool
-        It reached the end of the track.
+        The aircraft reached the end of the track.
     interrupted : bool
-        It was ended early, by a signal; all other figures are of the flown part.
+        The flight was ended early by a signal; all other figures describe the part that was flown.
     flight_time_s, length_m : float
         Time from start to goal, and length of the planned track.
     cross_track_rms_m, cross_track_max_m : float
-        Distance to the side of the track: root of the mean square, and largest.
+        Distance to the side of the track: root mean square and maximum.
     height_error_rms_m, height_error_max_m : float
-        The same up and down.
+        Vertical distance from the track: root mean square and maximum.
     clearance_asked_m, clearance_planned_m, clearance_flown_m : float
-        Asked for, least of the planned track and least of the flight, over the surface
-        ``max(nearest node, bilinear)``. NaN where no sample has ground below.
+        Clearance that was asked for, minimum of the planned track and minimum of the flight, over
+        the surface ``max(nearest node, bilinear)``. NaN if no sample has ground below it.
     clearance_share : float
-        Minimum share of the required clearance, which is less near both ends; infinite where none
-        is required.
+        Minimum share of the required clearance, which is lower near both ends; infinite if none is
+        required.
     lowest_at_m : tuple of float
         x, y and horizontal distance along the track of the lowest point.
     zones_entered : list of str
-        Names of the zones entered, their margin not counted.
+        Names of the zones entered, without their margin.
     airspeed_m_s, power_W : tuple of float
         Minimum and maximum.
     limits : list
@@ -90,12 +90,12 @@ class Verdict:
     limits: list[dict[str, Any]]
 
     def to_dict(self) -> dict[str, Any]:
-        """The verdict as a table."""
+        """The verdict as a dict."""
         return asdict(self)
 
     @property
     def excess(self) -> float:
-        """Largest share by which a command exceeds a limit; negative where none does."""
+        """Largest share by which a command exceeds a limit; negative if none does."""
         return float(self.limits[0]["excess"])
 
 
@@ -109,7 +109,7 @@ def judge(problem: Problem, track: SmoothedTrack, flown: Flown, aircraft: Aircra
     track : SmoothedTrack
         The planned track over the terrain.
     flown : Flown
-        The flight, with one sample at least.
+        The flight, with at least one sample.
     aircraft : Aircraft
         Figures of the aircraft that flew, for its limits.
     """
@@ -174,10 +174,11 @@ def judge(problem: Problem, track: SmoothedTrack, flown: Flown, aircraft: Aircra
 
 
 def demanded_m(problem: Problem, x: Floats, y: Floats) -> Floats:
-    """Return the clearance required at points (k,), metres: less near both ends.
+    """Return the clearance required at points (k,), metres; it is lower near both ends.
 
-    At a horizontal distance d from an end it is at most the end's own height over the surface and d
-    times half the tangent of the climb limit (start) or descent limit (goal). 0 with ``as_paper``.
+    At a horizontal distance d from an end it is at most the end's own height over the surface plus
+    d times half the tangent of the climb limit (start) or descent limit (goal). 0 with
+    ``as_paper``.
     """
     if problem.rules is None:
         return np.zeros_like(x)
@@ -223,7 +224,7 @@ def _limits(aircraft: Aircraft, flown: Flown) -> list[dict[str, Any]]:
 
 
 def _means(values: Floats) -> Floats:
-    """Return the means of 5 s; of all samples where there are fewer."""
+    """Return means over 5 s, or over all samples if there are fewer."""
     count = min(round(MEAN_S / PERIOD_S), len(values))
     sums = np.concatenate(([0.0], np.cumsum(values)))
     means: Floats = (sums[count:] - sums[:-count]) / count

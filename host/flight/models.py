@@ -1,4 +1,4 @@
-"""The flight models: an aircraft of ours and two that come with JSBSim."""
+"""The flight models: our own aircraft, and two that come with JSBSim."""
 
 from __future__ import annotations
 
@@ -28,28 +28,28 @@ class FlightModel:
     jsbsim : str
         Name of the model.
     folder : Path, optional
-        Folder of models that has it; by default the folder of the package ``jsbsim``.
+        Folder of models that contains it; by default the folder of the package ``jsbsim``.
     lookahead_s : float
         Length of the guidance's L1 in seconds.
     roll_rate_rad_s : float
-        Rate of roll that a full aileron holds.
+        Roll rate that full aileron holds.
     pitch_gain, pitch_trim_gain : float
         Elevator per error of the pitch rate, s/rad, and per its integral, 1/rad.
     throttle_level, throttle_climb : float
-        Throttle of level flight, and its rise in a climb per unit of the sine.
+        Throttle of level flight, and its increase in a climb per unit of the sine.
     rudder_gain : float
         Rudder per radian of sideslip.
     brake_level, brake_climb : float
-        Sine of the descent from which the air brake is used, and brake per unit of sine; 0 without
-        an air brake.
+        Sine of the descent angle beyond which the air brake is used, and brake per unit of the
+        sine; 0 without an air brake.
     lean_per_km : float
         Share of the mixture taken away per kilometre of altitude; 0 for an engine without a
         mixture.
     slowest : float
-        Share of the airspeed to plan with below which height is given up for speed: that at which
-        full power no longer holds the climb. Height is given up near the stall anyway.
+        Share of the planned airspeed below which height is traded for speed: the share at which
+        full power no longer holds the climb. Near the stall, height is always traded for speed.
     speed_gain, speed_trim_gain : float
-        Throttle per share of airspeed that is missing, and per integral of it, 1/s.
+        Throttle per missing share of airspeed, and per integral of that share, 1/s.
     """
 
     name: str
@@ -122,7 +122,7 @@ MODELS = {
 
 
 def model_named(name: str) -> FlightModel:
-    """Return the flight model of a name.
+    """Return a flight model by its name.
 
     Raises
     ------
@@ -142,7 +142,7 @@ def model_for(planned: Aircraft) -> FlightModel:
     Raises
     ------
     InputError
-        If it has none.
+        If the aircraft has none.
     """
     for model in MODELS.values():
         if model.figures().name == planned.name:

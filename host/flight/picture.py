@@ -36,7 +36,7 @@ _POINTS = 4000
 
 
 def write(report: FlightReport, file: Path) -> None:
-    """Draw the flight into the PNG ``file``."""
+    """Draw the flight to the PNG ``file``."""
     figure = draw(report)
     with replacing(file) as binary:
         figure.savefig(binary, format="png", dpi=150)
@@ -171,7 +171,7 @@ def _draw_errors(axes: Axes, report: FlightReport) -> None:
     axes.plot(along, flown.cross_m, color=PATH, linewidth=1.2, zorder=4, label="to the left")
     axes.plot(along, flown.height_error_m, color=FLOWN, linewidth=1.2, zorder=5, label="up")
     if corridor:
-        # Lines of the colour of the sideways error: the corridor does not limit heights.
+        # Lines in the colour of the lateral error, because the corridor does not limit heights.
         for side, label in ((corridor, "corridor, sideways"), (-corridor, None)):
             axes.axhline(
                 side, color=PATH, linewidth=1.0, linestyle=(0, (6, 3)), zorder=3, label=label
@@ -183,6 +183,6 @@ def _draw_errors(axes: Axes, report: FlightReport) -> None:
 
 
 def _horizontal(x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the horizontal distance along points, from 0."""
+    """Return the cumulative horizontal distance along points, starting at 0."""
     steps = np.hypot(np.diff(x), np.diff(y))
     return np.concatenate(([0.0], np.cumsum(steps)))

@@ -1,4 +1,4 @@
-"""A flight of a planned path, and the content of its file."""
+"""The report of a flight of a planned path, and the content of its file."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ __all__ = ["FlightReport"]
 
 # Seconds between two points of the track in the file.
 _POINT_S = 1.0
-# Columns of the track in the file; more digits than the model's truth deserves cost space.
+# Columns of the track in the file, rounded: more digits than the model justifies cost space.
 _COLUMNS = (
     ("t_s", 2),
     ("x", 2),
@@ -53,9 +53,9 @@ class FlightReport:
     model : FlightModel
         The aircraft that flew.
     aircraft : Aircraft
-        Its figures: those that were planned for, unless another aircraft flew.
+        Its figures: the planned ones, unless another aircraft flew.
     wind : (float, float)
-        Where the air moved to, m/s.
+        Velocity of the air, m/s.
     gusts : str
         Turbulence.
     seed : int

@@ -1,7 +1,7 @@
-"""Track as the guidance follows it: straights and arcs with a straight at either end.
+"""The track that the guidance follows: straights and arcs, with a straight at either end.
 
-Distances along a route are horizontal and count from the start of the track, so the lead-in has
-negative ones.
+Distances along a route are horizontal and count from the start of the track, so they are negative
+on the lead-in.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from pathgene.host.evaluation.geometry import Arc, Piece
 
 __all__ = ["Place", "Route"]
 
-# Length of the straight beyond the goal, for the lookahead: metres.
+# Length in metres of the straight beyond the goal, which the lookahead needs.
 _BEYOND_M = 5000.0
 
 
 class _Leg(NamedTuple):
-    """A straight or an arc: from ``s0``, ``run`` metres long; ``curvature`` 1/m to the left."""
+    """A straight or an arc of ``run`` metres from ``s0``; ``curvature`` is in 1/m, to the left."""
 
     s0: float
     run: float
@@ -43,9 +43,9 @@ class Place:
     leg : int
         Number of the leg, a hint for the next search.
     along_m : float
-        Distance along the route of the nearest point.
+        Distance along the route to the nearest point.
     cross_m : float
-        Distance of the point to the left of the route.
+        Distance from the route to the point, positive to the left.
     """
 
     leg: int
@@ -59,14 +59,15 @@ class Route:
     Parameters
     ----------
     pieces : sequence of Straight or Arc
-        Pieces in flying order; those without horizontal length are left out.
+        Pieces in flying order; pieces without horizontal length are left out.
     lead_m : float
-        Length of the lead-in, 0 or more. It has direction and slope of the first piece.
+        Length of the lead-in, 0 or more. The lead-in has the direction and slope of the first
+        piece.
 
     Attributes
     ----------
     length_m : float
-        Horizontal length of the track, lead-in and run-out not counted.
+        Horizontal length of the track, without lead-in and run-out.
 
     Raises
     ------
@@ -123,8 +124,8 @@ class Route:
         x, y : float
             Metres in the terrain's frame.
         leg : int, optional
-            Leg of the last place: the search continues from there and never goes back. It begins
-            with the first leg by default.
+            Leg of the previous place: the search continues from there and never goes back. By
+            default it begins with the first leg.
         """
         while True:
             place = self._place(x, y, leg)

@@ -1,9 +1,9 @@
 """JSBSim in the terrain's local frame: state out, controls in.
 
-The flight takes place at the equator, with the middle of the terrain at latitude and longitude 0
-and the frame's axes along parallel and meridian. There the grid has no convergence, so the model's
-north is the frame's north, and 40 km from the middle a metre of the frame is a metre of the model
-to 2 parts in 100,000. Altitudes are those above the terrain's datum.
+The flight takes place at the equator, with the centre of the terrain at latitude and longitude 0
+and the frame's axes along the parallel and the meridian. There the grid has no convergence, so the
+model's north is the frame's north, and 40 km from the centre a metre of the frame equals a metre of
+the model to 2 parts in 100,000. Altitudes are relative to the terrain's datum.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ _MOST_SEED = 2**31 - 1
 # Radii of WGS84 at the equator: along the parallel and along the meridian.
 _EAST_M = 6378137.0
 _NORTH_M = 6335439.327
-# Distance to the ground that the model is told of: nearer, its wheels would bounce off it.
+# Minimum distance to the ground that the model is told: closer, its wheels would bounce off the
+# ground.
 _WHEELS_M = 60.0
 
 Controls = tuple[float, float, float, float, float]
@@ -45,7 +46,7 @@ class Simulator:
     model : FlightModel
         The aircraft.
     middle : (float, float)
-        x and y of the terrain's middle, metres.
+        x and y of the terrain's centre, metres.
     place : (float, float, float)
         x, y and altitude at the start.
     heading_rad : float
@@ -84,19 +85,19 @@ class Simulator:
         self.model = model
         self._middle = middle
         self._gusts = GUSTS[gusts]
-        self._seed = seed + 1  # JSBSim takes 0 for 1.
+        self._seed = seed + 1  # JSBSim treats 0 as 1.
         self._start_s = 0.0
         self._executive = _loaded(model)
         self._start(place, heading_rad, airspeed_m_s, slope_rad)
 
     def step(self, steps: int = 1) -> None:
-        """Fly on by a number of steps of :data:`STEP_S` with the present controls."""
+        """Fly a number of steps of :data:`STEP_S` with the current controls."""
         run = self._executive.run
         for _ in range(steps):
             run()
 
     def state(self) -> State:
-        """Return the present state."""
+        """Return the current state."""
         get = self._executive.get_property_value
         return State(
             time_s=get("simulation/sim-time-sec") - self._start_s,
@@ -130,7 +131,7 @@ class Simulator:
         put("fcs/speedbrake-cmd-norm", brake)
 
     def blow(self, east_m_s: float, north_m_s: float) -> None:
-        """Set the steady wind: where the air moves to."""
+        """Set the steady wind, given as the velocity of the air."""
         self._executive["atmosphere/wind-east-fps"] = east_m_s / _FOOT_M
         self._executive["atmosphere/wind-north-fps"] = north_m_s / _FOOT_M
 

@@ -1,1 +1,1 @@
-"""Formats of files, one file each: how pathgene writes a format, and how it reads it."""
+"""File formats, one module each: how pathgene writes and reads the format."""

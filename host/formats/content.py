@@ -1,4 +1,4 @@
-"""The text of a file whose format its content tells."""
+"""The text of a file whose format is recognized by its content."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["Content", "read_content"]
 
 
 class Content:
-    """The text of a file, and its JSON.
+    """The text of a file, and the JSON in it.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class Content:
 
     @property
     def json(self) -> Any:
-        """The value that the text has as JSON, or None."""
+        """The value of the text parsed as JSON, or None."""
         return self._parsed[0]
 
     @property

@@ -32,7 +32,7 @@ def read_csv(file: Path) -> NDArray[np.float64]:
     Raises
     ------
     InputError
-        If the file cannot be read, has another header, a row that is not three finite numbers, or
+        If the file cannot be read, has a wrong header, a row that is not three finite numbers, or
         fewer than two rows; the sentence names the line.
     """
     try:

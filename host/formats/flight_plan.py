@@ -1,4 +1,4 @@
-"""A path as an autopilot takes it: items, fences, home and rally point, in degrees and AMSL."""
+"""A path as an autopilot reads it: items, fences, home and rally point, in degrees and AMSL."""
 
 from __future__ import annotations
 
@@ -77,24 +77,24 @@ class Item:
 
 @dataclass(frozen=True)
 class FlightPlan:
-    """All that an autopilot is told.
+    """Everything that an autopilot is told.
 
     Parameters
     ----------
     home : tuple of float
         Latitude, longitude and altitude of the ground below the start.
     items : tuple of Item
-        The mission, home not included: the start first, a loiter over the goal last.
+        The mission without home, from the start to a loiter over the goal.
     fence : tuple of Fence
         Fences to keep out of.
     rally : tuple of (float, float, float)
         Latitude, longitude and height above home of the places to return to: the start.
     cruise_speed_m_s : float
-        Airspeed that the path is planned for.
+        Planned airspeed.
     notes : tuple of str
-        A sentence about each thing that the autopilot is not told.
+        A sentence about each fact that the autopilot is not told.
     feasible : bool or None
-        The verdict on the path; None where nobody states one, as in the plans of ground stations.
+        The verdict on the path; None if there is none, as in the plans of ground stations.
     """
 
     home: Position

@@ -33,7 +33,7 @@ _OWN_KINDS = {
 
 
 def write(track: Track) -> bytes:
-    """Return a FeatureCollection with points of the track that are a cell of the terrain apart."""
+    """Return a FeatureCollection, with points of the track one terrain cell apart."""
     return json_bytes(path_document(track, min(track.terrain.dx_m, track.terrain.dy_m)))
 
 
@@ -42,8 +42,8 @@ def path_document(track: Track, step_m: float) -> dict[str, Any]:
 
     The first two features are LineStrings. The points of the mission are Points with a ``name``, in
     the order of the flight. A circular zone is a Point with the property ``radius_m``, as
-    :func:`zones` reads it. Positions are WGS84 longitude, latitude and altitude where the terrain
-    has a CRS; else they are local metres, and the member ``crs_local`` is true.
+    :func:`zones` reads it. Positions are WGS84 longitude, latitude and altitude if the terrain has
+    a CRS; otherwise they are local metres, and the member ``crs_local`` is true.
 
     Parameters
     ----------
@@ -102,13 +102,13 @@ def _closed(zone: Shape) -> Sequence[Ring]:
     if zone.kind == "Point":
         return zone.rings
     outer, *holes = zone.rings
-    # Outer rings counter-clockwise, holes clockwise, as RFC 7946 wants them.
+    # Outer rings are counter-clockwise and holes clockwise, as RFC 7946 requires.
     rings = [wound(outer, left=True), *(wound(hole, left=False) for hole in holes)]
     return [(*ring, ring[0]) for ring in rings]
 
 
 def _positions_of(points: NDArray[np.float64], terrain: Terrain) -> list[list[float]]:
-    """Return points (n, 2 or 3) as positions of GeoJSON."""
+    """Return points (n, 2 or 3) as GeoJSON positions."""
     if terrain.crs is None:
         plain: list[list[float]] = points.tolist()
         return plain
@@ -195,14 +195,14 @@ def zones(content: Content, terrain: Terrain) -> list[Shape]:
     The lines and marks of the path in a ``path.geojson`` are left out, so that its zones can be
     read. A polygon, and a point with ``radius_m``, is kept whatever its properties say.
 
-    Coordinates are WGS84 longitude and latitude, moved into the terrain's frame corner by corner,
-    or local metres where the document has the member ``"crs_local": true``. A third coordinate is
+    Coordinates are WGS84 longitude and latitude, converted to the terrain's frame corner by corner,
+    or local metres if the document has the member ``"crs_local": true``. A third coordinate is
     ignored.
 
     Raises
     ------
     InputError
-        If the document has anything else, or has geographic coordinates where the terrain has no
+        If the document has anything else, or has geographic coordinates although the terrain has no
         coordinate reference system.
     """
     document = content.json
@@ -246,13 +246,13 @@ def _shapes(document: dict[str, Any], local: bool) -> Iterator[Shape]:
 
 
 def _is_own(geometry: dict[str, Any], properties: dict[str, Any]) -> bool:
-    """Return whether a feature is a line or a mark that ``path.geojson`` has besides zones."""
+    """Return whether a feature is a line or mark that ``path.geojson`` adds to zones."""
     kinds = _OWN_KINDS.get(str(geometry.get("type")), ())
     return properties.get("kind") in kinds and properties.get("radius_m") is None
 
 
 def _check_wgs84(document: dict[str, Any]) -> None:
-    """Refuse the reference systems of the old GeoJSON, rather than misread them as WGS84."""
+    """Refuse the reference systems of old GeoJSON instead of misreading them as WGS84."""
     if document.get("crs") is None:
         return
     name = json.dumps(document["crs"])
@@ -261,7 +261,7 @@ def _check_wgs84(document: dict[str, Any]) -> None:
 
 
 def _geometries(document: dict[str, Any]) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
-    """Geometries and their properties of a FeatureCollection, a Feature or a bare geometry."""
+    """Geometries of a FeatureCollection, a Feature or a bare geometry, with their properties."""
     if document.get("type") == "FeatureCollection":
         features = document.get("features")
         if not isinstance(features, list):
@@ -301,7 +301,7 @@ def _positions(points: Any, local: bool) -> Ring:
 
 
 def _placed(found: list[Shape], terrain: Terrain) -> list[Shape]:
-    """Move shapes from WGS84 into the terrain's frame, all at once, because each call is slow."""
+    """Convert shapes from WGS84 to the terrain's frame, all at once, because each call is slow."""
     pairs = [pair for shape in found for ring in shape.rings for pair in ring]
     longitudes, latitudes = np.array(pairs).reshape(-1, 2).T
     x, y = terrain.to_local(latitudes, longitudes)

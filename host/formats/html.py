@@ -14,7 +14,7 @@ def write(track: Track) -> bytes:
     Raises
     ------
     ValueError
-        If the track has no function that makes the page.
+        If the track has no function for the page.
     """
     if track.page is None:
         raise ValueError("The format html needs the function that makes the page")

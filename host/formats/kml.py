@@ -1,4 +1,4 @@
-"""KML, of Google Earth and other viewers: the track in the air, the zones with their heights."""
+"""KML for Google Earth and other viewers: the track in the air, the zones with their heights."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from pathgene.host.terrain import Terrain
 
 __all__ = ["recognises", "write", "zones"]
 
-# Extended data of a zone that are numbers.
+# The numeric extended data of a zone.
 _NUMBERS = ("radius_m", "lower", "upper", "t0", "t1")
 _NAMESPACE = "http://www.opengis.net/kml/2.2"
-# Corners of the polygon around a circle, which lies inside it.
+# Corners of the polygon drawn around a circle.
 _CIRCLE_CORNERS = 72
 # A zone without an upper limit is drawn up to this height above everything.
 _DRAWN_ABOVE_M = 300.0
@@ -41,8 +41,8 @@ _STYLES = {
 def write(track: Track) -> bytes:
     """Return a KML document: the smoothed track, its waypoints and the zones.
 
-    The waypoints at start, via points, goal and return have their names. Each zone states name,
-    limits of height and times as extended data, and a circle its centre and radius, so that
+    The waypoints at the start, via points, goal and return are named. Each zone states its name,
+    height limits and times as extended data, and a circle also its centre and radius, so that
     :func:`zones` reads the same zones back.
     """
     terrain = track.terrain
@@ -75,7 +75,7 @@ def write(track: Track) -> bytes:
         _add_zone(folder, zone, f"Zone {number}", terrain, top_m)
 
     ET.indent(root, " ")
-    # No declaration: UTF-8 is the default, and some readers of text refuse one.
+    # Without a declaration: UTF-8 is the default, and some readers refuse a declaration in text.
     return f"{ET.tostring(root, encoding='unicode')}\n".encode()
 
 
@@ -126,7 +126,7 @@ def _polygon(
     *,
     extrude: bool = False,
 ) -> None:
-    """Add a horizontal polygon, its first ring the outer one."""
+    """Add a horizontal polygon, whose first ring is the outer one."""
     polygon = ET.SubElement(parent, "Polygon")
     if extrude:
         _add(polygon, "extrude", "1")
@@ -139,7 +139,7 @@ def _polygon(
 
 
 def _around(x_m: float, y_m: float, radius_m: float) -> Ring:
-    """Return a regular polygon that just holds a circle."""
+    """Return a regular polygon that circumscribes a circle."""
     angles = np.linspace(0, 2 * np.pi, _CIRCLE_CORNERS, endpoint=False)
     outer_m = radius_m / math.cos(math.pi / _CIRCLE_CORNERS)
     x, y = x_m + outer_m * np.cos(angles), y_m + outer_m * np.sin(angles)
@@ -183,9 +183,9 @@ def zones(content: Content, terrain: Terrain) -> Iterator[Shape]:
     A zone is a polygon with its holes, or a point or polygon whose placemark has the extended data
     ``radius_m`` (and ``centre``, longitude and latitude, for a polygon). Other points, and lines,
     are not zones. The placemark names the zone. Limits and times are the extended data ``lower``,
-    ``upper``, ``t0`` and ``t1``, ``none`` for no limit. Without them, a polygon that is extruded to
-    the ground has an upper limit: its highest altitude or, relative to the ground, this altitude
-    above the highest ground under it. Every other polygon has no limit.
+    ``upper``, ``t0`` and ``t1``; ``none`` means no limit. Without them, a polygon that is extruded
+    to the ground has an upper limit: its highest altitude or, if relative to the ground, this
+    altitude above the highest ground below it. Any other polygon has no limits.
 
     Raises
     ------
@@ -248,7 +248,7 @@ def _placemark(placemark: ET.Element, terrain: Terrain) -> Iterator[Shape]:
 def _upper(
     polygon: ET.Element, ring: Ring, heights: list[float], terrain: Terrain
 ) -> dict[str, float]:
-    """Return the upper limit of a polygon extruded to the ground, if its heights say one."""
+    """Return the upper limit of a polygon extruded to the ground, if its heights state one."""
     mode = _text(polygon, "altitudeMode")
     if _text(polygon, "extrude") not in ("1", "true") or not max(heights) > 0:
         return {}
@@ -260,7 +260,7 @@ def _upper(
     south, west = terrain.nearest_nodes(x.min(), y.min())
     north, east = terrain.nearest_nodes(x.max(), y.max())
     ground = terrain.elevation[int(south) : int(north) + 1, int(west) : int(east) + 1]
-    # Unknown ground may be as high as any.
+    # Unknown ground may have any height.
     highest = terrain.highest if np.isnan(ground).any() else float(ground.max())
     return {"upper": highest + max(heights)}
 
@@ -298,7 +298,7 @@ def _number(key: str, text: str) -> float:
 
 
 def _tag(element: ET.Element) -> str:
-    """Return the name of an element without its namespace: versions of KML differ there."""
+    """Return the name of an element without its namespace, which depends on the version of KML."""
     return element.tag.rpartition("}")[2]
 
 
@@ -307,6 +307,6 @@ def _all(parent: ET.Element, tag: str) -> Iterator[ET.Element]:
 
 
 def _text(parent: ET.Element, tag: str) -> str:
-    """Return the text of the first child of this name, or nothing."""
+    """Return the text of the first child with this name, or an empty text."""
     found = next((child for child in parent if _tag(child) == tag), None)
     return "" if found is None else (found.text or "").strip()

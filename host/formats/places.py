@@ -1,4 +1,4 @@
-"""Places on Earth as files have them."""
+"""Places on Earth, as written to files."""
 
 from __future__ import annotations
 

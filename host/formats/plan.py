@@ -32,7 +32,7 @@ _FRAME_GLOBAL = 0
 # high above the ground; and whatever sets an item's frame from the mode, or adds an item to a plan
 # of that mode, makes AMSL altitudes relative ones for the aircraft too.
 _ALTITUDE_MODE = 2
-# The file wants a speed of hovering as well; an aeroplane has none.
+# The file requires a hover speed as well; an aeroplane has none.
 _HOVER_SPEED_M_S = 5.0
 # Our own member of the file, which ground stations ignore and do not save.
 _MARK = "pathgene"
@@ -240,7 +240,7 @@ def zones(content: Content, terrain: Terrain) -> Iterator[Shape]:
 
 
 def _outside(ring: Ring, terrain: Terrain, name: str) -> Shape:
-    """Return all of the map but a ring."""
+    """Return the map except for a ring."""
     x, y = np.array(ring).T
     west, east = min(0.0, x.min()) - _BEYOND_M, max(terrain.width_m, x.max()) + _BEYOND_M
     south, north = min(0.0, y.min()) - _BEYOND_M, max(terrain.height_m, y.max()) + _BEYOND_M
@@ -249,7 +249,7 @@ def _outside(ring: Ring, terrain: Terrain, name: str) -> Shape:
 
 
 def _local(places: Any, terrain: Terrain) -> Ring:
-    """Latitudes and longitudes of the file as local x, y."""
+    """Return latitudes and longitudes of the file as local x, y."""
     lat, lon = rows(places, 2).T
     if (abs(lon) > 180).any():
         raise ValueError

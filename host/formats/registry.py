@@ -1,9 +1,9 @@
-"""The formats, one row each: options, help, the desk and the documents are made from the rows.
+"""The formats, one row each; options, help, the desk and the documents are generated from them.
 
 A format is a file of this folder with one or more of these functions:
 
 ``write(track) -> bytes``
-    Returns the content of a file of a :class:`pathgene.host.formats.track.Track`.
+    Returns the content of a file for a :class:`pathgene.host.formats.track.Track`.
 ``recognises(content) -> bool`` and ``zones(content, terrain) -> iterable of Shape``
     Tell whether a :class:`pathgene.host.formats.content.Content` is of this format, and return its
     zones.
@@ -63,7 +63,7 @@ class Format:
     file : str
         Name of the written file; empty for a format that is only read.
     usual : bool
-        ``pathgene export`` writes it where no option names the formats.
+        ``pathgene export`` writes it if no option names the formats.
     placed : bool
         The written file needs a terrain with a place on Earth.
     flown : bool
@@ -95,8 +95,8 @@ class Format:
         return importlib.import_module(f"pathgene.host.formats.{self.name}")
 
 
-#: The rows. A file of zones is of the first format that recognises it, so a format that takes all
-#: XML or all JSON stands after more specific formats.
+#: The rows. A file of zones gets the first format that recognises it, so a format that accepts any
+#: XML or any JSON comes after more specific formats.
 FORMATS = (
     Format(
         "plan",
@@ -144,7 +144,7 @@ def files() -> Mapping[str, str]:
 
 
 def usual() -> str:
-    """Return the formats that ``pathgene export`` writes by default, as ``--write`` has them."""
+    """Return the default formats of ``pathgene export`` in the syntax of ``--write``."""
     return ",".join(row.name for row in FORMATS if row.usual)
 
 
@@ -154,7 +154,7 @@ def choices() -> str:
 
 
 def extra_names() -> str:
-    """Return the names of the formats that a run has only on demand; each has path.geojson."""
+    """Return the names of the formats that a run writes on request; it always has path.geojson."""
     return _joined([name for name in files() if name != "geojson"], "and")
 
 
@@ -186,7 +186,7 @@ def parse_formats(text: str) -> tuple[str, ...]:
 
 
 def check_formats(formats: Sequence[str], terrain: Terrain) -> None:
-    """Refuse formats that a terrain has no positions for; call it before the work for the path.
+    """Refuse formats that need positions which a terrain lacks; call it before planning the path.
 
     Raises
     ------
@@ -205,7 +205,7 @@ def needs_flight_plan(formats: Sequence[str]) -> bool:
 
 
 def write(track: Track, formats: Sequence[str]) -> dict[str, bytes]:
-    """Return a track in some formats: the contents of files by their names."""
+    """Return the files of a track in some formats: contents by file name."""
     rows = {row.name: row for row in FORMATS if row.file}
     return {rows[name].file: rows[name].module.write(track) for name in formats}
 

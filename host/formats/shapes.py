@@ -1,4 +1,4 @@
-"""Points and polygons as files have them: zones between a file and a problem."""
+"""Points and polygons of files: an intermediate form of zones between a file and a problem."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ class Shape(NamedTuple):
     """A point (one ring of one position) or a polygon (its ring and its holes), with properties.
 
     The properties of a zone are ``name``, ``lower`` and ``upper`` (metres), ``t0`` and ``t1``
-    (seconds), each only where set. A point with the property ``radius_m`` is a circle.
+    (seconds); only the values that are set appear. A point with the property ``radius_m`` is a
+    circle.
     """
 
     kind: str

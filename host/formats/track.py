@@ -1,4 +1,4 @@
-"""A planned path as the files of every format tell it."""
+"""A planned path, as the input of every file format."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Track:
     curve : Curve
         The same path, smoothed.
     terrain : Terrain
-        The ground, which knows its place on Earth if it has one.
+        The terrain, which knows its place on Earth if it has one.
     points : sequence of (str, (float, float, float))
         The points of the mission with their names, in the order of the flight.
     names : mapping
@@ -66,7 +66,7 @@ class Track:
     zones : sequence of Shape
         No-fly zones.
     flight : FlightPlan, optional
-        The path as an autopilot flies it; given for formats whose row says ``flown``.
+        The path as an autopilot flies it; given for formats whose row has ``flown``.
     page : callable, optional
         Returns the page of the plan; given for the format ``html``.
     """

@@ -1,4 +1,4 @@
-"""The file ``QGC WPL 110`` that Mission Planner, MAVProxy and QGroundControl read."""
+"""The format ``QGC WPL 110`` of Mission Planner, MAVProxy and QGroundControl."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def waypoints_text(plan: FlightPlan) -> str:
 
 
 def _row(number: int, item: Item) -> str:
-    # The format cannot leave a number to the autopilot; its programs write 0 there.
+    # The format cannot leave a number to the autopilot; other programs write 0 in this case.
     numbers = (*(param or 0.0 for param in item.params), item.lat, item.lon, item.alt_m)
     is_current = int(number == 0)
     return "\t".join(

@@ -38,7 +38,8 @@ __all__ = ["Job", "Outcome", "execute", "kept_summary", "names_of", "save"]
 
 #: Values that affect the output, not the plan.
 _OUTPUT = {option.name for option in options_of("output")}
-# Maximum problems that a GPU plans at once, and maximum nodes of their maps, of 16 or 24 bytes.
+# Maximum number of problems that a GPU plans at once, and of nodes of their maps, 16 or 24 bytes
+# each.
 _MOST_TOGETHER, _MOST_NODES = 64, 50_000_000
 
 
@@ -62,9 +63,9 @@ class Job:
 
     @functools.cached_property
     def key(self) -> str:
-        """Digest of all that the result depends on: the values, the files named in them, pathgene.
+        """Digest of everything that the result depends on: values, files named in them, pathgene.
 
-        The same problem with another comment, or at another place, has the same key.
+        The same problem with a different comment or in a different folder has the same key.
         """
         values = {
             name: value
@@ -87,7 +88,7 @@ class Job:
         Raises
         ------
         InputError
-            If the values are bad, or the planner needs a board at this machine's ports.
+            If the values are bad, or the planner needs a board on a port of this machine.
         """
         mission = mission_of(self.values)
         check_formats(self.formats, mission.problem.terrain)
@@ -102,7 +103,7 @@ class Job:
 
 @dataclass(frozen=True)
 class _Task:
-    """A job as it is sent to a process: by value, without files."""
+    """A job in the form that is sent to a process: by value, without files."""
 
     number: int
     mission: Mission
@@ -118,13 +119,13 @@ class Outcome:
     number : int
         Its number among the jobs.
     summary : dict or None
-        Content of ``summary.json``; None if the job failed before it had a path.
+        Content of ``summary.json``; None if the job failed before finding a path.
     result : Result or None
         The path and its record.
     failure : str or None
         The message of the failure; None after a success.
     bad_input : bool
-        The problem is the cause of the failure.
+        The failure is caused by the problem.
     """
 
     number: int
@@ -135,12 +136,12 @@ class Outcome:
 
 
 def names_of(files: Sequence[str]) -> list[str]:
-    """Return a name for each problem file, with its folder's name where two files have one name.
+    """Return a name for each problem file, including its folder if two files have the same name.
 
     Raises
     ------
     InputError
-        If two are still alike.
+        If two names are still equal.
     """
     paths = [Path(file) for file in files]
     stems = [path.stem for path in paths]
@@ -161,10 +162,10 @@ def names_of(files: Sequence[str]) -> list[str]:
 def execute(
     jobs: Sequence[Job], count: int, scheduler: str | None
 ) -> Generator[tuple[Job, Outcome]]:
-    """Plan jobs, ``count`` at a time; yield each with its outcome as they come.
+    """Plan jobs, ``count`` at a time; yield each job with its outcome as it ends.
 
-    Jobs of one leg for a GPU are planned together, in this process, if their searches differ only
-    in the seed. A bad problem is an outcome and does not stop the batch.
+    Jobs of one leg on a GPU are planned together in this process if their searches differ only in
+    the seed. A bad problem is reported as an outcome and does not stop the batch.
 
     Parameters
     ----------
@@ -229,7 +230,7 @@ def execute(
 def kept_summary(directory: Path, job: Job) -> dict[str, Any] | None:
     """Return the summary of an earlier run of the same job in ``directory``, if there is one.
 
-    A run does not count if a file of it is altered or belongs to another run.
+    A run does not count if one of its files was altered or belongs to another run.
     """
     file = directory / job.name / SUMMARY
     try:
@@ -273,7 +274,7 @@ def _threads(_: None, threads: int) -> int:
 
 
 def _plan(threads: int, task: _Task) -> Outcome:
-    """Plan a task, return an error as its outcome."""
+    """Plan a task; return an error as its outcome."""
     try:
         plan = plan_mission(
             task.mission,
@@ -289,7 +290,7 @@ def _plan(threads: int, task: _Task) -> Outcome:
 
 
 def _parts(tasks: Sequence[_Task]) -> Generator[Sequence[_Task]]:
-    """Cut tasks into parts that fill a GPU and whose maps have room in memory."""
+    """Split tasks into parts that fill a GPU and whose maps fit into memory."""
     begin = nodes = 0
     for at, task in enumerate(tasks):
         nodes += task.mission.whole.terrain.elevation.size
@@ -300,14 +301,14 @@ def _parts(tasks: Sequence[_Task]) -> Generator[Sequence[_Task]]:
 
 
 def _plan_together(tasks: Sequence[_Task]) -> Sequence[Outcome]:
-    """Plan tasks together; if that fails for one, plan each by itself."""
+    """Plan tasks together; if one of them fails, plan each on its own."""
     try:
         searches = [search_of(task.values) for task in tasks]
         plans = searches[0].run_together(
             [Evaluator(task.mission.problem) for task in tasks],
             [search.options.seed for search in searches],
         )
-    except Exception:  # Which of them fails, and why, each tells by itself.
+    except Exception:  # Planned alone, each task reports whether it fails, and why.
         return [_plan(available_cores(), task) for task in tasks]
     return [_outcome(task, plan) for task, plan in zip(tasks, plans, strict=True)]
 
@@ -324,7 +325,7 @@ def _folder(path: Path) -> str:
 
 
 def _content(name: str) -> str:
-    """Return a digest of a file's content; a name that is not a file stands for itself."""
+    """Return a digest of a file's content; a name that is not a file is returned as it is."""
     try:
         with opened(Path(name)) as file:
             return hashlib.file_digest(file, "sha256").hexdigest()

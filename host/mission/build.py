@@ -41,9 +41,9 @@ Values = Mapping[str, Any]
 
 
 def load_mission(file: str | Path) -> Mission:
-    """Return the mission of a problem file, of one leg if it has neither via points nor a return.
+    """Return the mission of a problem file; it has one leg without via points and a return.
 
-    The planner and the output in the file are left out.
+    The file's planner and output are ignored.
 
     Raises
     ------
@@ -56,15 +56,15 @@ def load_mission(file: str | Path) -> Mission:
 
 
 def mission_of(values: Values, terrain: Terrain | None = None) -> Mission:
-    """Return the mission, of one leg where there are neither via points nor a return.
+    """Return the mission; it has one leg without via points and a return.
 
     Parameters
     ----------
     values : mapping
-        Values by the names in :data:`pathgene.host.options.table.OPTIONS`; None is the default of
-        each.
+        Values by the names in :data:`pathgene.host.options.table.OPTIONS`; None stands for the
+        default.
     terrain : Terrain, optional
-        The terrain of the values, where it is loaded already.
+        The terrain of the values, if it is loaded already.
 
     Raises
     ------
@@ -133,7 +133,7 @@ def terrain_of(values: Values) -> Terrain:
         values["terrain"],
         cell=values.get("cell"),
         fill_voids=bool(values.get("fill_voids")),
-        # No keys of a problem file, which may come from anybody.
+        # No keys are read from a problem file, because it may come from anybody.
         max_cells=values.get("max_cells"),
         self_contained=bool(values.get("self_contained")),
     )

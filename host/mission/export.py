@@ -32,7 +32,7 @@ def exported(
     feasible: bool | None = None,
     page: Callable[[], str] | None = None,
 ) -> dict[str, bytes]:
-    """Return a path in some formats: the contents of files by their names.
+    """Return the files of a path in some formats: contents by file name.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def exported(
     formats : sequence of str
         Names of formats of :data:`pathgene.host.formats.registry.FORMATS`.
     note : callable
-        Receives a sentence about each thing that a file cannot say.
+        Receives a sentence about each fact that a file cannot express.
     feasible : bool, optional
         The verdict on the path, which ``path.plan`` states.
     page : callable, optional
@@ -72,9 +72,9 @@ def export(
     *,
     page: Callable[[], str] | None = None,
 ) -> list[Path]:
-    """Write the path of a finished run in some formats, all files or none.
+    """Write the path of a finished run in some formats: all files or none.
 
-    In the folder of the run, its summary states the new digests.
+    If they are written to the run's own folder, its summary gets the new digests.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def export(
     directory : Path
         An existing folder.
     note : callable
-        Receives a sentence about each thing that a file cannot say.
+        Receives a sentence about each fact that a file cannot express.
     page : callable, optional
         As for :func:`exported`.
 

@@ -1,4 +1,4 @@
-"""The joint of two legs at a via point: evaluation of both, and the reason if they do not fit."""
+"""The joint of two legs at a via point: joint evaluation, and the reason if they do not fit."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ __all__ = ["JoinedEvaluator", "reason_of_joint"]
 
 Floats = NDArray[np.float64]
 
-# Sharpest turn at a joint: rounding a sharper one begins too early for the point to be visited.
+# Sharpest turn at a joint: the arc of a sharper turn begins too early to visit the point.
 _SHARPEST_RAD = 0.5 * math.pi
 _ROUNDING_RAD = 1e-9
 
@@ -29,10 +29,10 @@ _ROUNDING_RAD = 1e-9
 class JoinedEvaluator(Evaluator):
     """Evaluates paths of a leg preceded by the last waypoints of the previous leg.
 
-    The arc at the via point between the two needs room on both, and climbs with both; a path that
-    is feasible here stays so in the mission. A turn of more than a right angle there is not: its
-    arc would pass the point at more than 0.42 turn radii, as far as kilometres for a turn back. The
-    penalty is then higher by the radius times the excess angle.
+    The arc at the via point needs room on both legs, and its climb depends on both; a path that is
+    feasible here stays feasible in the mission. A turn of more than a right angle there is not
+    feasible: its arc would pass the point at more than 0.42 turn radii, up to kilometres away for a
+    reversal. The penalty then rises by the radius times the excess angle.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ class JoinedEvaluator(Evaluator):
         """Return the turn radius times the excess of each path's turn at the joint, (m,) metres."""
         radius = self.problem.limits.turn_radius_m
         if not math.isfinite(radius):
-            return np.zeros(len(paths))  # No turn is possible then, and evaluations know it.
+            return np.zeros(len(paths))  # No turn is possible, and evaluations know it.
         paths = np.asarray(paths, dtype=np.float64)
         east, north = (paths[:, 0] - self._before[-1])[:, :2].T
         on_east, on_north = (paths[:, 1] - paths[:, 0])[:, :2].T
@@ -111,21 +111,21 @@ class JoinedEvaluator(Evaluator):
 
 
 def _lowered(fitness: Floats, penalty_m: Floats) -> Floats:
-    """Return fitness values, equation (3), after adding penalties; 0 leaves a value as it is."""
+    """Return fitness values, equation (3), after adding penalties; 0 changes nothing."""
     before = np.where(fitness > 1, 0.0, 1 / np.minimum(fitness, 1) - 1)
     lowered: Floats = np.where(penalty_m > 0, 1 / (1 + before + penalty_m), fitness)
     return lowered
 
 
 def reason_of_joint(reason: Reason, joints: Mapping[str, str]) -> Reason:
-    """Return the reason of a leg without the headings at via points, which no user gave.
+    """Return a leg's reason without the headings at via points, which are not the user's.
 
     Parameters
     ----------
     reason : Reason
         The reason why the leg has no path.
     joints : mapping
-        Names of the via points at which the leg is joined to another, by its ends ``start`` and
+        Names of the via points at which the leg joins another leg, by its ends ``start`` and
         ``goal``.
     """
     if not any(end in joints for end, _, _ in reason.headings):

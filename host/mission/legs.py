@@ -29,7 +29,7 @@ class Leg:
     Parameters
     ----------
     name : str
-        Number and ends, in words.
+        Its number and ends, in words.
     path : ndarray
         Waypoints, (n, 3) float64 metres; a straight line if there is no plan.
     plan : Plan or None
@@ -48,15 +48,16 @@ class Leg:
 
     @property
     def feasible(self) -> bool:
-        """True if the leg has a path that is feasible, by itself or after the previous leg."""
+        """True if the leg has a path that is feasible, on its own or joined to the previous leg."""
         return self.verdict is not None and self.verdict.feasible
 
     @property
     def verdict(self) -> Evaluation | None:
-        """The terms that decide: its own, or the joined ones where only these are feasible.
+        """The terms that decide: the leg's own, or the joined ones if only those are feasible.
 
-        By itself a leg begins with a turn from the heading of arrival, for which a sharp corner at
-        a via point has no room. On the arc of the joined legs it may be flown all the same.
+        On its own, a leg begins with a turn from the heading of arrival, and a sharp corner at a
+        via point leaves no room for it. On the arc of the joined legs, the leg may still be
+        flyable.
         """
         if self.plan is None:
             return None
@@ -101,7 +102,7 @@ class MissionPlan(Plan):
     """The plan of a mission of several legs.
 
     ``path``, ``evaluation`` and ``summary`` cover all legs together. ``history`` counts the
-    generations of all legs, the fitness in it is the current leg's.
+    generations of all legs; its fitness is the fitness of the current leg.
 
     Parameters
     ----------
@@ -143,12 +144,12 @@ class MissionPlan(Plan):
 
     @cached_property
     def visits(self) -> list[Visit]:
-        """The least distance between the path and each via point, and the goal before a return."""
+        """Minimum distance of the path from each via point, and from the goal before a return."""
         return visits(self.evaluator, self.path)
 
 
 def shortcoming(summary: Mapping[str, Any]) -> str | None:
-    """Return why the path of a summary is not one to fly, in a sentence; None if it is."""
+    """Return, in a sentence, why the path of a summary must not be flown; None if it may."""
     if summary["feasible"]:
         visited = [Visit.from_dict(visit) for visit in summary.get("visits", ())]
         return next((visit.sentence for visit in visited if visit.missed), None)

@@ -1,4 +1,4 @@
-"""A mission: a start, points to pass in order, a goal, and perhaps a return."""
+"""A mission: a start, points to pass in order, a goal, and optionally a return."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Mission:
     """Start, via points, goal, and the return to the start: legs from each point to the next.
 
     A leg starts with the heading at which the previous leg arrives, so the path of all legs turns
-    at a via point by one arc, like a path at any waypoint: it passes the point on the inside of the
+    at a via point on a single arc, as at any waypoint, and passes the point on the inside of the
     turn. The headings of ``problem`` apply at the mission's start and at its end.
 
     Parameters
@@ -37,11 +37,11 @@ class Mission:
     problem : Problem
         Terrain, start, goal, aircraft, zones, wind and rules.
     via : iterable of (float, float, float)
-        Points between start and goal, in order: x, y and altitude. With rules, at least the
+        Points between start and goal, in order: x, y and altitude. With rules, each is at least the
         clearance above the ground.
     return_to_start : bool
-        Fly back from the goal to the start, which is then the end of the mission. The goal is a via
-        point then.
+        Fly back from the goal to the start, which is then the end of the mission; the goal becomes
+        a via point.
     agl, geo : bool
         As for :class:`Problem`, of the via points.
 
@@ -49,9 +49,9 @@ class Mission:
     ------
     InputError
         If a via point is off the map, over a void, in the ground, in a no-fly zone, too low, or
-        equal to its neighbour, or the straight line of a leg is not a reference for costs.
+        equal to its neighbour, or if the straight line of a leg cannot be a reference for costs.
     NoPathError
-        If such a leg has no path either, as down to a deep pit.
+        If such a leg has no path either, for example down into a deep pit.
     """
 
     problem: Problem
@@ -179,7 +179,7 @@ class Mission:
         leg : int
             Its number, from 0.
         start_heading_deg, goal_heading_deg : float, optional
-            Headings at via points; those at the ends of the mission are the problem's own.
+            Headings at via points; at the ends of the mission, the problem's headings apply.
         elapsed_s : float
             Seconds flown before the leg: the times of its zones count from its own start.
 
@@ -215,7 +215,7 @@ class Mission:
         )
 
     def _check(self, name: str, point: Point) -> None:
-        """Refuse a via point where no path with the whole clearance can pass."""
+        """Refuse a via point that no path can pass with the whole clearance."""
         problem = self.problem
         check_above_ground(name.removeprefix("the "), problem.terrain, point)
         x, y, z = point
@@ -237,9 +237,9 @@ class Mission:
             )
 
     def _check_lines(self) -> None:
-        """Refuse a leg whose straight line is not a reference for costs.
+        """Refuse a leg whose straight line cannot be a reference for costs.
 
-        If the line is too steep a glide, the leg may have no path either; then the error gives the
+        If the line is too steep a glide, the leg may have no path at all; the error then gives the
         reason for that.
         """
         for index, (start, stop) in enumerate(itertools.pairwise(self.way)):
@@ -261,7 +261,7 @@ class Mission:
 
 
 def _shifted(zones: tuple[Zone, ...], elapsed_s: float) -> tuple[Zone, ...]:
-    """Return the zones with times counted from ``elapsed_s``; ended zones are left out."""
+    """Return the zones with times relative to ``elapsed_s``; zones that have ended are left out."""
     shifted = []
     for zone in zones:
         t0, t1 = zone.t0_s, zone.t1_s

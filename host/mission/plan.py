@@ -43,16 +43,16 @@ def plan(
         with the same options.
     planner : str, optional
         Name of a planner: ``ga-chip``, ``ga-fpga``, ``ga-pc``, ``astar``, ``fpa``, ``fpa-2opt``,
-        ``ga-dp`` or ``ga-auv``. By default ``ga-chip``, but ``ga-fpga`` on a board that has the
-        paper core, as an open one of ``model:`` has unless its URL says ``core=planner``.
+        ``ga-dp`` or ``ga-auv``. By default ``ga-chip``, but ``ga-fpga`` on a board with the paper
+        core; an open board ``model:`` has that core unless its URL sets ``core=planner``.
     seed : int
-        0 to 2**64 - 1. Everything random follows from it.
+        0 to 2**64 - 1. It determines all random numbers.
     generations : int, optional
         Maximum number of generations; by default the planner's own.
     time_limit_s : float, optional
         Maximum seconds of planning.
     target_fitness : float, optional
-        Fitness that ends the search; feasible paths have more than 1.
+        Fitness that ends the search; the fitness of feasible paths exceeds 1.
     population : int, optional
         Paths in the population; the planner's own number by default. A chip's is fixed.
     progress : callable, optional
@@ -68,10 +68,10 @@ def plan(
         names the planner that found the path; ``plan.reason`` says why there is no path. Not with
         ``as_paper``.
     **options
-        The planner's own options, ``board="sim:"`` for example, named as in ``pathgene plan``
-        with underscores. None is the default of each. A ``board`` may also be an open one, of
-        :func:`pathgene.open_board`; a plan of ``ga-chip`` on it is quick to change in flight: see
-        :meth:`Plan.replan`.
+        The planner's own options, ``board="sim:"`` for example, named as in ``pathgene plan`` with
+        underscores. None stands for the default. A ``board`` may also be an open board from
+        :func:`pathgene.open_board`, on which a plan of ``ga-chip`` is quick to change in flight:
+        see :meth:`Plan.replan`.
 
     Returns
     -------
@@ -84,8 +84,8 @@ def plan(
     InputError
         If there is no such planner, the planner has no such option, or a value is out of range.
     JobError
-        If the search fails before it has a path: no board answers, for example. After a later
-        failure, the plan has the best path found; ``plan.failure`` says what happened.
+        If the search fails before it has a path, for example because no board answers. After a
+        later failure, the plan has the best path found, and ``plan.failure`` says what happened.
     """
     require_functions(progress=progress, cancel=cancel)
     search = Search(
@@ -119,26 +119,26 @@ def plan_together(
 ) -> list[Plan]:
     """Plan several problems at once on an NVIDIA GPU; print and write nothing.
 
-    A GPU that plans one problem is mostly idle: some dozens take little longer. Without a time
-    limit, which counts for all, each plan is the one that :func:`plan` with ``engine="gpu"``
-    returns. A problem may be given several times, with other seeds.
+    A GPU that plans one problem is mostly idle; a few dozen problems take little longer. Without a
+    time limit, which applies to all together, each plan is the one that :func:`plan` with
+    ``engine="gpu"`` returns. A problem may be given several times with different seeds.
 
     Parameters
     ----------
     problems : sequence of Problem
-        One or more, over the same terrain or several. All their maps and populations must have room
-        in the GPU's memory.
+        One or more, over the same terrain or several. All their maps and populations must fit into
+        the GPU's memory.
     planner : str
         ``fpa`` or ``fpa-2opt``.
     seeds : sequence of int, optional
-        The seed of each, 0 to 2**64 - 1; 0 by default.
+        The seed of each problem, 0 to 2**64 - 1; 0 by default.
     generations, time_limit_s, target_fitness, population, cancel, fallback, **options
         Options of each plan, as for :func:`plan`.
 
     Returns
     -------
     list of Plan
-        In the order of the problems. The seconds of each plan count all problems together.
+        Plans in the order of the problems. The times of each plan cover all problems together.
 
     Raises
     ------

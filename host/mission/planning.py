@@ -1,4 +1,4 @@
-"""Plan a mission: leg by leg, and the path of all legs in one evaluation."""
+"""Planning of a mission: leg by leg, and then the path of all legs in one evaluation."""
 
 from __future__ import annotations
 
@@ -47,12 +47,12 @@ def plan_mission(
     """Plan the legs of a mission in turn, each with the same search.
 
     A leg that has only an infeasible path is kept, and the next leg starts from its end. After a
-    failure or an interrupt, the legs that remain are straight lines.
+    failure or an interrupt, the remaining legs are straight lines.
 
     A leg is searched together with the last two waypoints of the previous leg, so that the arc at
-    the via point fits both, and by itself if that finds nothing. If the path of all legs is
-    infeasible all the same, the legs at a via point are planned again, the first so that it arrives
-    in the direction in which the second leaves.
+    the via point fits both legs, and on its own if that finds nothing. If the path of all legs is
+    still infeasible, the legs at a via point are planned again: the first leg then arrives in the
+    direction in which the second one leaves.
 
     Parameters
     ----------
@@ -103,8 +103,8 @@ def plan_mission(
 
 
 def _reason(legs: list[Leg], evaluation: Evaluation, search: Search) -> Reason | None:
-    """Return the reason of the first leg without a path, or that the legs do not join."""
-    # Loaded where a path is infeasible.
+    """Return why the first leg without a path has none, or that the legs do not join."""
+    # Loaded only if a path is infeasible.
     from pathgene.host.diagnosis import Reason
     from pathgene.host.diagnosis.reason import broken_limit
 
@@ -150,7 +150,7 @@ def _plan_legs(
                 stop=stop,
             )
         except (PathgeneError, KeyboardInterrupt) as error:
-            # Without a first leg nothing would be kept.
+            # Without a first leg there is nothing to keep.
             if not legs:
                 raise
             if isinstance(error, KeyboardInterrupt) and (stop is None or not stop.requested):
@@ -176,7 +176,7 @@ def _plan_leg(
     progress: Progress | None = None,
     stop: Stop | None = None,
 ) -> Leg:
-    """Plan the leg that follows those ``before``, together with the end of the last of them."""
+    """Plan the leg after the legs ``before``, together with the end of the last of these."""
     number = len(before)
     elapsed_s = sum(_seconds(leg.plan) for leg in before if leg.plan is not None)
     arrival_deg = _heading_deg(before[-1].path[::-1], backwards=True) if before else None
@@ -207,7 +207,7 @@ def _plan_leg(
         return leg(run(alone, progress))
     plan = run(both, progress)
     if not (plan.evaluation.feasible or plan.interrupted or plan.failure):
-        # A leg that is feasible by itself may still be joined to the next one.
+        # A leg that is feasible on its own may still join the next one.
         single = run(alone)
         if single.evaluation.feasible:
             return leg(single)
@@ -225,7 +225,7 @@ def _joined_evaluator(
 ) -> JoinedEvaluator | None:
     """Return the evaluator of a leg together with the end of the path before it.
 
-    None if costs have no reference: a line there is a glide that burns no fuel.
+    None if costs have no reference, because a line there is a glide that burns no fuel.
     """
     ahead = before[max(0, len(before) - 1 - _POINTS_BEFORE) : -1]
     earlier = before[: len(before) - len(ahead)]
@@ -253,9 +253,9 @@ def _rejoined(
     legs: list[Leg],
     evaluation: Evaluation,
 ) -> tuple[list[Leg], Evaluation]:
-    """Plan the legs at a via point again, the first with the heading in which the second leaves.
+    """Plan the legs at a via point again, so that the first arrives as the second leaves.
 
-    Returns the better of the legs given and found, and the terms of their path.
+    Returns the better of the given and the new legs, and the terms of their path.
     """
     for number in range(mission.legs - 1):
         if evaluation.feasible or (stop is not None and stop.requested):
@@ -328,7 +328,7 @@ def _point(point: NDArray[np.float64]) -> Point:
 
 
 def _counted(progress: Progress | None, before: int, legs: list[Leg]) -> Progress | None:
-    """Return a progress that continues the count of generations of the previous legs."""
+    """Return a progress callback that continues the generation count of the previous legs."""
     if progress is None:
         return None
     if isinstance(progress, Observer):
@@ -338,7 +338,7 @@ def _counted(progress: Progress | None, before: int, legs: list[Leg]) -> Progres
 
 @dataclass(frozen=True)
 class _LegObserver:
-    """Observes a leg, and appends its paths to the paths of earlier legs."""
+    """Observer of a leg, which appends its paths to the paths of earlier legs."""
 
     observer: Observer
     before: int
@@ -365,7 +365,7 @@ def _heading_deg(path: NDArray[np.float64], *, backwards: bool = False) -> float
 
 
 def _seconds(plan: Plan) -> float:
-    """Return the seconds that a leg is flown, without wind as the paper."""
+    """Return the flight time of a leg in seconds, without wind, as in the paper."""
     flown_s: float | None = getattr(plan.evaluation, "flight_time_s", None)
     if flown_s is not None:
         return flown_s

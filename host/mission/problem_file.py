@@ -26,7 +26,7 @@ _WIDTH = 96
 
 
 def read_problem(file: Path) -> dict[str, Any]:
-    """Return the values of a problem file by the names of the parsed arguments.
+    """Return the values of a problem file under the names of the parsed arguments.
 
     Paths in the file are relative to its folder. ``uav`` is a name, a path, or the table of an
     aircraft; ``zones`` is a list of tables.
@@ -48,7 +48,7 @@ def read_problem(file: Path) -> dict[str, Any]:
 
 
 def parse_problem(text: str, folder: Path) -> dict[str, Any]:
-    """Return the values of the text of a problem file that lies in ``folder``.
+    """Return the values in the text of a problem file that lies in ``folder``.
 
     Raises
     ------
@@ -103,7 +103,7 @@ def problem_text(values: Mapping[str, Any], folder: Path, name: str = "FILE") ->
 
 
 def template() -> str:
-    """Return a problem file with every key explained; it plans as it is."""
+    """Return a problem file that explains every key and can be planned as it is."""
     active = {"source", "start", "goal", "agl"}
     lines = [
         "# A problem of pathgene. Plan it with: pathgene plan FILE",
@@ -148,7 +148,7 @@ def markdown() -> str:
 
 
 def _full_meaning(option: Option) -> str:
-    """Return the meaning, after the planners that have the option where only some have it."""
+    """Return the meaning, preceded by the planners that have the option unless all have it."""
     if option.group != "own":
         return option.meaning
     having = ", ".join(name for name, entry in PLANNERS.items() if option.name in entry.options)
@@ -231,7 +231,7 @@ def _uav(table: dict[str, Any], folder: Path) -> Any:
 
 
 def _nearest(name: str, known: Mapping[str, Any] | set[str]) -> str:
-    """Return the end of a sentence on an unknown name: the nearest known one, or all."""
+    """Return the end of a sentence about an unknown name: the closest known name, or all."""
     near = difflib.get_close_matches(name, known, n=1)
     if near:
         return f"; is it {near[0]!r}?"
@@ -256,7 +256,7 @@ def _aircraft_table(uav: Any, folder: Path) -> dict[str, Any]:
 
 
 def _written(keys: Mapping[str, Option], values: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-    """Return the values that are not None as TOML takes them, in the order of the keys."""
+    """Return the values that are not None in the form of TOML, in the order of the keys."""
     return {
         key: option.kind.write(values[key], folder)
         for key, option in keys.items()

@@ -49,12 +49,12 @@ def own_options(planner: str, options: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def require_functions(**callbacks: Any) -> None:
-    """Refuse a callback that is neither None nor a function.
+    """Refuse callbacks that are neither None nor a function.
 
     Raises
     ------
     InputError
-        If there is one.
+        If a callback is refused.
     """
     for name, callback in callbacks.items():
         if callback is not None and not callable(callback):

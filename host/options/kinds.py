@@ -1,6 +1,6 @@
 """Kinds of values: read from the command line and from TOML, and written as TOML.
 
-TOML is written here in a few lines, because a template needs comments and no package keeps them.
+A few lines here write TOML, because a template needs comments and no package keeps them.
 """
 
 from __future__ import annotations
@@ -47,19 +47,19 @@ class Kind:
     Parameters
     ----------
     name : str
-        Description of a good value, which ends the sentence "must be ...".
+        Description of a valid value, which ends the sentence "must be ...".
     read : callable
-        Returns the value of a TOML value and the folder of the file; raises ValueError if the TOML
-        value has the wrong type.
+        Converts a TOML value, given the folder of the file; raises ValueError if it has the wrong
+        type.
     write : callable
-        Returns the TOML value of a value and the folder of the file.
+        Converts a value to TOML, given the folder of the file.
     parse : callable
-        Returns the value of a text of the command line; raises ValueError or
+        Converts a text of the command line; raises ValueError or
         :class:`argparse.ArgumentTypeError`.
     choices : tuple of str
-        All values, where they are few.
+        All values, if they are few.
     metavar : str
-        Placeholder of the value in the help of a command; empty for the name of the option.
+        Placeholder of the value in the help of a command; empty to use the name of the option.
     """
 
     name: str
@@ -142,7 +142,7 @@ def _relative(value: Any, folder: Path) -> str:
 
 
 def _is_embedded(value: Any) -> bool:
-    # Loads numpy, which the help of a command need not wait for.
+    # Loads numpy; the help of a command must not wait for it.
     from pathgene.host.terrain.embedded import names
 
     return value in names()
@@ -166,7 +166,7 @@ def _point(names: str) -> Kind:
 
 
 def _points(names: str) -> Kind:
-    """Return the kind of a list of points; an option gives one of them and is repeated."""
+    """Return the kind of a list of points; an option is repeated and gives one point each time."""
     return Kind(
         "a list of points, each a list of three numbers",
         lambda value, _: [numbers(point, 3) for point in _list(value)],
@@ -227,7 +227,7 @@ def to_toml(value: Any) -> str:
     if isinstance(value, int | float):
         return repr(value)
     if isinstance(value, str):
-        # JSON escapes as TOML does, but for the last control character.
+        # JSON escapes like TOML, except for the last control character.
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(to_toml, value))}]"

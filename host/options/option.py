@@ -26,15 +26,15 @@ class Option:
     ----------
     name : str
         Name of its value among parsed arguments and the values of a problem file. It is also the
-        long option, with ``-`` for ``_``, unless ``flag`` is another.
+        long option, with ``-`` for ``_``, unless ``flag`` overrides it.
     kind : Kind
         Reads and writes its value.
     meaning : str
-        Its meaning and unit, without its default and without a full stop.
+        Its meaning and unit, without the default and without a full stop.
     group : str
         The group that it belongs to; a command takes whole groups.
     table : str
-        The table of a problem file that has it; empty if only the command line has it.
+        The table of a problem file that contains it; empty if only the command line has it.
     key : str
         Its key in the table; by default its name.
     flag : str
@@ -42,11 +42,11 @@ class Option:
     metavar : str
         Placeholder of the value in the help of a command; by default the placeholder of its kind.
     default : object
-        The value where none is given; None leaves the choice to the program.
+        The value if none is given; None leaves the choice to the program.
     default_text : str
         The default in words; by default the value itself.
     is_required : bool
-        There is no default, and a plan needs a value.
+        There is no default, so a plan needs a value.
     is_repeated : bool
         The option may be repeated on the command line; the value is a list.
     instead_of : str
@@ -58,7 +58,7 @@ class Option:
         :class:`pathgene.host.problem.problem.Problem` or in
         :class:`pathgene.host.planners.base.Options`.
     percent : bool
-        The field is a share from 0 to 1, and the option gives it in per cent.
+        The field is a share from 0 to 1, which the option gives in per cent.
     desk : str
         Place on the page of ``pathgene desk``: a field of the ``form``, the ``map`` and its lists,
         or ``none``.
@@ -97,7 +97,7 @@ class Option:
 
     @property
     def choices(self) -> tuple[str, ...]:
-        """All values, where they are few."""
+        """All values, if they are few."""
         return self.kind.choices
 
     @property
@@ -109,7 +109,7 @@ class Option:
 
     @property
     def shown_flag(self) -> str:
-        """The option that changes the default; empty where only a problem file has it."""
+        """The command-line option for the value; empty if only a problem file has it."""
         if self.group == "file":
             return self.flag if self.flag != f"--{self.name.replace('_', '-')}" else ""
         if self.kind is BOOLEAN and self.default:
@@ -117,9 +117,9 @@ class Option:
         return self.flag
 
     def to_field(self, value: Any) -> Any:
-        """Return the value of the field of a value."""
+        """Convert a value of the option to a value of the field."""
         return value / 100 if self.percent else value
 
     def of_field(self, value: Any) -> Any:
-        """Return the value of a value of the field."""
+        """Convert a value of the field to a value of the option."""
         return 100 * value if self.percent else value

@@ -107,7 +107,8 @@ _PROBLEM = (
            meaning="WGS84 latitude and longitude of the south-west node of a terrain that states"
                    " no place, north up",
            group="problem", table="terrain", example="[36.2, -84.4]"),
-    # The limit belongs to the user. Problem files, which may come from anybody, have no key for it.
+    # The limit is set by the user alone: problem files, which may come from anybody, have no key
+    # for it.
     Option(name="max_cells", kind=INTEGER,
            meaning="maximum cells of a terrain that is read",
            group="problem", default_text="25 million", desk="none"),

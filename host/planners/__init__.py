@@ -1,4 +1,4 @@
-"""The planners, by name: :mod:`pathgene.host.planners.registry` has the table. Light to import."""
+"""The planners by name; :mod:`pathgene.host.planners.registry` has the table."""
 
 from __future__ import annotations
 

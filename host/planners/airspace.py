@@ -19,11 +19,11 @@ NO_FLYABLE_CELL = "No flyable cell: reduce the no-fly zones or fill the voids (-
 
 
 class Airspace:
-    """The box over the map, less the ground, voids and no-fly zones.
+    """The box over the map, minus the ground, voids and no-fly zones.
 
-    It reaches from the lowest ground to :data:`HEADROOM_M` over the highest, or to the start or the
-    goal where that is higher, but not above the ceiling. Under the rules of safe flight, the ground
-    is the raised surface of the search.
+    The box extends from the lowest ground to :data:`HEADROOM_M` above the highest, or to the start
+    or the goal if that is higher, but not above the ceiling. Under the rules of safe flight, the
+    ground is the raised surface of the search.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ class Airspace:
         return free
 
     def draw(self, rng: np.random.Generator, count: int) -> NDArray[np.float64]:
-        """Return ``count`` points (count, 3): uniform over the free nodes, then over the height."""
+        """Return ``count`` points (count, 3), uniform over the free nodes, then over the height."""
         nodes = self._free[rng.integers(len(self._free), size=count)]
         row, column = np.divmod(nodes, self.floor.shape[1])
         floor, top = self.floor[row, column], self.high[2]
@@ -90,12 +90,12 @@ class Airspace:
         share: float,
         draws: int,
     ) -> NDArray[np.float64] | None:
-        """Draw a free point of the box around ``point`` with edges of ``share`` of the airspace's.
+        """Draw a free point in a box around ``point``, whose edges are ``share`` of the airspace's.
 
         Returns
         -------
         ndarray or None
-            The first free one of ``draws`` draws, (3,).
+            The first free point in ``draws`` draws, (3,); None if there is none.
         """
         half = share / 2 * (self.high - self.low)
         low, high = np.maximum(point - half, self.low), np.minimum(point + half, self.high)

@@ -31,8 +31,8 @@ __all__ = [
 
 Path = NDArray[np.float64]
 
-# Candidates kept for the final choice: where the best path grazes the ground between samples, so
-# do hundreds that nearly equal it.
+# Candidates kept for the final choice: if the best path grazes the ground between samples, hundreds
+# of nearly equal paths do so too.
 _ARCHIVE_SIZE = 4096
 _CHOICE_BATCH = 64
 
@@ -96,8 +96,8 @@ class Options:
 class Stop:
     """A request to end, from a signal, another thread or a callback.
 
-    A signal handler that raises :class:`KeyboardInterrupt` after the request also ends the
-    current generation, which may wait long for a board.
+    A signal handler that raises :class:`KeyboardInterrupt` after the request also ends the current
+    generation, which may take a long time to wait for a board.
 
     Parameters
     ----------
@@ -128,23 +128,23 @@ class Stop:
         self._requested = True
 
 
-#: Called after each generation with its number, the best fitness until now and the mean fitness.
+#: Called after each generation with its number, the best fitness so far and the mean fitness.
 Progress = Callable[[int, float, float], object]
 
 
 @runtime_checkable
 class Observer(Protocol):
-    """A :data:`Progress` that is shown the best path, too."""
+    """A :data:`Progress` that also receives the best path."""
 
     def __call__(self, generation: int, best: float, mean: float) -> object:
-        """Take a generation, as any :data:`Progress`."""
+        """Receive a generation, like any :data:`Progress`."""
 
     def improved(self, path: Path) -> object:
-        """Take the best path until now, (n, 3) metres; called before the generation that has it."""
+        """Receive the best path so far, (n, 3) metres; called before the generation that has it."""
 
 
 class Replanner(Protocol):
-    """Plans a changed problem from where an earlier run has ended."""
+    """Plans a changed problem from the state in which an earlier run ended."""
 
     @property
     def is_ready(self) -> bool:
@@ -160,13 +160,13 @@ class Replanner(Protocol):
         ...
 
     def finish(self) -> None:
-        """Finish the work that a replan has deferred; otherwise the next replan does it."""
+        """Do the work that a replan deferred; otherwise the next replan does it."""
         ...
 
 
 @dataclass(frozen=True)
 class Result:
-    """The result of a planner, and its record.
+    """The result of a planner, and the record of its run.
 
     Parameters
     ----------
@@ -175,24 +175,24 @@ class Result:
     evaluation : Evaluation
         All its terms.
     history : list of [int, float, float]
-        Generation, best fitness until now, mean fitness of the population; starts at generation 0.
+        Generation, best fitness so far, mean fitness of the population; starts at generation 0.
     generations, evaluations : int
-        Numbers of both that were run.
+        Number of generations and of evaluations.
     stopped_by : str
         ``generations``, ``time-limit``, ``target-fitness``, ``interrupt`` or ``failure``.
     failure : str or None
         The reason why the run could not continue, in a sentence.
     seconds : dict of str to float
-        Wall time by phase; ``total`` is all of it.
+        Wall time by phase; ``total`` is the whole run.
     hardware : dict or None
         Counters of the chip; see the planner.
     archive : list of (float, ndarray)
         Fitness and path of the best distinct candidates, best first.
     history_evaluations : list of int
-        Evaluations up to each entry of ``history``.
+        Cumulative evaluations at each entry of ``history``.
     cut_short : int
-        Candidates, in addition to ``evaluations``, that were given up before the end of their
-        evaluation: they could not be better than the paths they were to replace.
+        Number of candidates, in addition to ``evaluations``, that were abandoned during their
+        evaluation because they could not be better than the paths they were to replace.
     replanner : Replanner or None
         Continues from this run, or None if the run cannot be continued.
     """
@@ -234,7 +234,7 @@ class Planner(Protocol):
         InputError
             If the planner does not support the options.
         JobError
-            If the run fails before anything was evaluated.
+            If the run fails before the first evaluation.
         """
 
 
@@ -296,8 +296,8 @@ class Run:
     ) -> NDArray[np.float64]:
         """Evaluate ``paths``, (n, 3) float64 metres each, ends included, and keep the best.
 
-        With ``strict`` the fitness is by the strict rule, which may accept paths below the
-        search surface. With ``counted_m``, (m,) metres, d_ut + d_nf are these, and no path is kept:
+        With ``strict``, the fitness follows the strict rule, which may accept paths below the
+        search surface. With ``counted_m``, (m,) metres, these are d_ut + d_nf, and no path is kept:
         a path whose distances were counted elsewhere is not a candidate before its full evaluation.
 
         Returns
@@ -354,7 +354,7 @@ class Run:
             self.progress(generation, self._best, mean)
 
     def show(self, generation: int) -> None:
-        """Tell the progress after ``generation``, of which nothing is recorded."""
+        """Report progress after ``generation`` without recording anything."""
         if self.progress is not None:
             self.progress(generation, *self.history[-1][1:])
 
@@ -421,7 +421,7 @@ def choose(
 ) -> tuple[Path, Evaluation]:
     """Return the best candidate that is feasible by the strict rule, else the best.
 
-    Strict means a penalty of 0 also when sampled 8 times finer.
+    Strict means that the penalty is also 0 when sampled 8 times finer.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The planner of a search for which none is named: the one that its board has the core for."""
+"""The planner of a search for which none is named: the board's core decides."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ __all__ = ["asks_hardware", "default_planner", "named_or_default"]
 
 
 def default_planner(board: str | Chip | None = None) -> str:
-    """Return the planner that a board has the core for: ``ga-fpga`` on the paper core.
+    """Return the planner for the core of a board: ``ga-fpga`` on the paper core.
 
-    All else is ``ga-chip``: no board, the planner core, and a simulated board, which is built as
-    its planner needs it. A simulated board whose URL has parameters that only the paper core
-    takes has that one.
+    In all other cases it is ``ga-chip``: without a board, with the planner core, and on a simulated
+    board, which is built as its planner needs it. A simulated board has the paper core if its URL
+    has parameters that only this core takes.
 
     Parameters
     ----------
     board : str or Chip, optional
-        URL of the board, or an open one. Hardware is opened and asked.
+        URL of the board, or an open one. Hardware is opened and queried.
 
     Raises
     ------
     InputError, JobError
-        If hardware does not answer: as :func:`pathgene.host.device.boards.open_board`.
+        If hardware does not answer, as for :func:`pathgene.host.device.boards.open_board`.
     """
     if board is None:
         return DEFAULT
@@ -71,12 +71,12 @@ def named_or_default(planner: str | None, options: Mapping[str, Any]) -> str:
     planner : str or None
         Name of a planner.
     options : mapping
-        Options in :data:`pathgene.host.options.table.OWN`; None is the default of each.
+        Options in :data:`pathgene.host.options.table.OWN`; None stands for the default.
 
     Raises
     ------
     InputError
-        If the default planner lacks an option that is given; so does :func:`default_planner`.
+        If the default planner lacks a given option, or as :func:`default_planner` does.
     JobError
         As :func:`default_planner`.
     """

@@ -8,5 +8,5 @@ __all__ = ["DEFAULT_BOARD", "ENGINES"]
 #: Engines of the planners that have a choice, the default first.
 ENGINES = ("threads", "sequential", "gpu")
 
-#: Board where none is named: the software model.
+#: The board if none is named: the software model.
 DEFAULT_BOARD = "model:"

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["DEFAULT", "ON_PAPER_CORE", "PLANNERS", "Entry", "make"]
 
-#: The planner where none is named, on a board with the paper core:
+#: The planner if none is named, on a board with the paper core:
 #: :mod:`pathgene.host.planners.default` decides.
 ON_PAPER_CORE = "ga-fpga"
 
@@ -70,7 +70,7 @@ def _lazy(place: str, **fixed: Any) -> Callable[..., Planner]:
     return constructor
 
 
-#: Every planner, the default first.
+#: Every planner; the default comes first.
 PLANNERS: Mapping[str, Entry] = {
     "ga-chip": Entry(
         description="Genetic algorithm that runs on the chip alone; the host has the last word",
@@ -136,7 +136,7 @@ PLANNERS: Mapping[str, Entry] = {
     ),
 }
 
-#: The planner where none is named, on all other boards.
+#: The planner if none is named, on all other boards.
 DEFAULT = next(iter(PLANNERS))
 
 

@@ -1,4 +1,4 @@
-"""Draws with chances in proportion to fitness."""
+"""Draws with probabilities proportional to fitness."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def roulette(
     draws: int,
     rng: np.random.Generator,
 ) -> NDArray[np.intp]:
-    """Draw indices with chances in proportion to ``fitness`` (m,), each above 0; with repeats."""
+    """Draw indices with probabilities proportional to ``fitness`` (m,), with replacement."""
     wheel = np.cumsum(fitness)
     spins = rng.random(draws) * wheel[-1]
     slots: NDArray[np.intp] = np.searchsorted(wheel, spins, side="right")

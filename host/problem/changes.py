@@ -1,4 +1,4 @@
-"""A problem after changes in flight: zones come and go, the aircraft has moved, the wind turns."""
+"""A problem after changes in flight: zones appear or go, the aircraft moves, the wind turns."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def changed_problem(
     goal: Sequence[float] | None = None,
     wind: Sequence[float] | None = None,
 ) -> Problem:
-    """Return the problem with zones added and taken away, other ends, and another wind.
+    """Return the problem with zones added and removed, new ends, and a new wind.
 
     A heading of the problem applies only to its own start or goal.
 
@@ -42,7 +42,7 @@ def changed_problem(
         heading = problem.start_heading_deg
     if heading is not None and problem.as_paper:
         raise InputError("The evaluation of the papers knows no headings; leave the heading out.")
-    # The function that makes a problem takes numbers as they are.
+    # The constructor of a problem does not convert numbers.
     return dataclasses.replace(
         problem,
         start=problem.start if start is None else start,  # type: ignore[arg-type]

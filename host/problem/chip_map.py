@@ -16,11 +16,11 @@ from pathgene.host.problem.problem import Problem
 
 __all__ = ["ChipMap"]
 
-#: Altitude steps are multiples of this, so that every one decodes exactly: metres.
+#: Altitude steps are multiples of this, in metres, so that every step decodes exactly.
 _STEP_QUANTUM_M = 1 / 64
-#: Significant bits of the scale of a compressed axis; leaves 13 for its exact multiples.
+#: Significant bits of the scale of a compressed axis, which leaves 13 bits for exact multiples.
 _SCALE_BITS = 40
-#: Room above the highest ground: at least this, or this share of the relief where it is more.
+#: Room above the highest ground: at least this, or this share of the relief if that is more.
 _HEADROOM_M = 150.0
 _HEADROOM_SHARE = 0.1
 
@@ -28,10 +28,10 @@ _HEADROOM_SHARE = 0.1
 class ChipMap:
     """The terrain of a problem on the square map of a chip.
 
-    A cell is a node of the terrain where the terrain fits, with the rest of the map blocked; an
-    axis with more nodes than the map has cells is compressed so that its ends lie on the map's
-    first and last cell. Altitudes count in steps from below the lowest ground to some way above the
-    highest: :attr:`top_m`.
+    If the terrain fits, each node is a cell and the rest of the map is blocked; an axis with more
+    nodes than the map has cells is compressed so that its ends lie on the map's first and last
+    cells. Altitudes are counted in steps, from below the lowest ground to :attr:`top_m`, somewhat
+    above the highest.
 
     Parameters
     ----------
@@ -44,22 +44,23 @@ class ChipMap:
     Attributes
     ----------
     scale_m : tuple of float
-        Metres per cell in x and y. Cell 0 of each axis is the terrain's first node. For an axis
-        drawn together it is rounded down to 40 bits, so that no cell decodes to a point off the
+        Metres per cell in x and y. Cell 0 of each axis is the terrain's first node. For a
+        compressed axis it is rounded down to 40 bits, so that no cell decodes to a point off the
         terrain.
     base_m, step_m : float
-        Altitude of step 0, and of a step: both multiples of 1/64 m, so decoding is exact.
+        Altitude of step 0, and height of a step: both are multiples of 1/64 m, so decoding is
+        exact.
     limits : tuple of int
         Highest x and y cell on the terrain, and highest altitude step of a waypoint.
     heights : ndarray
         ``(map_size, map_size)`` uint16, [y, x], row 0 the south: the step at or above the highest
-        of the nodes whose nearest cell it is. Cells without a node, voids and no-fly zones have
+        node whose nearest cell this is. Cells without a node, voids and no-fly zones have
         ``config.blocked_altitude``.
 
     Raises
     ------
     InputError
-        If start or goal lie above :attr:`top_m`.
+        If the start or the goal lies above :attr:`top_m`.
     """
 
     def __init__(self, config: Config, problem: Problem) -> None:
@@ -139,7 +140,7 @@ class ChipMap:
 
     @functools.cached_property
     def heights(self) -> NDArray[np.uint16]:
-        """Altitude steps of the cells, made when they are first needed."""
+        """Altitude steps of the cells, computed when first needed."""
         size = self._config.map_size
         return self.heights_in(slice(0, size), slice(0, size))
 
@@ -174,7 +175,7 @@ class ChipMap:
         return slice(south, north), slice(west, east)
 
     def highest_of(self, nodes: NDArray[Any], rows: slice, columns: slice) -> NDArray[Any]:
-        """Return the highest node of each cell that has some, in a part of the map.
+        """Return the highest node of each cell that has nodes, in a part of the map.
 
         Parameters
         ----------
@@ -194,7 +195,7 @@ class ChipMap:
 
     @functools.cached_property
     def _first_nodes(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """For each row and column of cells the first node whose nearest cell it is, and the end."""
+        """First node of each row and column of cells, by nearest cell, and the end."""
         terrain = self._problem.terrain
         ny, nx = terrain.shape
         return (

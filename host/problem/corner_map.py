@@ -33,7 +33,7 @@ class Ease(NamedTuple):
     share: float
 
 
-#: Rules of lowering, starting with only the end's own corner.
+#: Rules for lowering; the first one only lowers the end's own corner.
 EASES = {-1: Ease(0, 1.0), 0: Ease(1, 0.5), 1: Ease(2, 0.25), 2: Ease(3, 0.0)}
 
 
@@ -41,8 +41,8 @@ class CornerMap(ChipMap):
     """A :class:`ChipMap` whose waypoints lie on the corners between cells.
 
     Corner (i, j) is the corner between the cells i and i + 1 in x, and j and j + 1 in y. A segment
-    between corners, rounded to a corner in every step of its longer side, stays in the four cells
-    around these corners, so that the highest of the four is all that the chip needs to know.
+    between corners, rounded to a corner in every step along its longer axis, stays in the four
+    cells around these corners, so the chip only needs the highest of the four.
     """
 
     def corners(self, ends: Iterable[Point] = (), ease: int = 0) -> NDArray[np.uint16]:
@@ -50,10 +50,10 @@ class CornerMap(ChipMap):
 
         The last row and column, which have no cell beyond them, are blocked.
 
-        Under a clearance an end lies at the surface or hardly above it, so that no path could
-        leave. Therefore the corner nearest to each of ``ends`` is no higher than the end, and
-        further corners around it are lowered, more for a greater ``ease``: see :data:`EASES`. A
-        blocked cell counts all the same. The strict rule judges paths by the true surface.
+        Under a clearance, an end lies at the raised surface or hardly above it, so that no path
+        could leave it. Therefore the corner nearest to each of ``ends`` is no higher than the end,
+        and further corners around it are lowered, more for a greater ``ease``: see :data:`EASES`. A
+        blocked cell still counts. The strict rule judges paths by the true surface.
         """
         whole = slice(0, self._config.map_size)
         return self._corners_of(self.heights, whole, whole, ends, ease)
@@ -61,7 +61,7 @@ class CornerMap(ChipMap):
     def corners_in(
         self, rows: slice, columns: slice, ends: Iterable[Point] = (), ease: int = 0
     ) -> NDArray[np.uint16]:
-        """Return the part of :meth:`corners` in some rows and columns, by only the cells there."""
+        """Return the part of :meth:`corners` in some rows and columns, from the cells there."""
         size = self._config.map_size
         cells = self.heights_in(
             *(slice(part.start, min(part.stop + 1, size)) for part in (rows, columns))
@@ -76,7 +76,7 @@ class CornerMap(ChipMap):
         ends: Iterable[Point],
         ease: int,
     ) -> NDArray[np.uint16]:
-        """Return the corners of a part; ``cells`` has one more row and column, but at the edge."""
+        """Return the corners of a part; ``cells`` has one more row and column if there is one."""
         corners = np.full(
             (rows.stop - rows.start, columns.stop - columns.start),
             self._config.blocked_altitude,
@@ -132,7 +132,7 @@ class CornerMap(ChipMap):
     def of_problem(self, problem: Problem) -> CornerMap | None:
         """Return the map of another problem over the same terrain, on the same corners and steps.
 
-        None if the altitude of its start or goal is off these steps.
+        None if the altitude of its start or goal does not lie on these steps.
         """
         if not all(self.base_m <= z <= self.top_m for _, _, z in (problem.start, problem.goal)):
             return None
@@ -142,7 +142,7 @@ class CornerMap(ChipMap):
         return moved
 
     def place(self, point: Point) -> tuple[int, int, int]:
-        """Return a point on the lattice, as in the record of a problem.
+        """Return a point on the lattice in the form of a problem's record.
 
         x and y have :data:`~pathgene.hdl.protocol.planner.POSITION_FRACTION` bits below the cell,
         the altitude :data:`~pathgene.hdl.protocol.planner.ALTITUDE_FRACTION` below the step. A
@@ -169,7 +169,7 @@ class CornerMap(ChipMap):
         )
 
     def around_zone(self, zone: Zone) -> tuple[slice, slice]:
-        """Return rows and columns of a part of the map with all corners around a zone."""
+        """Return rows and columns of a part of the map that has all corners around a zone."""
         west, south, east, north = zone.footprint.box
         margin_m = self._margin_m
         (first_x, last_x), (first_y, last_y) = (

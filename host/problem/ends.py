@@ -1,7 +1,7 @@
-"""Points that a user gives, as x, y and altitude; a sentence with a remedy for the usual mistakes.
+"""Points that a user gives, as x, y and altitude; usual mistakes get a sentence with a remedy.
 
-These are: longitude before latitude, eastings and northings for local metres, and heights above the
-ground for altitudes.
+The usual mistakes are longitude before latitude, eastings and northings instead of local metres,
+and heights above the ground instead of altitudes.
 """
 
 from __future__ import annotations
@@ -41,9 +41,9 @@ def end_point(
     terrain : Terrain
         The ground.
     agl : bool
-        The third is a height above the ground.
+        The third number is a height above the ground.
     geo : bool
-        The first two are WGS84 latitude and longitude in degrees.
+        The first two numbers are WGS84 latitude and longitude in degrees.
 
     Raises
     ------
@@ -87,7 +87,7 @@ def place(name: str, latitude: float, longitude: float, terrain: Terrain) -> tup
 
 
 def check_above_ground(name: str, terrain: Terrain, point: Point) -> None:
-    """Check that a point is on the map, over no void and not in the ground.
+    """Check that a point is on the map, not over a void and not in the ground.
 
     Raises
     ------

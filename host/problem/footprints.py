@@ -16,7 +16,7 @@ from pathgene.host.problem.rings import Ring, add_edges, edges, nodes_inside
 
 __all__ = ["Area", "Disc", "Footprint"]
 
-# Pairs of an edge and a point that are compared at a time: bounds the memory.
+# Pairs of an edge and a point that are compared at a time, which bounds the memory.
 _PAIRS = 1 << 20
 
 _Floats = NDArray[np.float64]
@@ -26,8 +26,8 @@ _Flags = NDArray[np.bool_]
 class Footprint(ABC):
     """Geometry of a zone on the ground, metres in the terrain's local frame.
 
-    A footprint has either a ``disc`` or ``rings``. Files and pictures that have a form of their own
-    for circles ask for ``disc``; everything else works with all footprints.
+    A footprint has either a ``disc`` or ``rings``. Files and pictures that represent circles in a
+    special way use ``disc``; everything else works with any footprint.
     """
 
     @property
@@ -43,7 +43,7 @@ class Footprint(ABC):
     @property
     @abstractmethod
     def middle(self) -> tuple[float, float]:
-        """Place of the zone's name on a map."""
+        """Position of the zone's name on a map."""
 
     @property
     @abstractmethod
@@ -57,7 +57,7 @@ class Footprint(ABC):
 
     @abstractmethod
     def outline(self, corners: int, *, around: bool = False) -> tuple[Ring, ...]:
-        """Return the rings; for a disc the regular polygon in it, or the one ``around`` it."""
+        """Return the rings; for a disc, the inscribed regular polygon, or the one ``around`` it."""
 
     @abstractmethod
     def capsules(self, margin_m: float) -> _Floats:
@@ -77,12 +77,12 @@ class Footprint(ABC):
 
     @abstractmethod
     def least_distance_m(self, x: float, y: float) -> float:
-        """Return a distance that a point has at least; it does not loop over edges."""
+        """Return a lower bound of a point's distance, computed without looping over edges."""
 
 
 @dataclass(frozen=True)
 class Disc(Footprint):
-    """A disc around (``x_m``, ``y_m``); its border belongs to it."""
+    """A closed disc around (``x_m``, ``y_m``)."""
 
     x_m: float
     y_m: float
@@ -110,7 +110,7 @@ class Disc(Footprint):
         return x - radius, y - radius, x + radius, y + radius
 
     def outline(self, corners: int, *, around: bool = False) -> tuple[Ring, ...]:
-        """Return the regular polygon in the disc, or the one ``around`` it."""
+        """Return the inscribed regular polygon, or the one ``around`` the disc."""
         angles = np.linspace(0, 2 * np.pi, corners, endpoint=False)
         radius = self.radius_m / math.cos(math.pi / corners) if around else self.radius_m
         x, y = self.x_m + radius * np.cos(angles), self.y_m + radius * np.sin(angles)
@@ -141,7 +141,7 @@ class Disc(Footprint):
 
 @dataclass(frozen=True)
 class Area(Footprint):
-    """The area within the first of ``corners``, less the holes, by the even-odd rule."""
+    """The area within the first ring of ``corners``, minus the holes, by the even-odd rule."""
 
     corners: tuple[Ring, ...]
 
@@ -168,7 +168,7 @@ class Area(Footprint):
         return min(x), min(y), max(x), max(y)
 
     def outline(self, corners: int, *, around: bool = False) -> tuple[Ring, ...]:
-        """Return the rings, which have corners of their own."""
+        """Return the rings themselves."""
         return self.rings
 
     def capsules(self, margin_m: float) -> _Floats:

@@ -1,6 +1,6 @@
 """Limits of an aircraft in flight: turns and slopes in wind, power, fuel and ceilings.
 
-With ``as_paper`` they are the figures of the aircraft's file. Under the rules of safe flight the
+With ``as_paper``, they are the figures in the aircraft's file. Under the rules of safe flight the
 wind, the engine and the stall limit them further.
 """
 
@@ -33,14 +33,15 @@ class Limits:
     ----------
     turn_radius_m : float
         Radius of every arc over the ground: R (1 + wind / V)^2, flown with the constant bank of R
-        in still air. Infinite, so that no turn is possible, where the aircraft would stall in it.
+        in still air. Infinite, so that no turn is possible, if the aircraft would stall in the
+        turn.
     climb_rad, descent_rad : float
         Steepest slopes in still air that the aircraft's file and its engine, at take-off weight,
-        allow; the climb is negative where the engine cannot hold level flight.
+        allow; the climb is negative if the engine cannot hold level flight.
     thrust_N : float
-        Greatest thrust: the engine's power through the propeller at cruise speed.
+        Maximum thrust: the engine's power through the propeller at cruise speed.
     fuel_N : float
-        Fuel that a path may burn, the reserve left out.
+        Fuel that a path may burn, without the reserve.
     ceiling_m : float
         Maximum altitude: the lower one of the rule and the aircraft's service ceiling.
     stall_speed_m_s : float
@@ -57,7 +58,7 @@ class Limits:
 
     @staticmethod
     def of(aircraft: Aircraft, wind: tuple[float, float], rules: Rules | None) -> Limits:
-        """Return the limits of ``aircraft`` in ``wind`` (m/s); no ``rules`` mean ``as_paper``."""
+        """Return the limits of ``aircraft`` in ``wind`` (m/s); no ``rules`` means ``as_paper``."""
         climb, descent = (
             math.radians(aircraft.max_climb_deg),
             math.radians(aircraft.max_descent_deg),
@@ -130,7 +131,7 @@ def slope_limits(
     limits : Limits
         Limits of the aircraft.
     airspeed_m_s : float
-        Its speed through the air.
+        The aircraft's speed through the air.
     wind : (float, float)
         Wind that slopes are limited in, m/s; (0, 0) with ``as_paper``.
     east, north : (n,) float64
@@ -139,7 +140,8 @@ def slope_limits(
     Returns
     -------
     tuple of (n,) float64
-        Both positive for an aircraft that can climb; 0 where the wind forbids the direction.
+        Both are positive for an aircraft that can climb, and 0 if the wind makes the direction
+        impossible.
     """
     climb, descent = math.tan(limits.climb_rad), math.tan(limits.descent_rad)
     if wind == (0.0, 0.0):
@@ -158,7 +160,7 @@ def slope_limits(
             low, high = np.where(held, slope, low), np.where(held, high, slope)
         return np.tan(low)
 
-    # Against the wind a steeper slope could be flown, but the engine may not hold it.
+    # Against the wind, a steeper slope would be allowed, but the engine may not hold it.
     return (
         np.minimum(steepest(max(limits.climb_rad, 0.0)), climb),
         np.minimum(steepest(limits.descent_rad), descent),

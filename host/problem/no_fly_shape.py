@@ -18,11 +18,11 @@ _MOST_FALL = (1 << EDGE_BITS - 1) - 1
 
 
 def no_fly_shape(grid: CornerMap, zone: Zone) -> NoFlyShape | None:
-    """Return a shape that holds every corner of ``grid`` around which a cell meets ``zone``.
+    """Return a shape that contains every corner of ``grid`` with a neighbouring cell in ``zone``.
 
-    The margin of the rules belongs to the zone; its heights and times are ignored. The shape is
-    a disc for a circle, and for a polygon the convex hull of these corners, by 8 edges where the
-    hull has more. None stands for no corner.
+    The margin of the rules belongs to the zone; its heights and times are ignored. The shape is a
+    disc for a circle, and for a polygon the convex hull of these corners, reduced to 8 edges if the
+    hull has more. It is None if there is no such corner.
     """
     rows, columns = grid.around_zone(zone)
     y, x = np.nonzero(grid.beside(zone, rows, columns))
@@ -33,7 +33,7 @@ def no_fly_shape(grid: CornerMap, zone: Zone) -> NoFlyShape | None:
     places = np.column_stack((x, y)) - first
     bend = np.zeros(2, dtype=np.int64)
     if zone.footprint.disc is not None:
-        # From the centre outwards: (u - centre)**2, each axis in its sides of a cell.
+        # Squared distance from the centre, (u - centre)**2, each axis in units of its cell side.
         centre = np.array(zone.footprint.disc[:2]) / grid.scale_m - 0.5 - first
         weights = (np.array(grid.scale_m) / max(grid.scale_m)) ** 2
         scale = min(_MOST_BEND, _MOST_FALL / (2 * max(np.abs(weights * centre).max(), 1e-9)))
@@ -41,7 +41,7 @@ def no_fly_shape(grid: CornerMap, zone: Zone) -> NoFlyShape | None:
         falls = np.clip(np.rint(2 * bend * centre), -_MOST_FALL, _MOST_FALL)[None].astype(np.int64)
     else:
         falls = _inward(places)
-    # Every corner of the zone is on the inner side, the outermost just so.
+    # Every corner of the zone is on the inner side; the outermost is just inside.
     least = (places @ falls.T - (places**2 @ bend)[:, None]).min(axis=0)
     return NoFlyShape(
         first_x=int(first[0]),
@@ -58,10 +58,9 @@ def no_fly_shape(grid: CornerMap, zone: Zone) -> NoFlyShape | None:
 
 
 def _inward(places: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the inward normals of edges of the hull of ``places``, (n, 2), as falls.
+    """Return the inward normals, as falls, of edges of the hull of ``places``, (n, 2).
 
-    At most 8 edges are chosen, each as the edge that excludes the most remaining corners of the
-    box.
+    At most 8 edges are chosen greedily: each excludes the most remaining corners of the box.
     """
     if not np.ptp(places, axis=0).all():
         # A row of corners is a box.

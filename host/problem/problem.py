@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 __all__ = ["SMALLEST_DS_M", "Problem"]
 
 SMALLEST_DS_M = 1e-3
-# Samples of the way at most: at an eighth of the step a track has ten times as many.
+# Maximum samples along the way: at an eighth of the step, a track has ten times as many.
 _MOST_SAMPLES = 500_000
 _SAFE = Rules()
 
@@ -44,7 +44,7 @@ class Problem:
     Parameters
     ----------
     terrain : Terrain
-        The ground, NaN where it is void.
+        The ground; NaN is a void.
     start, goal : (float, float, float)
         x, y and altitude. Different points inside the map (the rectangle of its nodes), not below
         the ground, not over a void, not in a no-fly zone.
@@ -55,21 +55,22 @@ class Problem:
     wind : (float, float)
         Constant wind in m/s, x and y; slower than the aircraft.
     ds_m : float, optional
-        Sampling step of the distances under the terrain and in no-fly zones; half the smaller side
-        of a cell by default, a millimetre at least, the straight way from start to goal at most.
+        Sampling step of the distances under the terrain and in no-fly zones; by default half the
+        smaller side of a cell; at least a millimetre, and at most the straight distance from start
+        to goal.
     agl : bool
         The third numbers of ``start`` and ``goal`` are heights above the ground, not altitudes.
     geo : bool
         The first two numbers of ``start`` and ``goal`` are WGS84 latitude and longitude in degrees;
         the terrain must have a coordinate reference system.
     rules : Rules or None
-        Rules that a path must keep beyond the evaluation of the papers, by default
+        Rules that a path must keep in addition to the evaluation of the papers, by default
         :class:`Rules` without arguments. None means ``as_paper``.
     as_paper : bool
-        No rules: only the evaluation of the papers. Excludes other rules, and headings.
+        No rules: only the evaluation of the papers. It excludes rules and headings.
     start_heading_deg, goal_heading_deg : float, optional
         Heading at start and goal, degrees clockwise from the frame's north, -360 to 360. The turn
-        between it and the segment next to it is an arc like any other.
+        between the heading and the adjacent segment is an arc like any other.
 
     Raises
     ------
@@ -172,7 +173,7 @@ class Problem:
 
     @property
     def lines(self) -> list[tuple[Point, Point]]:
-        """Straight lines between the points of the way, to which costs are relative."""
+        """Straight lines between the points of the way, the reference of costs."""
         return list(itertools.pairwise(self.way))
 
     @property
@@ -197,7 +198,7 @@ class Problem:
 
     @property
     def headings(self) -> tuple[tuple[float, float] | None, tuple[float, float] | None]:
-        """Unit vectors east and north of the headings at start and goal; None where free."""
+        """Unit vectors (east, north) of the headings at start and goal; None if free."""
         start, goal = (
             None if deg is None else (math.sin(math.radians(deg)), math.cos(math.radians(deg)))
             for deg in (self.start_heading_deg, self.goal_heading_deg)
@@ -216,16 +217,17 @@ class Problem:
 
     @property
     def roof(self) -> NDArray[np.float64] | None:
-        """Highest altitude of the search at each node, (ny, nx); None where there is no limit."""
+        """Maximum altitude of the search at each node, (ny, nx); None if there is no limit."""
         return None if self._rasters is None else self._rasters.roof
 
     @cached_property
     def nofly_raster(self) -> NDArray[np.bool_]:
-        """Nodes that the search takes for no-fly, (ny, nx) bool, row 0 the southernmost.
+        """Nodes that the search treats as no-fly, (ny, nx) bool, row 0 the southernmost.
 
-        With ``as_paper``, the nodes in a zone. Under the rules, the nodes whose cell square meets a
-        zone or its margin. Zones that are flown over or under are in :attr:`surface` and
-        :attr:`roof`, and those that are active at times only in :attr:`blocked_raster`.
+        With ``as_paper``, these are the nodes in a zone. Under the rules, they are the nodes whose
+        cell square meets a zone or its margin. Zones to be flown over or under are in
+        :attr:`surface` and :attr:`roof`, and zones that are only active at times are in
+        :attr:`blocked_raster`.
         """
         inside = raster(self.zones, self.terrain) if self._rasters is None else self._rasters.nofly
         inside.flags.writeable = False
@@ -233,7 +235,7 @@ class Problem:
 
     @cached_property
     def blocked_raster(self) -> NDArray[np.bool_]:
-        """Nodes where planners can put no waypoint: no-fly, void, or without room, (ny, nx).
+        """Nodes where planners must not put a waypoint: no-fly, void, or without room, (ny, nx).
 
         Zones that are active at times count as always active.
         """
@@ -245,7 +247,7 @@ class Problem:
 
     @property
     def zones_at_times(self) -> tuple[Zone, ...]:
-        """Zones of all heights that are active at times; an evaluation knows when it passes them.
+        """Zones of all heights that are active only at times, which the evaluation checks.
 
         Empty with ``as_paper``; zones that end before they can be reached are left out.
         """
@@ -256,7 +258,7 @@ class Problem:
 
     @cached_property
     def demand(self) -> Demand:
-        """Clearance required on the way from start to goal; the problem must have rules."""
+        """Clearance required on the way from start to goal; only for a problem with rules."""
         from pathgene.host.problem.surface import Demand
 
         assert self.rules is not None
@@ -276,9 +278,9 @@ class Problem:
         return SearchRasters(self.terrain, self.demand, self.zones, self.rules, self._fastest_m_s)
 
     def is_in_zone(self, point: Point, *, at_start: bool = False) -> bool:
-        """Return whether a point, x, y and altitude, is in a zone, its margin left out.
+        """Return whether a point, x, y and altitude, is in a zone, ignoring margins.
 
-        A zone with times counts only where the time is known: at the start of the path.
+        A zone with times counts only at the start of the path, where the time is known.
         """
         x, y, z = point
         if self.rules is None:

@@ -1,4 +1,4 @@
-"""Rings of corners: how they are given, and which nodes of a grid they hold."""
+"""Rings of corners: how they are given, and which nodes of a grid they contain."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ __all__ = [
     "ring_of",
 ]
 
-# Nodes this near an edge are on it: products like 7 * 30.87 carry rounding, borders do not.
+# Nodes this close to an edge are on it: products like 7 * 30.87 are rounded, borders are not.
 EDGE_M = 1e-6
 
-#: Greatest coordinate and radius of a zone, metres: further than any place on Earth.
+#: Maximum coordinate and radius of a zone, metres: farther than any place on Earth.
 MOST_M = 1e9
 
 
 def require_near(kind: str, values: Iterable[float]) -> None:
-    """Check that all metres of a zone are on this side of :data:`MOST_M`.
+    """Check that no coordinate or radius of a zone exceeds :data:`MOST_M`.
 
     Raises
     ------
     InputError
-        If one is not; the sentence names the ``kind`` of zone.
+        If one does; the sentence names the ``kind`` of zone.
     """
     for value in values:
         if abs(value) > MOST_M:
@@ -86,7 +86,7 @@ def edges(ring: Ring) -> Iterator[tuple[float, float, float, float]]:
 def nodes_inside(ring: Ring, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Return the nodes inside a ring, (ny, nx) bool, of a grid of columns ``x`` and rows ``y``.
 
-    By the even-odd rule; nodes on an edge may go either way.
+    The even-odd rule applies; nodes on an edge may go either way.
     """
     crossings = np.zeros((len(y), len(x)), dtype=bool)
     for xa, ya, xb, yb in edges(ring):

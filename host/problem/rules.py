@@ -1,4 +1,4 @@
-"""Rules of safe flight that a path must keep beyond the evaluation of the papers."""
+"""Rules of safe flight that a path must keep in addition to the evaluation of the papers."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathgene.host.numeric import real
 
 __all__ = ["Rules"]
 
-#: Names of the rules in sentences to users.
+#: Names of the rules in messages to users.
 _NAMES = {
     "clearance_m": "clearance",
     "corridor_m": "corridor",
@@ -25,19 +25,19 @@ _NAMES = {
 
 @dataclass(frozen=True, kw_only=True)
 class Rules:
-    """Distances that a path keeps from terrain, zones and ceilings, and the fuel it leaves.
+    """Distances that a path keeps from terrain, zones and ceilings, and the fuel reserve.
 
     Parameters
     ----------
     clearance_m : float
-        Minimum height over the surface, 0 or more. Near start and goal less is required: see
+        Minimum height over the surface, 0 or more. Less is required near start and goal: see
         :func:`pathgene.host.problem.surface.required_m`.
     corridor_m : float
         Distance to either side of the track within which the clearance is kept, 0 or more.
     ceiling_m : float, optional
-        Highest altitude above the terrain's datum.
+        Maximum altitude above the terrain's datum.
     ceiling_agl_m : float, optional
-        Greatest height over the surface, above 0.
+        Maximum height over the surface, above 0.
     zone_margin_m : float
         Distance kept from no-fly zones on every side, 0 or more.
     reserve : float

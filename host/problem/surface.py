@@ -1,7 +1,7 @@
 """The clearance required over the surface, and the raised rasters that planners search above.
 
-Near start and goal less clearance is required, otherwise no aircraft could take off or land: see
-:class:`Demand`.
+Less clearance is required near start and goal, because otherwise no aircraft could take off or
+land: see :class:`Demand`.
 """
 
 from __future__ import annotations
@@ -29,17 +29,17 @@ __all__ = ["Demand", "SearchRasters"]
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-# Cells around an end in which the rasters are lowered to a climb from the end.
+# Cells around an end in which the rasters are lowered so that the aircraft can climb from the end.
 _CELLS_AT_ENDS = 4.0
 # Slope of that climb, as a share of the steepest one.
 _SHARE_OF_CLIMB = 0.9
-# The rasters lie this far below the ends, so that rounding does not shut them in.
+# The rasters lie this far below the ends, so that rounding does not enclose the ends.
 _BELOW_ENDS_M = 0.005
 # Places on the rim of the corridor around an end, and metres by which they may miss the highest
 # surface there.
 _RIM_PLACES = 3600
 _RIM_SLACK_M = 1e-3
-# Places of a terrain whose surroundings are remembered.
+# Number of places of a terrain whose surroundings are cached.
 _MOST_PLACES = 64
 
 
@@ -47,22 +47,21 @@ _MOST_PLACES = 64
 class Demand:
     """The clearance required at a horizontal distance from both ends.
 
-    It is the least of the rule's clearance and, for each end, the height that the end itself has
-    over the surface, plus half the tangent of the climb limit (of the descent limit at the goal)
-    times the distance. Over the surface right below the track, that is the end's height over the
-    surface below it; to the side of the track, its height over the highest surface within the
-    corridor.
+    It is the minimum of the rule's clearance and, for each end, the end's own height over the
+    surface plus half the tangent of the climb limit (the descent limit at the goal) times the
+    distance. Over the surface right below the track, that is the end's height over the surface
+    below it; to the side of the track, its height over the highest surface within the corridor.
 
     Parameters
     ----------
     clearance_m : float
-        The rule.
+        Clearance of the rule.
     heights_m : (float, float)
         Height of start and goal over the surface below.
     heights_beside_m : (float, float)
-        The same over the highest surface within the corridor around; at least less its width, as a
-        cliff next to an end does not excuse the path. Where it is above the clearance, the
-        corridor may be taken for wider.
+        Height over the highest surface within the corridor around the end, but at least minus the
+        corridor's width, because a cliff next to an end does not excuse the path. If it exceeds the
+        clearance, it may be computed for a wider corridor.
     slopes : (float, float)
         Growth of the required clearance with distance from start and goal.
     ends : ((float, float, float), (float, float, float))
@@ -106,9 +105,9 @@ class Demand:
     def required_m(
         self, x: Floats, y: Floats, nearer_m: float = 0.0, *, beside: bool = False
     ) -> Floats:
-        """Return the clearance required at points, as if ``nearer_m`` nearer to both ends.
+        """Return the clearance required at points, as if ``nearer_m`` closer to both ends.
 
-        It is required over the surface right below the track or, with ``beside``, in the corridor.
+        It applies to the surface right below the track or, with ``beside``, in the corridor.
         """
         required = np.full(np.broadcast(x, y).shape, self.clearance_m)
         heights = self.heights_beside_m if beside else self.heights_m
@@ -121,8 +120,8 @@ class Demand:
 def _highest_within(terrain: Terrain, x: float, y: float, radius_m: float) -> float:
     """Return the highest surface within a distance of a point, metres; infinite near a void.
 
-    It lies at a node, on the rim, or where the rim crosses a line of nodes or of the squares around
-    them. A millimetre is added: the rim is sampled.
+    The maximum lies at a node, on the rim, or where the rim crosses a line of nodes or of the
+    squares around them. A millimetre is added because the rim is sampled.
     """
     if radius_m == 0:
         return float(surface_below(terrain, np.array([x]), np.array([y]))[0])
@@ -155,7 +154,7 @@ def _highest_within(terrain: Terrain, x: float, y: float, radius_m: float) -> fl
 
 
 class SearchRasters:
-    """Rasters of the terrain's shape above which every sampled path keeps the rules, nearly always.
+    """Rasters with the terrain's shape; a sampled path above them nearly always keeps the rules.
 
     The strict rule decides on each path; these rasters let planners search as if there were no
     rules. A node stands for its cell square.
@@ -167,24 +166,25 @@ class SearchRasters:
     demand : Demand
         Required clearance.
     zones : iterable of Zone
-        No-fly zones; one whose time ends before it can be reached is left out.
+        No-fly zones; a zone that ends before it can be reached is left out.
     rules : Rules
         Corridor, margin of zones and ceiling above ground.
     fastest_m_s : float
-        Greatest possible ground speed.
+        Maximum possible ground speed.
 
     Attributes
     ----------
     floor : (ny, nx) float64, metres
-        Lowest altitude at each node: the highest surface within the corridor of any point of the
-        square, the required clearance, and zones to be flown over; NaN over voids and near them.
+        Minimum altitude at each node: the highest surface within the corridor of any point of the
+        square, plus the required clearance, and zones to be flown over; NaN over voids and near
+        them.
     roof : (ny, nx) float64, metres, or None
-        Highest altitude at each node: the ceiling above ground, and zones to be flown under;
-        infinite where it is not limited. None if no node is limited.
+        Maximum altitude at each node: the ceiling above ground, and zones to be flown under;
+        infinite if it is not limited. None if no node is limited.
     nofly : (ny, nx) bool
-        Nodes in zones that are neither flown over nor under.
+        Nodes in zones that can be flown neither over nor under.
     at_times : (ny, nx) bool
-        The same of zones that are active at times.
+        Nodes in such zones that are only active at times.
     at_times_zones : tuple of Zone
         These zones.
     """
@@ -260,7 +260,7 @@ def _floor(
         x, y = _places(terrain, rows, columns)
         there = floor[rows, columns]
         away = np.maximum(np.hypot(x - at_x, y - at_y) - half_diagonal, 0.0)
-        # The raster asks for more than the rule where the ground rises from node to node.
+        # The raster requires more than the rule where the ground rises from node to node.
         ramp_m = (max(demand.clearance_m - height, 0.0) + demand.clearance_m) / slope
         near = away <= _CELLS_AT_ENDS * half_diagonal + ramp_m
         heights = terrain.elevation[rows, columns]
@@ -269,14 +269,14 @@ def _floor(
         steepest = _SHARE_OF_CLIMB * 2.0 * slope
         eased = np.maximum(least, np.minimum(there, z + steepest * away))
         eased = np.minimum(eased, np.where(away == 0, z - _BELOW_ENDS_M, np.inf))
-        # A void is not eased, unless the end itself is next to it.
+        # Nodes near a void are not lowered, unless the end itself is next to the void.
         near &= (there < ANY_VOID_M) | (away <= _CELLS_AT_ENDS * half_diagonal)
         floor[rows, columns] = np.where(near, eased, there)
     return np.where(floor > ANY_VOID_M, np.nan, floor)
 
 
 def _reaches_m(demand: Demand, half_diagonal: float) -> tuple[float, float]:
-    """Return the distances from start and goal beyond which they change nothing."""
+    """Return the distances from start and goal beyond which the ends have no influence."""
     start, goal = (
         max(_CELLS_AT_ENDS * half_diagonal, 2 * half_diagonal)
         + (max(demand.clearance_m - height, 0.0) + demand.clearance_m) / slope
@@ -311,14 +311,14 @@ def _places(terrain: Terrain, rows: slice, columns: slice) -> tuple[Floats, Floa
 
 
 class _Around:
-    """The highest surface around places of a terrain, computed once: a changed problem asks again.
+    """The highest surface around places of a terrain, cached because changed problems ask again.
 
     Parameters
     ----------
     terrain : Terrain
         The ground.
     corridor_m : float
-        How far around.
+        Distance within which the surface counts.
 
     Attributes
     ----------
@@ -328,7 +328,7 @@ class _Around:
 
     def __init__(self, terrain: Terrain, corridor_m: float) -> None:
         self.corridor_m = corridor_m
-        # No reference to the terrain: it is the key under which this is kept.
+        # Without a reference to the terrain, which is the weak key of this object.
         heights = np.where(terrain.voids, VOID_M, terrain.elevation)
         self.nodes = _highest_around(heights, terrain, corridor_m)
         self._within: dict[tuple[float, float], float] = {}
@@ -336,7 +336,8 @@ class _Around:
     def highest_within(self, terrain: Terrain, x: float, y: float, enough_m: float) -> float:
         """Return the highest surface around a point, metres; infinite near a void.
 
-        If the square of the nearest node has none above ``enough_m``, its highest is returned.
+        If no surface around the nearest node's square is above ``enough_m``, its highest is
+        returned.
         """
         nearest = float(self.nodes[terrain.nearest_nodes(x, y)])
         if nearest <= enough_m:
@@ -348,7 +349,7 @@ class _Around:
         return self._within[x, y]
 
 
-# The surroundings by the latest corridor of each terrain.
+# The surroundings for the latest corridor of each terrain.
 _AROUND: WeakKeyDictionary[Terrain, _Around] = WeakKeyDictionary()
 
 
@@ -383,7 +384,7 @@ def _spread(raster: Floats, axis: int, nodes: int) -> Floats:
 
 
 def _moved(raster: Floats, axis: int, cells: float) -> Floats:
-    """Return the raster read ``cells`` farther along an axis, linear between nodes."""
+    """Return the raster shifted by ``cells`` along an axis, linear between nodes."""
     before = math.floor(cells)
     share = cells - before
     index = np.arange(raster.shape[axis])

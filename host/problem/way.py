@@ -1,4 +1,4 @@
-"""The problem of a path over several points: a mission as a whole."""
+"""The problem of a path through several points: a mission as a whole."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ __all__ = ["WayProblem"]
 class WayProblem(Problem):
     """A problem whose costs are relative to the straight lines through several points.
 
-    Near its start and its end less clearance is required, near the points between them the whole
-    clearance. The evaluation does not check whether a path passes those points.
+    Less clearance is required near its start and end, but the whole clearance near the points
+    between them. The evaluation does not check whether a path passes those points.
 
     Parameters
     ----------
     terrain : Terrain
         The ground.
     way : sequence of (float, float, float)
-        Three points or more, x, y and altitude; the last may be the first.
+        Three points or more, x, y and altitude; the last may equal the first.
     **options
         Options of :class:`Problem`.
 
     Raises
     ------
     InputError
-        If two points that follow each other are the same, or as :class:`Problem` does.
+        If two consecutive points are the same, or as :class:`Problem` does.
     """
 
     def __init__(self, terrain: Terrain, way: Sequence[Point], **options: Any) -> None:

@@ -1,12 +1,12 @@
-"""The conservative raster of zones for the search: every cell that a zone and its margin meet.
+"""The conservative raster of zones for the search: every cell that meets a zone or its margin.
 
 The cell of a node is the closed rectangle of one cell's size around it. A path that stays in cells
 that are not blocked cannot meet a zone, however small or thin.
 
 A zone with its margin is the zone and, around each edge, all places within the margin: a capsule,
 which is convex. In a row of cells, the capsule's part within the row is convex too, so it meets the
-cells from its westernmost to its easternmost place only, and both places have a closed
-form. A cell that no edge's capsule meets is inside or outside as a whole, as its node is.
+cells from its westernmost to its easternmost place only, and both places have a closed form. A cell
+that meets no edge's capsule is entirely inside or outside, like its node.
 """
 
 from __future__ import annotations
@@ -23,9 +23,10 @@ from pathgene.host.terrain import Terrain
 
 __all__ = ["blocked_cells"]
 
-# Wider than the strict rule's micrometre, so that a free cell holds nothing that it rejects.
+# Wider than the strict rule's micrometre, so that a free cell contains no place that the rule
+# rejects.
 _SLACK_M = 2 * EDGE_M
-# An edge that rises by less is level.
+# An edge that rises by less counts as level.
 _LEVEL_M = 1e-9
 
 _Floats = NDArray[np.float64]
@@ -41,7 +42,7 @@ def blocked_cells(zones: Iterable[Zone], terrain: Terrain, margin_m: float) -> N
     terrain : Terrain
         The grid.
     margin_m : float
-        Distance around a zone that belongs to it, 0 or more.
+        Distance by which a zone is widened, 0 or more.
     """
     rows, columns = terrain.elevation.shape
     inside = np.zeros((rows, columns), dtype=bool)
@@ -57,7 +58,7 @@ def blocked_cells(zones: Iterable[Zone], terrain: Terrain, margin_m: float) -> N
 
 
 def _spread(first: _Floats, last: _Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return an entry for every row from ``first`` to ``last`` of each item: the item, the row."""
+    """Return an entry (item, row) for every row from ``first`` to ``last`` of each item."""
     counts = np.maximum(last - first + 1, 0).astype(np.intp)
     item = np.repeat(np.arange(len(counts)), counts)
     row = np.arange(len(item)) - np.repeat(np.cumsum(counts) - counts, counts)
@@ -80,7 +81,8 @@ def _add_nodes(inside: NDArray[np.bool_], borders: _Floats, terrain: Terrain) ->
     south, north = int(row.min()), int(row.max()) + 1
     crossings = np.zeros((north - south, columns + 1), dtype=np.int32)
     np.add.at(crossings, (row - south, column), 1)
-    # A row crosses a ring an even number of times: as often in the west as in the east, mod 2.
+    # A row crosses a ring an even number of times, so the counts to the west and to the east agree
+    # modulo 2.
     inside[south:north] |= np.cumsum(crossings, axis=1, dtype=np.int32)[:, :-1] % 2 == 1
 
 
@@ -125,12 +127,13 @@ def _easternmost(
     south: _Floats,
     north: _Floats,
 ) -> _Floats:
-    """Return the greatest x of capsules between two values of y that they reach."""
+    """Return the maximum x of capsules between two values of y that they reach."""
     dx, dy = xb - xa, yb - ya
-    # The east of a convex shape is a concave function of y, greatest level with the eastern end.
+    # The eastern border of a convex shape is a concave function of y, with its maximum level with
+    # the eastern end.
     y = np.clip(np.where(dx > 0, yb, ya), south, north)
-    # The centre of the circle that reaches the furthest at y is where the radius is at a right
-    # angle to the edge, or else the end next to there.
+    # The circle that reaches farthest at y has its centre where the radius is perpendicular to the
+    # edge, or else at the nearest end.
     level = np.abs(dy) < _LEVEL_M
     rise = np.where(level, 1.0, dy)
     aside = -radius * dx / np.hypot(dx, rise) * np.sign(rise)

@@ -1,7 +1,7 @@
-"""No-fly zones: circles and polygons, their raster, GeoJSON and the form they have in a summary.
+"""No-fly zones: circles and polygons, their raster, GeoJSON and form in a summary.
 
 A zone is a cylinder, of infinite height unless it has limits. Source: Roberge and Tarbouchi,
-section 3.1; polygons, limits of height and times are ours.
+section 3.1; polygons, height limits and times are our additions.
 """
 
 from __future__ import annotations
@@ -37,16 +37,16 @@ _COMMON = {"name": "name", "lower": "lower_m", "upper": "upper_m", "t0": "t0_s",
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Zone(ABC):
-    """A no-fly zone: a cylinder over a circle or a polygon, perhaps limited in height and in time.
+    """A no-fly zone: a cylinder over a circle or a polygon, optionally limited in height and time.
 
-    The program asks a zone for its ``footprint`` and never for its class.
+    The program uses a zone's ``footprint`` and never its class.
 
     Parameters
     ----------
     name : str
-        Name in reports; empty for none.
+        Name in reports; may be empty.
     lower_m, upper_m : float, optional
-        Lowest and highest altitude inside, metres of the terrain's datum; None for no limit.
+        Lowest and highest altitude inside, metres above the terrain's datum; None for no limit.
         ``lower_m`` is below ``upper_m``.
     t0_s, t1_s : float, optional
         The zone is active from ``t0_s`` to ``t1_s`` seconds after the start of the path; None for
@@ -78,7 +78,7 @@ class Zone(ABC):
     ) -> Circle:
         """Return the circle around (``x_m``, ``y_m``), metres in the terrain's local frame.
 
-        Every zone has the remaining parameters; see :class:`Zone`.
+        The remaining parameters are common to all zones; see :class:`Zone`.
 
         Raises
         ------
@@ -107,9 +107,9 @@ class Zone(ABC):
         t0_s: float | None = None,
         t1_s: float | None = None,
     ) -> Polygon:
-        """Return the polygon with ``corners`` (x, y) in either direction, less its ``holes``.
+        """Return the polygon with ``corners`` (x, y) in either direction, without its ``holes``.
 
-        Every zone has the remaining parameters; see :class:`Zone`.
+        The remaining parameters are common to all zones; see :class:`Zone`.
 
         Raises
         ------
@@ -143,7 +143,7 @@ class Zone(ABC):
 
     @abstractmethod
     def moved(self, east_m: float, north_m: float) -> Zone:
-        """Return the same zone at another place."""
+        """Return the same zone at a different place."""
 
     def covers(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return the nodes inside, (ny, nx) bool, of a grid of columns ``x`` and rows ``y``."""
@@ -155,7 +155,7 @@ class Zone(ABC):
 
     @property
     def shape(self) -> Shape:
-        """The zone as files have it: a point with the property ``radius_m``, or a polygon."""
+        """The zone in the form of files: a point with the property ``radius_m``, or a polygon."""
         if self.footprint.disc is None:
             return Shape("Polygon", self.footprint.rings, self.limits)
         x_m, y_m, radius_m = self.footprint.disc
@@ -168,7 +168,7 @@ class Zone(ABC):
         return {key: value for key, value in values.items() if value not in (None, "")}
 
     def __repr__(self) -> str:
-        # Own fields first, of the common ones those that are set.
+        # The zone's own fields first, then the common fields that are set.
         own = [field for field in fields(self) if not field.kw_only]
         common = [
             field
@@ -202,7 +202,7 @@ class Zone(ABC):
 class Circle(Zone):
     """A circular zone around (``x_m``, ``y_m``), local metres.
 
-    A node is in it when its distance to the axis is at most ``radius_m``, which is 0 or more.
+    A node is in the zone if its distance to the axis is at most ``radius_m``, which is 0 or more.
 
     Raises
     ------
@@ -233,7 +233,7 @@ class Circle(Zone):
         return Disc(self.x_m, self.y_m, self.radius_m)
 
     def moved(self, east_m: float, north_m: float) -> Circle:
-        """Return the same circle at another place."""
+        """Return the same circle at a different place."""
         return replace(self, x_m=self.x_m + east_m, y_m=self.y_m + north_m)
 
     def to_dict(self) -> dict[str, Any]:
@@ -245,8 +245,8 @@ class Circle(Zone):
 class Polygon(Zone):
     """A polygonal zone, local metres.
 
-    A node is in it when it lies inside ``ring`` and not inside a hole, or on an edge of either
-    (within a micrometre). A ring that crosses itself covers by the even-odd rule.
+    A node is in the zone if it lies inside ``ring`` and not inside a hole, or within a micrometre
+    of an edge of either. If a ring crosses itself, the even-odd rule applies.
 
     Parameters
     ----------
@@ -275,14 +275,14 @@ class Polygon(Zone):
         return Area((self.ring, *self.holes))
 
     def moved(self, east_m: float, north_m: float) -> Polygon:
-        """Return the same polygon at another place."""
+        """Return the same polygon at a different place."""
         ring, *holes = (
             tuple((x + east_m, y + north_m) for x, y in each) for each in self.footprint.rings
         )
         return replace(self, ring=ring, holes=tuple(holes))
 
     def to_dict(self) -> dict[str, Any]:
-        """The zone as in ``summary.json``; ``holes`` only where there are some."""
+        """The zone as in ``summary.json``; it has ``holes`` only if there are any."""
         table: dict[str, Any] = {"polygon": [list(corner) for corner in self.ring]}
         if self.holes:
             table["holes"] = [[list(corner) for corner in hole] for hole in self.holes]
@@ -290,7 +290,7 @@ class Polygon(Zone):
 
 
 def listed(zones: Iterable[Zone]) -> tuple[Zone, ...]:
-    """Return zones as a user lists them as a tuple.
+    """Return zones that a user lists as a tuple.
 
     Raises
     ------
@@ -315,12 +315,12 @@ def raster(zones: Iterable[Zone], terrain: Terrain) -> NDArray[np.bool_]:
 
 
 def zone_from_dict(table: Any) -> Zone:
-    """Make a zone from the form it has in ``summary.json``.
+    """Make a zone from its form in ``summary.json``.
 
     Raises
     ------
     InputError
-        If the form is neither a circle's nor a polygon's, or its values are bad.
+        If it describes neither a circle nor a polygon, or its values are bad.
     """
     if isinstance(table, dict):
         common = {field: table[key] for key, field in _COMMON.items() if key in table}
@@ -338,14 +338,14 @@ def zone_from_dict(table: Any) -> Zone:
 
 
 def read_zones(path: str | Path, terrain: Terrain) -> tuple[Zone, ...]:
-    """Read zones from a file of a format that :data:`pathgene.host.formats.registry.FORMATS` has.
+    """Read zones from a file in a format of :data:`pathgene.host.formats.registry.FORMATS`.
 
     GeoJSON: polygons and multi-polygons, with holes, and points with the property ``radius_m``, in
-    metres of the terrain's plane. Coordinates are WGS84 longitude and latitude, moved into the
-    terrain's frame corner by corner, or local metres where the file has the member
-    ``"crs_local": true``.
-    A third coordinate is ignored. A feature may have the properties ``name``, ``lower``, ``upper``,
-    ``t0`` and ``t1`` of :class:`Zone`, in metres and seconds; null means no limit.
+    metres of the terrain's plane. Coordinates are WGS84 longitude and latitude, converted to the
+    terrain's frame corner by corner, or local metres if the file has the member
+    ``"crs_local": true``. A third coordinate is ignored. A feature may have the properties
+    ``name``, ``lower``, ``upper``, ``t0`` and ``t1`` of :class:`Zone`, in metres and seconds; null
+    means no limit.
 
     KML and plans: see :func:`pathgene.host.formats.kml.zones` and
     :func:`pathgene.host.formats.plan.zones`.
@@ -353,8 +353,8 @@ def read_zones(path: str | Path, terrain: Terrain) -> tuple[Zone, ...]:
     Raises
     ------
     InputError
-        If the file cannot be read or holds anything else, or has geographic coordinates where the
-        terrain has no coordinate reference system.
+        If the file cannot be read or holds anything else, or has geographic coordinates although
+        the terrain has no coordinate reference system.
     """
     placed = zone_reader(path)
     try:

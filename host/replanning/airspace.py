@@ -1,4 +1,4 @@
-"""Zones, goal and wind as they change during a flight."""
+"""Zones, goal and wind that change during a flight."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["Airspace", "Place"]
 #: Period of the positions of a drifting zone, seconds.
 DRIFT_S = 5.0
 
-#: x and y of the place of a zone: ``path`` with metres ahead, ``goal`` or ``aircraft``.
+#: Returns x and y of a zone's place: ``path`` with metres ahead, ``goal`` or ``aircraft``.
 Place = Callable[[str, float], tuple[float, float]]
 
 
@@ -33,19 +33,19 @@ class _Known:
 
 @dataclass
 class Airspace:
-    """Zones, goal and wind at the present time of a flight, and the zones of earlier times.
+    """Zones, goal and wind at the current time of a flight, and the zones of earlier times.
 
     Parameters
     ----------
     mission : Problem
-        As the flight began.
+        The problem at the beginning of the flight.
 
     Attributes
     ----------
     goal, wind
-        The present goal and wind.
+        The current goal and wind.
     past : list of (float, tuple of Zone)
-        Seconds in order, each with the zones that apply from then on.
+        Times in order, each with the zones that apply from then on.
     """
 
     mission: Problem
@@ -60,12 +60,12 @@ class Airspace:
         self.past = [(0.0, self._zones)]
 
     def happen(self, event: Event, place: Place) -> None:
-        """Change as an event says; ``place`` tells where a placed zone is.
+        """Apply an event; ``place`` tells where a placed zone is.
 
         Raises
         ------
         InputError
-            If a zone that goes away does not exist.
+            If a zone that is to go does not exist.
         """
         for name in event.gone:
             if not any(known.zone.name == name for known in self._known):
@@ -73,7 +73,7 @@ class Airspace:
             self._known = [known for known in self._known if known.zone.name != name]
         for new in event.appear:
             zone = self._made(new, place)
-            # A zone of the same name has moved.
+            # A zone with the same name has moved.
             self._known = [known for known in self._known if known.zone.name != zone.name]
             self._known.append(_Known(zone, new.velocity, event.at_s, zone))
         self.goal = self.goal if event.goal is None else event.goal
@@ -92,7 +92,7 @@ class Airspace:
         return bool(drifting)
 
     def zones_at(self, time_s: float) -> tuple[Zone, ...]:
-        """Return the zones of now that are or will be active, their times counted from now."""
+        """Return the current zones that are or will be active, with times counted from now."""
         return tuple(
             zone for known in self._known if (zone := _from_now(known.zone, time_s)) is not None
         )

@@ -31,21 +31,21 @@ __all__ = ["frames", "write"]
 
 Floats = NDArray[np.float64]
 
-# Inches, and dots an inch, of a frame.
+# Size of a frame in inches, and its dots per inch.
 _WIDTH, _HEIGHT, _DPI = 8.0, 6.6, 80
-# Frames of the whole flight, and how long each is shown; a change is shown for longer.
+# Frames of the whole flight, and how long each one is shown; a change is shown longer.
 _FRAMES, _FRAME_MS, _PAUSE_MS = 72, 100, 1600
 _COLOURS = 64
-# Colours that are kept, and the height of their bands in the palette's picture, dots.
+# Colours that are always kept, and the height of their bands in the palette's picture, in dots.
 _LINES = (PATH, FLOWN, START, GOAL, NOFLY, TEXT, "white")
 _BAND = 40
-# The aircraft's mark, dots.
+# Size of the aircraft's mark, in dots.
 _MARK = 15
 _AIRCRAFT = Outline([(1.0, 0.0), (-0.8, 0.6), (-0.45, 0.0), (-0.8, -0.6), (1.0, 0.0)])
 
 
 def write(report: Replanned, file: Path) -> None:
-    """Write the animation into the GIF ``file``."""
+    """Write the animation to the GIF ``file``."""
     images, durations = frames(report)
     palette = _palette(images[len(images) // 2])
     reduced = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
@@ -62,7 +62,7 @@ def write(report: Replanned, file: Path) -> None:
 
 
 def _palette(frame: Image.Image) -> Image.Image:
-    """Return a palette of a frame's colours, and of lines and zones, which are few dots."""
+    """Return a palette of a frame's colours, and of lines and zones, which have few dots."""
     width, height = frame.size
     bands = Image.new("RGB", (width, height + _BAND * len(_LINES)))
     bands.paste(frame)
@@ -72,7 +72,7 @@ def _palette(frame: Image.Image) -> Image.Image:
 
 
 def frames(report: Replanned) -> tuple[list[Image.Image], list[int]]:
-    """Return the frames, and the milliseconds for which each is shown."""
+    """Return the frames, and the milliseconds that each is shown."""
     session = report.session
     figure = Figure(figsize=(_WIDTH, _HEIGHT), facecolor="white", dpi=_DPI)
     canvas: Any = FigureCanvasAgg(figure)
@@ -112,7 +112,7 @@ def _background(figure: Figure, report: Replanned) -> tuple[Axes, float]:
     shown = window(report, plan)
     plan_view.draw(plan, bar, mission, ends, samples, none, window=shown)
     for line in list(plan.lines):
-        # The path is drawn in each frame, as long as it holds.
+        # The path is drawn in each frame while it is valid.
         if line.get_color() == PATH:
             line.remove()
     unit_m, _ = plan_view.axis_unit(max(terrain.width_m, terrain.height_m))
@@ -131,7 +131,7 @@ def _background(figure: Figure, report: Replanned) -> tuple[Axes, float]:
 
 
 def _times(report: Replanned) -> list[tuple[float, bool, str]]:
-    """Return the seconds of all frames, whether each is a pause, and its text."""
+    """Return the time of each frame in seconds, whether it is a pause, and its text."""
     session = report.session
     end = session.pilot.time_s
     moments: list[tuple[float, bool, str]] = [

@@ -1,7 +1,7 @@
-"""Where a plan begins on the present track, and how its path joins it.
+"""Where a plan begins on the current track, and how its path joins the track.
 
-Paths of the planner core begin with a straight, so its plan starts on the track. Paths of
-other planners turn at their start, and the evaluation lays that turn before it: a straight leads
+Paths of the planner core begin with a straight, so its plan starts on the track. Paths of other
+planners turn at their start, and the evaluation puts that turn before the start: a straight leads
 there.
 """
 
@@ -21,10 +21,12 @@ from pathgene.host.replanning.tracks import Pose, Track, is_smooth, part, pose_a
 
 __all__ = ["Departure", "RestOfFlight", "depart", "fault_of"]
 
-# Straights that lead to a start: turn radii, and share of the steepest climb; the first that is
-# safe. Half of one that climbs may be a turn's tangent, over which its climb is lost.
+# Straights that lead to a start: length in turn radii, and share of the steepest climb; the first
+# safe one is used. Half of a climbing straight may be the tangent of a turn, where its climb is
+# lost.
 _LEADS = (1.1, 0.0), (2.0, 0.25), (2.0, 0.45)
-# Distance from a new track's beginning to the aircraft: guidance finds its place on it, metres.
+# Distance in metres from a new track's beginning to the aircraft, so that the guidance finds its
+# place on the track.
 _BACK_M = 60.0
 # A line is a glide if it needs less than this share of the thrust of level flight.
 _GLIDE = 0.25
@@ -58,11 +60,11 @@ class Departure:
     Parameters
     ----------
     track : tuple of Straight or Arc
-        The present track.
+        The current track.
     leaves_m : float
-        Distance along it.
+        Distance along the track.
     lead : Straight or None
-        From there to the start of the plan.
+        Straight from there to the start of the plan.
     """
 
     track: Track
@@ -71,7 +73,7 @@ class Departure:
 
     @property
     def start(self) -> Pose:
-        """Start of the plan, and the heading there."""
+        """Start of the plan, with the heading there."""
         pose = pose_at(self.track, self.leaves_m)
         return pose if self.lead is None else pose_at((self.lead,), self.lead.run_m)
 
@@ -103,7 +105,7 @@ class Departure:
         return (*part(self.track, since_m, self.leaves_m), *self._led(path), *path)
 
     def whole(self, path: Track, along_m: float) -> Track:
-        """Return the new track for an aircraft at ``along_m``; it begins a little before that."""
+        """Return the new track for an aircraft at ``along_m``; it begins slightly before that."""
         return self.joined(path, along_m - _BACK_M)
 
     def _led(self, path: Track) -> Track:
@@ -122,11 +124,11 @@ def depart(present: Present, track: Track, leaves_m: float, *, is_committed: boo
     Parameters
     ----------
     present : Present
-        The air.
+        The current situation.
     track : tuple of Straight or Arc
-        The present track.
+        The current track.
     leaves_m : float
-        Distance along it at which the plan leaves it.
+        Distance along the track at which the plan leaves it.
     is_committed : bool
         Paths of the planner begin with a straight of a turn radius or more.
     """
@@ -144,7 +146,7 @@ def depart(present: Present, track: Track, leaves_m: float, *, is_committed: boo
 def fault_of(ahead: Track, present: Present) -> str:
     """Return why a new path cannot be flown from the track that it joins; empty if it can."""
     if not is_smooth(ahead):
-        # The evaluation has laid its first turn before the start.
+        # The evaluation has put its first turn before the start.
         return "The path turns too sharply where it begins."
     if not present.is_safe(ahead):
         return "The way to the new path is not safe."

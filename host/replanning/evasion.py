@@ -1,7 +1,7 @@
-"""Tracks that need no planner: out of a zone, and onto a circle that is safe to stay on.
+"""Tracks that need no planner: out of a zone, and onto a safe holding circle.
 
 Both are searched among turns of the tightest radius, each followed by a straight, and both are
-proved by the strict rule of the present air before anyone flies them.
+checked by the strict rule in the current situation before they are flown.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from pathgene.host.replanning.tracks import Pose, Track, end_of, part, pose_at, 
 
 __all__ = ["Holding", "holding_on", "shortest_way_out_m", "way_on", "way_out"]
 
-# Step of the turns that are tried to both sides, degrees, up to half a circle.
+# Step in degrees of the turns that are tried to both sides, up to half a circle.
 _TURN_DEG = 15
 _FINE_DEG = 3
 # Maximum length of a straight out of a zone, and accuracy of its end, metres.
@@ -26,12 +26,12 @@ _FARTHEST_M = 20_000.0
 _BORDER_M = 0.5
 # Shares of the steepest climb that are tried.
 _CLIMBS = (0.0, 0.5, 0.9)
-# Shares of the clearance that a way keeps, in this order: less of it is better than a zone, and a
-# zone is better than the ground.
+# Shares of the clearance that a way keeps, in this order: less clearance is better than a zone, and
+# a zone is better than the ground.
 _CLEARANCES = (1.0, 0.5, 0.1)
-# Straight of a way out beyond the margin, in turn radii: room to turn away.
+# Length in turn radii of the straight beyond the margin on a way out: room to turn away.
 _BEYOND_RADII = 0.5
-# Circles: radii in turn radii, and pieces of each.
+# Circles: radii in turn radii, and number of pieces of each.
 _CIRCLES = (1.1, 1.6, 2.5)
 _QUARTERS = 4
 # Ways onto a circle: turns, degrees, and straights after them, in turn radii.
@@ -43,16 +43,16 @@ _ENTRIES = 12
 
 @dataclass(frozen=True)
 class Holding:
-    """A circle to stay on, and the way there.
+    """A circle to hold on, and the way there.
 
     Parameters
     ----------
     along_m : float
         Distance along the track at which the way leaves it.
     way : tuple of Straight or Arc
-        From there to the circle; empty where the track touches it.
+        Way from there to the circle; empty if the track touches the circle.
     circle : tuple of Arc
-        Once around, level.
+        One level round.
     """
 
     along_m: float
@@ -64,12 +64,12 @@ class Holding:
         return (*before, *self.way, *(self.circle * rounds))
 
     def is_safe(self, present: Present) -> bool:
-        """Return whether way and circle are safe in the present air."""
+        """Return whether way and circle are safe in the current situation."""
         return present.is_safe((*self.way, *self.circle))
 
 
 def holding_on(present: Present, track: Track, first_m: float, last_m: float) -> Holding | None:
-    """Return a circle to stay on whose way leaves a track as late as possible, or None.
+    """Return a holding circle whose way leaves a track as late as possible, or None.
 
     Parameters
     ----------
@@ -78,7 +78,8 @@ def holding_on(present: Present, track: Track, first_m: float, last_m: float) ->
     track : tuple of Straight or Arc
         The flown track.
     first_m, last_m : float
-        Distances along it between which the way may leave; the track between is safe.
+        Range of distances along the track where the way may leave it; the track is safe in this
+        range.
     """
     last_m = min(last_m, run_of(track))
     if not first_m <= last_m:
@@ -138,17 +139,16 @@ def _turn_and_straight(
 def way_out(present: Present, pose: Pose) -> Track | None:
     """Return the shortest way out of all zones and their margins that keeps the clearance.
 
-    If none keeps it, the shortest one that keeps half of it is taken, or a tenth; None if there
-    is no way out above the ground. The steepest climb wins
-    among equally short ones: the ground beyond the way out may rise more steeply than the aircraft
-    climbs.
+    If none keeps it, the shortest way that keeps half of it is taken, or a tenth; None if there is
+    no way out above the ground. Among equally short ways, the steepest climb wins, because the
+    ground beyond the way out may rise more steeply than the aircraft climbs.
 
     Parameters
     ----------
     present : Present
         The air.
     pose : Pose
-        Where the aircraft is, and its heading.
+        Position and heading of the aircraft.
     """
     found = sorted(
         (
@@ -165,11 +165,11 @@ def way_out(present: Present, pose: Pose) -> Track | None:
 
 
 def way_on(present: Present, pose: Pose) -> Track:
-    """Return a track onwards from a place that has neither a path nor a circle.
+    """Return a track to continue on from a place that has neither a path nor a circle.
 
-    The farthest that keeps out of zones, or if none does, through them, with as much of the
-    clearance as :func:`way_out` keeps, climbing if it can. If every way leads into the ground,
-    it is the one that leads there the least.
+    It is the longest way that avoids zones or, if there is none, leads through them, with as much
+    of the clearance as :func:`way_out` keeps, climbing if possible. If every way leads into the
+    ground, it is the way with the fewest metres in the ground.
     """
     ways = list(_ways(present, pose, _WAY_RUNS[::-1], _CLIMBS[::-1]))
     for keeps_out, clearance, way in itertools.product((True, False), _CLEARANCES, ways):
@@ -187,8 +187,8 @@ def way_on(present: Present, pose: Pose) -> Track:
 def shortest_way_out_m(present: Present, pose: Pose) -> float:
     """Return the length of the shortest way out of all zones, ignoring margins and ground.
 
-    It is the yardstick of an escape: a turn of the tightest radius and a straight. Infinite if
-    there is none, 0 outside of the zones.
+    It is the yardstick of an escape: a turn of the tightest radius and a straight. It is infinite
+    if there is no such way, and 0 outside the zones.
     """
     if not present.zones_at(pose, margin=False):
         return 0.0
@@ -199,7 +199,7 @@ def shortest_way_out_m(present: Present, pose: Pose) -> float:
 def _fan(
     present: Present, pose: Pose, share: float, every_deg: float, *, margin: bool
 ) -> Iterator[tuple[float, Track]]:
-    """Yield the metres to the border, and a track that leads there and a little beyond."""
+    """Yield the metres to the border, and a track that leads slightly beyond it."""
     beyond_m = _BEYOND_RADII * present.turn_radius_m if margin else 0.0
     best = math.inf
     steps = round(180 / every_deg)
@@ -217,7 +217,7 @@ def _fan(
 def _leaves_m(present: Present, ray: Track, turn_m: float, *, margin: bool) -> float:
     """Return the distance along a ray at which it has left the zones that it begins in.
 
-    Zones that it enters before it has left these belong to them. Infinite where it does not end
+    Zones that the ray enters before it has left these count too. Infinite if the ray does not end
     outside.
     """
     among: set[int] = set()

@@ -1,4 +1,4 @@
-"""A planned path flown while things happen: prepared, flown, judged, written."""
+"""A planned path flown while events happen: prepared, flown, judged, written."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from pathgene.host.report.run_files import FLIGHT
 
 __all__ = ["FALLBACK", "draw", "fly_scenario", "on_board", "save", "underway", "write"]
 
-#: The planner on the processor that takes over where a board is lost.
+#: The CPU planner that takes over if a board is lost.
 FALLBACK = "astar"
 #: The core of the board of each planner that has one.
 _CORES = {"ga-chip": GeneticCore.PLANNER, "ga-fpga": GeneticCore.PAPER}
@@ -41,7 +41,7 @@ def on_board(planner: str, board: str) -> AbstractContextManager[Chip | None]:
     InputError, JobError
         As for :func:`pathgene.host.device.boards.open_board`.
     """
-    # A planner that there is not is refused by the search.
+    # The search refuses an unknown planner.
     if planner not in _CORES:
         return nullcontext()
     return entered(board, core=_CORES[planner])
@@ -57,10 +57,10 @@ def fly_scenario(
     stop: Stop | None = None,
     **options: Any,
 ) -> Replanned:
-    """Fly a path of ``mission`` to its end, or until ``stop`` ends it, while a scenario happens.
+    """Fly a path of ``mission`` through a scenario to its end, or until ``stop`` ends it.
 
-    A signal handler that raises :class:`KeyboardInterrupt` after the request ends a plan in flight,
-    too. Further parameters, and errors, are as for :func:`underway`.
+    A signal handler that raises :class:`KeyboardInterrupt` after the request also ends a plan in
+    progress. Further parameters, and errors, are as for :func:`underway`.
 
     Raises
     ------
@@ -97,24 +97,24 @@ def underway(
     seed: int = 0,
     say: Callable[[str], object] = lambda _: None,
 ) -> Iterator[tuple[Session, Callable[[], Replanned]]]:
-    """Return a context manager of a flight that begins, and of its report in the end.
+    """Return a context manager that begins a flight and finally makes its report.
 
     Parameters
     ----------
     mission : Problem
-        The problem that the path was planned for, by the rules of safe flight.
+        The problem that the path was planned for, with the rules of safe flight.
     path : array_like
         Its waypoints, (n, 3) metres.
     scenario : Scenario
         Events of the flight.
     planner : str
-        Plans during the flight.
+        Planner to use during the flight.
     board : str
         URL of its board; ignored by a planner without one.
     seconds : float, optional
-        The processor's time of a plan; measured before the flight by default.
+        Processor time of a plan; measured before the flight by default.
     gusts, seed
-        Turbulence, and the seed of it and of the planner.
+        Turbulence, and the common seed of turbulence and planner.
     say : callable, optional
         Receives a sentence on each decision.
 
@@ -132,7 +132,7 @@ def underway(
         plans.prepare(evaluator)
         fallback = None
         if chip is not None:
-            # Any board may die.
+            # Any board may fail.
             fallback = InFlightPlanner(FALLBACK, seed=seed)
             fallback.prepare(evaluator)
         session = Session(
@@ -159,7 +159,7 @@ def save(report: Replanned, directory: Path) -> list[Path]:
 
 
 def write(report: Replanned, directory: Path) -> Path:
-    """Write ``flight.json``, and remove the pictures of an earlier flight, which would mislead."""
+    """Write ``flight.json``, and remove misleading pictures of an earlier flight."""
     replace_files(directory, {FLIGHT[0]: json_bytes(report.to_dict())}, gone=FLIGHT)
     return directory / FLIGHT[0]
 

@@ -1,4 +1,4 @@
-"""Verdict on a flight with replans: only from the flight and the zones of each moment."""
+"""Verdict on a flight with replans, based only on the flight and the zones at each moment."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ __all__ = ["WAY_OUT_SHARE", "Outcome", "judge"]
 
 Floats = NDArray[np.float64]
 
-#: A zone that appears over the aircraft is left within this multiple of the shortest way out.
+#: A zone that appears over the aircraft must be left within this multiple of the shortest way out.
 WAY_OUT_SHARE = 1.1
-# Slack of the way out: flight between two updates of the guidance, and the reaction, metres.
+# Slack of the way out, in metres: flight between two guidance updates, and the reaction.
 _WAY_OUT_SLACK_M = 10.0
 
 
@@ -33,14 +33,14 @@ class Outcome:
     Parameters
     ----------
     ended : str
-        ``arrived``, ``holding``: on a safe circle, with no path to the goal; ``crashed``, ``lost``
-        or ``interrupted``.
+        ``arrived``, ``holding`` (on a safe circle without a path to the goal), ``crashed``,
+        ``lost`` or ``interrupted``.
     interrupted : bool
-        It was ended early, by a signal; all other figures are of the flown part.
+        The flight was ended early by a signal; all other figures describe the part that was flown.
     alive : bool
-        It touched neither ground nor zone, and did not get lost.
+        The aircraft touched neither ground nor zone, and was not lost.
     kept : bool
-        It is alive, arrived, and kept half of the required clearance everywhere.
+        The aircraft is alive, arrived, and kept half of the required clearance everywhere.
     breaks : list of str
         A sentence for each broken promise.
     flight_time_s : float
@@ -48,10 +48,10 @@ class Outcome:
     clearance_flown_m : float
         Minimum height over the surface.
     clearance_share : float
-        Minimum share of the required clearance; infinite where none is required.
+        Minimum share of the required clearance; infinite if none is required.
     zone_distance_m : float
-        Minimum distance from a zone, without its margin, that the aircraft was not in when it
-        appeared; infinite without zones.
+        Minimum distance from a zone, ignoring its margin and zones that appeared over the aircraft;
+        infinite without zones.
     cross_track_max_m : float
         Maximum lateral distance of the flight from its track.
     ready_share : float
@@ -71,12 +71,12 @@ class Outcome:
     ready_share: float
 
     def to_dict(self) -> dict[str, Any]:
-        """The outcome as a table."""
+        """The outcome as a dict."""
         return asdict(self)
 
 
 def judge(session: Session) -> Outcome:
-    """Return the verdict on a flight; one that has not ended by itself was interrupted."""
+    """Return the verdict on a flight; a flight without an end of its own was interrupted."""
     problem = session.mission
     flown = np.array(session.pilot.samples, dtype=np.float64)
     x, y, z = flown[:, 1], flown[:, 2], flown[:, 3]
@@ -125,7 +125,7 @@ def judge(session: Session) -> Outcome:
 
 
 def _zones(session: Session, flown: Floats) -> tuple[list[str], float]:
-    """Return sentences on zones entered, and the minimum distance from all further zones."""
+    """Return sentences about zones entered, and the minimum distance from all other zones."""
     seconds: Floats = np.arange(len(flown), dtype=np.float64) * PERIOD_S
     past = session.airspace.past
     ends = [since for since, _ in past[1:]] + [math.inf]
@@ -165,7 +165,7 @@ def _zones(session: Session, flown: Floats) -> tuple[list[str], float]:
 
 
 def _appears(session: Session, since_s: float) -> bool:
-    """Tell whether zones were new at a time of a change."""
+    """Return whether zones were new at the time of a change."""
     return any(abs(change.at_s - since_s) < PERIOD_S for change in session.changes)
 
 
@@ -178,7 +178,7 @@ def _shortest_m(session: Session, since_s: float) -> float:
 
 
 def _active_distance_m(zone: Zone, flown: Floats, seconds: Floats) -> Floats:
-    """Return the distances of samples from a zone; infinite where it does not apply."""
+    """Return the distances of samples from a zone; infinite while it does not apply."""
     distance = zone.footprint.distance_m(flown[:, 1], flown[:, 2])
     for values, low, high in (
         (flown[:, 3], zone.lower_m, zone.upper_m),

@@ -31,21 +31,21 @@ __all__ = ["draw", "titles", "version_points", "window", "write"]
 
 Floats = NDArray[np.float64]
 
-# Width of the shown map in widths of the flown part, and its minimum height, metres.
+# Width of the shown map relative to the flown part, and its minimum height in metres.
 _WIDER, _LEAST_M = 1.18, 1000.0
 # Step along a drawn track, metres.
 _STEP_M = 10.0
-# Distance of drawn samples of a flight, in samples.
+# Interval between drawn samples of a flight, in samples.
 _EVERY = 10
 #: Style of the versions of the path after the first.
 VERSION: dict[str, Any] = {"linewidth": 2.0, "linestyle": (0, (4, 1.5))}
-# Colours of later paths: all that are unused in the rest of the picture.
+# Colours of later paths: those that the rest of the picture does not use.
 _VERSIONS = tuple(each for each in SERIES if each not in (PATH, FLOWN, START, NOFLY))
 _HELD: dict[str, Any] = {"color": START, "linewidth": 1.6, "linestyle": (0, (1.5, 1))}
 
 
 def write(report: Replanned, file: Path) -> None:
-    """Draw the flight into the PNG ``file``."""
+    """Draw the flight to the PNG ``file``."""
     figure = draw(report)
     with replacing(file) as binary:
         figure.savefig(binary, format="png", dpi=150)
@@ -113,7 +113,7 @@ def titles(report: Replanned) -> tuple[str, str]:
 
 
 def new_zones(report: Replanned) -> list[Any]:
-    """Return the zones that were not there when the flight began, where they were first."""
+    """Return the zones that did not exist when the flight began, at their first positions."""
     air = report.session.airspace
     known = {zone.name: zone for zone in air.past[0][1]}
     return [
@@ -147,7 +147,7 @@ def window(report: Replanned, axes: Axes) -> tuple[float, float, float, float]:
 
 
 def version_points(report: Replanned, number: int) -> Floats:
-    """Return the x and y of a version of the path, (k, 2) metres, from where it was taken."""
+    """Return the x and y of a version of the path, (k, 2) metres, from where it came into use."""
     session = report.session
     leg = session.pilot.legs[number]
     samples = SmoothedTrack(leg.track, session.mission.terrain).sample(_STEP_M)

@@ -1,4 +1,4 @@
-"""The aircraft in the air: its present and earlier tracks, and its flown positions."""
+"""The aircraft in the air: its current and earlier tracks, and its flown positions."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pathgene.host.replanning.tracks import Pose, Track, pose_at
 
 __all__ = ["Pilot"]
 
-# Share of the fuel that is always left.
+# The remaining fuel is at least this share.
 _LEAST_FUEL = 1e-6
 
 
@@ -23,11 +23,11 @@ class Pilot:
     Parameters
     ----------
     flight : Flight
-        At its beginning; it is flown up to the start of its track.
+        A flight that has not begun; it is flown up to the start of its track.
     track : tuple of Straight or Arc
         Its track.
     aircraft : Aircraft
-        As it began.
+        The aircraft at the beginning of the flight.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class Pilot:
         of the track.
     legs : list of Leg
     track : tuple of Straight or Arc
-        The present track.
+        The current track.
     burnt_N : float
         Fuel burnt.
     """
@@ -57,7 +57,7 @@ class Pilot:
 
     @property
     def kind(self) -> str:
-        """Kind of the present track: ``path``, ``holding`` or ``way-out``."""
+        """Kind of the current track: ``path``, ``holding`` or ``way-out``."""
         return self.legs[-1].kind
 
     @property
@@ -67,16 +67,16 @@ class Pilot:
 
     @property
     def has_arrived(self) -> bool:
-        """The end of the track is reached."""
+        """True once the end of the track is reached."""
         return self.along_m >= self.flight.route.length_m
 
     @property
     def aircraft(self) -> Aircraft:
-        """The aircraft with the fuel that is left."""
+        """The aircraft with its remaining fuel."""
         began = self._aircraft
         if began.fuel_weight_N is None:
             return began
-        # Its figures must be positive, also where no fuel is left.
+        # Its figures must be positive even if no fuel is left.
         burnt = min(self.burnt_N, (1 - _LEAST_FUEL) * began.fuel_weight_N)
         return dataclasses.replace(
             began,
@@ -101,7 +101,7 @@ class Pilot:
         self.legs.append(Leg(self.time_s, kind, track))
 
     def step(self) -> Sample:
-        """Fly on for :data:`pathgene.host.flight.flight.PERIOD_S`; return the sample."""
+        """Fly for :data:`pathgene.host.flight.flight.PERIOD_S`; return the sample."""
         sample = self.flight.step()
         self.samples.append(sample)
         consumption = self._aircraft.specific_fuel_consumption_N_per_Ws

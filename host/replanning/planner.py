@@ -1,8 +1,8 @@
-"""A planner that plans during a flight, and the time that it would take there.
+"""A planner that plans during a flight, and the time that it would take on board.
 
-The time is virtual: the time of the planner core follows from cycles and bytes, and the time of a
-planner on the processor is a constant, measured once before the flight. So a flight goes the same
-way on every machine for the same constants.
+The time is virtual: the time of the planner core is computed from cycles and bytes, and the time of
+a CPU planner is a constant, measured once before the flight. With the same constants, a flight is
+therefore the same on every machine.
 """
 
 from __future__ import annotations
@@ -32,22 +32,22 @@ __all__ = [
     "PlanningTime",
 ]
 
-#: The host's share of a plan on the chip: the map's changes and the strict check.
-#: Stated; ``make bench BENCH=replan`` measures it.
+#: The host's share of a plan on the chip: map changes and strict check. A fixed figure, which
+#: ``make bench BENCH=replan`` measures.
 HOST_S = 0.007
-#: Extra time of the host for each repair of a path that is not feasible.
-#: Stated; the benchmark measures the sum of both.
+#: Extra time of the host for each repair of an infeasible path. A fixed figure; the benchmark
+#: measures the sum of both.
 REPAIR_S = 0.007
-#: A request and its reply through a USB port, line and chip left out. Stated: the least latency
-#: timer of usual ports.
+#: A request and its reply through a USB port, without line and chip. A fixed figure: the minimum
+#: latency timer of common ports.
 ROUND_TRIP_S = 0.001
-#: How long a host in the air waits for a board that is silent.
+#: How long a host in the air waits for a silent board.
 PATIENCE_S = 0.1
-#: Time on the chip of the plan before the flight, whose population replans continue from.
+#: Chip time of the plan before the flight, whose population replans continue from.
 _CHIP_MS = 10
 #: A plan is expected within this multiple of its usual time.
 _SLACK = 1.3
-#: The same on the chip: all runs of a replan, and the repair of each.
+#: The same for the chip: all runs of a replan, and the repair after each.
 _CHIP_BUDGET_S = 0.125
 _MEASURED = 2
 _SEEDS_APART = 16
@@ -55,16 +55,16 @@ _SEEDS_APART = 16
 
 @dataclass(frozen=True)
 class PlanningTime:
-    """Virtual seconds of a plan.
+    """Virtual time of a plan, in seconds.
 
     Parameters
     ----------
     chip_s : float
-        Cycles on the chip, and bits on the line, until the host has the paths.
+        Time of cycles on the chip and bits on the line until the host has the paths.
     round_trips_s : float
-        Latency of requests and replies, and the bits of the STATUS after the last paths.
+        Latency of requests and replies, and time of the STATUS after the last paths.
     host_s : float
-        The processor.
+        Time of the processor.
     """
 
     chip_s: float = 0.0
@@ -101,7 +101,7 @@ class Attempt:
     reason : str
         Why there is no plan; empty if there is one.
     hopeless : bool
-        Neither another seed nor another start would help.
+        Neither a different seed nor a different start would help.
     """
 
     plan: Plan | None
@@ -116,7 +116,7 @@ class Attempt:
 
 
 class InFlightPlanner:
-    """A planner for the time of a flight.
+    """A planner for use during a flight.
 
     Parameters
     ----------
@@ -127,15 +127,15 @@ class InFlightPlanner:
     seed : int
         Seed of the first plan.
     seconds : float, optional
-        Time of a plan on the processor; measured by :meth:`prepare` by default. 0 is a planner
-        without any time, the yardstick.
+        Time of a plan on the processor; by default measured by :meth:`prepare`. 0 stands for an
+        ideal planner that takes no time, as a yardstick.
 
     Attributes
     ----------
     constant_s : float
-        The processor's time of a plan.
+        Processor time of a plan.
     lost : str
-        Why the board is no longer available; empty while it is.
+        Why the board is no longer available; empty while it is available.
     """
 
     def __init__(
@@ -156,18 +156,18 @@ class InFlightPlanner:
 
     @property
     def is_on_chip(self) -> bool:
-        """The whole planner runs on the chip."""
+        """True if the whole planner runs on the chip."""
         return self.name == "ga-chip"
 
     @property
     def budget_s(self) -> float:
-        """Time within which a plan is expected: the path begins that far ahead."""
+        """Time within which a plan is expected; the path begins that far ahead."""
         if self.is_on_chip:
             return _CHIP_BUDGET_S
         return _SLACK * self._usual_s
 
     def prepare(self, evaluator: Evaluator) -> Plan:
-        """Plan the mission before the flight: the chip gets its map, the processor is measured.
+        """Plan the mission before the flight: upload the map to the chip and time the processor.
 
         From then on the process keeps freed memory; see :mod:`pathgene.host.memory`.
 
@@ -196,13 +196,13 @@ class InFlightPlanner:
         if self._given is None:
             self.constant_s = min(measured)
             if self.board is not None:
-                # With a planner on chip and host, the host's own phases.
+                # For a planner on chip and host, the host's own phases.
                 self.constant_s = HOST_S if self.is_on_chip else _host_s(seconds)
         self._usual_s = self._time(plan).total_s
         return plan
 
     def lose_board(self) -> None:
-        """The board is gone: every later attempt fails after the host's patience."""
+        """Declare the board lost: every later attempt fails after the host's patience."""
         if self.board is not None:
             self.board.close()
             self.lost = "The board is lost."
@@ -218,7 +218,7 @@ class InFlightPlanner:
         try:
             plan = search.replan(before, Evaluator(problem, threads=1))
         except InputError as error:
-            # From another start there may be one.
+            # There may be a path from a different start.
             return Attempt(None, PlanningTime(host_s=self.constant_s), self.name, str(error))
         except JobError as error:
             self.lost = str(error)
@@ -239,7 +239,7 @@ class InFlightPlanner:
         return Attempt(plan, taken, self.name)
 
     def _finish(self, plan: Plan) -> PlanningTime:
-        """Finish a plan on the board; return the time that it takes on the line."""
+        """Finish a plan on the board; return its time on the line."""
         if self.board is None:
             plan.finish()
             return PlanningTime()
@@ -270,11 +270,11 @@ class InFlightPlanner:
                 self.constant_s + REPAIR_S * repairs,
             )
         line = line_s(sum(hardware["bytes"].values()))
-        # A request a generation.
+        # One request per generation.
         trips_s = ROUND_TRIP_S * plan.result.generations
         return PlanningTime(plan.result.seconds["board"] + line, trips_s, self.constant_s)
 
 
 def _host_s(seconds: dict[str, float]) -> float:
-    """Return the processor's share of a plan by chip and host."""
+    """Return the processor's share of a plan on chip and host."""
     return sum(seconds.get(phase, 0.0) for phase in ("evaluation", "sort", "choice", "map"))

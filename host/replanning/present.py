@@ -1,4 +1,4 @@
-"""The situation of a flight: ground, zones, wind and goal; it checks tracks by the strict rule."""
+"""The current situation: ground, zones, wind and goal; it checks tracks by the strict rule."""
 
 from __future__ import annotations
 
@@ -23,29 +23,29 @@ from pathgene.host.replanning.tracks import Pose, Track, part, run_of
 
 __all__ = ["Present"]
 
-#: Length of the parts of a track that are checked to find the first unsafe place, metres.
+#: Length in metres of the parts of a track that are checked to find the first unsafe place.
 _PART_M = 50.0
 #: Length of the piece that stands for a point, metres.
 _POINT_M = 0.01
-#: Placeholder: costs are not evaluated here, and the line to a new goal may have none.
+#: Placeholder: costs are not evaluated here, and the line to a new goal may have no cost.
 _NO_COSTS = Utopia(1.0, 1.0, 1.0)
 
 
 class Present:
     """The zones, goal and wind that are known at a moment.
 
-    Less clearance is required near the start and the goal of the mission, and nowhere else.
+    Less clearance is required near the mission's start and goal, and nowhere else.
 
     Parameters
     ----------
     mission : Problem
         The problem of the whole mission, with rules; its zones, goal and wind are ignored.
     zones : sequence of Zone
-        The zones of the moment, their times counted from now.
+        The current zones, with times counted from now.
     goal : (float, float, float)
-        The goal of the moment. It may lie in a zone.
+        The current goal. It may lie in a zone.
     wind : (float, float)
-        The wind of the moment, m/s.
+        The current wind, m/s.
     """
 
     def __init__(
@@ -89,10 +89,10 @@ class Present:
         return self.off_limits_m(pieces) == 0 and self.in_zones_m(pieces) == 0
 
     def off_limits_m(self, pieces: Sequence[Piece], share: float = 1.0) -> float:
-        """Return the metres of a track that lie too low, too high or off the map.
+        """Return the metres of a track that are too low, too high or off the map.
 
-        Too low is below a ``share`` of the clearance, which is kept from the surface on both
-        sides of the track as far as that share of the corridor.
+        Too low means below a ``share`` of the clearance, over the surface on both sides of the
+        track within that share of the corridor.
         """
         if not all(_is_near(piece.start) for piece in pieces):
             return math.inf
@@ -108,7 +108,7 @@ class Present:
         margin: bool = True,
         among: Collection[int] | None = None,
     ) -> float:
-        """Return the metres of a track in zones, with their ``margin`` or without.
+        """Return the metres of a track in zones, with or without their ``margin``.
 
         Only zones with numbers in ``among`` count; a place in two zones counts twice.
         """
@@ -120,7 +120,7 @@ class Present:
         )
 
     def zones_at(self, pose: Pose, *, margin: bool = True) -> set[int]:
-        """Return the numbers of the zones that a place is in."""
+        """Return the numbers of the zones that contain a place."""
         point = [pose.straight(_POINT_M)]
         return {
             number
@@ -130,14 +130,14 @@ class Present:
 
     @property
     def is_goal_in_zone(self) -> bool:
-        """True if the goal is in a zone, margins left out."""
+        """True if the goal is in a zone, ignoring margins."""
         return bool(self.zones_at(Pose(*self.goal, 1.0, 0.0, 0.0), margin=False))
 
     def safe_until_m(self, pieces: Track, first_m: float) -> float:
-        """Return the distance along a track up to which it is safe, starting at ``first_m``.
+        """Return the distance along a track up to which it is safe from ``first_m`` on.
 
-        It is infinite if all of it is safe; otherwise the last of equal parts of up to 50 m that is
-        safe ends there.
+        It is infinite if the rest of the track is safe; otherwise it is the end of the last safe
+        part, where the track is divided into equal parts of up to 50 m.
         """
         length = run_of(pieces)
         if self.is_safe(part(pieces, first_m)):

@@ -1,4 +1,4 @@
-"""Records of a flight with replans: its tracks, and the changes with their attempts."""
+"""Records of a flight with replans: its tracks, and the changes with their planning attempts."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["Change", "Leg", "Pending"]
 
 @dataclass
 class Change:
-    """A change of the world, with its attempts and outcome.
+    """A change of the situation, with its planning attempts and outcome.
 
     Parameters
     ----------
@@ -23,15 +23,15 @@ class Change:
     what : str
         The change in words.
     needed : bool
-        The track could not be followed further: a zone is on it, or the goal or the wind changed.
+        The track could no longer be followed: a zone is on it, or the goal or the wind changed.
     inside_m : float
         The shortest way out of the zones that the aircraft is in; 0 outside.
     attempts : list of (float, Attempt)
-        When each attempt began.
+        Each attempt with the time at which it began.
     active_s : float or None
-        Seconds until the new path was known to the autopilot; None if that never was.
+        Seconds until the autopilot had the new path; None if it never did.
     flown_m : float or None
-        Metres flown until then.
+        Metres flown by then.
     held : bool
         The aircraft had to wait on a circle.
     fitness : float or None
@@ -74,7 +74,7 @@ class Change:
 
 @dataclass(frozen=True)
 class Pending:
-    """An attempt under way: known at ``ready_s``; its path leaves the track at ``leaves_m``."""
+    """An attempt in progress, ready at ``ready_s``; its path leaves the track at ``leaves_m``."""
 
     ready_s: float
     attempt: Attempt
@@ -84,7 +84,7 @@ class Pending:
 
 @dataclass(frozen=True)
 class Leg:
-    """A track, the time from which it was flown, and why: ``path``, ``holding`` or ``way-out``."""
+    """A track, the time at which it began, and its kind: ``path``, ``holding`` or ``way-out``."""
 
     since_s: float
     kind: str

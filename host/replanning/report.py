@@ -1,4 +1,4 @@
-"""A flight with replans, and the content of its file."""
+"""The report of a flight with replans, and the content of its file."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Replanned:
     board : str or None
         URL of its board.
     constant_s : float
-        The processor's share of a plan.
+        Processor share of a plan, seconds.
     """
 
     session: Session

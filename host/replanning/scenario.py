@@ -3,12 +3,12 @@
 A scenario file is TOML: a table ``[[event]]`` for each event with ``at_s``, the seconds since the
 start of the path was passed, and one or more of
 
-- ``appear``: a list of zones, each as in ``summary.json``, or a circle placed when it appears:
-  ``{on = "path", ahead_m = 800, radius_m = 150}``, ``{on = "goal", radius_m = 200}`` or
+- ``appear``: a list of zones, each as in ``summary.json``, or a circle that is placed when it
+  appears: ``{on = "path", ahead_m = 800, radius_m = 150}``, ``{on = "goal", radius_m = 200}`` or
   ``{on = "aircraft", radius_m = 100}``. A zone may have a ``name``, and a ``velocity = [vx, vy]``,
   m/s, with which it drifts from then on.
-- ``gone``: a list of names of zones that go away;
-- ``goal``: another goal, x, y and altitude; ``wind``: another wind, m/s in x and y;
+- ``gone``: a list of names of zones that go;
+- ``goal``: a new goal, x, y and altitude; ``wind``: a new wind, m/s in x and y;
 - ``board = "lost"``: the board no longer answers.
 
 ``autopilot = "finishes-leg"`` at the top describes an autopilot that accepts a new path only at the
@@ -44,9 +44,9 @@ __all__ = [
     "read_scenario",
 ]
 
-#: When an autopilot takes a new path.
+#: When an autopilot accepts a new path.
 AUTOPILOTS = ("at-once", "finishes-leg")
-#: Places of a circle.
+#: Where a circle may be placed.
 _PLACES = ("path", "goal", "aircraft")
 _EVENT = ("at_s", "appear", "gone", "goal", "wind", "board")
 _OWN = ("name", "velocity")
@@ -54,7 +54,7 @@ _OWN = ("name", "velocity")
 
 @dataclass(frozen=True)
 class Placed:
-    """A circle whose place is known when it appears.
+    """A circle whose place is determined when it appears.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ class Placed:
     radius_m : float
         Above 0.
     ahead_m : float
-        On the path: metres ahead of the aircraft.
+        For ``path``: metres ahead of the aircraft.
     """
 
     on: str
@@ -78,9 +78,9 @@ class NewZone:
     Parameters
     ----------
     shape : Zone or Placed
-        Its place and form.
+        Its place and shape.
     name : str
-        By which a later event names it; empty for none.
+        Name that a later event uses; may be empty.
     velocity : (float, float)
         Its drift, m/s.
     """
@@ -92,7 +92,7 @@ class NewZone:
 
 @dataclass(frozen=True)
 class Event:
-    """An event at a time; see the module."""
+    """An event with its time; see the module."""
 
     at_s: float
     appear: tuple[NewZone, ...] = ()
@@ -103,7 +103,7 @@ class Event:
 
     @property
     def what(self) -> str:
-        """The event in words."""
+        """Description of the event."""
         count = len(self.appear)
         words = (
             (self.board_lost, "the board is lost"),
@@ -173,7 +173,7 @@ def read_scenario(file: str | Path) -> Scenario:
 
 
 def check_mission(mission: Problem, scenario: Scenario) -> None:
-    """Refuse a mission that cannot be replanned, and goals or winds that it cannot have.
+    """Refuse a mission that cannot be replanned, and impossible goals or winds.
 
     Raises
     ------
@@ -191,7 +191,7 @@ def check_mission(mission: Problem, scenario: Scenario) -> None:
             "points; plan one leg."
         )
     for event in scenario.events:
-        # Refused before the flight, not in it.
+        # Refused before the flight, not during it.
         dataclasses.replace(
             mission,
             zones=(),
@@ -260,7 +260,7 @@ def _event(table: Any) -> Event:
         None if table.get(key) is None else _numbers(key, table[key], count)
         for key, count in (("goal", 3), ("wind", 2))
     )
-    # The numbers of coordinates are checked above, but the types do not show it.
+    # The number of coordinates is checked above, but the types do not show it.
     return Event(
         float(at_s),
         tuple(_new_zone(zone) for zone in _list("appear", table.get("appear", []))),

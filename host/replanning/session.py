@@ -1,10 +1,10 @@
-"""A flight during which the world changes: plans, loiters and ways out, in virtual time.
+"""A flight during which the situation changes: plans, loiters and ways out, in virtual time.
 
 Simulated seconds advance by the time of planning (:mod:`pathgene.host.replanning.planner`). A plan
-begins at a point of the present track that the aircraft will reach within the time that the planner
-is given, with the heading there; the flight continues along it once it is known. Until then,
-and if there is no plan, the aircraft follows its present track. Before that stops being safe it
-turns onto a circle that is proved safe, and continues planning from there.
+begins at the point of the current track that the aircraft will reach within the planner's time
+budget, with the heading there; once the plan is ready, the flight continues along it. Until then,
+and if there is no plan, the aircraft follows its current track. Before that stops being safe, it
+turns onto a circle that has been checked, and planning continues from there.
 """
 
 from __future__ import annotations
@@ -41,24 +41,25 @@ from pathgene.host.terrain.surface import surface_below
 
 __all__ = ["Session"]
 
-#: Time of a decision that needs no plan: onto a circle, or out of a zone. Virtual seconds.
+#: Virtual time in seconds of a decision without a plan: onto a circle, or out of a zone.
 REACTION_S = 0.02
-# Distance astern of the aircraft at which a new track begins: guidance finds its place, metres.
+# Distance in metres astern of the aircraft at which a new track begins, so that the guidance finds
+# its place on it.
 _BACK_M = 60.0
 # Minimum distance from the aircraft to the beginning of a plan, metres.
 _AHEAD_M = 2.0
-# Straights after a way out, in turn radii: the first safe one is taken.
+# Lengths of the straight after a way out, in turn radii: the first safe one is used.
 _ON_RADII = 6.0, 3.0, 1.0
-# Attempts in a row, the pause after them, by which it grows each time, and the longest pause.
+# Attempts in a row, the pause after them and its increase each time, and the longest pause.
 _IN_A_ROW, _PAUSE_S, _LONGEST_PAUSE_S = 4, 3.0, 20.0
-# Rounds of a circle that a track has, and the longest flight without a path, seconds.
+# Number of rounds of a holding track, and the longest flight without a path, seconds.
 _ROUNDS = 60
 _MOST_WAITING_S = 300.0
 # Period and look-ahead of the search for a holding circle, seconds.
 _READY_S, _READY_AHEAD_S = 5.0, 60.0
-# Period while a circle is needed, and pause if only a circle helps, seconds.
+# Period of the search while a circle is needed, and pause if only a circle helps, seconds.
 _URGENT_S, _WAIT_S = 0.5, 0.25
-# A better path is taken where no other must be, if it is this much shorter.
+# If the track need not change, a new path is still taken if it is this much shorter.
 _GAIN = 0.01
 _LOST_M = 3000.0
 # Samples between two checks of the ground below; the verdict checks every sample.
@@ -66,7 +67,7 @@ _GROUND_LOOKS = 10
 
 
 class Session:
-    """A flight of a planned path in which things happen.
+    """A flight of a planned path during which events happen.
 
     Parameters
     ----------
@@ -75,11 +76,11 @@ class Session:
     path : array_like
         Its waypoints, (n, 3) metres.
     planner : InFlightPlanner
-        Plans during the flight; it has been prepared.
+        Plans during the flight; already prepared.
     scenario : Scenario
         Events of the flight. :meth:`happen` adds to them during the flight.
     fallback : InFlightPlanner, optional
-        Takes over where the board of ``planner`` is lost; prepared, too.
+        Takes over if the board of ``planner`` is lost; also prepared.
     gusts, seed
         As for :class:`pathgene.host.flight.flight.Flight`.
     say : callable, optional
@@ -88,11 +89,11 @@ class Session:
     Attributes
     ----------
     pilot : Pilot
-        The flight until now.
+        The flight so far.
     airspace : Airspace
-        Present and past zones, goal and wind.
+        Current and past zones, goal and wind.
     changes : list of Change
-        Changes until now.
+        Changes so far.
     ended : str
         Empty during the flight: ``arrived``, ``holding``, ``crashed`` or ``lost``.
 
@@ -150,11 +151,11 @@ class Session:
 
     @property
     def ready_share(self) -> float:
-        """Share of the looks while all was well at which a safe circle was there."""
+        """Share of the routine searches that found a safe circle."""
         return self._found / self._looks if self._looks else 1.0
 
     def happen(self, event: Event) -> None:
-        """Let something happen now."""
+        """Apply an event now."""
         now = self.pilot.time_s
         due = sum(each.at_s <= now for each in self._events)
         self._events.insert(due, dataclasses.replace(event, at_s=now))
@@ -165,7 +166,7 @@ class Session:
             self.step()
 
     def step(self) -> None:
-        """Fly on for ``PERIOD_S``, with its events and decisions."""
+        """Fly for ``PERIOD_S``, with the events and decisions of this time."""
         now = self.pilot.time_s
         while self._events and self._events[0].at_s <= now:
             self._happen(self._events.pop(0), now)
@@ -202,28 +203,28 @@ class Session:
             self._say(f"{now:.1f} s: {event.what}.")
 
     def _drifted(self, now: float) -> None:
-        """Take up where zones have drifted to; it is a change only where it concerns the track."""
+        """Note where zones have drifted to; this is a change only if it affects the track."""
         self._update(now)
         if self._is_sought:
-            # Its plan is sought already, and now with the zones where they are.
+            # A plan is already being searched for, now with the zones at their current places.
             self._pending, self._retry_s = None, min(self._retry_s, now)
         elif math.isfinite(self._unsafe_m):
             self._changed(now, "a zone has drifted", must=False)
 
     def _update(self, now: float) -> None:
-        """Know the air of now, and how far the track is safe in it."""
+        """Update the current situation, and how far the track is safe in it."""
         self._present = self._look(now)
         self._unsafe_m = self._present.safe_until_m(self.pilot.track, self.pilot.along_m)
         self._holding, self._next_look_s = None, now
 
     def _changed(self, now: float, what: str, *, must: bool) -> None:
-        """Note a change, and plan again where the track can no longer be flown, or need not be."""
+        """Note a change, and plan again if the track is unsafe or a better one may exist."""
         inside_m = shortest_way_out_m(self._present, self.pilot.pose())
         needed = must or math.isfinite(self._unsafe_m) or self.pilot.kind != "path"
         change = Change(now, what, needed, inside_m)
         earlier = self._change
         if earlier is not None and earlier.needed and earlier.active_s is None:
-            # The plan for the earlier change has not come; this one takes its place.
+            # The plan for the earlier change is not ready; this one replaces it.
             change.needed = True
         self.changes.append(change)
         self._change, self._pending = change, None
@@ -254,7 +255,7 @@ class Session:
             self._fly_on(self._leaves_m(planner.budget_s) - self.pilot.along_m)
             leaves_m = max(self._leaves_m(planner.budget_s), self._out_m)
         elif leaves_m > self._unsafe_m:
-            # From there no path is safe; one from the circle may be.
+            # No path from there is safe; a path from the circle may be.
             self._retry_s = now + _WAIT_S
             return
         departure = depart(
@@ -281,7 +282,8 @@ class Session:
         try:
             problem = departure.problem(self._present, self.pilot.aircraft)
         except InputError as error:
-            # No time: the host refuses it itself. Another start may do, no other goal.
+            # Takes no time, because the host refuses it itself. A different start may help, a
+            # different goal will not.
             is_hopeless = self._present.is_goal_in_zone
             return Attempt(None, PlanningTime(), planner.name, str(error), hopeless=is_hopeless)
         return planner.attempt(problem, self._number)
@@ -294,7 +296,7 @@ class Session:
         return self._planner
 
     def _settle(self, pending: Pending, now: float) -> None:
-        """Take the result of an attempt."""
+        """Handle the result of an attempt."""
         self._pending = None
         change = self._change
         assert change is not None
@@ -311,7 +313,7 @@ class Session:
                 self._retry_s = now + min(_PAUSE_S * rows, _LONGEST_PAUSE_S)
             return
         assert attempt.plan is not None
-        # The guidance takes it at its next look, which is not the planner's time.
+        # The guidance takes it at its next update; that wait is not the planner's time.
         change.active_s = pending.ready_s - change.at_s
         change.fitness = attempt.plan.evaluation.fitness
         change.flown_m = self.pilot.ground_speed_m_s * change.active_s
@@ -323,7 +325,7 @@ class Session:
         )
 
     def _is_better(self, track: Track) -> bool:
-        """Tell whether a track is worth leaving a safe one for."""
+        """Return whether a track is worth leaving a safe one for."""
         left = run_of(part(self.pilot.track, self.pilot.along_m))
         return run_of(track) < (1 - _GAIN) * left
 
@@ -349,7 +351,7 @@ class Session:
     # --- Without a plan -------------------------------------------------------------------------
 
     def _leave_zone(self, now: float) -> None:
-        """Fly out of the zone that the aircraft is in, the shortest way, if there is one."""
+        """Fly the shortest way out of the zone that the aircraft is in, if there is one."""
         leaves_m = self.pilot.along_m + self._reach_m
         way = way_out(self._present, pose_at(self.pilot.track, leaves_m))
         if way is None:
@@ -376,7 +378,7 @@ class Session:
         self._waits_since_s = self.pilot.time_s if since_s is None else since_s
 
     def _keep_safe(self, now: float) -> None:
-        """Turn onto a circle before the track stops being safe; search for one while it is."""
+        """Turn onto a circle before the track stops being safe; search for one while it is safe."""
         if self.pilot.kind == "holding" and math.isinf(self._unsafe_m):
             return
         if self.pilot.kind == "way-out":
@@ -413,7 +415,7 @@ class Session:
 
     def _fly(self, kind: str, track: Track) -> None:
         self.pilot.follow(kind, track)
-        # A pending plan starts from the old track, so it is dropped.
+        # A pending plan starts from the old track and is therefore dropped.
         self._pending, self._unsafe_m = None, math.inf
         self._holding = self._waits_since_s = None
         self._next_look_s = self.pilot.time_s

@@ -1,7 +1,7 @@
 """Tracks as sequences of pieces: places on them, and parts of them.
 
 Distances along a track are horizontal and count from its beginning, as in
-:class:`pathgene.host.flight.route.Route`. Pieces without horizontal length are passed over.
+:class:`pathgene.host.flight.route.Route`. Pieces without horizontal length are skipped.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Track = tuple[Piece, ...]
 
 @dataclass(frozen=True)
 class Pose:
-    """A place in the air, and the way on from there.
+    """A place in the air, and the direction of flight there.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ class Pose:
 def is_smooth(pieces: Sequence[Piece]) -> bool:
     """Return whether each piece with a horizontal length begins where the previous one ends.
 
-    The same place is 1 m or less away, the same direction 3 degrees or less.
+    Places count as equal within 1 m, and directions within 3 degrees.
     """
     flown = [piece for piece in pieces if piece.run_m > 0]
     return all(
@@ -94,7 +94,7 @@ def end_of(piece: Piece) -> Pose:
 
 
 def pose_at(pieces: Sequence[Piece], along_m: float) -> Pose:
-    """Return the pose at a distance along a track; its ends are used for places beyond them.
+    """Return the pose at a distance along a track, clamped to its ends.
 
     Raises
     ------

@@ -17,13 +17,13 @@ __all__ = ["broken_limits", "broken_samples", "surface_and_demand", "why"]
 
 Floats = NDArray[np.float64]
 
-# Lines along which the corridor is sampled, as shares of its half width; the verdict
-# covers all of it.
+# Lines along which the corridor is sampled, as shares of its half width; the verdict covers the
+# whole corridor.
 _LINES = (-1.0, -0.5, 0.0, 0.5, 1.0)
 
 
 def surface_and_demand(evaluator: Evaluator, samples: Samples) -> tuple[Floats, Floats, Floats]:
-    """Return the surface under a track, the highest within the corridor, and the required altitude.
+    """Return the surface below a track, the highest within the corridor, and the required altitude.
 
     Parameters
     ----------
@@ -99,9 +99,9 @@ def why(reason: Mapping[str, Any], limits: Sequence[Mapping[str, Any]] | None) -
     Parameters
     ----------
     reason : mapping
-        The ``reason`` of a summary: why a planner found no path; empty for a path that was given.
+        The ``reason`` of a summary: why a planner found no path; empty for a given path.
     limits : sequence of mapping or None
-        The ``limits`` of a summary, the nearest first; None with ``as_paper``.
+        The ``limits`` of a summary, the closest to violation first; None with ``as_paper``.
     """
     if sentence := reason.get("sentence"):
         return f"No path: {sentence}"

@@ -9,7 +9,7 @@ from pathgene.host.report.palette import TEXT
 
 __all__ = ["LEGEND", "finish"]
 
-#: Right of the title, where no line can run through it.
+#: To the right of the title, where no line can cross it.
 LEGEND: dict[str, Any] = {
     "loc": "lower right",
     "bbox_to_anchor": (1.0, 1.0),

@@ -16,7 +16,7 @@ from pathgene.host.report.palette import BEST, MEAN, TEXT
 
 __all__ = ["draw"]
 
-_MOST_NAMED = 4  # Legs whose fitness is written.
+_MOST_NAMED = 4  # Maximum number of legs whose fitness is written.
 
 
 def draw(
@@ -27,9 +27,9 @@ def draw(
 ) -> None:
     """Best and mean fitness over the generations, with the border of feasibility.
 
-    There is one generation or more. ``chosen`` is below the best where the best path is not
-    feasible between the samples. The ``legs`` of a mission, each the first row and the fitness of
-    its path, are searches of their own, so their lines are not joined.
+    There is at least one generation. ``chosen`` is below the best fitness if the best path is not
+    feasible between the samples. The ``legs`` of a mission, each with its first row and the fitness
+    of its path, are separate searches, so their lines are not joined.
     """
     axes.axhline(
         1, color=TEXT, linewidth=1, linestyle=(0, (4, 3)), zorder=2, label="feasible above 1"
@@ -42,7 +42,7 @@ def draw(
     last = max(1.0, float(rows[-1, 0]))
     axes.set_xlim(0, last)
     axes.set_ylim(0, max(1.25, 1.12 * float(rows[:, 1].max())))
-    # The legs of a mission rise and fall; their figures stand above all of them.
+    # The curves of a mission's legs rise and fall; their figures are placed above all of them.
     axes.text(
         0.985 * last,
         float(rows[:, 1].max() if legs else rows[-1, 1]) + 0.03,
@@ -59,7 +59,7 @@ def draw(
 
 
 def _lines(axes: Axes, rows: NDArray[np.float64], *, named: bool) -> None:
-    """Draw the two lines of a search; points where not every generation has a row.
+    """Draw the two lines of a search, with points if not every generation has a row.
 
     Between two points the mean is unknown, and the best fitness is constant.
     """
@@ -67,7 +67,7 @@ def _lines(axes: Axes, rows: NDArray[np.float64], *, named: bool) -> None:
     is_whole = 1 < len(rows) > generation[-1] - generation[0]
     style: dict[str, Any] = {}
     if not is_whole:
-        # The last point lies on the edge.
+        # The last point is on the edge.
         style = {"marker": "o", "markersize": 4, "clip_on": False}
     axes.plot(
         generation,

@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Drawn", "write_diagnosis"]
 
-#: The evaluator of the problem, or of the leg in the report; the search that found no feasible
-#: path, whose best path is drawn, or None without a search: then the straight line is drawn; and
-#: terrain and leg, the title of the picture.
+#: The evaluator of the problem or of the reported leg; the search that found no feasible path,
+#: whose best path is drawn, or None to draw the straight line; and terrain and leg, the title of
+#: the picture.
 Drawn = tuple[Evaluator, Result | None, str]
 
 
@@ -33,7 +33,7 @@ def write_diagnosis(
     drawn: Drawn | None,
     warn: Callable[[str], None],
 ) -> list[Path]:
-    """Write ``diagnosis.json``, and ``diagnosis.png`` where there is a reason to mark.
+    """Write ``diagnosis.json``, and ``diagnosis.png`` if there is a reason to mark.
 
     Parameters
     ----------
@@ -42,8 +42,8 @@ def write_diagnosis(
     report : mapping
         Content of ``diagnosis.json``: the output of ``pathgene diagnose --json``.
     drawn : tuple or None
-        Contents of the picture. None for a problem without costs, which has no evaluator and so
-        no picture.
+        Contents of the picture. None for a problem without costs, which has no evaluator and
+        therefore no picture.
     warn : callable
         Receives a sentence if there is no picture.
 
@@ -59,7 +59,7 @@ def write_diagnosis(
     """
     written, drawing = [directory / "diagnosis.json"], directory / "diagnosis.png"
     with writing_into(directory):
-        # A picture of an earlier run would mislead.
+        # A picture of an earlier run would be misleading.
         replace_files(directory, {written[0].name: json_bytes(report)}, gone=[drawing.name])
     reason = report["reason"]
     if reason is None or drawn is None:
@@ -69,7 +69,7 @@ def write_diagnosis(
     return written
 
 
-# Meaning of each code, ahead of the sentence that gives the figures.
+# Meaning of each code, printed before the sentence with the figures.
 _MEANINGS = {
     "start": "The start violates a limit",
     "goal": "The goal violates a limit",
@@ -95,7 +95,7 @@ def _verdict(reason: Mapping[str, Any]) -> str:
 def _scene(
     evaluator: Evaluator, result: Result | None, place: str, reason: Mapping[str, Any]
 ) -> Scene:
-    """Return all that the picture of a reason shows."""
+    """Return the content of a reason's picture."""
     from pathgene.host.report.picture import Scene
 
     verdict = _verdict(reason)

@@ -12,9 +12,9 @@ from pathgene.host.report.palette import TEXT
 
 __all__ = ["LEFT", "NARROWEST", "RIGHT", "WIDTH", "frame", "titles"]
 
-#: Inches: width of the figure, and the margins that titles and labels need.
+#: In inches: width of the figure, and the margins that titles and labels need.
 WIDTH, LEFT, RIGHT = 13.2, 0.85, 0.35
-#: Frames of maps narrower than this by height have room next to the map.
+#: Frames of maps whose aspect ratio is below this have room next to the map.
 NARROWEST = 0.28
 
 
@@ -35,7 +35,7 @@ def frame(figure: Figure, title: str, subtitle: str, legend: Sequence[Artist]) -
 
 
 def titles(figure: Figure, title: str, subtitle: str, left: float = LEFT) -> None:
-    """Write the titles, which begin ``left`` inches from the edge."""
+    """Write the titles, starting ``left`` inches from the edge."""
     width, height = figure.get_size_inches()
     for text, below, style in (
         (title, 0.36, {"fontsize": 16, "weight": "bold"}),

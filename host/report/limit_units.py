@@ -7,7 +7,7 @@ __all__ = ["unit_of"]
 
 
 def unit_of(limit: str) -> str:
-    """Return the unit of a limit, by the name that it has in a report."""
+    """Return the unit of a limit, given its name in a report."""
     # Loads the kernels.
     from pathgene.host.evaluation.aircraft_limits import limit_named
 

@@ -13,7 +13,7 @@ from pathgene.host.problem.ends import Point
 
 __all__ = ["mark_names", "marked_waypoints"]
 
-# A waypoint at a via point may miss it by the rounding of a file.
+# A waypoint may miss its via point by the rounding of a file.
 _ROUNDING_M = 0.01
 
 
@@ -23,8 +23,8 @@ def mark_names(way: Sequence[Point]) -> tuple[str, ...]:
     Parameters
     ----------
     way : sequence of (float, float, float)
-        All points of a mission in order, two or more. A mission that returns ends where it starts,
-        and the goal is the previous point.
+        All points of a mission in order, two or more. A mission with a return ends where it starts,
+        and its goal is the second-last point.
     """
     last = ("Goal", "Return") if len(way) > 2 and way[0] == way[-1] else ("Goal",)
     between = range(1, len(way) - len(last))
@@ -32,9 +32,9 @@ def mark_names(way: Sequence[Point]) -> tuple[str, ...]:
 
 
 def marked_waypoints(path: NDArray[np.float64], way: Sequence[Point]) -> dict[int, str]:
-    """Return the names of the waypoints of a path that are points of its mission, by their index.
+    """Return the names of a path's waypoints that are points of its mission, by index.
 
-    A via point that the path misses has no waypoint and no name.
+    A via point that the path misses has no waypoint and therefore no name.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""Colours of the picture, distinct with any colour vision and in grey.
+"""Colours of the picture, distinct for any colour vision and in greyscale.
 
-The strong colours are from Okabe and Ito's set or close to it; the tints of the land only
-grow lighter with height, so their order shows without hue.
+The strong colours are from Okabe and Ito's set or close to it; the tints of the land only grow
+lighter with height, so their order is visible without hue.
 """
 
 from matplotlib.colors import LinearSegmentedColormap
@@ -32,7 +32,7 @@ PATH = "#0a4f8f"
 START = "#009e73"
 GOAL = "#f0b400"
 NOFLY = "#a3246b"
-# Bright enough to differ from the path in grey, dark enough for text on white.
+# Bright enough to differ from the path in greyscale, dark enough for text on white.
 TROUBLE = "#df1f1a"
 FLOWN = "#d55e00"
 VOID = "#6e7478"
@@ -42,7 +42,7 @@ BEST = PATH
 MEAN = "#7a7f84"
 
 #: Colours of compared items, and the dashes of their lines. Both lists repeat; a repeated colour
-#: has another dash.
+#: has a different dash.
 SERIES = (PATH, FLOWN, START, NOFLY, "#56b4e9", "#8a6d00", VOID)
 DASHES: tuple[str | tuple[int, tuple[float, ...]], ...] = (
     "solid",

@@ -28,13 +28,13 @@ from pathgene.host.report.via import visits
 
 __all__ = ["Scene", "draw", "write"]
 
-_WIDE = 2.2  # Maps wider than this by height lie above the two graphs.
+_WIDE = 2.2  # Maps with a higher aspect ratio are placed above the two graphs.
 _WIDEST = 6.5  # Frames of maps wider than this have room next to the map.
-# Inches: the margins of titles and legend, and a line that says why a path is not feasible.
+# In inches: the margins of titles and legend, and a line that says why a path is not feasible.
 _TOP, _BOTTOM, _LINE = 1.2, 1.0, 0.2
-# Shares of the profile's width where the text of a ceiling may stand, the better ones first.
+# Positions of a ceiling's text, as shares of the profile's width, best first.
 _ASIDE = (0.75, 0.5, 0.25, 0.9, 0.1)
-_MOST_REASONS = 12  # Stretches that are named, the longest ones.
+_MOST_REASONS = 12  # Number of stretches that are named, longest first.
 
 
 @dataclass(frozen=True)
@@ -50,13 +50,14 @@ class Scene:
     evaluation : Evaluation
         Terms of the path.
     history : sequence of [int, float, float]
-        Generation, best and mean fitness; empty where nothing was searched, without convergence.
+        Generation, best and mean fitness; empty if there was no search, and then no convergence is
+        drawn.
     title, subtitle : str
         Lines above the picture.
     reason : mapping
-        The ``reason`` of a summary: why a planner found no path; empty for a path that was given.
+        The ``reason`` of a summary: why a planner found no path; empty for a given path.
     legs : sequence of (int, float)
-        The first row of ``history``, and the fitness of the path, of each leg of a mission.
+        For each leg of a mission, its first row of ``history`` and the fitness of its path.
     """
 
     evaluator: Evaluator
@@ -70,7 +71,7 @@ class Scene:
 
 
 def write(scene: Scene, file: Path) -> None:
-    """Draw ``scene`` into the PNG ``file``, 1920 pixels wide or more."""
+    """Draw ``scene`` to the PNG ``file``, at least 1920 pixels wide."""
     figure = draw(scene)
     with replacing(file) as binary:
         figure.savefig(binary, format="png", dpi=150)
@@ -87,7 +88,7 @@ def draw(scene: Scene) -> Figure:
         aspect, _TOP + _LINE * len(lines), searched=bool(scene.history)
     )
 
-    # The samples of the verdict, so that the picture does not contradict it.
+    # The same samples as in the verdict, so that the picture does not contradict it.
     samples, _ = scene.evaluator.track(scene.path).midpoints(scene.evaluator.ds_m / FINE)
     stretches = scene.evaluator.broken(scene.path)
     trouble = broken_samples(scene.evaluator, samples, stretches)
@@ -132,7 +133,7 @@ def draw(scene: Scene) -> Figure:
 
 
 def _reasons(samples: Samples, stretches: Sequence[Stretch]) -> list[tuple[str, int]]:
-    """Return the limits of the longest stretches, each with the sample in its middle."""
+    """Return the limits of the longest stretches, each with its middle sample."""
     longest = sorted(stretches, key=lambda each: each.from_m - each.to_m)[:_MOST_REASONS]
     middles = np.searchsorted(samples.s, [0.5 * (each.from_m + each.to_m) for each in longest])
     at = np.minimum(middles, len(samples.s) - 1).tolist()
@@ -140,7 +141,7 @@ def _reasons(samples: Samples, stretches: Sequence[Stretch]) -> list[tuple[str, 
 
 
 def _visited(scene: Scene) -> list[tuple[str, float]]:
-    """Return the points between the ends, and where the path is nearest to each, metres flown."""
+    """Return the points between the ends, each with the metres flown to the nearest place."""
     near = visits(scene.evaluator, scene.path)
     named = points.between(scene.evaluator.problem.way)
     return [(name, visit.at_m) for (name, _), visit in zip(named, near, strict=True)]
@@ -149,8 +150,8 @@ def _visited(scene: Scene) -> list[tuple[str, float]]:
 def _layout(aspect: float, top: float, *, searched: bool) -> tuple[Figure, list[Axes]]:
     """Return the figure and the axes of map, colour bar, profile and convergence.
 
-    ``aspect`` is the aspect ratio of the map, ``top`` the inches of the titles. If nothing was
-    ``searched``, there is no convergence, and the profile takes its room.
+    ``aspect`` is the aspect ratio of the map, ``top`` the height of the titles in inches. If
+    nothing was ``searched``, there is no convergence, and the profile uses its space.
     """
     aspect = min(max(aspect, NARROWEST), _WIDEST)
     if aspect > _WIDE:

@@ -1,4 +1,4 @@
-"""Labels next to things on a map, placed so that they do not cover other text."""
+"""Labels on a map, placed so that they do not cover other text."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ from pathgene.host.report.palette import halo
 
 __all__ = ["label"]
 
-# Inches from the place to the text, tried in this order, and the directions tried at each.
+# Distances in inches from the place to the text, in the order tried, and the directions tried at
+# each distance.
 _AWAY_INCHES = (0.14, 0.3, 0.55)
 _DIRECTIONS = 12
 _PAD = 3.0
@@ -35,25 +36,25 @@ def label(
 ) -> Bbox | None:
     """Write ``text`` near one of several places of ``axes`` and return its box in pixels.
 
-    There is no text, and None is returned, if every position would cover one of ``taken`` or leave
-    the axes.
+    If every position would cover one of ``taken`` or leave the axes, nothing is written and None is
+    returned.
 
     Parameters
     ----------
     axes : Axes
         The axes, with fixed limits.
     places : sequence of (float, float)
-        The places, in their units, the better ones first; any of them near by is better than the
-        first from further away.
+        The places in units of the axes, best first; a nearby position at any of them is better than
+        a distant one at the first.
     text : str
         The text.
     taken : sequence of Bbox
-        Boxes in pixels that it must not cover.
+        Boxes in pixels that the text must not cover.
     lines : ndarray, optional
-        Points of lines, (k, 2) in the units of the axes, that it does not cover if there is other
+        Points of lines, (k, 2) in units of the axes, that the text covers only if there is no other
         room.
     first : float
-        Direction from the place that is tried first, radians anticlockwise from the right.
+        Direction that is tried first, radians anticlockwise from the right.
     **style
         Style of the text.
     """

@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 
 __all__ = ["axis_unit", "draw", "nice_length"]
 
-_LARGEST_RASTER = 1600  # Nodes per side that a picture of this size can show.
-# Places of scale and north arrow, the better ones first, and a sufficient distance from the path.
+_LARGEST_RASTER = 1600  # Maximum nodes per side that a picture of this size can show.
+# Places of scale and north arrow, best first, and a sufficient distance from the path.
 _PLACES = (
     "upper left",
     "upper right",
@@ -76,7 +76,7 @@ def draw(
     Parameters
     ----------
     axes : Axes
-        Has the aspect of the map; where it is less narrow, the map lies in its south-west.
+        Axes with the aspect ratio of the map; if they are wider, the map lies in their south-west.
     bar : Axes
         Axes of the colour bar.
     problem : Problem
@@ -88,9 +88,9 @@ def draw(
     trouble : ndarray
         True for samples that cannot be flown, (k,) bool.
     reasons : sequence of (str, float, float)
-        Reasons to write next to the path, each with its x and y in metres.
+        Reasons to write next to the path, each with x and y in metres.
     wind : (float, float), optional
-        The wind of the arrow, m/s; by default the wind of the problem.
+        The wind that the arrow shows, m/s; by default the wind of the problem.
     window : (float, float, float, float), optional
         West, south, east and north of the part that is shown, metres; all by default.
     """
@@ -101,7 +101,8 @@ def draw(
         west, south, east, north = (edge / unit_m for edge in window)
         axes.set(xlim=(west, east), ylim=(south, north))
     margin_m = 0.0 if problem.rules is None else problem.rules.zone_margin_m
-    # As artists: `add_patch` looks for the limits of each curve, and the axes have theirs.
+    # Added as artists, because `add_patch` computes the limits of each curve, and the axes already
+    # have limits.
     many = len(problem.zones) > zone_shapes.MANY
     if many:
         axes.add_artist(zone_shapes.outline_of_all(problem.zones, unit_m))
@@ -140,7 +141,7 @@ def draw(
     lines = np.stack((x, y), axis=1)
     box = _draw_scale_and_north(axes, lines, unit_m, problem.wind if wind is None else wind)
     taken = [box.get_window_extent()]
-    # A zone that is broken has one text, next to the path.
+    # A violated zone has a single text, next to the path.
     broken = {f"zone {zone.name}": zone_shapes.text(zone) for zone in problem.zones if zone.name}
     named = {text for text, _, _ in reasons}
     texts: list[tuple[str, tuple[float, float], dict[str, Any]]] = [
@@ -180,7 +181,8 @@ def _draw_land(axes: Axes, bar: Axes, problem: Problem, unit_m: float) -> bool:
     norm = Normalize(low, high)
 
     solid = np.where(voids, low, land)
-    # Flat land is exaggerated and alps are toned down, until the steep tenth shows as 40 degrees.
+    # Flat land is exaggerated and alps are toned down so that the steepest tenth shows as 40
+    # degrees.
     slopes = np.hypot(*np.gradient(solid, dy, dx))[~voids]
     exaggeration = float(np.clip(0.85 / max(np.percentile(slopes, 90), 1e-3), 0.4, 12))
     shade = LightSource(azdeg=315, altdeg=45).hillshade(
@@ -252,7 +254,7 @@ def _draw_land(axes: Axes, bar: Axes, problem: Problem, unit_m: float) -> bool:
 
 
 def axis_unit(span_m: float) -> tuple[float, str]:
-    """Metres per unit of an axis that spans ``span_m``, and its name: kilometres from 2 km."""
+    """Return metres per unit of an axis that spans ``span_m``, and the unit: km from 2 km on."""
     return (1000.0, "km") if span_m >= 2000 else (1.0, "m")
 
 
@@ -268,7 +270,7 @@ def _draw_scale_and_north(
     unit_m: float,
     wind: tuple[float, float] = (0.0, 0.0),
 ) -> AnchoredOffsetbox:
-    """Draw scale bar, arrow to the north and wind where they are farthest from ``points``."""
+    """Draw scale bar, north arrow and wind where they are farthest from ``points``."""
     (left, right), window = axes.get_xlim(), axes.get_window_extent()
     per_inch = (right - left) * axes.figure.dpi / window.width
     length = nice_length(right - left)
@@ -298,7 +300,7 @@ def _draw_scale_and_north(
     parts: list[Artist] = [scale, north]
     speed = math.hypot(*wind)
     if speed > 0:
-        # The arrow points where the air goes.
+        # The arrow points where the air moves to.
         east, to_north = 20 * wind[0] / speed, 20 * wind[1] / speed
         area = DrawingArea(22, 22)
         area.add_artist(

@@ -28,7 +28,7 @@ _RIM: dict[str, Any] = {"linestyle": "", "markeredgecolor": TEXT}
 def between(way: Sequence[Point]) -> list[tuple[str, Point]]:
     """Return the points between the ends of a way, each with its name.
 
-    A way that ends where it starts turns back at its goal, the last point between its ends.
+    A way that ends where it starts turns back at its goal, the last point before its end.
     """
     inner = list(way[1:-1])
     names = ["via point"] * len(inner)
@@ -38,7 +38,7 @@ def between(way: Sequence[Point]) -> list[tuple[str, Point]]:
 
 
 def draw(axes: Axes, path: NDArray[np.float64], problem: Problem, unit_m: float) -> None:
-    """Mark the ends of ``path``, (n, 3) float64 metres, and the points between on a map."""
+    """Mark the ends of ``path``, (n, 3) float64 metres, and the points between them on a map."""
     marks = [
         (_VIA if name == "via point" else _GOAL, point) for name, point in between(problem.way)
     ]
@@ -59,7 +59,7 @@ def draw_along(axes: Axes, name: str, x: float, z: float) -> None:
 
 
 def legend(problem: Problem) -> list[Line2D]:
-    """Return the entries of a legend: the start, via points where there are any, the goal."""
+    """Return the entries of a legend: the start, via points if there are any, the goal."""
     names = [name for name, _ in between(problem.way)]
     entries = [(_START, 9, "start and end" if "goal" in names else "start")]
     if "via point" in names:

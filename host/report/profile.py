@@ -29,13 +29,13 @@ __all__ = ["draw"]
 
 Floats = NDArray[np.float64]
 
-# Shares of the profile's width where the text of a ceiling may stand, the better ones first: next
-# to its line, and at the top for one that is higher.
+# Positions of a ceiling's text as shares of the profile's width, best first: next to its line, or
+# at the top for a higher ceiling.
 _ASIDE = (0.75, 0.5, 0.25, 0.9, 0.1)
 _AT_TOP = tuple(np.linspace(0.05, 0.95, 37).tolist())
-# Points of each line that texts keep off.
+# Points of each line that texts avoid.
 _POINTS = 400
-# Greatest height above the altitudes at which a ceiling is shown, as a share of their range.
+# Maximum height above the altitudes at which a ceiling is still shown, as a share of their range.
 _HIGHER = 0.5
 
 
@@ -64,11 +64,11 @@ def draw(
     reasons : sequence of (str, int)
         Limits to name, each with its sample.
     lowest_at_m : float or None
-        Metres flown to the least clearance; by default where the samples are lowest.
+        Metres flown to the minimum clearance; by default where the samples are lowest.
     clearance_m : float
-        The least clearance.
+        The minimum clearance.
     visited : sequence of (str, float)
-        The points between the ends, each with the metres flown to where the path is nearest.
+        The points between the ends, each with the metres flown to the nearest place of the path.
     """
     problem = evaluator.problem
     unit_m, unit = axis_unit(float(samples.s[-1]))
@@ -131,7 +131,7 @@ def _ceiling_text(
 ) -> tuple[str, list[tuple[float, float]], str]:
     """Return the text of a ceiling, the places for it and its colour.
 
-    The text of a ceiling that is nowhere below ``top`` stands there, with an arrow.
+    If a ceiling is nowhere below ``top``, its text is at ``top`` with an arrow.
     """
     if not (heights < top).any():
         return f"\u2191 {name}", [(share * float(along[-1]), top) for share in _AT_TOP], TEXT
@@ -174,7 +174,7 @@ def _draw_zones(axes: Axes, along: NDArray[np.float64], problem: Problem, sample
     bottom, top = axes.get_ylim()
     blocks = []
     for zone, inside in zone_shapes.crossed(problem.zones, samples.x, samples.y):
-        # A limit beyond the graph needs no place of its own there.
+        # A limit beyond the graph needs no position of its own.
         low = bottom if zone.lower_m is None else max(zone.lower_m, 2 * bottom - top)
         high = top if zone.upper_m is None else min(zone.upper_m, 2 * top - bottom)
         if low > top or high < bottom:
@@ -182,7 +182,8 @@ def _draw_zones(axes: Axes, along: NDArray[np.float64], problem: Problem, sample
         for first, end in _runs(inside):
             left, right = along[first], along[end - 1]
             blocks.append([(left, low), (right, low), (right, high), (left, high)])
-    # One collection: each alone would take milliseconds, and there may be thousands.
+    # One collection, because there may be thousands of blocks and each alone would take
+    # milliseconds.
     drawn = PolyCollection(
         blocks,
         facecolor=(*to_rgb(NOFLY), 0.25),
@@ -200,7 +201,7 @@ def _shade(
     where: NDArray[np.bool_],
     colour: str,
 ) -> None:
-    """Shade the intervals ``where`` holds, from bottom to top."""
+    """Shade the intervals in which ``where`` holds, from bottom to top."""
     for first, end in _runs(where):
         axes.axvspan(
             along[first],
@@ -229,7 +230,7 @@ def _mark_clearance(
 ) -> list[Bbox]:
     """Mark the point of least clearance, and return the box of its text.
 
-    It is ``lowest_m`` metres flown from the start, or by default where the samples are lowest.
+    The point is ``lowest_m`` metres flown from the start, by default where the samples are lowest.
     """
     if lowest_m is not None:
         if not np.isfinite(clearance_m):
@@ -248,7 +249,7 @@ def _mark_clearance(
     )
     left, right = axes.get_xlim()
     share = (x - left) / (right - left)
-    half = 1.2 * axes.figure.dpi / axes.get_window_extent().width  # Inches of half the text.
+    half = 1.2 * axes.figure.dpi / axes.get_window_extent().width  # Inches: half the text's width.
     note = axes.annotate(
         f"minimum clearance {clearance_m:,.1f} m",
         (x, z),
@@ -262,6 +263,6 @@ def _mark_clearance(
         bbox={"boxstyle": "round,pad=0.25", "facecolor": "white", "alpha": 0.85, "linewidth": 0},
         arrowprops={"arrowstyle": "-", "color": TEXT, "linewidth": 0.8, "shrinkB": 4},
     )
-    # Only the text, once it is in its place: the box of the arrow would take half the graph.
+    # Only the text's box, once it is placed: with the arrow, the box would take half the graph.
     note.get_window_extent()
     return [Text.get_window_extent(note)]

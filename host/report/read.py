@@ -1,4 +1,4 @@
-"""Runs read back from their ``summary.json``, for the commands that work on a finished plan."""
+"""Reading of runs from their ``summary.json``, for commands that work on a finished plan."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class Run:
 
     @property
     def feasible(self) -> bool | None:
-        """The verdict on the path; None if the summary states none."""
+        """The verdict on the path; None if the summary has none."""
         stated = self.summary.get("feasible")
         return stated if isinstance(stated, bool) else None
 
@@ -76,20 +76,21 @@ class Run:
 def read_run(file: Path, *, origin: tuple[float, float] | None = None) -> Run:
     """Return the problem, the path and the content of a ``summary.json``.
 
-    The terrain is ``terrain.npz`` next to the file, else the terrain that the summary names.
+    The terrain is ``terrain.npz`` next to the file if there is one, else the terrain that the
+    summary names.
 
     Parameters
     ----------
     file : Path
         The summary.
     origin : tuple of float, optional
-        Latitude and longitude of the south-west node, for a terrain that has no place on Earth.
+        Latitude and longitude of the south-west node, for a terrain without a place on Earth.
 
     Raises
     ------
     InputError
-        If the file is not a summary, does not say how its path was evaluated, or states a bad
-        value; if a file next to it belongs to another run.
+        If the file is not a summary, does not say how its path was evaluated or has a bad value, or
+        if a file next to it belongs to another run.
     """
     summary = find_summary(file)
     if summary is None:
@@ -158,23 +159,23 @@ def summary_terrain(
     fill_voids: bool = False,
     max_cells: int | None = None,
 ) -> Terrain:
-    """Return the terrain of a run, in its place on Earth where the summary states one.
+    """Return the terrain of a run, with its place on Earth if the summary states one.
 
     Parameters
     ----------
     file : Path
-        The summary; ``terrain.npz`` next to it is preferred to the source that it names.
+        The summary; ``terrain.npz`` next to it is preferred to the source named in it.
     summary : dict
         Its content.
     source : str, optional
-        File or name of another terrain to take instead.
+        File or name of a terrain to use instead.
     cell, fill_voids, max_cells
         As for :func:`pathgene.host.terrain.load`; by default as the summary states them.
 
     Raises
     ------
     InputError
-        If the summary does not say where its terrain is from, or the terrain cannot be loaded.
+        If the summary does not name its terrain, or the terrain cannot be loaded.
     """
     try:
         stated = summary["terrain"]
@@ -213,7 +214,7 @@ def summary_path(file: Path, summary: dict[str, Any]) -> NDArray[np.float64]:
     Raises
     ------
     InputError
-        If they are not two or more lists of three numbers.
+        If they are not at least two lists of three numbers.
     """
     try:
         path = rows(summary["waypoints"], 3)
@@ -230,7 +231,7 @@ def summary_way(file: Path, summary: dict[str, Any]) -> tuple[Point, ...]:
     Raises
     ------
     InputError
-        If the legs do not state where they begin.
+        If the legs do not say where they begin.
     """
     try:
         points = [numbers(leg["from"], 3) for leg in summary.get("legs") or ()][1:]

@@ -30,8 +30,8 @@ def digests(contents: Mapping[str, bytes]) -> dict[str, str]:
 def verify(file: Path, summary: Mapping[str, Any]) -> None:
     """Refuse a summary if a data file next to it does not belong to its run.
 
-    A missing file is not an error: a run is read without it, or the reader says so. A summary
-    without the member ``files``, of an earlier pathgene, says nothing about files.
+    A missing file is not an error: the run is read without it, or the reader reports it. A summary
+    without the member ``files`` is from an earlier version and says nothing about files.
 
     Parameters
     ----------
@@ -43,8 +43,8 @@ def verify(file: Path, summary: Mapping[str, Any]) -> None:
     Raises
     ------
     InputError
-        If a file next to it is altered or belongs to another run, or ``files`` is not a table of
-        digests.
+        If a file next to the summary was altered or belongs to another run, or ``files`` is not a
+        table of digests.
     """
     if "files" not in summary:
         return

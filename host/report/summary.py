@@ -13,12 +13,12 @@ from pathgene.host.version import version
 
 __all__ = ["describe_problem", "describe_run", "finite", "summarise", "terms", "version"]
 
-#: Phases that every summary has, if only with 0 seconds.
+#: Phases that every summary has, even if they took 0 seconds.
 _PHASES = ("total", "evaluation", "sort", "link", "board")
 
 
 def finite(value: Any) -> Any:
-    """Return ``value`` with None for every number that JSON lacks, in lists and tables too."""
+    """Return ``value`` with None for every number that JSON cannot express, also nested ones."""
     if isinstance(value, float) and not math.isfinite(value):
         return None
     if isinstance(value, Mapping):

@@ -34,7 +34,7 @@ def track_of(
     path : ndarray
         Waypoints, (n, 3) float64 metres, start and goal included.
     curve : SmoothedTrack, optional
-        The same path, smoothed, if it is known.
+        The smoothed path, if it is already computed.
     flight, page
         As for :class:`Track`.
     """

@@ -20,18 +20,18 @@ __all__ = ["Visit", "visits"]
 
 Floats = NDArray[np.float64]
 
-# A visit may miss a point by the rounding of a file.
+# A path may miss a point by the rounding of a file and still visit it.
 _ROUNDING_M = 0.01
-# Distance of the point from a turn by a right angle, the sharpest at a joint, in turn radii.
+# Distance of the point from a right-angle turn, the sharpest turn at a joint, in turn radii.
 _ROUNDED = math.sqrt(2) - 1
-# Points of a piece in the first round, points around the best one in each later round, which
-# narrows the piece to a fifth, and number of rounds.
+# Points of a piece in the first round, points around the best one in each later round (which
+# narrows the piece to a fifth), and number of rounds.
 _FIRST_LOOK, _CLOSER_LOOK, _ROUNDS = 65, 11, 16
 
 
 @dataclass(frozen=True)
 class Visit:
-    """The least distance between a path and a via point.
+    """The minimum distance between a path and a via point.
 
     Parameters
     ----------
@@ -40,14 +40,15 @@ class Visit:
     point : tuple of float
         The point: x, y and altitude, metres.
     distance_m : float
-        Minimum distance of the smoothed track from it, in three dimensions.
+        Minimum distance of the smoothed track from the point, in three dimensions.
     horizontal_m, at_m : float
-        Horizontal distance there, and metres flown to there.
+        Horizontal distance at that place, and metres flown to it.
     line_m : float
-        Minimum distance of the straight lines through the waypoints from it, in three dimensions.
+        Minimum distance of the straight lines through the waypoints from the point, in three
+        dimensions.
     missed : bool
-        True if neither those lines nor the track pass the point after the via point before it, or
-        if the track rounds it further off than a turn by a right angle does.
+        True if neither these lines nor the track pass the point after the previous via point, or if
+        the track rounds the point at a greater distance than a right-angle turn would.
     """
 
     index: int
@@ -64,13 +65,13 @@ class Visit:
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> Visit:
-        """Return the visit that :meth:`to_dict` gave."""
+        """Return the visit of a dict from :meth:`to_dict`."""
         x, y, z = values["point"]
         return cls(**{**values, "point": (x, y, z)})
 
     @property
     def sentence(self) -> str:
-        """A sentence for a point that is missed."""
+        """A sentence for a missed point."""
         x, y, z = self.point
         name = f"via point {self.index} at ({x:.10g}, {y:.10g}, {z:.10g})"
         if min(self.line_m, self.distance_m) <= _ROUNDING_M:
@@ -87,17 +88,17 @@ class Visit:
 
 
 def visits(evaluator: Evaluator, path: Floats) -> list[Visit]:
-    """Return how near a path comes to each point between the ends of its problem.
+    """Return how close a path comes to each point between the ends of its problem.
 
-    The points are visited where the straight lines through the waypoints pass them in their order.
-    The smoothed track then misses a point only by the rounding of a turn of at most a right angle;
-    a path that turns back at a point by one arc does not come near it. A track that passes a point
-    itself, on the arc of a waypoint next to it, visits it as well.
+    Points are visited if the straight lines through the waypoints pass them in order. The smoothed
+    track then misses a point only by the rounding of a turn of at most a right angle; a path that
+    turns back at a point on one arc does not come close to it. A track that itself passes a point,
+    on the arc of a neighbouring waypoint, also visits it.
 
     Parameters
     ----------
     evaluator : Evaluator
-        Evaluates paths of the problem. The goal before a return is the last of its points.
+        Evaluates paths of the problem. The goal before a return is the last of these points.
     path : ndarray
         Waypoints, (n, 3) float64 metres.
     """
@@ -124,13 +125,13 @@ def visits(evaluator: Evaluator, path: Floats) -> list[Visit]:
 
 
 def _nearest_on_lines(path: Floats, point: Sequence[float]) -> tuple[Floats, Floats]:
-    """Return where each segment of a path is nearest to a point, and how near.
+    """Return where each segment of a path is closest to a point, and the distance.
 
     Returns
     -------
     tuple of ndarray
-        The place, the number of the segment plus the part of it; and the distance in metres. Both
-        (n - 1,) float64.
+        The place, as the number of the segment plus a fraction of it, and the distance in metres,
+        both (n - 1,) float64.
     """
     corners, steps = path[:-1], np.diff(path, axis=0)
     square = (steps**2).sum(axis=1)
@@ -143,9 +144,9 @@ def _nearest_on_lines(path: Floats, point: Sequence[float]) -> tuple[Floats, Flo
 def _nearest_on_track(
     track: SmoothedTrack, point: Sequence[float], axes: int = 3
 ) -> tuple[float, float, float]:
-    """Return the least distance of a track from a point, the horizontal one there, and where.
+    """Return the minimum distance of a track from a point, the horizontal one there, and the place.
 
-    With two ``axes`` the least distance is the horizontal one.
+    With two ``axes``, the minimum distance is horizontal.
     """
     found = []
     begins = itertools.accumulate((piece.length_m for piece in track.pieces), initial=0.0)

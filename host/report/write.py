@@ -48,8 +48,8 @@ def write_report(
     """Write ``summary.json``, ``terrain.npz``, ``path.geojson``, further files and ``path.png``.
 
     The files of an earlier run are replaced all or none. Files that this run does not have are
-    removed with them, and so are the files of a flight of the earlier run. The picture comes last,
-    and an error in it is only a warning.
+    removed too, including the files of a flight of the earlier run. The picture comes last, and an
+    error in it only causes a warning.
 
     Parameters
     ----------
@@ -61,16 +61,16 @@ def write_report(
         Result of the run.
     summary : mapping
         Result of :func:`pathgene.host.report.summary.summarise`. The file also has the member
-        ``files``: the SHA-256 of each other file but the picture.
+        ``files``, with the SHA-256 of each other file except the picture.
     warn : callable
         Receives a sentence if there is no picture.
     picture : bool
-        Draw ``path.png``; otherwise only remove any left by an earlier run, which would mislead.
+        Draw ``path.png``; otherwise only remove a misleading picture of an earlier run.
     grid : bool
-        Write ``terrain.npz``; otherwise remove any left by an earlier run, which ``check`` would
-        take for the terrain of this one.
+        Write ``terrain.npz``; otherwise remove the file of an earlier run, which ``check`` would
+        mistake for the terrain of this one.
     others : mapping, optional
-        Contents of further files by their names in :data:`pathgene.host.report.run_files.DATA`.
+        Contents of additional files by their names in :data:`pathgene.host.report.run_files.DATA`.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def write_report(
 
 
 def write_picture(file: Path, made: Callable[[], Scene], warn: Callable[[str], None]) -> bool:
-    """Draw a picture, and return whether it was drawn; an error in it is only a warning.
+    """Draw a picture and return whether it was drawn; an error only causes a warning.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def _grid(evaluator: Evaluator) -> bytes:
 
 
 def scene(evaluator: Evaluator, result: Result, summary: Mapping[str, Any]) -> Scene:
-    """Return all that the picture of a run shows."""
+    """Return the content of a run's picture."""
     from pathgene.host.report.picture import Scene
 
     found = summary.get("reason")
@@ -161,7 +161,7 @@ def _captions(summary: Mapping[str, Any]) -> tuple[str, str]:
     board = f" (board {summary['board']})" if summary["board"] else ""
     by = f"{summary['planner']}{board}"
     if summary.get("fallback"):
-        # In a mission, the remaining legs are still the planner's.
+        # In a mission, the other legs still come from the planner.
         by = f"{by}, {'in part by' if summary.get('legs') else 'path by'} {summary['fallback']}"
     subtitle = (
         f"{verdict}, fitness {summary['fitness']:.4f}, {summary['length_m'] / 1000:.2f} km, "

@@ -22,11 +22,11 @@ __all__ = ["MANY", "crossed", "draw_margin", "outline", "outline_of_all", "text"
 
 Floats = NDArray[np.float64]
 
-#: More zones are drawn together, without their margins and texts, which take milliseconds each and
-#: hide the map.
+#: If there are more zones, they are drawn together, without margins and texts, which take
+#: milliseconds each and hide the map.
 MANY = 200
 
-# Points of a track that are compared with the boxes of zones as one.
+# Number of points of a track that are compared with the boxes of zones together.
 _STRETCH = 128
 
 # Nodes along the longer side of a polygon with its margin: a node is a few pixels.
@@ -66,7 +66,7 @@ def _path(zone: Zone, unit_m: float) -> Outline:
     """Return the outline of a polygon."""
     corners: list[tuple[float, float]] = []
     codes: list[Any] = []
-    # Rings in opposite directions: a hole is neither filled nor hatched.
+    # The rings have opposite directions, so that holes are neither filled nor hatched.
     for ring in zone.footprint.wound_rings:
         corners += [(x / unit_m, y / unit_m) for x, y in (*ring, ring[0])]
         codes += [Outline.MOVETO, *[Outline.LINETO] * (len(ring) - 1), Outline.CLOSEPOLY]
@@ -116,7 +116,7 @@ def _distances(zone: Zone, margin_m: float) -> tuple[Floats, Floats, Floats]:
     low, high = box[:2] - 2 * margin_m, box[2:] + 2 * margin_m
     cell_m = float((high - low).max()) / _NODES
     x, y = (np.arange(a, b + 2 * cell_m, cell_m) for a, b in zip(low, high, strict=True))
-    # Further away, distances are not asked for.
+    # Distances farther away are not needed.
     reach_m = margin_m + 3 * cell_m
     distance = np.full((len(y), len(x)), reach_m)
     for ring in zone.footprint.rings:
@@ -133,7 +133,7 @@ def _distances(zone: Zone, margin_m: float) -> tuple[Floats, Floats, Floats]:
 
 
 def text(zone: Zone) -> str:
-    """Name, heights and times of a zone, each on its line."""
+    """Name, heights and times of a zone, each on its own line."""
     lines = [zone.name] if zone.name else []
     for low, high, unit in ((zone.lower_m, zone.upper_m, "m"), (zone.t0_s, zone.t1_s, "s")):
         if low is not None and high is not None:
@@ -148,14 +148,14 @@ def text(zone: Zone) -> str:
 def crossed(
     zones: Sequence[Zone], x: Floats, y: Floats
 ) -> Iterator[tuple[Zone, NDArray[np.bool_]]]:
-    """Yield the zones within whose outline a track comes, each with the points that are inside.
+    """Yield the zones whose outline a track enters, each with the points that are inside.
 
     Parameters
     ----------
     zones : sequence of Zone
-        The zones; they are yielded in their order.
+        The zones, in the order in which they are yielded.
     x, y : ndarray
-        Points of the track in the order of the flight, (k,) float64 metres.
+        Points of the track in flying order, (k,) float64 metres.
 
     Yields
     ------
@@ -164,7 +164,7 @@ def crossed(
     """
     if not zones:
         return
-    # Most of many zones are nowhere near the track, which their boxes tell at once.
+    # Most zones are not near the track, and their boxes show that quickly.
     boxes = np.array([zone.footprint.box for zone in zones])
     lows, highs = boxes[:, :2], boxes[:, 2:]
     near = np.ones((len(zones), -(-len(x) // _STRETCH)), dtype=bool)

@@ -1,7 +1,7 @@
 """Terrains: grids of heights, where they come from, and where they lie on Earth.
 
-Importing this package loads neither GDAL nor matplotlib; reading a raster, and converting latitude
-and longitude, does.
+Importing this package loads neither GDAL nor matplotlib; reading a raster or converting latitude
+and longitude loads GDAL.
 """
 
 from pathgene.host.terrain.embedded import names

@@ -43,12 +43,12 @@ _ENTRIES = (
 
 
 def names() -> tuple[str, ...]:
-    """Return the names that :func:`load` takes."""
+    """Return the names that :func:`load` accepts."""
     return tuple(entry.name for entry in _ENTRIES)
 
 
 def describe() -> tuple[Entry, ...]:
-    """Return name, description, source and licence of every embedded terrain."""
+    """Return the name, description, source and licence of every embedded terrain."""
     return _ENTRIES
 
 
@@ -70,12 +70,12 @@ def load(name: str) -> Terrain:
 
 
 def _jacksboro() -> Terrain:
-    """Terrain of matplotlib's sample, (344, 403) int16 pixels of 3 arc-seconds.
+    """Return the terrain of matplotlib's sample, (344, 403) int16 pixels of 3 arc-seconds.
 
-    The sample's ``ymin`` is not its southern edge: it was counted from ``ymax``, the northern edge,
-    in the wrong direction. Rows run from north to south. With this placement, the highest pixel
-    lies on Cross Mountain (36.1983 N, 84.2306 W, 1077 m), and a flat 305 m, Norris Lake, ends at
-    Norris Dam.
+    The sample's ``ymin`` is not its southern edge: it was computed from ``ymax``, the northern
+    edge, in the wrong direction. Rows run from north to south. With this placement, the highest
+    pixel lies on Cross Mountain (36.1983 N, 84.2306 W, 1077 m), and a flat area at 305 m, Norris
+    Lake, ends at Norris Dam.
     """
     from affine import Affine
     from rasterio.crs import CRS
@@ -83,7 +83,7 @@ def _jacksboro() -> Terrain:
     from pathgene.host.terrain import geodesy, place
     from pathgene.host.terrain.raster import Raster
 
-    # Found without an import of matplotlib, which takes longer than most commands.
+    # Found without importing matplotlib, which takes longer than most commands.
     file = metadata.distribution("matplotlib").locate_file(_JACKSBORO)
     with np.load(str(file)) as sample:
         heights = sample["elevation"].astype(np.float64)

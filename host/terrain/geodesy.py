@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 import rasterio
 from numpy.typing import NDArray
-from rasterio._err import CPLE_BaseError  # GDAL's errors; no public module has them.
+from rasterio._err import CPLE_BaseError  # GDAL's errors, which no public module exports.
 from rasterio.crs import CRS
 from rasterio.errors import CRSError, RasterioError
 from rasterio.warp import transform as warp_transform
@@ -35,7 +35,7 @@ Floats = NDArray[np.float64]
 WGS84 = "EPSG:4326"
 
 # Geocentric datums that agree with WGS84 within a metre or two, less than any cell of a terrain:
-# they count as WGS84 where no grid of corrections is installed.
+# they count as WGS84 if no grid of corrections is installed.
 _LIKE_WGS84 = re.compile(
     r"WGS.?(19)?84|World Geodetic System 1984|ITRF|International Terrestrial"
     r"|ETRS|European Terrestrial|NAD.?83|North American Datum 1983"
@@ -63,7 +63,7 @@ def local_crs(lat: float, lon: float) -> str:
     """Return a reference system in metres east and north of a point in degrees, as WKT.
 
     It is the transverse Mercator projection around the point, on WGS84, without a scale factor:
-    north is up at the point, and 20 km from it lengths are right within 5 millionths.
+    north is up at the point, and 20 km away lengths are accurate to 5 millionths.
     """
     parameters = f"+lat_0={lat!r} +lon_0={lon!r} +k=1 +x_0=0 +y_0=0 +datum=WGS84 +units=m"
     return str(CRS.from_proj4(f"+proj=tmerc {parameters} +no_defs").to_wkt())
@@ -79,7 +79,7 @@ def known_crs(text: str) -> CRS:
         If there is no such reference system.
     """
     try:
-        # In an environment GDAL raises its errors, instead of printing some of them.
+        # Within an environment, GDAL raises its errors instead of printing some of them.
         with rasterio.Env():
             crs = CRS.from_user_input(text)
             crs.to_wkt()
@@ -115,13 +115,13 @@ class LocalFrame:
     origin: tuple[float, float]
 
     def from_wgs84(self, lat: Floats, lon: Floats) -> tuple[Floats, Floats]:
-        """Return local metres of degrees, arrays of one shape; see :func:`transform`."""
+        """Convert degrees, arrays of one shape, to local metres; see :func:`transform`."""
         unit = unit_m(self.crs)
         eastings, northings = transform(WGS84, self.crs, lon, lat)
         return (eastings - self.origin[0]) * unit, (northings - self.origin[1]) * unit
 
     def to_wgs84(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
-        """Return latitude and longitude in degrees of local metres; see :func:`transform`."""
+        """Convert local metres to latitude and longitude in degrees; see :func:`transform`."""
         unit = unit_m(self.crs)
         east, north = self.origin
         lon, lat = transform(self.crs, WGS84, east + x / unit, north + y / unit)
@@ -134,7 +134,7 @@ def transform(source: str, target: str, x: Floats, y: Floats) -> tuple[Floats, F
     Parameters
     ----------
     source, target : str
-        Reference systems; of a geographic one the order is longitude, latitude in degrees.
+        Reference systems; for a geographic one, the order is longitude, latitude in degrees.
     x, y : ndarray
         Coordinates, of one shape.
 
@@ -178,7 +178,7 @@ def _warn_if_approximate(crs: str) -> None:
         warnings.warn(
             f"The exact shift between the datum {datum!r} and WGS84 needs grid files that are not "
             "installed, so latitudes and longitudes may be some metres off.",
-            # The caller of the terrain's method.
+            # Blame the caller of the terrain's method.
             stacklevel=5,
         )
 

@@ -96,7 +96,7 @@ class Terrain:
     def raised(self, elevation: ArrayLike) -> Terrain:
         """Return the terrain with other heights, metres, such as a surface to fly above.
 
-        They may lie above all ground, where a no-fly zone is flown over.
+        They may lie above all ground where a no-fly zone is flown over.
 
         Parameters
         ----------
@@ -109,7 +109,7 @@ class Terrain:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Nodes from south to north and from west to east."""
+        """Number of nodes from south to north and from west to east."""
         rows, columns = self.elevation.shape
         return rows, columns
 
@@ -130,12 +130,12 @@ class Terrain:
 
     @property
     def lowest(self) -> float:
-        """Lowest height in metres, without voids."""
+        """Lowest height in metres, ignoring voids."""
         return float(np.nanmin(self.elevation))
 
     @property
     def highest(self) -> float:
-        """Highest height in metres, without voids."""
+        """Highest height in metres, ignoring voids."""
         return float(np.nanmax(self.elevation))
 
     def ground(self, x: ArrayLike, y: ArrayLike) -> Any:
@@ -168,7 +168,7 @@ class Terrain:
         return _nearest(y, self.dy_m, rows), _nearest(x, self.dx_m, columns)
 
     def to_local(self, lat: ArrayLike, lon: ArrayLike) -> tuple[Any, Any]:
-        """Return local metres (x, y) of WGS84 latitude and longitude in degrees, scalars or arrays.
+        """Convert WGS84 latitude and longitude in degrees to local metres (x, y).
 
         Warns when the shift between the datums can only be approximated on this machine.
 
@@ -182,7 +182,7 @@ class Terrain:
         return _scalars(*frame.from_wgs84(lat, lon))
 
     def to_geographic(self, x: ArrayLike, y: ArrayLike) -> tuple[Any, Any]:
-        """Return WGS84 (latitude, longitude) in degrees of local metres, scalars or arrays.
+        """Convert local metres to WGS84 (latitude, longitude) in degrees.
 
         Warns when the shift between the datums can only be approximated on this machine.
 
@@ -221,7 +221,7 @@ class Terrain:
         Raises
         ------
         ValueError
-            If ``nofly`` has another shape than the terrain.
+            If the shape of ``nofly`` is not the terrain's.
         """
         if nofly.shape != self.shape:
             raise ValueError(
@@ -230,7 +230,7 @@ class Terrain:
         place: dict[str, Any] = {}
         if self.crs is not None and self.origin is not None:
             place = {"crs": np.array(self.crs), "origin": np.array(self.origin)}
-        # Through a handle: numpy would append its suffix to a name.
+        # Through a handle, because numpy would append its suffix to a name.
         with (
             replacing(Path(file)) if isinstance(file, str | Path) else contextlib.nullcontext(file)
         ) as binary:
@@ -279,7 +279,7 @@ def _heights(name: str, elevation: ArrayLike) -> Floats:
 
 
 def _nearest(coordinate: ArrayLike, side_m: float, nodes: int) -> NDArray[np.int64]:
-    # Clipped before the cast: a far point would overflow the integer.
+    # Clipped before the cast, because a distant point would overflow the integer.
     index = np.floor(np.asarray(coordinate, dtype=np.float64) / side_m + 0.5)
     return np.clip(index, 0, nodes - 1).astype(np.int64)
 

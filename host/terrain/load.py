@@ -1,4 +1,4 @@
-"""Terrains by name, from files or from arrays, and their description."""
+"""Loading of terrains by name, from files or from arrays, and their description."""
 
 from __future__ import annotations
 
@@ -45,9 +45,10 @@ def load(
     ----------
     source : str or Path
         Name of an embedded terrain (:func:`pathgene.host.terrain.names`), or a file: ``.npz`` with
-        ``elevation``, ``dx_m``, ``dy_m`` and, where its place on Earth is known, ``crs`` and
-        ``origin``; ``.npy`` with the heights (both in metres, row 0 the southernmost); or anything
-        that rasterio opens. A file of a terrain's name is reached as ``./name``.
+        ``elevation``, ``dx_m``, ``dy_m`` and, if its place on Earth is known, ``crs`` and
+        ``origin``; ``.npy`` with the heights (both in metres, row 0 the southernmost); or any other
+        file that rasterio opens. A file that has the name of an embedded terrain is given as
+        ``./name``.
     cell : tuple of float, optional
         Sides of a cell in metres, east and north, for a file that does not state them.
     fill_voids : bool
@@ -55,15 +56,15 @@ def load(
     max_cells : int, optional
         Maximum number of cells of a file, 1 or more; 25 million by default.
     self_contained : bool
-        Refuse a file that names other files, as a virtual raster does: for content that somebody
-        else gives, as a browser does.
+        Refuse a file that names other files, as a virtual raster does; for content from somebody
+        else, such as a browser.
 
     Raises
     ------
     InputError
-        If there is no such terrain, it cannot be read, is not a terrain, has more cells or names a
-        file where it may not, or ``cell`` is missing, not positive or given for a terrain that has
-        its own.
+        If there is no such terrain, it cannot be read, is not a terrain, has too many cells or
+        names a file although that is refused, or ``cell`` is missing, not positive or given for a
+        terrain that has its own.
     """
     if not isinstance(source, str | Path):
         raise InputError(f"The terrain must be a name or the path of a file, not {source!r}.")
@@ -102,7 +103,7 @@ def _load(
             f"There is no terrain {str(source)!r}: neither a file nor one of "
             f"{', '.join(embedded.names())}."
         )
-    if not path.is_dir():  # Some formats of GDAL are folders.
+    if not path.is_dir():  # Some GDAL formats are folders.
         require_regular(path)
     if path.suffix.lower() == ".npz":
         return _load_npz(path, cell, fill_voids, max_cells, self_contained)
@@ -201,7 +202,7 @@ def _place(
     *,
     self_contained: bool,
 ) -> tuple[str | None, tuple[float, float] | None]:
-    """Return reference system and origin of an ``.npz``; None and None where it states neither."""
+    """Return the reference system and origin of an ``.npz``; None and None if it has neither."""
     if crs is None and origin is None:
         return None, None
     if (
@@ -258,7 +259,7 @@ def from_array(
     origin: tuple[float, float] | None = None,
     fill_voids: bool = False,
 ) -> Terrain:
-    """Return a terrain of an array.
+    """Return a terrain made from an array.
 
     Parameters
     ----------
@@ -277,6 +278,6 @@ def from_array(
     """
     heights = Terrain(source or name, np.asanyarray(elevation), *cell).elevation
     if fill_voids:
-        # From the north, as a raster is filled: the interpolation depends on the direction.
+        # From the north, like a raster, because the interpolation depends on the direction.
         heights = fill(heights[::-1])[::-1]
     return Terrain(name, heights, *cell, crs, origin, source)

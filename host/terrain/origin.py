@@ -1,4 +1,4 @@
-"""A place on Earth for a terrain whose file states none."""
+"""A place on Earth for a terrain whose file has none."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["at_origin"]
 
 
 def at_origin(terrain: Terrain, lat: float, lon: float) -> Terrain:
-    """Return the terrain with its south-west node at a point in degrees, and its y axis north.
+    """Return the terrain with its south-west node at a point in degrees and its y axis northward.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ from pathgene.host.terrain.voids import fill, from_corner, number, require_heigh
 
 __all__ = ["to_terrain"]
 
-# Smallest side of a cell in metres; a map in degrees always has smaller ones.
+# Smallest side of a cell in metres; a map in degrees always has smaller cells.
 _SMALLEST_SIDE_M = 0.05
 
 
@@ -27,11 +27,11 @@ def to_terrain(
     fill_voids: bool = False,
     max_cells: int | None = None,
 ) -> Terrain:
-    """Turn a raster into a terrain.
+    """Convert a raster to a terrain.
 
-    A projected raster keeps its own cells; a geographic one goes through
-    :func:`pathgene.host.terrain.warp.to_utm`. One without a reference system keeps its pixels as
-    metres, or takes ``cell`` if it has no pixel size either.
+    A projected raster keeps its own cells; a geographic one is warped by
+    :func:`pathgene.host.terrain.warp.to_utm`. Without a reference system, pixel sizes count as
+    metres, or ``cell`` is used if there is no pixel size either.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def to_terrain(
     cell : tuple of float, optional
         Sides of a cell in metres, east and north.
     fill_voids : bool
-        Interpolate the voids, before any reprojection.
+        Interpolate the voids before any reprojection.
     max_cells : int, optional
         As for :func:`pathgene.host.terrain.warp.to_utm`.
 
@@ -48,8 +48,8 @@ def to_terrain(
     ------
     InputError
         If the raster is rotated, all void, smaller than 2 x 2 nodes, too large for one UTM zone,
-        has no cell size, or has heights that are not of the ground; or if ``cell`` is given for a
-        raster that has its own.
+        has no cell size, or has impossible ground heights; or if ``cell`` is given for a raster
+        that has its own.
     """
     name = raster.name
     if np.isnan(raster.heights).all():
@@ -72,7 +72,7 @@ def to_terrain(
     else:
         raster = replace(raster, transform=Affine(cell[0], 0, 0, 0, -cell[1], 0), crs=None)
     raster = north_up(raster)
-    # Here, since filling and warping would mix a mark with the ground around it.
+    # Done here, because filling and warping would mix a mark with the ground around it.
     require_heights(
         name,
         raster.heights,
@@ -117,11 +117,11 @@ def _place(raster: Raster, row: int, column: int) -> str:
 
 
 def _remedy(raster: Raster, height_m: float) -> str:
-    """Return how to declare the mark of a void, as the file has it."""
+    """Return how to declare a file's mark of a void."""
     factor, offset = raster.scaling
     mark = height_m
     if (factor, offset) != (1.0, 0.0):
-        # Rounded, since the division may miss the last digits of the file's number.
+        # Rounded, because the division may not reproduce the last digits of the file's number.
         mark = float(f"{(height_m - offset) / factor:.12g}")
     return (
         f"declare the mark (gdal_translate -a_nodata {number(mark)} IN.tif OUT.tif), or state the "

@@ -33,7 +33,7 @@ __all__ = ["Raster", "north_up", "read"]
 
 Floats = NDArray[np.float64]
 
-# Metres per unit of height, by its name in files.
+# Metres per unit of height, by the unit's name in files.
 _VERTICAL_UNITS_M = {
     "": 1.0,
     "m": 1.0,
@@ -56,7 +56,7 @@ _VERTICAL_UNITS_M = {
     "km": 1000.0,
 }
 
-# Virtual rasters that are made of one another.
+# Maximum nesting of virtual rasters.
 _MOST_DEPTH = 50
 
 
@@ -98,8 +98,8 @@ def read(path: Path, max_cells: int | None = None, *, self_contained: bool = Fal
     Raises
     ------
     InputError
-        If it cannot be read, has several bands, complex data, more cells, or heights in an unknown
-        unit; if it must be self-contained and is not.
+        If it cannot be read, has several bands, complex data, too many cells, or heights in an
+        unknown unit, or if it must be self-contained and is not.
     """
     try:
         with warnings.catch_warnings():
@@ -149,14 +149,14 @@ def read(path: Path, max_cells: int | None = None, *, self_contained: bool = Fal
 
 @contextlib.contextmanager
 def _opened_alone(path: Path) -> Iterator[DatasetReader]:
-    """Open a raster that holds all its heights itself.
+    """Open a raster that contains all its heights itself.
 
     Raises
     ------
     InputError
-        If it has another format, or names a file.
+        If it has any other format, or names a file.
     """
-    # A driver checks the first bytes, so a wrong name of a file opens nothing else.
+    # Drivers check the first bytes, so a misleading file name does not open anything else.
     with rasterio.Env(GDAL_DISABLE_READDIR_ON_OPEN="EMPTY_DIR", GDAL_PAM_ENABLED="NO"):
         for driver in SELF_CONTAINED:
             try:
@@ -164,7 +164,7 @@ def _opened_alone(path: Path) -> Iterator[DatasetReader]:
             except RasterioError:
                 continue
             with file:
-                # Overviews of a GeoTIFF in a file of any path.
+                # Overviews of a GeoTIFF may be in a file at any path.
                 if "OVERVIEWS" in file.tag_namespaces():
                     raise InputError(
                         f"{path}: names a file of overviews; write it again without, with "
@@ -187,7 +187,7 @@ def _require_place(path: Path, transform: Affine) -> None:
     Raises
     ------
     InputError
-        If they are not.
+        If it is not.
     """
     if not all(map(math.isfinite, transform)) or transform.determinant == 0:
         raise InputError(
@@ -197,14 +197,14 @@ def _require_place(path: Path, transform: Affine) -> None:
 
 
 def _require_readable(path: Path, most: int, seen: set[Path], depth: int = 0) -> None:
-    """Check that a raster and all its parts are not devices, and have blocks of ``most`` cells.
+    """Check that a raster and its parts are not devices, and have blocks of at most ``most`` cells.
 
-    GDAL reads a block as a whole, however few of its cells are asked for.
+    GDAL reads whole blocks, however few of their cells are requested.
 
     Raises
     ------
     InputError
-        If one is not, or virtual rasters are nested too deeply.
+        If a check fails, or virtual rasters are nested too deeply.
     OSError, ValueError, RasterioError
         If one cannot be read.
     """
@@ -230,7 +230,7 @@ def _require_blocks(path: Path, file: DatasetReader, most: int) -> None:
     Raises
     ------
     InputError
-        If one has.
+        If one does.
     """
     if any(rows * columns > most for rows, columns in file.block_shapes):
         rows, columns = max(file.block_shapes, key=math.prod)
@@ -241,18 +241,18 @@ def _require_blocks(path: Path, file: DatasetReader, most: int) -> None:
 
 
 def _require_regular_beside(path: Path) -> None:
-    """Check the files that GDAL may open with a raster: the ones of its name, or all of a folder.
+    """Check the files that GDAL may open with a raster: files of the same name, or a whole folder.
 
     Raises
     ------
     InputError
-        If one would be waited for or has no end.
+        If reading one would block or never end.
     """
     folder, start = (path, "") if path.is_dir() else (path.parent, f"{path.stem}.")
     try:
         files = list(folder.iterdir())
     except PermissionError:
-        # It may be entered all the same.
+        # The folder may still be searchable.
         return
     for file in files:
         if not file.name.startswith(start) or file.is_dir() or not exists(file):

@@ -1,4 +1,4 @@
-"""The surface that paths clear: the higher of the nearest node and the height between four nodes.
+"""The surface that paths must clear: the higher of nearest node and interpolation.
 
 The compiled form for a single point is
 :func:`pathgene.host.evaluation.terrain_rule.surface_at`; both give the same numbers, bit for bit.
@@ -18,18 +18,18 @@ __all__ = ["ANY_VOID_M", "VOID_M", "surface_below"]
 
 Floats = NDArray[np.float64]
 
-#: Height of a void in sums with weights, where an infinite height would give NaN.
+#: Height of a void in weighted sums, where an infinite height would give NaN.
 VOID_M = 1e300
-#: Greater than any height and less than any sum with the height of a void.
+#: Greater than any height, and less than any sum that includes the height of a void.
 ANY_VOID_M = 1e200
 
 
 def surface_below(terrain: Terrain, x: Floats, y: Floats, *, void_m: float = math.inf) -> Floats:
-    """Return the surface under points (k,) of the frame, metres.
+    """Return the surface below points (k,) of the frame, metres.
 
-    Outside the map, the nearest point of its edge is used. If the nearest node, or one of the
-    four nodes with a weight, is a void, the surface is ``void_m``: infinite for a rule that must
-    not pass a void, NaN for a figure that does not know it.
+    Outside the map, the nearest point of its edge is used. If the nearest node, or one of the four
+    nodes with a nonzero weight, is a void, the surface is ``void_m``: infinite for a rule that must
+    reject voids, NaN for a figure that is unknown there.
     """
     rows, columns = terrain.shape
 

@@ -1,7 +1,7 @@
-"""Synthetic terrains: the kinds of land the papers test on, each from a seed.
+"""Synthetic terrains: the kinds of land on which the papers test, each from a seed.
 
-Extents and heights are those the papers give; the shapes are ours, since the papers' maps are not
-published.
+Extents and heights are taken from the papers; the shapes are our own, because the papers' maps are
+not published.
 """
 
 from __future__ import annotations
@@ -76,8 +76,8 @@ def _distance_to_course(
 ) -> Grid:
     """Return the distance of each node to a meandering course from south to north.
 
-    All lengths in edges of the map. The course swings by ``swing`` about ``bends`` times, and the
-    distance is taken in a plane bent by noise, so that the banks are not parallel.
+    Lengths are in units of the map's edge. The course swings by ``swing`` about ``bends`` times,
+    and the distance is measured in a plane warped by noise, so that the banks are not parallel.
     """
     y, x = np.meshgrid(*[np.linspace(0.0, 1.0, nodes)] * 2, indexing="ij")
     bend = 0.035
@@ -99,8 +99,8 @@ def _distance_to_course(
 def _noise(rng: np.random.Generator, nodes: int, *, slope: float, longest: float) -> Grid:
     """Return noise of mean 0 and deviation 1 whose amplitude falls as frequency ** -slope.
 
-    Waves longer than ``longest`` edges of the map are damped. The noise is drawn on a larger square
-    and cut, so that opposite edges are not alike.
+    Waves longer than ``longest`` map edges are damped. The noise is drawn on a larger square and
+    cropped, so that opposite edges do not match.
     """
     size = 2 * nodes
     spectrum = np.fft.rfft2(rng.standard_normal((size, size)))
@@ -119,7 +119,7 @@ def _rise(value: Grid, low: float, high: float) -> Grid:
 
 
 def _stretched(land: Grid, highest_m: float) -> Grid:
-    """Return ``land`` from exactly 0 to exactly ``highest_m``."""
+    """Return ``land`` rescaled to range from exactly 0 to exactly ``highest_m``."""
     share = (land - land.min()) / (land.max() - land.min())
     stretched: Grid = highest_m * share
     return stretched

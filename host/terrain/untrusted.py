@@ -1,4 +1,4 @@
-"""Terrain files from anybody: a limit on their cells, and no further files."""
+"""Terrain files from untrusted sources: limited cells, and no references to other files."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ __all__ = [
     "require_own_crs",
 ]
 
-#: Cells of a terrain, unless the user allows more: 200 MB of heights.
+#: Maximum cells of a terrain unless the user allows more: 200 MB of heights.
 MAX_CELLS = 25_000_000
 
-#: Raster formats of GDAL that hold all their heights themselves. No further format is on the
-#: list, since some of them name files of this machine or addresses in a network: VRT, GTI, MRF,
-#: WMS, WMTS, STACTA, HFA, HDF5, KMLSUPEROVERLAY, the XML of satellites.
+#: Raster formats of GDAL that contain all their heights themselves. No other format is on the list,
+#: because some of them name files of this machine or addresses in a network: VRT, GTI, MRF, WMS,
+#: WMTS, STACTA, HFA, HDF5, KMLSUPEROVERLAY, the XML of satellites.
 SELF_CONTAINED = (
     "GTiff", "SRTMHGT", "AAIGrid", "GRASSASCIIGrid", "GSAG", "GSBG", "GS7BG", "USGSDEM", "DTED",
     "BT", "Terragen", "HF2", "SIGDEM", "GXF", "GTX", "ZMap", "PNG", "XYZ",
@@ -54,13 +54,14 @@ UNREADABLE = (
     zlib.error,
 )
 
-# Bytes of a cell, and of another value: the definition of a reference system has pages.
+# Maximum bytes of a cell, and of any other value: the definition of a reference system can be pages
+# long.
 _CELL_BYTES, _VALUE_BYTES = 16, 1 << 16
-# Values of a member other than the cells: sides, a place.
+# Maximum values of a member other than the cells: sides, a place.
 _MOST_VALUES = 16
-# Bytes of the header of an array; numpy itself refuses one of 10,000.
+# Maximum bytes of an array's header; numpy itself refuses a header of 10,000.
 _HEADER_BYTES = 1 << 14
-# A reference system by its code, or in words: a text of another kind is a path or an address, which
+# A reference system by its code, or as text: any other text could be a path or an address, which
 # GDAL would open.
 _STATED_CRS = re.compile(r"\s*([A-Za-z]+:\d+\s*$|[A-Za-z_]+\s*[\[(]|\+proj=|\{)")
 # A part of a reference system that names a file of corrections.
@@ -74,7 +75,7 @@ _REMEDY = "cut it, make it coarser, or allow more (--max-cells)"
 def require_cells(
     path: Path, shape: tuple[int, ...], max_cells: int | None, remedy: str = _REMEDY
 ) -> None:
-    """Check the cells that a file states, before they are read.
+    """Check the number of cells that a file states before they are read.
 
     Raises
     ------
@@ -106,7 +107,7 @@ def require_own_crs(path: Path, text: str) -> None:
 def read_array(
     path: Path, opened: BinaryIO, max_cells: int | None, remedy: str = _REMEDY
 ) -> NDArray[Any]:
-    """Read an array of cells in numpy's format from the beginning of a file, its header first.
+    """Read an array of cells in numpy's format, header first, from the beginning of a file.
 
     Raises
     ------
@@ -147,16 +148,16 @@ def read_values(archive: zipfile.ZipFile, key: str) -> NDArray[Any]:
 
 
 def _member(archive: zipfile.ZipFile, key: str) -> Any:
-    """Open an array of an ``.npz``, compressed as numpy does it."""
+    """Open an array of an ``.npz`` that is compressed in numpy's way."""
     info = archive.getinfo(f"{key}.npy")
-    # Decompression of another kind may allocate gigabytes before the first byte.
+    # Other kinds of decompression may allocate gigabytes before the first byte.
     if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
         raise ValueError(f"compression {info.compress_type}")
     return archive.open(info)
 
 
 def _shape(opened: Any, most_bytes: int) -> tuple[int, ...]:
-    """Return the shape that a header states, whose length may be a lie."""
+    """Return the shape that a header states; the header's length is not trusted."""
     header = io.BytesIO(opened.read(_HEADER_BYTES))
     version = np.lib.format.read_magic(header)
     read = (

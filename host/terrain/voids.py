@@ -31,9 +31,10 @@ LOWEST_M, HIGHEST_M = -500.0, 9_000.0
 def require_heights(
     name: str, heights: Floats, place: Callable[[int, int], str], remedy: Callable[[float], str]
 ) -> None:
-    """Check that all heights can be ground, so that no mark of a void is taken for a pit.
+    """Check that all heights can be ground, so that no mark of a void is mistaken for a pit.
 
-    Call it before heights are interpolated, which could bring a mark into the range.
+    Call it before heights are interpolated, because interpolation could bring a mark into the
+    range.
 
     Parameters
     ----------
@@ -51,7 +52,7 @@ def require_heights(
     InputError
         If a height lies outside :data:`LOWEST_M` to :data:`HIGHEST_M`.
     """
-    # No array in the usual case; `fmin` and `fmax` ignore voids.
+    # No temporary array in the usual case; `fmin` and `fmax` ignore voids.
     low, high = np.fmin.reduce(heights, axis=None), np.fmax.reduce(heights, axis=None)
     if not (low < LOWEST_M or high > HIGHEST_M):
         return
@@ -71,7 +72,7 @@ def number(value: float) -> str:
 
 
 def from_corner(east_m: float, north_m: float) -> str:
-    """Return a place in a terrain in words, to a decimetre."""
+    """Describe a place in a terrain in words, to a decimetre."""
     east, north = number(round(east_m, 1)), number(round(north_m, 1))
     return f"{east} m east and {north} m north of the south-west node"
 

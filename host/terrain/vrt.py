@@ -1,4 +1,4 @@
-"""The files that a virtual raster of GDAL (VRT) names, which GDAL would open unseen."""
+"""The files that a virtual raster of GDAL (VRT) names, which GDAL would open silently."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ from pathgene.host.inputs import exists, opened, read_text
 
 __all__ = ["sources"]
 
-# GDAL takes a file for virtual by this word in its first bytes, whatever its name.
+# GDAL treats a file as virtual if its first bytes contain this word, whatever its name is.
 _ROOT = b"<VRTDataset"
 _HEAD_BYTES = 1024
-# Elements, attributes and keys of metadata whose text GDAL opens: sources, the raster that a
-# warped one is made of, its heights and positions, overviews.
+# Elements, attributes and metadata keys whose text GDAL opens: sources, the source of a warped
+# raster, its heights and positions, overviews.
 _NAMING = (
     "sourcefilename", "sourcedataset", "dempath", "rpc_dem", "x_dataset", "y_dataset",
     "overview_file",
 )  # fmt: skip
-# Arguments of a processed one.
+# Arguments of a processed raster.
 _ARGUMENT = "dataset_filename"
 
 
 def sources(path: Path) -> Iterator[Path]:
-    """Yield the files that a virtual raster names, or nothing for another kind of file.
+    """Yield the files that a virtual raster names; nothing for any other file.
 
     Raises
     ------
     InputError
         If ``path`` is not a regular file, is virtual and larger than a text may be, or names
-        anything but files: GDAL would wait for a pipe in ``/vsisubfile/0_9,PIPE`` or in a nested
+        anything except files: GDAL would wait for a pipe in ``/vsisubfile/0_9,PIPE`` or in a nested
         XML text.
     OSError, ValueError
         If it cannot be read, or is virtual but not XML.
@@ -71,5 +71,5 @@ def _folded(name: str) -> str:
 
 
 def _is_plain(name: str) -> bool:
-    """Return whether GDAL takes a name for a file, not for a subdataset or for XML."""
+    """Return whether GDAL treats a name as a file, not as a subdataset or XML."""
     return not name.startswith(("<", "\\", "/vsi")) and ":" not in name.partition("/")[0]

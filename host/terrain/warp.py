@@ -22,27 +22,28 @@ __all__ = ["largest_rectangle", "to_utm"]
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-# Decimals of a metre of the side of a cell.
+# Decimals of a cell's side in metres.
 _SIDE_DECIMALS = 2
-# Widest raster in one UTM zone; in a wider one the zone's metres differ too much from true ones.
+# Maximum width of a raster in one UTM zone; beyond it, the zone's metres differ too much from true
+# metres.
 _WIDEST_DEG = 12.0
 _NORTHERNMOST_DEG = 84.0
-# Nodes resampled at a time: bounds the memory of a large tile.
+# Nodes resampled at a time, which bounds the memory for a large tile.
 _BLOCK_NODES = 1 << 22
 # Degrees of the polynomials tried for the inverse projection, and the largest error in pixels.
 _DEGREES = (12, 24, 48)
 _TOLERANCE_PX = 1e-5
-# Rounding of coordinates, in pixels: a node this far outside is taken to lie on the edge.
+# Rounding of coordinates, in pixels: a node this far outside counts as on the edge.
 _ROUNDING_PX = 1e-6
 
 
 def to_utm(raster: Raster, max_cells: int | None = None) -> Raster:
     """Warp a geographic raster to the UTM zone of its centre.
 
-    The cells are square, of the smaller side in zone metres of the pixel at the centre, rounded to
-    0.01 m. Heights are interpolated bilinearly between the centres of pixels; in the outer half of
-    the outermost pixels the nearest stand in. A node next to a void, with any weight, is a void.
-    The grid is cropped to the largest rectangle inside the raster's edges.
+    The cells are square; their side is the smaller side of the centre pixel in zone metres, rounded
+    to 0.01 m. Heights are interpolated bilinearly between the centres of pixels; in the outer half
+    of the outermost pixels, the nearest centres are used. A node with a void among its weighted
+    neighbours is a void. The grid is cropped to the largest rectangle inside the raster's edges.
 
     Parameters
     ----------
@@ -50,18 +51,18 @@ def to_utm(raster: Raster, max_cells: int | None = None) -> Raster:
         North up, at least 2 x 2 pixels.
     max_cells : int, optional
         Maximum number of cells, by default :data:`pathgene.host.terrain.untrusted.MAX_CELLS`. The
-        grid may have twice as many, since pixels are narrower towards the poles.
+        grid may have twice as many, because pixels become narrower towards the poles.
 
     Returns
     -------
     Raster
-        In the zone's metres, north up.
+        The raster in the zone's metres, north up.
 
     Raises
     ------
     InputError
         If the raster is wider than 12 degrees, reaches beyond 84 degrees of latitude, or its cells
-        are much longer than wide and the grid would have too many.
+        are much longer than wide, so that the grid would have too many.
     """
     rows, columns = raster.heights.shape
     side = raster.transform
@@ -104,10 +105,10 @@ def to_utm(raster: Raster, max_cells: int | None = None) -> Raster:
 
 
 def largest_rectangle(usable: Bools) -> tuple[slice, slice]:
-    """Rows and columns of the largest rectangle of true cells; the first found of equals.
+    """Return rows and columns of the largest rectangle of true cells; ties go to the first found.
 
-    Row by row, the rectangle is the largest under the histogram of true cells above, found with a
-    stack of rising bars; neighbours of one height are one bar.
+    For each row, it is the largest rectangle under the histogram of true cells above, found with a
+    stack of rising bars; neighbours of equal height form one bar.
     """
     best, area = (slice(0, 0), slice(0, 0)), 0
     columns = usable.shape[1]
@@ -133,8 +134,8 @@ def largest_rectangle(usable: Bools) -> tuple[slice, slice]:
 class _Inverse:
     """Pixel coordinates of the nodes of a grid in UTM.
 
-    They are smooth in easting and northing, so polynomials through few exact points are accurate to
-    well below a thousandth of a pixel and take a hundredth of PROJ's time for every node.
+    They are smooth in easting and northing, so polynomials through a few exact points are accurate
+    to well below a thousandth of a pixel and take a hundredth of the time that PROJ needs.
 
     Parameters
     ----------
@@ -165,7 +166,7 @@ class _Inverse:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Nodes from north to south and from west to east."""
+        """Number of nodes from north to south and from west to east."""
         return len(self._y), len(self._x)
 
     def rows(self, block: slice) -> tuple[Floats, Floats]:
@@ -177,7 +178,7 @@ class _Inverse:
         return column, row
 
     def _error_px(self, degree: int) -> float:
-        """Largest error at points between and outside the fitted ones."""
+        """Return the largest error at points between and outside the fitted ones."""
         between = np.concatenate(([-1.0], chebyshev.chebpts1(degree), [1.0]))
         exact = self._exact(*np.meshgrid(between, between))
         return max(
@@ -210,7 +211,7 @@ class _Inverse:
 
 
 def _unit(values: Floats) -> Floats:
-    """Evenly spaced ``values`` as -1 to 1."""
+    """Return evenly spaced ``values`` mapped to -1 to 1."""
     return np.linspace(-1.0, 1.0, len(values))
 
 
@@ -241,7 +242,7 @@ def _side_m(raster: Raster, zone: str) -> float:
 
 
 def _grid(raster: Raster, zone: str, side_m: float, most: int) -> tuple[Floats, Floats]:
-    """Eastings, rising, and northings, falling, at most ``most``, that cover the whole raster."""
+    """Return rising eastings and falling northings, at most ``most``, that cover the raster."""
     rows, columns = raster.heights.shape
     side = raster.transform
     along_x = side.c + side.a * np.linspace(0, columns, min(columns, 64) + 1)
@@ -267,7 +268,7 @@ def _grid(raster: Raster, zone: str, side_m: float, most: int) -> tuple[Floats, 
 
 
 def _resample(heights: Floats, to_pixels: _Inverse) -> tuple[Floats, Bools]:
-    """Bilinear heights at all nodes, and which of these lie within the raster's edges."""
+    """Return bilinear heights at all nodes, and which nodes lie within the raster's edges."""
     rows, columns = heights.shape
     edge = 0.5 + _ROUNDING_PX
     sampled, inside = np.empty(to_pixels.shape), np.empty(to_pixels.shape, dtype=bool)

@@ -1,8 +1,8 @@
-"""Views of a plan in a browser: 3-D terrain, map and altitude profile, without any network.
+"""Views of a plan in a browser: 3-D terrain, map and altitude profile, without network access.
 
 ``scene.py`` turns a problem or a plan into plain JSON. The ES modules of this folder draw it, each
-in an element that it is given, on any page; ``page.py`` makes one file of all of them. The views
-share their calls::
+in a given element on any page; ``page.py`` combines all of them in one file. The views share their
+calls::
 
     const scene = readScene(json)                       // scene.js: decodes the arrays
     const view = new TerrainView(element, scene)        // view.js: three.js, from "nicegui-scene"
@@ -16,12 +16,12 @@ share their calls::
     view.mark({x, y, z} or null)                        // the place that all views show
     view.dispose()
 
-``TerrainMap`` has all of these too, and members for drawing on it: ``metresAt(event)``,
+``TerrainMap`` has all of these methods too, and members for drawing on it: ``metresAt(event)``,
 ``pixelsAt(x, y)``, ``overlays`` (a Set of functions (context, map), called last in each drawing),
-``panning`` (false leaves drags to the page), ``redraw()`` and ``onPoint`` (called with metres, or
-null, as the pointer moves). ``Profile`` has ``setTrack(track or null)``, ``setZones(zones)``,
+``panning`` (false leaves dragging to the page), ``redraw()`` and ``onPoint`` (called with metres,
+or null, as the pointer moves). ``Profile`` has ``setTrack(track or null)``, ``setZones(zones)``,
 ``mark(metres flown or null)``, ``onMark`` (called with a row of ``at(track, s)`` of scene.js, or
-null) and ``dispose()``. A scene that has paths is drawn with them from the start.
+null) and ``dispose()``. If a scene has paths, they are drawn from the start.
 
 Colours come from CSS variables of the element (``--path``, ``--nofly``, ``--text`` and so on, see
 page.css), with defaults; call ``redraw()`` when they change.

@@ -27,7 +27,7 @@ def _newtons(value: float) -> str:
     return f"{value:.3f} N"
 
 
-# Key of the summary, label and text; a key that is missing or null has no figure.
+# Key in the summary, label and text; a missing or null key has no figure.
 _FIGURES: tuple[tuple[str, str, Callable[[float], str]], ...] = (
     ("length_m", "Length", _distance),
     ("flight_time_s", "Flight time", _duration),
@@ -67,7 +67,7 @@ def figures(summary: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def captions(summary: Mapping[str, Any]) -> tuple[str, str]:
-    """Return the title of a plan, and who planned it for which aircraft."""
+    """Return the title of a plan, and a line with planner and aircraft."""
     named = {key: summary.get(key) or {} for key in ("terrain", "uav")}
     title = str(named["terrain"].get("name", "terrain"))
     by = str(summary.get("planner", "an unknown planner"))

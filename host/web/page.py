@@ -1,4 +1,4 @@
-"""The page of a plan: one HTML file that shows it in any browser, without any network."""
+"""The page of a plan: one HTML file that shows it in any browser, without network access."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ MODULES = (
     "solids.js",
     "view.js",
 )
-# Name that the modules import three.js by, as pages of NiceGUI do, and its file in the wheel.
+# Name under which the modules import three.js, as NiceGUI pages do, and its file in the wheel.
 _LIBRARY = "nicegui-scene"
 _LIBRARY_FILE = "nicegui/elements/scene/dist/index.js"
 _NEEDED = "The page needs three.js of the extra: pip install 'pathgene[desk]' (--write html)."
@@ -63,7 +63,7 @@ def page_of(evaluator: Evaluator, path: NDArray[Any], summary: Mapping[str, Any]
         "title": html.escape(scene["title"]),
         "subtitle": html.escape(scene["subtitle"]),
         "style": _text("colours.css") + _text("page.css"),
-        # Inside a script only "<" can end it.
+        # Only "<" can end a script.
         "scene": json.dumps(scene, allow_nan=False).replace("<", "\\u003c"),
         "imports": json.dumps({"imports": {key: _url(text) for key, text in imports.items()}}),
         "program": _own("page.js"),
@@ -72,7 +72,7 @@ def page_of(evaluator: Evaluator, path: NDArray[Any], summary: Mapping[str, Any]
 
 
 def require_library() -> None:
-    """Refuse to make a page where the extra ``desk`` is missing; call it before the work.
+    """Refuse to make a page if the extra ``desk`` is missing; call it before the work.
 
     Raises
     ------
@@ -94,7 +94,7 @@ def three_js() -> str:
 
 
 def _library_file() -> Path:
-    # Found by the record of the wheel: an import of NiceGUI takes a second.
+    # Found through the record of the wheel, because importing NiceGUI takes a second.
     try:
         file = Path(str(metadata.distribution("nicegui").locate_file(_LIBRARY_FILE)))
     except metadata.PackageNotFoundError:
@@ -109,7 +109,7 @@ def _text(name: str) -> str:
 
 
 def _own(name: str) -> str:
-    """Return a module of ours; a module in a URL of data has no folder, so bare names import."""
+    """Return one of our modules; a module in a data URL has no folder, so it imports bare names."""
     return re.sub(r'from "\./(\w+\.js)"', r'from "\1"', _text(name))
 
 

@@ -9,10 +9,11 @@ above the datum of the terrain. Arrays are base64 of little-endian numbers. The 
     ``{"feasible": true, false or null, "sentence": why not, or empty}``.
 ``terrain``
     ``name``; ``rows``, ``columns`` of the mesh and ``width_m``, ``height_m`` between its outermost
-    nodes; ``heights``, uint16 row by row from the south-west, each ``low_m + step_m * value``, and
-    65535 a void; ``nodes``, rows and columns of the whole terrain, and ``thinned``, true if the
-    mesh has fewer: a node of it is then the highest of those around it, and a void if one of them
-    is; ``vertical``, the factor by which the 3-D view exaggerates heights; ``crs`` or null.
+    nodes; ``heights``, uint16 row by row from the south-west, each ``low_m + step_m * value``,
+    where 65535 is a void; ``nodes``, rows and columns of the whole terrain, and ``thinned``, true
+    if the mesh has fewer nodes: each is then the highest of the terrain nodes around it, or a void
+    if one of them is a void; ``vertical``, the factor by which the 3-D view exaggerates heights;
+    ``crs`` or null.
 ``points``
     Start, via points, goal and return in the order of the flight: ``kind`` (``start``, ``via``,
     ``goal``, ``return``), ``name``, ``x``, ``y``, ``z``, ``ground_m`` (null over a void).
@@ -23,15 +24,14 @@ above the datum of the terrain. Arrays are base64 of little-endian numbers. The 
 ``zones_left_out``
     Number of zones that are not drawn, the smallest ones, because there are too many.
 ``paths``
-    The plan's path, or none: ``name``; ``waypoints`` [[x, y, z], ...]; ``track``, the smoothed
+    The plan's path, or nothing: ``name``; ``waypoints`` [[x, y, z], ...]; ``track``, the smoothed
     path, with ``length_m``, ``samples`` (k) and the float32 arrays (k,) ``s`` (metres flown),
-    ``x``, ``y``, ``z``, ``ground`` (the surface below, NaN over a void), ``clearance`` (height
-    over the highest surface within the corridor) and ``demanded`` (minimum altitude of the
-    rules, NaN with ``as_paper``); ``broken``, stretches that break a limit: ``limit``, ``from_m``,
-    ``to_m``.
+    ``x``, ``y``, ``z``, ``ground`` (the surface below, NaN over a void), ``clearance`` (height over
+    the highest surface within the corridor) and ``demanded`` (minimum altitude of the rules, NaN
+    with ``as_paper``); ``broken``, stretches that break a limit: ``limit``, ``from_m``, ``to_m``.
 ``figures``
-    The main figures of the summary: ``key`` of the summary, ``label``, ``value`` as it stands
-    there, ``text`` with its unit.
+    The main figures of the summary: ``key`` of the summary, ``label``, ``value`` as in the summary,
+    ``text`` with its unit.
 ``ceilings``
     Ceilings of the rules and the aircraft: ``name``, ``altitude_m``, ``agl`` (true: above the
     surface).
@@ -71,15 +71,15 @@ Floats = NDArray[np.float64]
 
 #: Maximum nodes of the mesh along a side.
 MOST_NODES = 512
-# Value of a void, and the values below it that heights have.
+# Value of a void, and the number of values below it for heights.
 _VOID, _VALUES = 65535, 65534
 # Samples of a track: the ends of its pieces are samples, too.
 _SAMPLES = 1500
 # Corners of the polygon around a circle.
 _CIRCLE_CORNERS = 72
-# Maximum corners of all zones, so that the page keeps its size.
+# Maximum corners of all zones together, to limit the size of the page.
 _MOST_CORNERS = 60_000
-# A relief of less than this share of the longer side is exaggerated, by one of these factors.
+# Relief of less than this share of the longer side is exaggerated by one of these factors.
 _RELIEF = 0.1
 _FACTORS = (1.0, 1.5, 2.0, 3.0)
 
@@ -111,7 +111,7 @@ def plan_scene(evaluator: Evaluator, path: Floats, summary: Mapping[str, Any]) -
     path : ndarray
         Waypoints, (n, 3) float64 metres, start and goal included.
     summary : mapping
-        The content of ``summary.json``: the verdict and the figures are its own.
+        The content of ``summary.json``: it supplies the verdict and the figures.
     """
     title, subtitle = captions(summary)
     feasible = summary.get("feasible")
@@ -157,7 +157,7 @@ def terrain_scene(terrain: Terrain) -> dict[str, Any]:
 
 
 def zones_scene(zones: Iterable[Zone]) -> list[dict[str, Any]]:
-    """Return zones in their order, without the smallest of too many; see ``zones`` above."""
+    """Return zones in order, without the smallest if there are too many; see ``zones`` above."""
     from pathgene.host.report.zone_shapes import text
 
     whole = [(zone, _rings(zone)) for zone in zones]
@@ -198,7 +198,7 @@ def path_scene(
     name : str
         Name of the path.
     least_m : float, optional
-        Its least clearance, which the sample at that place gets.
+        Its minimum clearance, which is assigned to the sample at that place.
     """
     track = evaluator.track(path)
     samples = track.sample(max(track.length_m, 1.0) / _SAMPLES)
@@ -234,7 +234,7 @@ def path_scene(
 
 
 def _thinned(heights: Floats) -> Floats:
-    """Return the highest of the nodes around each node of the mesh; NaN where one is a void."""
+    """Return the highest of the nodes around each node of the mesh; NaN if one is a void."""
     for axis, nodes in enumerate(heights.shape):
         if nodes <= MOST_NODES:
             continue
@@ -293,15 +293,15 @@ def _circle(zone: Zone) -> dict[str, float] | None:
 
 
 def _rings(zone: Zone) -> list[list[list[float]]]:
-    """Return the outline of a zone and then its holes, to the decimetre."""
+    """Return the outline of a zone and then its holes, rounded to the decimetre."""
     rings = [np.array(ring) for ring in zone.footprint.outline(_CIRCLE_CORNERS)]
-    if zone.footprint.disc is not None:  # Few corners as it is.
+    if zone.footprint.disc is not None:  # It has few corners already.
         return [np.round(ring, 1).tolist() for ring in rings]
     return [_drawn(ring) for ring in rings]
 
 
 def _drawn(ring: Floats) -> list[list[float]]:
-    """Return a ring to the decimetre, its corners thinned if it alone has too many."""
+    """Return a ring rounded to the decimetre, with fewer corners if it alone has too many."""
     every = math.ceil(len(ring) / (_MOST_CORNERS // 10))
     rounded: list[list[float]] = np.round(ring[::every], 1).tolist()
     return rounded
@@ -313,7 +313,7 @@ def _extent_m(ring: list[list[float]]) -> float:
 
 
 def _with_sample_at(samples: Samples, at_m: float) -> Samples:
-    """Return samples with one more, between its neighbours, unless there is one."""
+    """Return samples with one inserted between its neighbours, unless there is one already."""
     place = int(np.searchsorted(samples.s, at_m))
     if place < len(samples.s) and samples.s[place] == at_m:
         return samples

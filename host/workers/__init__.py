@@ -2,5 +2,5 @@
 
 __all__ = ["LOCAL"]
 
-#: The address of a scheduler that asks for a cluster of our own.
+#: The address of a scheduler that stands for a local cluster.
 LOCAL = "local"

@@ -24,8 +24,8 @@ Task = TypeVar("Task")
 Outcome = TypeVar("Outcome")
 
 _CONNECT_TIMEOUT_S = 10
-# Longest restart of a lost worker of the local cluster before its place is given up. Dask's 15
-# seconds are too few for a busy machine, and without workers no run would ever end.
+# Maximum restart time of a lost worker of the local cluster. Dask's 15 seconds are too short for a
+# busy machine, and without workers no run would ever end.
 _PATIENCE = "1 hour"
 # Longest wait for the workers to end, after the last run and after Ctrl-C.
 _CLOSE_TIMEOUT_S, _INTERRUPT_TIMEOUT_S = 10.0, 1.0
@@ -42,11 +42,11 @@ def on_cluster(
     name: Callable[[Task], str],
     failed: Callable[[Task, str], Outcome],
 ) -> Generator[Outcome]:
-    """Do ``tasks`` on a Dask cluster; yield their outcomes as they come.
+    """Execute ``tasks`` on a Dask cluster; yield their outcomes as they arrive.
 
     The workers need this version of pathgene, but no files of this machine: data and tasks are sent
-    by value. Another worker repeats the task of a lost one; a task that loses four workers in a row
-    counts as failed.
+    by value. If a worker is lost, another one repeats its task; a task that loses four workers in a
+    row counts as failed.
 
     Parameters
     ----------
@@ -55,11 +55,11 @@ def on_cluster(
     address : str
         Address of the scheduler, ``tcp://HOST:PORT``; :data:`LOCAL` starts a local cluster.
     jobs : int
-        Workers of the local cluster.
+        Number of workers of the local cluster.
     name : callable
-        Returns a name of a task for the cluster's own displays.
+        Returns a name of a task for the cluster's displays.
     failed : callable
-        Returns the outcome of a task that the cluster could not do, with the reason.
+        Returns the outcome of a task that the cluster could not execute, given the reason.
 
     Raises
     ------
@@ -77,7 +77,8 @@ def on_cluster(
             address = stack.enter_context(_local_cluster(distributed, jobs))
         client = stack.enter_context(_client(distributed, address))
         stack.enter_context(client.as_current())
-        # A task, not scattered data: the scheduler can repeat it when its worker is lost.
+        # A task instead of scattered data, because the scheduler can repeat it if its worker is
+        # lost.
         sent = client.submit(pickle.loads, pickle.dumps(data), key=f"data-{uuid.uuid4()}")
         futures = {
             client.submit(
@@ -106,7 +107,7 @@ def _distributed() -> Any:
             "A Dask cluster needs the package distributed; install "
             "pathgene[cluster], or leave --scheduler out."
         ) from None
-    # It logs every connection; the errors that matter become messages of the command.
+    # Distributed logs every connection; the errors that matter become messages of the command.
     for name in list(logging.root.manager.loggerDict):
         if name.partition(".")[0] == "distributed":
             logging.getLogger(name).setLevel(logging.CRITICAL)
@@ -132,7 +133,7 @@ def _local_cluster(distributed: Any, jobs: int) -> Iterator[str]:
         wait_s = _INTERRUPT_TIMEOUT_S
         raise
     finally:
-        cluster.shutdown_on_close = False  # No second time at the end of the interpreter.
+        cluster.shutdown_on_close = False  # Prevents a second call at interpreter exit.
         with contextlib.suppress(TimeoutError):
             cluster.close(timeout=wait_s)
 
@@ -148,7 +149,7 @@ def _client(distributed: Any, address: str) -> Any:
 
 
 def _reason(client: Any, future: Any, address: str) -> str:
-    """Return why the cluster could not do the task of a future."""
+    """Return why the cluster could not execute the task of a future."""
     if client.status != "running" or future.status == "cancelled":
         raise JobError(
             f"The Dask scheduler at {address!r} is lost; repeat the command to continue."

@@ -20,7 +20,7 @@ from pathgene.host.errors import JobError
 
 __all__ = ["ending_children", "in_processes"]
 
-# Starts of all processes, counting those after one of them has died.
+# Maximum number of times that all processes are started, including restarts after a death.
 _POOLS = 3
 
 # Set in each process.
@@ -40,7 +40,7 @@ def in_processes(
     prepare: Callable[[Data, int], State],
     data: Data,
 ) -> Generator[Outcome]:
-    """Do ``tasks``, ``jobs`` at a time; yield their outcomes as they come.
+    """Execute ``tasks``, ``jobs`` at a time; yield their outcomes as they arrive.
 
     A single job runs in this process. When a process dies, unfinished tasks start again in new
     processes. Closing the generator ends all processes at once.
@@ -48,21 +48,21 @@ def in_processes(
     Parameters
     ----------
     tasks : sequence
-        Arguments of ``work``; they can be pickled, and so can the outcomes.
+        Arguments of ``work``; they and the outcomes must be picklable.
     jobs : int
-        Tasks done at a time, 1 or more.
+        Number of tasks executed at a time, 1 or more.
     work : callable
-        A function of a module: returns the outcome of a state and a task.
+        A module-level function that returns the outcome, given a state and a task.
     prepare : callable
-        A function of a module: returns the state of a process from ``data`` and the number of
-        threads that are its share of the cores.
+        A module-level function that returns the state of a process, given ``data`` and the number
+        of threads that are its share of the cores.
     data : object
         Sent to each process once.
 
     Raises
     ------
     JobError
-        If processes die again and again, or none can be started.
+        If processes die repeatedly, or none can be started.
     """
     threads = max(1, available_cores() // jobs)
     if jobs == 1:
@@ -92,7 +92,7 @@ def in_processes(
 @contextlib.contextmanager
 def _pool(jobs: int, *arguments: Any) -> Iterator[ProcessPoolExecutor]:
     """Start processes that begin with ``arguments``; kill them if an exception leaves the block."""
-    # Spawned: a fork would copy the locks of threads that it does not copy.
+    # Spawned, because a fork would copy the locks of threads that it does not copy.
     with interrupts.held():  # The tracker of its semaphores never sees Ctrl-C either.
         try:
             context = multiprocessing.get_context("spawn")

@@ -25,9 +25,9 @@ def fences(
 ) -> tuple[tuple[Fence, ...], tuple[str, ...]]:
     """Return the fences of zones, and a sentence for each zone that has none.
 
-    A fence forbids the whole column for the whole flight. So a zone with limits of height or time
-    that the track passes above, below, before or after has none: the autopilot would break off its
-    own mission.
+    A fence forbids the whole column for the whole flight. So a zone whose height or time limits let
+    the track pass above, below, before or after it has no fence: the autopilot would abort its own
+    mission.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def fences(
     track : SmoothedTrack
         The path to be flown.
     terrain : Terrain
-        Places the zones on Earth.
+        Gives the zones their place on Earth.
     """
     samples = track.sample(_STEP_M)
     made: list[Fence] = []
@@ -59,9 +59,9 @@ def fences(
 def without_holes(ring: Ring, holes: tuple[Ring, ...]) -> Ring:
     """Return one ring that covers ``ring`` less its ``holes``.
 
-    Each hole is joined to the ring by a cut without width, which is walked there and back and so
-    covers nothing. Holes wind opposite to the ring, so that the rule of even and odd crossings and
-    the rule of winding numbers agree.
+    Each hole is joined to the ring by a cut of zero width, traversed in both directions, so that
+    the cut covers nothing. Holes wind opposite to the ring, so that the even-odd rule and the
+    winding-number rule agree.
     """
     if holes:
         ring = wound(ring, left=True)

@@ -47,13 +47,14 @@ def flight_plan(
         for point, (lat, lon) in zip(points, places, strict=True)
     )
     start, goal = waypoints[0], waypoints[-1]
-    # The radius that the aircraft can fly in a tail wind, in whole metres as in ArduPilot.
+    # The radius that the aircraft can fly in a tailwind, in whole metres as in ArduPilot.
     drift = 1 + math.hypot(*problem.wind) / aircraft.cruise_speed_m_s
     radius_m = math.ceil(aircraft.turn_radius_m * drift**2)
     # ArduPilot refuses a loiter whose heading is left to the autopilot.
     loiter = Item(LOITER, (0.0, 0.0, float(radius_m), 0.0), goal.lat, goal.lon, goal.alt_m)
     fence, left_out = fences(problem.zones, track, terrain)
-    # Rally points are above home, so home on the ground puts this one at the start's own altitude.
+    # Rally points are relative to home, so with home on the ground, this one is at the altitude of
+    # the start.
     ground_m = min(terrain.ground(points[0].x_m, points[0].y_m), start.alt_m)
     return FlightPlan(
         (start.lat, start.lon, ground_m),

@@ -1,4 +1,4 @@
-"""A MAVLink 2 connection to one autopilot: heartbeats, requests with answers, repeats."""
+"""A MAVLink 2 connection to one autopilot: heartbeats, requests with answers, retries."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _HEARTBEAT_S = 1.0
 _ARMED = 128
 # A serial port that takes no byte for this time loses the message.
 _WRITE_S = 1.0
-# The standard's time for an answer, and how often it is asked for again.
+# The standard's timeout for an answer, and its number of retries.
 _ANSWER_S = 1.5
 _TRIES = 5
 _SCHEMES = ("udpout:", "udpin:", "tcp:")
@@ -51,9 +51,9 @@ class Link:
         self._connection = connection
         self._answer_s = answer_s
         self._next_beat = 0.0
-        #: Address of the autopilot, and its kind: a value of MAV_AUTOPILOT.
+        #: Address of the autopilot, and its kind, a value of MAV_AUTOPILOT.
         self.system = self.component = self.autopilot = 0
-        #: The motors may run, as the latest heartbeat says.
+        #: True if the motors may run, according to the latest heartbeat.
         self.armed = True
 
     @property
@@ -92,7 +92,7 @@ class Link:
         kinds: tuple[str, ...],
         accept: Callable[[Any], bool] = lambda _message: True,
     ) -> Any:
-        """Send a message until one of some kinds arrives from the autopilot; return that.
+        """Send a message repeatedly until the autopilot answers; return the answer.
 
         Parameters
         ----------
@@ -101,7 +101,7 @@ class Link:
         kinds : tuple of str
             Names of messages.
         accept : callable
-            Tells whether a message of these kinds is an answer.
+            Returns whether a message of these kinds is an answer.
 
         Raises
         ------
@@ -126,7 +126,7 @@ class Link:
     def drain(self, *, late: bool = False) -> None:
         """Discard the messages that have arrived: answers to an earlier upload.
 
-        With ``late``, also the messages of the next third of the time for an answer.
+        With ``late``, also discard messages during a third of the timeout for an answer.
         """
         while (message := self._connection.recv_msg()) is not None:
             self._note(message)
@@ -174,7 +174,7 @@ def _quiet() -> Any:
 
 @contextlib.contextmanager
 def _silent() -> Any:
-    """Drop the prints of pymavlink about a port that takes nothing: no answer says enough."""
+    """Drop pymavlink's prints about a stuck port: the missing answer says enough."""
     with contextlib.redirect_stdout(io.StringIO()):
         yield
 
@@ -217,7 +217,7 @@ def open_link(to: str, *, baud: int = 57600, answer_s: float = _ANSWER_S) -> Lin
                 dialect="common",
                 retries=1,
             )
-    except (OSError, ValueError, OverflowError) as error:  # The last of a baud rate.
+    except (OSError, ValueError, OverflowError) as error:  # The remaining value is the baud rate.
         reason = getattr(error, "strerror", None) or error
         raise JobError(f"Cannot open {to} ({reason}); check the address and the cable.") from None
     if hasattr(connection.port, "write_timeout"):
@@ -238,7 +238,7 @@ def _check_address(to: str) -> None:
             raise InputError(f"The address must be {scheme}:HOST:PORT, not {to!r} (--to).")
         try:
             socket.gethostbyname(host)
-        except (OSError, UnicodeError):  # A name with a part of over 63 letters.
+        except (OSError, UnicodeError):  # A host name with a label of more than 63 characters.
             raise InputError(f"There is no host {host!r}; check the address (--to).") from None
         return
     try:

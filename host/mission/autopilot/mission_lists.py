@@ -1,4 +1,4 @@
-"""One list of an autopilot, its mission or its fence: send, read, clear and compare.
+"""One list of an autopilot, its mission or its fence: it is sent, read, cleared and compared.
 
 The mission protocol of MAVLink (https://mavlink.io/en/services/mission.html) carries the items.
 """
@@ -47,7 +47,7 @@ _MAX_ANSWERS = 8
 
 
 class ListError(Exception):
-    """A list that the autopilot refuses, or that it does not hold as it was sent.
+    """A list that the autopilot refuses, or holds in another form than it was sent.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ class WireItem:
     z : float
         Altitude in metres, single precision.
     current, autocontinue : int
-        1 if the aircraft flies this item, and if it continues with the next one.
+        1 if the aircraft is flying this item, and 1 if it then continues with the next item.
     """
 
     command: int
@@ -98,7 +98,7 @@ def transfer(link: Link, mission_type: int, items: Sequence[WireItem], autopilot
     Raises
     ------
     ListError
-        If the autopilot refuses an item, falls silent, or gives back anything else.
+        If the autopilot refuses an item, falls silent, or returns a different list.
     """
     link.drain()
     try:
@@ -126,7 +126,7 @@ def read(link: Link, mission_type: int) -> list[WireItem]:
     Raises
     ------
     ListError
-        If the autopilot does not give its list; the reason is the end of a sentence.
+        If the autopilot does not send its list; the reason is the end of a sentence.
     """
     to = link.system, link.component
     items: list[WireItem] = []
@@ -164,21 +164,21 @@ def read(link: Link, mission_type: int) -> list[WireItem]:
 
 
 def cancel(link: Link, mission_types: Iterable[int]) -> None:
-    """Free an autopilot that still waits for items, and discard its late requests for them."""
+    """Release an autopilot that still waits for items, and discard its late requests for them."""
     for mission_type in mission_types:
         link.mav.mission_ack_send(link.system, link.component, _CANCELLED, mission_type)
     link.drain(late=True)
 
 
 class _UnconfirmedError(ListError):
-    """All items are sent, and the autopilot has not said that it accepts them."""
+    """All items are sent, but the autopilot has not confirmed them."""
 
 
 def _when_free(link: Link, mission_type: int, send: Callable[[], None]) -> Any:
     """Return the answer to a request for a list.
 
-    ArduPilot denies the request while it waits for the items of an upload that was broken off; it
-    gives up after 8 s.
+    ArduPilot denies the request while it waits for items of an aborted upload; it gives up after 8
+    s.
     """
     busy = False
 
@@ -214,7 +214,7 @@ def _item(found: Any) -> WireItem:
 
 
 def _send(link: Link, mission_type: int, items: Sequence[WireItem]) -> bool:
-    """Hand over a list; an empty list clears the list of the autopilot.
+    """Send a list; an empty list clears the list of the autopilot.
 
     Returns False if the list is empty and the autopilot has no such lists.
     """
@@ -244,7 +244,7 @@ def _send(link: Link, mission_type: int, items: Sequence[WireItem]) -> bool:
         )
 
     def is_answer(found: Any) -> bool:
-        # ArduPilot complains of an item that it no longer asks for, and waits for the next one.
+        # ArduPilot complains about an item that it no longer asks for, and waits for the next one.
         is_complaint = found.get_type() == "MISSION_ACK" and found.type == _INVALID_SEQUENCE
         return found.mission_type == mission_type and not is_complaint
 
@@ -282,7 +282,7 @@ def _compare(
     name = NAMES[mission_type]
     has_home = mission_type == MISSION and autopilot == ARDUPILOT
     if has_home and not sent and len(got) == 1:
-        return  # Home stays where a mission is cleared.
+        return  # Home stays when a mission is cleared.
     if len(sent) != len(got):
         raise ListError(f"The autopilot gives back {len(got)} items of the {name}, not {len(sent)}")
     for number, (ours, theirs) in enumerate(zip(sent, got, strict=True)):
@@ -305,7 +305,7 @@ def _difference(ours: WireItem, theirs: WireItem, autopilot: int, *, heights: bo
             f"{ours.x / DEGREES:.7f}, {ours.y / DEGREES:.7f})"
         )
     for number, (our, their) in enumerate(zip(ours.params, theirs.params, strict=True), start=1):
-        # An autopilot may say 0 for a parameter that is left to it.
+        # An autopilot may report 0 for a parameter that is left to it.
         if our != their and not (math.isnan(our) and (their == 0 or math.isnan(their))):
             return f"parameter {number} ({their:g}, not {our:g})"
     if not heights:

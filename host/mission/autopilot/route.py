@@ -18,14 +18,14 @@ __all__ = ["MOST_ACCEPTANCE_M", "RoutePoint", "leg_tolerance_m", "route"]
 #: Greatest acceptance radius in metres: ArduPilot keeps it in a byte.
 MOST_ACCEPTANCE_M = 255
 
-# Farthest that a leg may lead off the track at a waypoint.
+# Maximum distance of a leg from the track at a waypoint.
 _LEG_TOLERANCE_M = 2.0
 _LEAST_TOLERANCE_M = 0.25
 # Share of the corridor that the legs may use; the rest is the autopilot's.
 _SHARE_OF_CORRIDOR = 0.25
 # Acceptance radius of a waypoint on the track itself, where the heading does not change.
 _ON_TRACK_M = 10
-# Points this near each other are one; an arc with tangents this short is a corner.
+# Points this close together are one point; an arc with tangents this short is a corner.
 _SAME_M = 0.01
 _SHORT_TANGENT_M = 1.5
 
@@ -50,7 +50,7 @@ class RoutePoint:
 
 
 def leg_tolerance_m(corridor_m: float | None) -> float:
-    """Return how far a waypoint may lie off the track, metres.
+    """Return the maximum distance of a waypoint from the track, metres.
 
     Parameters
     ----------
@@ -65,18 +65,18 @@ def leg_tolerance_m(corridor_m: float | None) -> float:
 def route(track: SmoothedTrack, tolerance_m: float) -> list[RoutePoint]:
     """Return the waypoints of a track, start first, goal last.
 
-    The legs between them are the straight pieces of the track and tangents of its arcs: an arc
-    becomes its two tangent points and, between them, the corners of a polygon around it. An
+    The legs between the waypoints are the straight pieces of the track and tangents of its arcs: an
+    arc becomes its two end points and, between them, the corners of a polygon around it. An
     autopilot that begins its turn at the acceptance radius of a corner begins where the leg touches
-    the arc, and so flies the arc; one that overflies each corner leaves the track by
-    ``tolerance_m`` at most.
+    the arc, and so flies the arc; an autopilot that overflies each corner leaves the track by at
+    most ``tolerance_m``.
 
     Parameters
     ----------
     track : SmoothedTrack
         The track.
     tolerance_m : float
-        Farthest that a corner may lie from its arc, above 0.
+        Maximum distance of a corner from its arc, above 0.
     """
     points: list[RoutePoint] = []
     for point in _points(track, tolerance_m):

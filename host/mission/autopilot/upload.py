@@ -1,4 +1,4 @@
-"""Upload of a mission and its fence: the autopilot gets all of the new, or keeps the earlier ones.
+"""Upload of a mission and its fence: the autopilot gets both in full, or keeps the earlier ones.
 
 ArduPilot writes each item of a mission as it arrives, so an upload that fails leaves the first
 items of the new mission before the last items of the old one.
@@ -36,10 +36,10 @@ __all__ = ["AUTOPILOTS", "Uploaded", "upload"]
 #: Values of MAV_AUTOPILOT by the names that users give.
 AUTOPILOTS = {"ardupilot": ARDUPILOT, "px4": PX4}
 
-# Parameters, from 1, in which ArduPilot accepts NaN, by commands: waypoint, landing and take-off,
-# and a vertical take-off and landing. In any other it refuses NaN.
+# Parameters, counted from 1, in which ArduPilot accepts NaN, by command: waypoint, landing and
+# take-off, vertical take-off and landing. It refuses NaN in all others.
 _NAN_IN = {16: (4,), 21: (4,), 22: (4,), 84: (4,), 85: (3, 4)}
-# Attempts to put a list back; a late answer to the failed upload can spoil the first.
+# Attempts to restore a list; a late answer to the failed upload can spoil the first attempt.
 _ATTEMPTS = 2
 
 
@@ -53,7 +53,7 @@ class _State(Enum):
 
 @dataclass(frozen=True)
 class Uploaded:
-    """Mission and fence that an autopilot has confirmed and given back equal.
+    """Mission and fence that an autopilot has confirmed and returned unchanged.
 
     Parameters
     ----------
@@ -81,8 +81,8 @@ def upload(plan: FlightPlan, link: Link, *, autopilot: int | None = None) -> Upl
     """Upload the fence, then the mission; read both back and compare.
 
     An upload replaces the mission and the fence of the autopilot, so a plan without fences clears
-    the fence of an earlier one. Both are read first. After a failure, and after an interruption,
-    they are sent back; on the ground, a list that cannot be restored is cleared.
+    the fence of an earlier one. Both are read first. After a failure or an interruption, they are
+    restored; on the ground, a list that cannot be restored is cleared.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def upload(plan: FlightPlan, link: Link, *, autopilot: int | None = None) -> Upl
     Raises
     ------
     JobError
-        If the autopilot refuses an item, falls silent, or gives back anything else, or if the
+        If the autopilot refuses an item, falls silent, or returns a different list, or if the
         upload is interrupted. The sentence says which mission and fence the autopilot holds.
     """
     kind = link.autopilot if autopilot is None else autopilot
@@ -136,7 +136,7 @@ def _recovered(
         for mission_type in reversed(begun):
             states[mission_type] = _restored(link, mission_type, earlier[mission_type], autopilot)
     except (_SilentError, OSError, KeyboardInterrupt):
-        pass  # The lists that are left stay unknown.
+        pass  # The remaining lists stay unknown.
     return states
 
 
@@ -145,7 +145,7 @@ class _SilentError(Exception):
 
 
 def _restored(link: Link, mission_type: int, items: Sequence[WireItem], autopilot: int) -> _State:
-    """Send an earlier list back, or else clear it where the aircraft is on the ground."""
+    """Restore an earlier list or, if that fails on the ground, clear it."""
     attempts = [items] * _ATTEMPTS
     if not link.armed:
         attempts.append(())
@@ -200,7 +200,7 @@ def _mission(plan: FlightPlan, autopilot: int) -> list[WireItem]:
 
 
 def _fence(plan: FlightPlan, autopilot: int) -> list[WireItem]:
-    """Return the fences as items: a circle is one, a polygon one for each corner."""
+    """Return the fences as items: one for a circle, and one for each corner of a polygon."""
     items = []
     for fence in plan.fence:
         if isinstance(fence, FenceCircle):

@@ -31,22 +31,22 @@ _NO_RADIUS_M = 1e-6
 
 
 class BoardCollisionCounter:
-    """Collision checker of a chip as a part of the fitness.
+    """The collision checker of a chip as a part of the fitness.
 
     The chip counts the colliding cells of every segment of the straight path; d_ut + d_nf of the
-    penalty is their number times the segment's horizontal metres per cell (*allaire two-tier*,
-    section 3.2, in count mode). The host computes arcs, climb and cost. The smoothed track
-    differs from the straight path, and a line passes more cells than the checker reads, so a path
-    becomes the best only after the host has evaluated it in full: see :meth:`settle`.
+    penalty is this count times the segment's horizontal metres per cell (*allaire two-tier*,
+    section 3.2, in count mode). The host computes arcs, climb and cost. The smoothed track differs
+    from the straight path, and a line crosses more cells than the checker reads, so a path can
+    become the best only after the host has evaluated it in full: see :meth:`settle`.
 
     Parameters
     ----------
     chip : Chip
-        Has a collision checker; its map is written here.
+        A chip with a collision checker; its map is written here.
     grid : ChipMap
         The terrain on the chip's map.
     run : Run
-        Evaluates and keeps the record.
+        Evaluates paths and keeps the record.
     """
 
     def __init__(self, chip: Chip, grid: ChipMap, run: Run) -> None:
@@ -67,7 +67,7 @@ class BoardCollisionCounter:
         paths : sequence of (n, 3) float64
             The same paths in metres, ends included.
         slot : int
-            Slot of the first.
+            Slot of the first path.
 
         Returns
         -------
@@ -92,12 +92,12 @@ class BoardCollisionCounter:
         settled: NDArray[np.bool_],
         path_at: Callable[[int], Path],
     ) -> None:
-        """Evaluate the best of a population in full, until the best one has been.
+        """Evaluate the best paths of a population in full until the best one has been evaluated.
 
         Parameters
         ----------
         fitness : (m,) float64
-            Changed in place.
+            Fitness; changed in place.
         settled : (m,) bool
             True for each path evaluated in full; changed in place.
         path_at : callable
@@ -114,7 +114,7 @@ class BoardCollisionCounter:
                 self._refuted[cause] += 1
 
     def report(self) -> dict[str, Any]:
-        """Return the block ``feasibility`` of a summary: counts, samples saved, refuted paths.
+        """Return the block ``feasibility`` of a summary: counts, saved samples, refuted paths.
 
         ``host_samples_saved`` is the number of points of the straight paths at ``ds`` that the host
         did not look up, including points of paths evaluated in full. ``refuted_by`` counts, by
@@ -145,7 +145,7 @@ class BoardCollisionCounter:
 
 
 def refutation(evaluator: Evaluator, path: Path) -> str | None:
-    """Return the reason why a path that the counts call feasible is not; None if it is.
+    """Return why a path that the counts call feasible is not feasible; None if it is.
 
     ``between_cells``: the straight path collides at ``ds``; ``turn_arcs``: only the smoothed track
     does; ``between_samples``: the smoothed track is clear at ``ds`` and collides at ``ds / 8``,

@@ -32,10 +32,10 @@ __all__ = ["FpgaGeneticPlanner", "draw_paths", "ranking"]
 
 Path = NDArray[np.float64]
 
-# All first draws are evaluated at once: this number fills some hundred megabytes.
+# All first draws are evaluated at once: this many fill a few hundred megabytes.
 _MOST_DRAWS = 1000
 
-# Counters of the chip under the names of a summary.
+# Counters of the chip by their names in a summary.
 _CYCLES = {
     "selection_crossover": "crossover",
     "mutation": "mutation",
@@ -53,20 +53,19 @@ class FpgaGeneticPlanner:
     sends the ranking and receives the new population (section 4.2). The chip draws all random
     numbers of breeding from the seed, so every board gives the same result.
 
-    Source: *allaire-2008*, section 4. Settled here where it is silent: the two waypoints of a first
-    path are drawn uniformly over the cells that are free, at altitudes uniform between the ground
-    and the top of the map; equal fitnesses are sorted by slot. Added: the first population is the
-    best of ``initial_draws`` times as many paths.
+    Source: *allaire-2008*, section 4. The paper leaves some points open; here, the two waypoints of
+    a first path are drawn uniformly over the free cells, at altitudes uniform between the ground
+    and the top of the map, and equal fitnesses are sorted by slot. An addition: the first
+    population is the best of ``initial_draws`` times as many paths.
 
     Parameters
     ----------
     board : str or Chip
-        URL of the board, see :func:`pathgene.host.device.boards.open_board`, or an open one.
+        URL of the board, see :func:`pathgene.host.device.boards.open_board`, or an open board.
     link_mode : str
         ``rank``, ``population`` or ``recipe``: the data sent over the link. The result is the same.
     initial_draws : int
-        Paths drawn and evaluated for each path of the first population, 1 to 1000; the paper's is
-        1.
+        Paths drawn and evaluated for each path of the first population, 1 to 1000; 1 in the paper.
     feasibility : str
         ``host``: the host samples d_ut and d_nf along the smoothed path. ``board``: the chip's
         collision checker counts them along the straight path (see
@@ -77,8 +76,8 @@ class FpgaGeneticPlanner:
         :func:`pathgene.host.planners.grid.initial.astar_paths`, on the cells and altitude steps of
         the chip.
     open_board : callable, optional
-        Returns a context manager of the :class:`~pathgene.host.device.chip.Chip` at a URL, which
-        each run leaves at its end; if it keeps the chip open, the next run finds its map there.
+        Returns a context manager that yields the :class:`~pathgene.host.device.chip.Chip` at a URL;
+        each run exits it at its end. If it keeps the chip open, the next run finds its map there.
 
     Raises
     ------
@@ -122,9 +121,9 @@ class FpgaGeneticPlanner:
     ) -> Result:
         """Search; see :class:`pathgene.host.planners.base.Planner`.
 
-        ``hardware`` of the result has the chip's counters of the run, the map from metres to its
-        cells, and the bytes of both directions. ``seconds`` has ``link``, the time spent waiting
-        for the board, and ``board``, the time of its units by its own clock.
+        ``hardware`` of the result has the chip's counters for the run, the mapping from metres to
+        its cells, and the bytes in both directions. ``seconds`` has ``link``, the time spent
+        waiting for the board, and ``board``, the time of its units by the chip's clock.
 
         Raises
         ------
@@ -132,7 +131,7 @@ class FpgaGeneticPlanner:
             If nothing answers at the URL, the population is not the chip's, or the map has no free
             cell.
         JobError
-            If the board cannot be started, or is lost before anything was evaluated.
+            If the board cannot be started, or is lost before the first evaluation.
         """
         # If the URL gives the configuration, refuse bad options before a simulated board is built.
         known = known_config(url_of(self.board)) if self._open_board is None else None
@@ -237,7 +236,7 @@ class _Loop:
                 order = ranking(self._fitness)
             with run.phase("link"):
                 step = self._chip.step(order, self._mode)
-            # Elites and survivors keep their fitness if the chip names them.
+            # Elites and survivors keep their fitness if the chip reports them.
             kept = [] if step.origin is None else list(step.origin)
             fresh = self._evaluated(step.paths[len(kept) :], slot=len(kept))
             self._fitness = np.concatenate((self._fitness[kept], fresh))
@@ -248,7 +247,7 @@ class _Loop:
             self._after = self._chip.counters()
 
     def _record(self, generation: int, packed: Sequence[Sequence[int]]) -> None:
-        """Record a generation, whose paths lie ``packed`` in the chip's slots."""
+        """Record a generation whose paths are in the chip's slots, given ``packed``."""
         if self._counts is not None:
             self._counts.settle(
                 self._fitness, self._settled, lambda slot: self._metres([packed[slot]])[0]
@@ -256,7 +255,7 @@ class _Loop:
         self._run.record(generation, self._fitness)
 
     def _evaluated(self, packed: Sequence[Sequence[int]], slot: int = 0) -> NDArray[np.float64]:
-        """Return the fitness of paths; with counts, those in the chip's slots from ``slot``."""
+        """Return the fitness of paths; with chip counts, they lie in slots from ``slot`` on."""
         with self._run.phase("evaluation"):
             paths = self._metres(packed)
         if self._counts is None:
@@ -276,7 +275,7 @@ class _Loop:
         return self._after.get(name, 0) - self._before.get(name, 0)
 
     def units_cycles(self) -> int:
-        """Return the cycles in which the chip's units bred."""
+        """Return the cycles that the chip's units spent breeding."""
         return sum(map(self.counted, ("crossover", "mutation", "update")))
 
     def hardware(self) -> dict[str, Any]:
@@ -310,8 +309,8 @@ class _Loop:
 
 
 def ranking(fitness: NDArray[np.float64]) -> list[int]:
-    """Return the slots from the best ``fitness`` (m,) to the worst; of equals, the lower first."""
-    # No two keys are equal, so every machine sorts them alike.
+    """Return the slots from the best ``fitness`` (m,) to the worst; ties go to the lower slot."""
+    # No two keys are equal, so every machine sorts them in the same order.
     keys = np.empty(len(fitness), dtype=[("worth", np.float64), ("slot", np.int64)])
     keys["worth"], keys["slot"] = -fitness, np.arange(len(fitness))
     order: list[int] = np.argsort(keys, kind="quicksort", order=("worth", "slot")).tolist()
@@ -321,7 +320,7 @@ def ranking(fitness: NDArray[np.float64]) -> list[int]:
 def draw_paths(
     grid: ChipMap, config: Config, rng: np.random.Generator, paths: int
 ) -> list[list[int]]:
-    """Draw ``paths`` of two packed waypoints each, none in the ground (section 3.1).
+    """Draw ``paths`` paths of two packed waypoints each, none in the ground (section 3.1).
 
     Raises
     ------

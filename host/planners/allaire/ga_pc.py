@@ -19,7 +19,7 @@ __all__ = ["PcGeneticPlanner", "crossover", "smooth_turn"]
 
 Path = NDArray[np.float64]
 
-#: Fewest transitional waypoints of a path (section 3.1).
+#: Minimum transitional waypoints of a path (section 3.1).
 MIN_WAYPOINTS = 2
 #: Paths in the population by default (section 4.1.1); section 3.1 found 30 to 40 good.
 POPULATION = 32
@@ -27,34 +27,36 @@ POPULATION = 32
 _CROSSOVER_SHARE = 0.70  # Share of the population replaced by children (section 3.3).
 _ELITE_SHARE = 0.05  # Share of the population kept for being best (section 3.5).
 _MUTATION_RATE = 0.05  # Probability that a child is mutated, in one of five ways (3.4).
-_BOX_SHARE = 0.15  # Edge of the mutation box over the edge of the map (3.4.1).
+_BOX_SHARE = 0.15  # Edge of the mutation box divided by the edge of the map (3.4.1).
 _SHARP_TURN_RAD = math.radians(45)
-# Above these limits a generation takes minutes, and soon all memory.
+# Above these limits a generation takes minutes and soon exhausts the memory.
 _LARGEST_POPULATION = 100_000
 _MOST_WAYPOINTS = 1000
-_REFITS = 2  # In a generation, with astar.
-_DRAWS = 8  # Bound on draws of a waypoint that is not in the ground.
+_REFITS = 2  # Refits in a generation, with astar.
+_DRAWS = 8  # Maximum draws for a waypoint that is not in the ground.
 
 
 class PcGeneticPlanner:
     """Genetic algorithm with fitness roulette, run only on the PC.
 
-    Each generation: 70 % of the population is replaced by children of parents drawn in proportion
-    to their fitness, cut at their middles; each child is mutated with a chance of 5 %, in one of
-    five ways drawn uniformly (perturb, insert, delete, smooth-turn, swap); the best 5 % survive,
-    and a roulette without replacement chooses the further survivors from the remaining paths.
+    In each generation, 70 % of the population is replaced by children of parents that are drawn in
+    proportion to their fitness and cut at their middles; each child is mutated with a chance of 5
+    %, in one of five ways drawn uniformly (perturb, insert, delete, smooth-turn, swap); the best 5
+    % survive, and a roulette without replacement chooses the other survivors from the remaining
+    paths.
 
-    Added, by default where the first population is not random: some children of a generation, the
-    refits, are the best path with one or two waypoints moved a little and all altitudes as low as
-    ground and climb limits allow (:meth:`~pathgene.host.planners.grid.initial.Variation.nudged`).
-    The paper's mutations move a waypoint far and keep its altitude; they rarely improve a good
-    path, which flies close to the ground.
+    An addition, by default if the first population is not random: some children of a generation,
+    the refits, are copies of the best path with one or two waypoints moved slightly and all
+    altitudes as low as the ground and the climb limits allow
+    (:meth:`~pathgene.host.planners.grid.initial.Variation.nudged`). The paper's mutations move a
+    waypoint far and keep its altitude; they rarely improve a good path, which flies close to the
+    ground.
 
-    Source: *allaire-2008*, section 3. Settled here where it is silent: the mutation box has edges
-    of 15 % of the map's; a new waypoint in the ground, in a no-fly zone or over a void is redrawn 7
-    times, then the mutation is skipped; a turn is sharp above 45 degrees; children to mutate are
-    drawn uniformly. The swap is one of the five of section 3.4 here, although section 3.4.5 keeps
-    it for missions of several objectives.
+    Source: *allaire-2008*, section 3. The paper leaves some points open; here, the edges of the
+    mutation box are 15 % of the map's; a new waypoint in the ground, in a no-fly zone or over a
+    void is redrawn 7 times, then the mutation is skipped; a turn is sharp above 45 degrees;
+    children to mutate are drawn uniformly. The swap is one of the five of section 3.4 here,
+    although section 3.4.5 keeps it for missions of several objectives.
 
     Parameters
     ----------
@@ -63,11 +65,11 @@ class PcGeneticPlanner:
     mutation_rate : float
         Probability that a child is mutated, 0 to 1.
     init : str
-        ``random``, or ``astar``: the first population is of
+        ``random``, or ``astar``: the first population comes from
         :func:`pathgene.host.planners.grid.initial.astar_paths`.
     refits : int, optional
-        Children of a generation that are refits, 0 or more, at most all; each takes about 10 ms. By
-        default 2 with ``astar``, none with ``random``.
+        Number of children of a generation that are refits, from 0 to all; each takes about 10 ms.
+        By default 2 with ``astar`` and 0 with ``random``.
 
     Raises
     ------
@@ -109,7 +111,7 @@ class PcGeneticPlanner:
         Raises
         ------
         InputError
-            If the population is not from 8 to 100,000, a generation has less children than refits,
+            If the population is not from 8 to 100,000, a generation has fewer children than refits,
             or the map has no flyable cell.
         """
         count = POPULATION if options.population is None else options.population
@@ -181,7 +183,7 @@ class PcGeneticPlanner:
         return children
 
     def _mutated(self, path: Path, space: Airspace, rng: np.random.Generator) -> Path:
-        """Return ``path`` mutated in one of five ways, or unchanged where a limit forbids it."""
+        """Return ``path`` mutated in one of five ways, or unchanged if a limit forbids it."""
         kind = rng.choice(("perturb", "insert", "delete", "smooth-turn", "swap"))
         at = int(rng.integers(len(path)))
         full = len(path) >= self.max_waypoints
@@ -233,9 +235,9 @@ def crossover(
 ) -> tuple[Path, Path]:
     """Exchange the tails of two paths of waypoints, (n, 3), and return the children.
 
-    Cut at the middle (section 3.3); of an odd number of waypoints, before or after the middle one
-    at random. If that would make a child longer than ``max_waypoints``, which only an odd limit
-    allows, both are cut before it.
+    Paths are cut at the middle (section 3.3); with an odd number of waypoints, at random before or
+    after the middle one. If a child would have more than ``max_waypoints``, which can only happen
+    with an odd limit, both paths are cut before it.
     """
     cuts = [(len(path) + int(rng.integers(2)) * (len(path) % 2)) // 2 for path in (one, other)]
     longest = max(cuts[0] + len(other) - cuts[1], cuts[1] + len(one) - cuts[0])
@@ -250,9 +252,9 @@ def crossover(
 def smooth_turn(path: Path, space: Airspace) -> Path:
     """Soften the sharpest turn of ``path`` if it is sharp (section 3.4.4).
 
-    A waypoint is added half a leg past the corner, on the heading that halves the turn, so both
-    remaining turns are smaller. ``path`` is returned unchanged if no turn exceeds 45 degrees, or if
-    the new waypoint would not be free.
+    A waypoint is added half a leg past the corner, on the heading that bisects the turn, so that
+    both remaining turns are smaller. ``path`` is returned unchanged if no turn exceeds 45 degrees,
+    or if the new waypoint would not be free.
 
     Parameters
     ----------

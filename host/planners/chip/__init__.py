@@ -1,1 +1,1 @@
-"""``ga-chip``: plans by runs of the planner core."""
+"""``ga-chip``: planning by runs of the planner core."""

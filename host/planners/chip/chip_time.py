@@ -1,7 +1,8 @@
-"""Time of a plan on a real chip and its line, from the counts of a run on any board.
+"""Time of a plan on a real chip and its line, computed from the counts of a run on any board.
 
-A poll of a run in progress costs bytes, and how often the host polls depends on the clock of the
-machine. So the polls of a real board are computed: the same counts give the same time everywhere.
+A poll of a run in progress costs bytes, and the number of polls depends on the clock of the host.
+Therefore the polls of a real board are computed, so that the same counts give the same time
+everywhere.
 """
 
 from __future__ import annotations
@@ -15,18 +16,18 @@ from pathgene.host.planners.chip.problem_on_chip import LINE_BITS, pause_s
 
 __all__ = ["BAUD", "ChipTime", "Look", "chip_time", "line_s"]
 
-#: The line: bits a second, 33 cycles of a clock of 100 MHz each.
+#: The line: bits per second, each of 33 cycles of a 100 MHz clock.
 BAUD = 3_000_000
 
 
 def line_s(count: int) -> float:
-    """Return the seconds of bytes on the line."""
+    """Return the seconds that bytes take on the line."""
     return count * LINE_BITS / BAUD
 
 
 @dataclass(frozen=True)
 class Look:
-    """Seconds on the line of a BEST that comes during a run, and of its refusal."""
+    """Seconds on the line of a BEST sent during a run, and of its refusal."""
 
     asked_s: float
     told_s: float
@@ -51,14 +52,14 @@ class ChipTime:
     Parameters
     ----------
     whole_s : float
-        Seconds until the host has the paths of the last run: runs, looks and bytes on the line, in
-        sequence. The chip draws zones while later commands come, so only the rest of the
-        drawing counts. The answers to the commands that begin a run do not count: they come while
-        later commands are sent, the last one during the run.
+        Seconds until the host has the paths of the last run: runs, polls and bytes on the line, in
+        sequence. The chip draws zones while later commands arrive, so only the rest of the drawing
+        counts. The answers to the commands that begin a run do not count: they arrive while later
+        commands are sent, and the last one during the run.
     status_s : float
-        Seconds on the line of the STATUS after those paths, and of its answer.
+        Seconds on the line of the STATUS after the paths, and of its answer.
     exchanges : int
-        Number of waits of the host for an answer; all polls of a run count as one.
+        Number of times that the host waits for an answer; all polls of a run count as one.
     """
 
     whole_s: float
@@ -85,7 +86,7 @@ def chip_time(hardware: Mapping[str, Any], runs: int | None = None) -> ChipTime:
         whole_s += status_s + max(0.0, drawing_s - line_s(waits["after_zones"]))
         answer_s = line_s(waits["answer"])
         look = Look(line_s(waits["request"]), answer_s)
-        # The first look waits for the answer to RUN.
+        # The first poll waits for the answer to RUN.
         over_s = look.until_over(done["cycles"] / clock_hz, done["limit"] / clock_hz, answer_s)
         whole_s += line_s(waits["commands"]) + over_s + line_s(waits["paths"])
         drawing_s, status_s = 0.0, line_s(waits["status"])

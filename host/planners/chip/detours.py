@@ -1,8 +1,8 @@
-"""Detours: other beginnings and ends of a path that breaks a limit near its start or its goal.
+"""Detours: alternative beginnings and ends of a path that breaks a limit near its start or goal.
 
 A planner that draws waypoints seldom finds the two or three that lead around an obstacle right
-ahead of an aircraft, or turn it back. The ways of leaving an end are few: a fixed set of polylines,
-each joined to each of the next waypoints.
+ahead of an aircraft, or turn it back. There are few ways of leaving an end: a fixed set of
+polylines, each joined to each of the next waypoints.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ __all__ = ["detours", "load_ways"]
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-#: Waypoints of the path, counted from the end, that a detour may lead to, the last among them.
+#: Waypoints of the path, counted from the end and including the last, that a detour may lead to.
 _JOINS = 6
 _MOST_WAYPOINTS = 3
-# Longer than a turn's tangent, for rounding.
+# Slightly longer than a turn's tangent, to allow for rounding.
 _MORE = 1.01
 # In turn radii: straights after a turn at which the next begins, or the path continues.
 _STRAIGHTS = 0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0
 _FIRST_STRAIGHTS, _SECOND_STRAIGHTS = (0.05, 1.0, 2.0, 4.0), (0.7, 1.5, 3.0, 5.0)
-# Degrees: turns of a detour with one, and the first and second of one with two, on the same side
-# or back.
+# In degrees: the turn of a detour with one turn, and the first and second turns of a detour with
+# two, on the same side or back.
 _TURNS = 10, 20, 30, 40, 50, 60, 70, 80, 90
 _FIRST_TURNS, _SECOND_TURNS = (60, 90), (-60, -30, 60, 90)
-# For an end without a heading: directions of its first waypoint, and distances, in turn radii.
+# For an end without a heading: directions of its first waypoint, and its distances in turn radii.
 _DIRECTIONS = range(0, 360, 15)
 _FREE_STRAIGHTS = 0.4, 0.7, 1.2, 2.0, 3.5
 
@@ -60,9 +60,9 @@ def detours(problem: Problem, path: Floats, *, at_goal: bool) -> tuple[Floats, I
     Returns
     -------
     paths : (m, n + 3, 3) float64, metres
-        The shortest first; none if the turn radius is infinite.
+        Shortest first; none if the turn radius is infinite.
     lengths : (m,) int64
-        Points of each.
+        Number of points of each path.
     """
     radius_m = problem.limits.turn_radius_m
     most = len(path) + _MOST_WAYPOINTS
@@ -172,9 +172,9 @@ def _measure(
     radius_m: float,
     metres: Floats,
 ) -> None:
-    """Write the length of the polyline by way w to ``points[1 + j]`` and on to ``metres[w, j]``.
+    """Write the length of the polyline on way w to ``points[1 + j]`` and on to ``metres[w, j]``.
 
-    It is infinite where a turn does not fit up to the point after that one.
+    It is infinite if a turn up to the point after that one does not fit.
     """
     n = len(points)
     for join in range(metres.shape[1]):
@@ -223,7 +223,7 @@ def _write(
     paths: Floats,
     lengths: Ints,
 ) -> None:
-    """Write the paths of the numbers ``order``, way times ``joins`` plus join."""
+    """Write the paths numbered ``order``: way times ``joins`` plus join."""
     n = len(points)
     for row in range(len(order)):
         way, join = order[row] // joins, order[row] % joins
@@ -240,7 +240,7 @@ def _write(
             else:
                 paths[row, at, 0] = ways[way, i - 1, 0]
                 paths[row, at, 1] = ways[way, i - 1, 1]
-            # Until the altitudes of the detour are known, they hold the distance flown.
+            # Until the altitudes of the detour are known, this column holds the distance flown.
             if 0 < i <= count + 1:
                 before = at + 1 if is_backwards else at - 1
                 run += math.hypot(

@@ -1,4 +1,4 @@
-"""The genetic algorithm as a run of the planner core; the host has the last word."""
+"""The genetic algorithm as a run of the planner core; the host makes the final decision."""
 
 from __future__ import annotations
 
@@ -30,26 +30,26 @@ MOST_CHIP_MS = 20_000
 
 
 class ChipGeneticPlanner:
-    """Genetic algorithm that a chip runs by itself: first population, scores, sorting, loop.
+    """Genetic algorithm that runs entirely on a chip: first population, scores, sorting, loop.
 
-    The host sends map and problem, starts a run, and reads up to eight paths. It evaluates them in
-    full and reports the best that is feasible by the strict rule. If none is, it starts another
-    run, with the next seed and other surfaces, up to eight in all. A long plan is cut into parts,
-    each of which continues from the previous one: see
+    The host sends the map and the problem, starts a run, and reads up to eight paths. It evaluates
+    them in full and reports the best that is feasible by the strict rule. If none is, it starts
+    another run with the next seed and other surfaces, up to eight runs in all. A long plan is split
+    into parts, each of which continues from the previous one: see
     :class:`pathgene.host.planners.chip.schedule.ChipSchedule`. docs/chip_planner.md defines a run;
-    all random numbers of it follow from the seed, so every board of the same sizes gives the same
+    the seed determines all its random numbers, so every board with the same sizes gives the same
     result.
 
-    With ``polish``, each path of the last run, and of one without a feasible path, is also given
-    more waypoints on its straight pieces, up to 32 in all, and then the lowest altitudes that
-    ground and limits allow (:func:`~pathgene.host.planners.grid.altitudes.lowest_altitudes`): some
-    10 ms a path, which makes some paths feasible that are not.
+    With ``polish``, each path of the last run, and of a run without a feasible path, also gets more
+    waypoints on its straight pieces, up to 32 in all, and then the lowest altitudes that the ground
+    and the limits allow (:func:`~pathgene.host.planners.grid.altitudes.lowest_altitudes`). This
+    takes about 10 ms per path and makes some infeasible paths feasible.
 
     Parameters
     ----------
     board : str or Chip
-        URL of the board, see :func:`pathgene.host.device.boards.open_board`, or an open one. A
-        simulated one is built with the planner core unless the URL names a core. On a board that
+        URL of the board, see :func:`pathgene.host.device.boards.open_board`, or an open board. A
+        simulated board is built with the planner core unless the URL names a core. On a board that
         stays open, a changed problem is planned from the population of the previous run: see
         :class:`pathgene.host.planners.chip.replanner.ChipReplanner`.
     chip_ms : int, optional
@@ -63,7 +63,7 @@ class ChipGeneticPlanner:
     Raises
     ------
     InputError
-        If ``chip_ms`` is outside its range, or ``polish`` is neither.
+        If ``chip_ms`` is outside its range, or ``polish`` is neither ``on`` nor ``off``.
     """
 
     def __init__(
@@ -95,21 +95,21 @@ class ChipGeneticPlanner:
         """Search; see :class:`pathgene.host.planners.base.Planner`.
 
         Generation 0 is the straight line, along the headings; a record follows after each run. The
-        generations of the options apply to a plan whose first run finds a path; a run ends earlier
-        at a time limit, which is also taken as the longest time by the chip's clock, and at
-        an interrupt. The target fitness counts between runs, as the chip does not know fitness.
+        generations of the options apply to a plan whose first run finds a path. A run ends early at
+        an interrupt or at the time limit, which also limits the time by the chip's clock. The
+        target fitness is only checked between runs, because the chip does not know fitness.
 
-        ``hardware`` of the result has the cycles and generations of each run, the map from metres
-        to corners, and the bytes of both directions. ``seconds`` has ``link``, the time spent
-        waiting for the board, and ``board``, the time of the runs by its own clock.
+        ``hardware`` of the result has the cycles and generations of each run, the mapping from
+        metres to corners, and the bytes in both directions. ``seconds`` has ``link``, the time
+        spent waiting for the board, and ``board``, the time of the runs by the chip's clock.
 
         Raises
         ------
         InputError
-            If nothing answers at the URL, the board has no planner core, or a population is given
-            that is not the chip's.
+            If nothing answers at the URL, the board has no planner core, or the given population is
+            not the chip's.
         JobError
-            If the board cannot be started, or is lost before anything was evaluated.
+            If the board cannot be started, or is lost before the first evaluation.
         """
         # If the URL gives the configuration, refuse bad options before a simulated board is built.
         url = with_core(url_of(self.board), GeneticCore.PLANNER)

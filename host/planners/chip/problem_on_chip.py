@@ -28,25 +28,25 @@ LINE_BITS = 10
 
 #: Maximum seconds between two polls of a run, and minimum number of polls in a run.
 _LOOK_S, _LOOKS = 0.001, 100
-#: Minimum seconds between two reports of a run's progress.
+#: Minimum seconds between two progress reports of a run.
 _REPORT_S = 0.01
-#: Share of the corners drawn for a zone that may lie outside of it, before they are cleared.
+#: Share of the corners drawn for a zone that may lie outside the zone before they are cleared.
 _MOST_EXCESS = 0.05
 
 
 def pause_s(limit_s: float, passed_s: float, look_s: float) -> float:
     """Return the seconds until the next poll of a run in progress.
 
-    A poll shortly before the limit of the run would delay the poll that finds it over.
+    A poll shortly before the limit of the run would delay the poll that finds the run finished.
 
     Parameters
     ----------
     limit_s : float
         Maximum seconds of the run by the chip's clock.
     passed_s : float
-        Seconds since its beginning.
+        Seconds since the beginning of the run.
     look_s : float
-        Seconds that a look takes.
+        Seconds that a poll takes.
     """
     usual_s = min(_LOOK_S, limit_s / _LOOKS)
     left_s = limit_s - passed_s
@@ -57,18 +57,18 @@ def pause_s(limit_s: float, passed_s: float, look_s: float) -> float:
 class Waits:
     """Bytes on the line that the host waits for in a run.
 
-    The polls that find the run in progress are left out: their number depends on the machine.
+    Polls that find the run still in progress are left out: their number depends on the host.
 
     Parameters
     ----------
     exchanges : int
-        Number of waits of the host for an answer. All polls of the run count as one.
+        Number of times that the host waits for an answer. All polls of the run count as one.
     commands : int
         Bytes of the commands up to RUN.
     after_zones : int
-        Minimum number of these bytes after the zones; they arrive while the chip draws.
+        Minimum number of these bytes that follow the zones; they arrive while the chip draws.
     answer : int
-        Bytes of the answer to RUN. The refusal of a BEST has as many.
+        Bytes of the answer to RUN, and also of the refusal of a BEST.
     request, paths : int
         Bytes of BEST and of its answer, the paths.
     status : int
@@ -85,7 +85,7 @@ class Waits:
 
 
 class ProblemOnChip:
-    """A problem on a chip: its corners, lowered around the ends, and its record.
+    """A problem on a chip: its corner map, lowered around the ends, and its record.
 
     Parameters
     ----------
@@ -101,12 +101,12 @@ class ProblemOnChip:
     drawing_cycles : int
         Cycles in which the chip has drawn zones.
     looks : int
-        Number of requests of the host for the paths of the latest run before it was over.
+        Number of times that the host asked for the paths of the latest run before it was over.
     waits : Waits
         Waits of the latest run.
     eased : int
-        The ease of the corners around ends that the previous problem did not have, and of all after
-        :meth:`ease`: a key of :data:`pathgene.host.problem.corner_map.EASES`.
+        How far corners are lowered around ends that the previous problem did not have, and around
+        all ends after :meth:`ease`: a key of :data:`pathgene.host.problem.corner_map.EASES`.
     """
 
     def __init__(self, chip: Chip, problem: Problem, grid: CornerMap) -> None:
@@ -130,7 +130,7 @@ class ProblemOnChip:
     def is_warm(self) -> bool:
         """True if the chip holds the population of the latest run on this problem.
 
-        A problem that has had no run continues from the population of the previous problem.
+        A problem without a run continues from the population of the previous problem.
         """
         return not self.chip.closed and self._runs_before == self.chip.runs.started
 
@@ -140,10 +140,10 @@ class ProblemOnChip:
         The first run has the chip draw each new zone, and uploads the corners that drawing does not
         cover: corners of removed zones, corners around the ends, zones with heights or times, and
         dents and holes of a zone. If a zone is new, removed zones stay blocked until :meth:`free`:
-        a path that keeps clear of both is safe, and is found sooner. Elsewhere the chip keeps the
-        map that it has: the corners around an earlier end stay lowered, and corners around an
-        unchanged end keep the ease of the last :meth:`ease`. If an end lies off the steps of that
-        map, the new problem gets a new map, and its first run starts cold.
+        a path that avoids both is safe and is found sooner. Elsewhere the chip keeps its map: the
+        corners around an earlier end stay lowered, and corners around an unchanged end stay as the
+        last :meth:`ease` left them. If an end does not lie on the steps of that map, the new
+        problem gets a new map, and its first run starts cold.
         """
         grid = self.grid.of_problem(problem)
         if grid is None:
@@ -173,7 +173,7 @@ class ProblemOnChip:
         return other
 
     def _renew(self, rows: slice, columns: slice, ease: int = 0) -> None:
-        """Give a part of the map the corners that an upload of the whole map would have."""
+        """Give a part of the map the corners that an upload of the whole map would give it."""
         self._corners[rows, columns] = self.grid.corners_in(rows, columns, self._ends, ease)
 
     def _add(self, zone: Zone) -> None:
@@ -196,13 +196,13 @@ class ProblemOnChip:
         columns = slice(shape.first_x, shape.last_x + 1)
         drawn = drawn_corners(shape)
         excess = drawn & ~self.grid.beside(zone, rows, columns)
-        # A disc is as good as its circle.
+        # The disc covers exactly the circle.
         keeps = zone.footprint.disc is not None or excess.sum() <= _MOST_EXCESS * drawn.sum()
         blocked = drawn if keeps else drawn & ~excess
         self._corners[rows, columns][blocked] = self.chip.config.blocked_altitude
 
     def _send(self) -> None:
-        """Give the chip map and record."""
+        """Send the chip the map and the record."""
         for shape in self._shapes:
             self.chip.runs.block(shape)
         self.drawing_cycles += sum(shape.drawing_cycles for shape in self._shapes)
@@ -211,12 +211,12 @@ class ProblemOnChip:
         self.chip.runs.set_problem(self._record)
 
     def free(self) -> None:
-        """Give the chip the map of this problem, in which removed zones are free."""
+        """Send the chip the map of this problem, in which removed zones are free."""
         self._first = None
         self.chip.update_map(self._corners)
 
     def ease(self, change: int) -> None:
-        """Lower the corners of the map around start and goal more, or less, if that is possible."""
+        """Lower the corners of the map around start and goal more, or less, if possible."""
         self.eased = min(max(self.eased + change, min(EASES)), max(EASES))
         self._eases = dict.fromkeys(self._ends, self.eased)
         for end in self._ends:
@@ -229,10 +229,10 @@ class ProblemOnChip:
     def run(
         self, options: RunOptions, ends: Callable[[RunStatus], bool]
     ) -> tuple[RunStatus, BestPaths]:
-        """Do a run; return its status and its best paths.
+        """Execute a run; return its status and its best paths.
 
-        Before the first, and after :meth:`ease`, the chip gets its map and record with the command.
-        During the run, ``ends`` is asked every 10 ms, and stops it by returning True.
+        Before the first run and after :meth:`ease`, the chip gets its map and record with the
+        command. During the run, ``ends`` is called every 10 ms and stops the run by returning True.
         """
         runs = self.chip.runs
         config, traffic = self.chip.config, self.chip.link.traffic
@@ -244,12 +244,12 @@ class ProblemOnChip:
             runs.start(options)
         self._is_sent = True
         ordered = traffic.since(before)
-        # All are of one size.
+        # All have the same size.
         answer = round(ordered.bytes_from_board / ordered.frames_from_board)
         stopped = False
         self.looks = 0
         asked = reported = time.monotonic()
-        # The run has continued while the answer came.
+        # The run continued while the answer arrived.
         began = asked - LINE_BITS * answer * config.clocks_per_bit / config.clock_hz
         before = dataclasses.replace(traffic)
         while (best := runs.best_if_over()) is None:
@@ -287,5 +287,5 @@ class ProblemOnChip:
 
 
 def _meet(one: tuple[slice, slice], other: tuple[slice, slice]) -> bool:
-    """Return whether two parts of the map have a corner in common."""
+    """Return whether two parts of the map share a corner."""
     return all(a.start < b.stop and b.start < a.stop for a, b in zip(one, other, strict=True))

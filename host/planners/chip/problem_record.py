@@ -1,4 +1,4 @@
-"""A problem in the integers of the planner core."""
+"""A problem as integers of the planner core."""
 
 from __future__ import annotations
 
@@ -42,25 +42,26 @@ _SHARE_OF_SLOPE = 0.98
 _PLACES = 64
 #: Minimum ratio of the greatest value of a key to the value of the straight line.
 _VALUE_SPAN = 8
-#: Directions of which the least slopes in wind are taken.
+#: Number of directions over which the minimum slope in wind is taken.
 _DIRECTIONS = 64
 
 
 def problem_record(config: Config, problem: Problem, grid: CornerMap) -> ProblemRecord:
     """Return the record of ``problem`` on the map ``grid``.
 
-    Whatever a limit loses by rounding makes it stricter: slopes are rounded down, the radius up. In
-    wind the slopes are relative to the ground, in the direction where they are least.
-    The cost weighs altitude times length against fuel as eq. (2) does, with the fuel of an
-    aircraft that keeps its weight at the start, and no induced drag saved in climbs.
+    Rounding always makes a limit stricter: slopes are rounded down, the radius up. In wind the
+    slopes are relative to the ground, in the direction in which they are lowest. The cost weighs
+    altitude times length against fuel as eq. (2) does, for an aircraft that keeps its initial
+    weight and saves no induced drag in climbs.
 
-    If a heading is given, the path on the chip begins at the committed point, and the start is
-    its entry; it ends and has its exit likewise. See :func:`committed_points`.
+    If a heading is given, the path on the chip begins at the committed point, and the start is its
+    entry; the same holds for the goal and the exit. See :func:`committed_points`.
 
     Raises
     ------
     InputError
-        If the turning radius, or the altitude step against the cell, is too great for the record.
+        If the turning radius, or the ratio of the altitude step to the cell, is too large for the
+        record.
     """
     dx_m, dy_m = grid.scale_m
     unit_m = max(dx_m, dy_m) / (1 << POSITION_FRACTION)
@@ -79,7 +80,7 @@ def problem_record(config: Config, problem: Problem, grid: CornerMap) -> Problem
             f"The chip's altitude step of {grid.step_m:g} m is a cell or more; take a coarser "
             "terrain."
         )
-    # Altitudes of both ends of a piece are added, not averaged: the area counts twice.
+    # The altitudes of both ends of a piece are added, not averaged, so the area counts twice.
     area = 2 * best.altitude_m * best.length_m / (part_m * unit_m)
     burn_per_m = (
         aircraft.weight_N
@@ -127,13 +128,13 @@ def problem_record(config: Config, problem: Problem, grid: CornerMap) -> Problem
 
 @functools.lru_cache(maxsize=1)
 def committed_points(problem: Problem) -> tuple[Point | None, Point | None]:
-    """Return the first and the last waypoint of every path, x, y and altitude; None if it is free.
+    """Return the first and last waypoints of every path, x, y and altitude; None if free.
 
-    A heading at the start commits the aircraft to a point about a turning radius ahead; one at the
-    goal, to a point as far before it. Straight ahead there is no turn at the end itself, which the
-    evaluation would lay before the start or beyond the goal. The point is as high as its end, or as
-    the ground on the way requires, within the limit of slope. If the map ends sooner, the point
-    is at its edge.
+    A heading at the start commits the aircraft to a point about a turning radius ahead; a heading
+    at the goal, to a point the same distance before it. As the point lies straight ahead, there is
+    no turn at the end itself, which the evaluation would put before the start or beyond the goal.
+    The point is as high as its end, or higher if the ground on the way requires it, within the
+    slope limit. If the map ends before that, the point is at its edge.
     """
     after, before = problem.headings
     first = last = None
@@ -146,13 +147,13 @@ def committed_points(problem: Problem) -> tuple[Point | None, Point | None]:
 
 
 def chip_ends(problem: Problem) -> tuple[Point, Point]:
-    """Return the points between which the chip plans: committed ones in front of their ends."""
+    """Return the points between which the chip plans: ends, or their committed points."""
     first, last = committed_points(problem)
     return first or problem.start, last or problem.goal
 
 
 def whole_path(problem: Problem, waypoints: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return a path of the chip with its ends: (n, 3) metres from (m, 3) metres of waypoints."""
+    """Return a path with its ends, (n, 3) metres, from the chip's waypoints, (m, 3) metres."""
     first, last = committed_points(problem)
     before = [problem.start, *([] if first is None else [first])]
     behind = [*([] if last is None else [last]), problem.goal]
@@ -180,10 +181,10 @@ def _end(name: str, place: tuple[int, int, int]) -> dict[str, int]:
 
 
 def _slope(tangent: float, parts_per_unit: float) -> int:
-    """Return a slope rounded down; the steepest that the record holds is taken for all steeper."""
+    """Return a slope rounded down and limited to the steepest that the record can hold."""
     return math.floor(min(tangent * parts_per_unit * (1 << SLOPE_FRACTION), (1 << SLOPE_BITS) - 1))
 
 
 def _block_shift(corners: int) -> int:
-    """Return the shift of the smallest blocks of which 32 cover ``corners`` corners."""
+    """Return the shift of the smallest block size for which 32 blocks cover ``corners`` corners."""
     return max((corners - 1).bit_length() - (BLOCKS.bit_length() - 1), 0)

@@ -1,4 +1,4 @@
-"""Repair of a path that breaks the strict rule: another route at an end, or other altitudes."""
+"""Repair of a path that breaks the strict rule: a new route at an end, or new altitudes."""
 
 from __future__ import annotations
 
@@ -12,20 +12,19 @@ __all__ = ["load_repairs", "repair"]
 
 Path = NDArray[np.float64]
 
-# A limit broken within this number of turn radii of an end points to the way there.
+# A limit broken within this many turn radii of an end suggests that the route there is at fault.
 _NEAR_RADII = 2.0
 _SLOPES = {"climb", "descent"}
 
 
 def repair(evaluator: Evaluator, path: Path) -> Path | None:
-    """Return an infeasible path mended in the likeliest way, or None if that fails.
+    """Return an infeasible path repaired in the most promising way, or None if that fails.
 
-    A path that meets a zone or has no room for a turn gets another route at the nearer end, or else
+    A path that meets a zone or has no room for a turn gets a new route at the nearer end, or else
     at the farther one: the shortest of :func:`~pathgene.host.planners.chip.detours.detours` that is
-    feasible.
-    So does one that breaks limits only within two turn radii of an end, or is only too steep from
-    there on. Any other path gets the altitudes of least cost over its waypoints, which may still
-    break a limit, and so does every path with ``as_paper``.
+    feasible. The same applies to a path that breaks limits only within two turn radii of an end, or
+    is only too steep from there on. Any other path, and every path with ``as_paper``, gets the
+    cheapest altitudes at its waypoints, which may still break a limit.
 
     Parameters
     ----------
@@ -57,9 +56,9 @@ def repair(evaluator: Evaluator, path: Path) -> Path | None:
 
 
 def load_repairs(evaluator: Evaluator, path: Path) -> None:
-    """Load the solver and the kernels, which are slow at first.
+    """Load the solver and the kernels, whose first use is slow.
 
-    To do so, mend a path of the problem whose waypoints were moved below the ground.
+    This repairs a path of the problem whose waypoints were moved below the ground.
     """
     from pathgene.host.planners.chip.detours import load_ways
 
@@ -79,7 +78,7 @@ def _detoured(evaluator: Evaluator, path: Path, *, at_goal: bool) -> Path | None
         paths, lengths = detours(evaluator.problem, path, at_goal=end)
         found = evaluator.first_feasible(paths, lengths)
         if found is not None:
-            # Not a view, which would keep all of them.
+            # A copy, because a view would keep all of them in memory.
             return paths[found, : lengths[found]].copy()
     return None
 

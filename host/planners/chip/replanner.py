@@ -22,8 +22,8 @@ from pathgene.host.problem.zones import Zone
 
 __all__ = ["ChipReplanner", "replan_options"]
 
-#: For the first run. With four paths to read, its limit keeps chip and line within 3 ms in 99 of
-#: 100 replans (``make bench BENCH=replan``).
+#: Options of the first run. With four paths to read, its limit keeps chip and line within 3 ms in
+#: 99 of 100 replans (``make bench BENCH=replan``).
 _WARM = RunOptions(
     cycles=144_000,
     generations=195,
@@ -34,15 +34,15 @@ _WARM = RunOptions(
     warm=True,
     paths=4,
 )
-#: Options of a run from new seeds only, longer and on other surfaces. It follows a first run
-#: without a feasible path, and is itself the first on a new map.
+#: Options of a run from new seeds only, which is longer and uses other surfaces. It follows a first
+#: run without a feasible path, and is the first run on a new map.
 _COLD = RunOptions(cycles=280_000, generations=300, until_feasible=True, paths=4)
 
 
 def replan_options(config: Config, seed: int, again: int = 0) -> RunOptions:
-    """Return the options of a run from the earlier population together with new seeds.
+    """Return the options of a run that combines the earlier population with new seeds.
 
-    Runs ``again``, counted from 1, are from new seeds only.
+    Repeated runs, with ``again`` counted from 1, start from new seeds only.
     """
     usual = replace(_COLD, slopes=SURFACES[again % len(SURFACES)]) if again else _WARM
     return replace(
@@ -55,22 +55,22 @@ def replan_options(config: Config, seed: int, again: int = 0) -> RunOptions:
 class ChipReplanner:
     """Plans changed problems on a chip, from the population of the previous problem.
 
-    The chip draws new zones on its map and runs for a millisecond: an island of the earlier
-    paths, less the waypoints before the start, and one of new seeds. The host judges the paths by
-    the strict rule. If none is feasible, it repairs the best, and after the first run the second
-    (:func:`~pathgene.host.planners.chip.repairs.repair`), which takes milliseconds of the processor
-    and none of chip and line. If that fails, up to seven more runs follow, of at most 2.8 ms,
-    each from new seeds only. :meth:`finish` clears the zones that were removed while new ones were
-    added.
+    The chip draws new zones on its map and runs for a millisecond, with an island of the earlier
+    paths, without the waypoints before the start, and an island of new seeds. The host judges the
+    paths by the strict rule. If none is feasible, it repairs the best and, after the first run, the
+    second best (:func:`~pathgene.host.planners.chip.repairs.repair`), which takes milliseconds of
+    processor time but no time on the chip and the line. If that fails, up to seven more runs of at
+    most 2.8 ms follow, each from new seeds only. :meth:`finish` clears the zones that were removed
+    while new ones were added.
 
     Parameters
     ----------
     task : ProblemOnChip
         The previous problem, on a chip that is open.
     to_free : sequence of Zone
-        New zones of a problem without a path: :meth:`finish` clears them. The chip draws a zone
-        again by one command, but clearing a removed zone takes an upload of all its corners, for
-        which the new path would have to wait.
+        New zones of a problem without a path, which :meth:`finish` clears. Drawing a zone again
+        takes one command, but clearing a removed zone takes an upload of all its corners, and the
+        new path would have to wait for that.
     """
 
     def __init__(self, task: ProblemOnChip, to_free: Sequence[Zone] = ()) -> None:
@@ -78,11 +78,11 @@ class ChipReplanner:
 
     @property
     def is_ready(self) -> bool:
-        """False once the board is closed, or another run has taken the population's place."""
+        """False once the board is closed or another run has replaced the population."""
         return self._task.is_warm
 
     def finish(self) -> None:
-        """Clear removed zones and ``to_free``; the next replan repeats a part that failed."""
+        """Clear removed zones and ``to_free``; the next replan repeats any part that failed."""
         if self._to_free:
             problem = self._task.problem
             kept = tuple(zone for zone in problem.zones if zone not in self._to_free)
@@ -98,7 +98,7 @@ class ChipReplanner:
         """
         run = Run(evaluator, options)
         problem = evaluator.problem
-        # The straight line, which leaves the start along its heading as the chip's paths do.
+        # The straight line, which leaves the start along its heading like the chip's paths.
         with run.phase("map"):
             straight = whole_path(problem, np.empty((0, 3)))
         run.record(0, run.fitness([straight], strict=True))
@@ -123,7 +123,7 @@ class ChipReplanner:
 
 
 def _runs(task: ProblemOnChip, seed: int) -> Iterator[RunOptions]:
-    """Return the options of the runs; waypoints on the steps of another map are useless."""
+    """Return the options of the runs; waypoints on the steps of a different map are useless."""
     first = 0 if task.is_warm else 1
     for number in range(first, first + MOST_RUNS):
         yield replan_options(task.chip.config, seed, number)

@@ -37,10 +37,10 @@ class ChipRuns:
     run : Run
         The record of the plan.
     polishes : bool
-        Each path is given the lowest altitudes, too.
+        Each path also gets the lowest altitudes.
     repairs : bool
-        If no path of a run is feasible, the best is repaired, after the first run also the
-        second; see :func:`pathgene.host.planners.chip.repairs.repair`.
+        If no path of a run is feasible, the best is repaired and, after the first run, the second
+        best too; see :func:`pathgene.host.planners.chip.repairs.repair`.
     """
 
     def __init__(
@@ -58,9 +58,10 @@ class ChipRuns:
         return self._cycles["total"]
 
     def search(self, first: Iterable[RunOptions], further: Sequence[RunOptions] = ()) -> None:
-        """Do ``first`` runs until a path is feasible, then the further ones.
+        """Execute ``first`` runs until a path is feasible, then the later runs.
 
-        A stop criterion ends the search. Between two first runs the map is eased around the ends.
+        A stop criterion ends the search. Between two first runs, the map is lowered around the
+        ends.
         """
         task = self._task
         change = 0
@@ -72,7 +73,7 @@ class ChipRuns:
                 return
             if is_found:
                 break
-            # The chip found no route from end to end, or one that only it believes.
+            # The chip found no route from end to end, or only one that the host does not accept.
             change = -1 if best.classes[0] is PathClass.FEASIBLE else 1
         else:
             return
@@ -82,7 +83,7 @@ class ChipRuns:
                 return
 
     def _do(self, options: RunOptions, *, is_last: bool) -> tuple[BestPaths, bool]:
-        """Do a run and judge its paths; return them, and whether one is feasible."""
+        """Execute a run and judge its paths; return them, and whether one is feasible."""
         run, task, before = self._run, self._task, self._generations
         with run.phase("link"):
             status, best = task.run(options, functools.partial(self._ends, before))
@@ -124,16 +125,16 @@ class ChipRuns:
         return self._run.stopped_by() not in (None, "generations")
 
     def _ends(self, before: int, status: RunStatus) -> bool:
-        """Tell the progress of a run; return True if a stop criterion ends it."""
+        """Report the progress of a run; return True if a stop criterion ends it."""
         self._run.show(before + status.generations)
         stop = self._run.stop
         return (stop is not None and stop.requested) or self._run.out_of_time
 
     def _repaired(self, paths: list[NDArray[np.float64]]) -> float:
-        """Mend paths and evaluate them until one is feasible; return the fitness of the last.
+        """Repair paths and evaluate them until one is feasible; return the fitness of the last one.
 
-        After the first run these are the two best; after later ones the best, because another run
-        is worth more than the second.
+        After the first run these are the two best paths; after later runs only the best, because
+        another run is worth more than the second path.
         """
         run, fitness = self._run, 0.0
         most = 2 if len(self._done) == 1 else 1

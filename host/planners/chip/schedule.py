@@ -1,4 +1,4 @@
-"""The runs of a plan: some from new seeds until one finds a path, then later runs continue."""
+"""The runs of a plan: runs from new seeds until one finds a path, then runs that continue it."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from pathgene.hdl.protocol.runs import RunOptions
 
 __all__ = ["MOST_RUNS", "SURFACES", "ChipSchedule"]
 
-#: Runs from new seeds at most: other seeds, and other surfaces in turn, where none of a run's paths
-#: is feasible.
+#: Maximum number of runs from new seeds: if no path of a run is feasible, the next has other seeds
+#: and the next surfaces.
 MOST_RUNS = 8
 #: Slopes of these surfaces.
 SURFACES = RunOptions.slopes, (2, 5), (1, 8), (4, 0)
@@ -22,8 +22,8 @@ SURFACES = RunOptions.slopes, (2, 5), (1, 8), (4, 0)
 _MOST_PARTS = 4
 _PART_MS = 12
 _PART_GENERATIONS = 1_600
-#: Surfaces of the new seeds added to the population of the previous part, in turn, and the
-#: sixteenths of the time for both islands.
+#: Surfaces of the new seeds that are added to the population of the previous part, in rotation, and
+#: the sixteenths of the time for which both islands exist.
 _FURTHER_SLOPES = (0,), (3,)
 _FURTHER_SHARE = 10
 _UNLIMITED = (1 << 32) - 1
@@ -33,8 +33,8 @@ _UNLIMITED = (1 << 32) - 1
 class ChipSchedule:
     """Options of all runs of a plan.
 
-    A long plan is cut into up to four equal parts. The first is a run from new seeds, which is
-    repeated with other seeds until a path is feasible. Each later run continues from the
+    A long plan is split into up to four equal parts. The first part is a run from new seeds, which
+    is repeated with other seeds until a path is feasible. Each later run continues from the
     previous population, with an additional island of new seeds.
 
     Parameters
@@ -42,7 +42,7 @@ class ChipSchedule:
     config : Config
         The chip.
     seed : int
-        0..2**64 - 1. The seeds of all runs follow from it.
+        0..2**64 - 1. It determines the seeds of all runs.
     generations : int
         Generations of the whole plan, if one first run is enough.
     chip_ms : float, optional
@@ -63,7 +63,7 @@ class ChipSchedule:
         return min(max(most, 1), _MOST_PARTS)
 
     def first(self) -> list[RunOptions]:
-        """Return the options of the runs from new seeds; each follows where none finds a path."""
+        """Return the options of the runs from new seeds, in order, until one finds a path."""
         generations = self.generations // self.parts
         return [
             self._run(number, generations, slopes=SURFACES[number % len(SURFACES)])
@@ -71,11 +71,11 @@ class ChipSchedule:
         ]
 
     def further(self) -> list[RunOptions]:
-        """Return the options of the runs after a first one that has found a path."""
+        """Return the options of the runs that follow a first run with a path."""
         each, rest = divmod(self.generations, self.parts)
         return [
             self._run(
-                # Seeds that no other plan near this one takes.
+                # Seeds that plans with nearby seeds do not use.
                 part << 32,
                 each + rest * (part == self.parts - 1),
                 slopes=_FURTHER_SLOPES[(part - 1) % len(_FURTHER_SLOPES)],

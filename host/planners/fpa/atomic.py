@@ -1,4 +1,4 @@
-"""Atomic counters and ways to wait, for threads of kernels that hold no lock."""
+"""Atomic counters and ways to wait, for lock-free threads of kernels."""
 
 from typing import Any
 
@@ -14,7 +14,7 @@ __all__ = ["fetch_add", "read", "sleep", "yield_core"]
 def fetch_add(_context: Any, _counter: Any, _amount: Any) -> Any:
     """Add ``amount`` to the first of ``counter``, (n,) int64, atomically; return its old value.
 
-    For kernels on the CPU only. A thread that sees the sum sees all that was written before it.
+    For kernels on the CPU only. A thread that sees the sum also sees everything written before it.
     """
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -26,7 +26,7 @@ def fetch_add(_context: Any, _counter: Any, _amount: Any) -> Any:
 
 @intrinsic
 def read(_context: Any, _counter: Any) -> Any:
-    """Return the first of ``counter``, (n,) int64, as other threads have left it."""
+    """Return the current first element of ``counter``, (n,) int64, which other threads change."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         counter = context.make_array(signature.args[0])(context, builder, arguments[0])
@@ -48,7 +48,7 @@ def sleep(_context: Any, _microseconds: Any) -> Any:
 
 
 def _call(name: str, *of: ir.Type) -> Any:
-    """Return the generator of a call to a function of the C library, by its name."""
+    """Return a code generator for a call to a function of the C library, by its name."""
 
     def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
         kind = ir.FunctionType(ir.IntType(32), of)

@@ -39,15 +39,17 @@ __all__ = ["GpuEngine", "is_available", "reported"]
 
 Paths = NDArray[np.float64]
 
-#: Threads of a block, and the most candidates that it judges at once: all reversals of 6 waypoints.
+#: Threads of a block, and the maximum number of candidates that it judges at once: all reversals of
+#: 6 waypoints.
 THREADS, WIDTH = 128, 15
-# Registers of a thread: the fastest of 64, 96 and 128. With the 177 that the compiler would take, a
-# multiprocessor of an H200 holds two blocks; with 128, four, which its shared memory has room for.
+# Registers of a thread: the fastest of 64, 96 and 128. With the 177 that the compiler would choose,
+# a multiprocessor of an H200 holds two blocks; with 128 it holds four, and its shared memory has
+# room for them.
 _REGISTERS = 96
 
 
 def is_available() -> bool:
-    """Return whether there is a GPU with a driver that works."""
+    """Return whether there is a GPU with a working driver."""
     return bool(cuda.is_available())
 
 
@@ -76,7 +78,7 @@ class GpuEngine:
     Parameters
     ----------
     setups : sequence of Setup
-        Runs of equally many solutions and points, for equally many iterations.
+        Runs with the same numbers of solutions, points and iterations.
     two_opt_every : int
         Iterations from one 2-opt to the next; 0 for none.
     stride : int
@@ -89,7 +91,7 @@ class GpuEngine:
     Raises
     ------
     JobError
-        If the GPU fails or has too little memory; so does each method.
+        From the constructor and each method, if the GPU fails or has too little memory.
     """
 
     @reported()
@@ -133,7 +135,8 @@ class GpuEngine:
         blocks = min(runs * count, blocks)
         self._share = max(1, min(width, runs * count // blocks))
         with warnings.catch_warnings():
-            # A small population leaves most of the GPU idle, which its user knows already.
+            # Numba warns about a small population, which leaves most of the GPU idle; the user
+            # knows that.
             warnings.filterwarnings("ignore", message=".*Grid size")
             self._kernel = kernel[blocks, threads]
 

@@ -29,7 +29,7 @@ __all__ = ["CpuEngine", "Engine", "Leader", "Setup", "never"]
 
 Paths = NDArray[np.float64]
 
-# Solutions a thread takes at a time: few enough that no thread waits long for another's 2-opt.
+# Solutions that a thread takes at a time, few enough that no thread waits long for another's 2-opt.
 _CHUNK = 4
 # Seconds between two checks of whether to stop.
 _LOOK_S = 0.05
@@ -39,8 +39,8 @@ class Leader(NamedTuple):
     """The state after one iteration.
 
     ``path`` is the best solution, (n, 3) in metres, ``fitness`` its fitness, and ``mean`` the mean
-    fitness. Until now, ``evaluated`` candidates were evaluated to the end, and ``cut_short`` given
-    up before the end; an engine may give the counts at the end of the call.
+    fitness. So far, ``evaluated`` candidates were evaluated to the end and ``cut_short`` were
+    abandoned earlier; an engine may report the counts as of the end of the call.
     """
 
     path: Paths
@@ -67,7 +67,7 @@ class Setup(NamedTuple):
     box : (2, 3) float64, metres
         The airspace.
     paths, fitness : (m, n, 3), (m,) float64
-        The first population, ends included, and its worth.
+        The first population, including the ends, and its fitness.
     """
 
     evaluator: Evaluator
@@ -88,29 +88,29 @@ class Engine(Protocol):
     ) -> Sequence[Sequence[Leader]]:
         """Run iterations ``first``, from 1, to ``first + count - 1``.
 
-        Return the result of each, for each run. They are fewer once ``should_stop``, which is
-        called now and then, returns True; after that, only :meth:`populations` and :meth:`close`
-        may be called.
+        Return the result of each iteration, for each run. There are fewer once ``should_stop``,
+        which is called occasionally, returns True; after that, only :meth:`populations` and
+        :meth:`close` may be called.
         """
 
     def populations(self) -> tuple[Paths, NDArray[np.float64]]:
-        """All paths (r, m, n, 3) of r runs in metres and their fitness (r, m) as they are now."""
+        """The current paths (r, m, n, 3) of r runs in metres, and their fitness (r, m)."""
 
     def close(self) -> None:
         """Release threads and memory."""
 
 
 class CpuEngine:
-    """One run on threads of the processor; the result is the same for any number of them.
+    """One run on CPU threads; the result does not depend on their number.
 
     In an iteration each thread takes a few solutions at a time until none is left. A thread that
-    is done early frees its core until the next iteration. The caller
-    waits for the threads and can stop them, within about a solution's 2-opt.
+    finishes early releases its core until the next iteration. The caller waits for the threads and
+    can stop them within about the time of one 2-opt.
 
     Parameters
     ----------
     setup : Setup
-        The first population and the rest.
+        The first population and the inputs of the search.
     two_opt_every : int
         Iterations from one 2-opt to the next; 0 for none.
     threads : int
@@ -160,7 +160,7 @@ class CpuEngine:
             for share in shares:
                 share.result()
         except BaseException:
-            # No thread waits for one that will not arrive.
+            # No thread waits for another thread that will not arrive.
             self._shared.ended[0] = 1
             raise
         done = int(self._shared.meetings[0]) - before

@@ -24,21 +24,21 @@ def first_population(
 ) -> NDArray[np.float64]:
     """Return ``count`` paths, (count, n, 3) float64 metres, start and goal included.
 
-    The paths of ``given`` come first, in order; further paths have waypoints that
-    :meth:`~pathgene.host.planners.airspace.Airspace.draw` draws. All get the same n - 2 waypoints:
-    the greater of ``waypoints`` and the most of a given path. A given path with fewer gets more on
-    its track.
+    The paths of ``given`` come first, in order;
+    :meth:`~pathgene.host.planners.airspace.Airspace.draw` draws the waypoints of the remaining
+    paths. All paths get the same number of waypoints, n - 2: ``waypoints``, or the maximum among
+    the given paths if that is greater. A given path with fewer waypoints gets more on its track.
 
     Parameters
     ----------
     space : Airspace
         The airspace, with start and goal.
     rng : Generator
-        Draws them.
+        Draws the waypoints.
     count, waypoints : int
         Number of paths, 1 or more; minimum number of waypoints, 0 or more.
     given : sequence of (k, 3) float64
-        Paths to start from, ends included; at most ``count`` are taken.
+        Paths to start from, including the ends; at most ``count`` are used.
     """
     points = max([waypoints + 2, *(len(path) for path in given)])
     paths = np.empty((count, points, 3))

@@ -1,13 +1,13 @@
 """The kernel of the flower pollination algorithm on a GPU: iterations of independent runs.
 
-One launch is some iterations of all runs. The grid is cooperative: all its blocks are on the device
-at once, take work until none is left, and wait for each other before any block reads the results
-of another. A block judges several candidates at a time, so that their turns, pieces and samples
-occupy all of its threads.
+One launch performs several iterations of all runs. The grid is cooperative: all blocks are resident
+on the device at once, take work until none is left, and wait for each other before any block reads
+the results of another. A block judges several candidates at a time, so that their turns, pieces and
+samples occupy all of its threads.
 
 Source: Roberge and Tarbouchi, section 4. They launch one child kernel for each path that 2-opt
-tries; here a block judges the next reversals of a path together and takes the first that is better,
-which is the one that 2-opt would have taken one by one.
+tries; here, a block judges the next reversals of a path together and takes the first one that is
+better, as sequential 2-opt would.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ __all__ = [
     "widest",
 ]
 
-# Fields of an iteration's record; the path of the best follows.
+# Fields of an iteration's record; the best path follows them.
 BEST_FITNESS, MEAN_FITNESS, EVALUATED_SO_FAR, CUT_SHORT_SO_FAR = range(4)
 RECORD_FIELDS = 4
 
@@ -62,21 +62,21 @@ _BOUND, _PENALTY, _COST, _ROOM, _IS_SAMPLED = range(5)
 _VERDICT_FIELDS = 5
 # Units per metre of the hits, which are summed while samples are still taken.
 _UNITS = 8
-# Most of a thread's share of a piece, and most that matter: the threads of a block cannot pass from
-# there to an overflow.
+# Maximum of a thread's share of a piece, and the maximum that matters: from there the threads of a
+# block cannot reach an overflow.
 _MOST_UNITS, _MOST_ROOM = float(1 << 21), float(1 << 30)
 
-# Shared memory that a block may have, bytes, less some for alignment.
+# Shared memory that a block may use, in bytes, minus some for alignment.
 _SHARED_BYTES = 48 * 1024 - 128
 
 
 def widest(points: int, most: int, threads: int) -> int:
-    """Return how many candidates of ``points`` points a block can judge at once, at most ``most``.
+    """Return how many candidates of ``points`` points a block can judge at once, up to ``most``.
 
     Raises
     ------
     ValueError
-        If there is no room for one.
+        If there is no room for a single candidate.
     """
     rows = 2 * points - 1
     floats = (3 + TURN_FIELDS) * points + PIECE_FIELDS * rows + _VERDICT_FIELDS + 1
@@ -88,13 +88,13 @@ def widest(points: int, most: int, threads: int) -> int:
 
 
 def pollination_kernel(points: int, width: int, threads: int) -> Callable[..., None]:
-    """Return the kernel, not compiled, for paths of ``points`` in all.
+    """Return the kernel, not yet compiled, for paths of ``points`` points.
 
     It is launched cooperatively with any number of blocks of ``threads``. Parameters, for r runs of
     m solutions each:
 
     first, iterations, two_opt_every : int
-        The first iteration, how many, and iterations from one 2-opt to the next, 0 for none.
+        The first iteration, their number, and iterations from one 2-opt to the next, 0 for none.
     share : int
         Solutions that a block takes at a time, 1 to ``width``.
     parameters, constants : (r,) records
@@ -109,11 +109,11 @@ def pollination_kernel(points: int, width: int, threads: int) -> Callable[..., N
     paths, fitness, side : (2, r, m, n, 3), (2, r, m) float64, int
         The population is at ``side`` before the first iteration, at ``1 - side`` after it.
     settled : (r, m) uint8
-        1 where the last 2-opt left a solution as it is now.
+        1 if the solution has not changed since its last 2-opt.
     best : (r,) int64
         g* of each run.
     counts : (r, 2) int64
-        Candidates that were evaluated to the end, and that were given up early.
+        Numbers of candidates evaluated to the end and abandoned early.
     records : (r, k, RECORD_FIELDS + 3 n) float64
         Best and mean fitness, counts and best path of each iteration.
     """
@@ -142,10 +142,10 @@ def pollination_kernel(points: int, width: int, threads: int) -> Callable[..., N
         found: Any,
         verdicts: Any,
     ) -> None:
-        """Write the fitness of each candidate or, not above its incumbent, a bound of it.
+        """Write the fitness of each candidate or, if it does not beat its incumbent, a bound.
 
         As in :func:`pathgene.host.evaluation.kernels.fitness_above`, a candidate is not sampled if
-        it cannot be better, and no further once the samples already hit rule it out.
+        it cannot be better, and sampling stops once the hits so far rule it out.
         """
         thread = cuda.threadIdx.x
         for item in range(thread, count * points, threads):
@@ -180,7 +180,8 @@ def pollination_kernel(points: int, width: int, threads: int) -> Callable[..., N
             verdicts[one, _COST] = cost
             verdicts[one, _BOUND] = bound
             verdicts[one, _IS_SAMPLED] = 1.0 if bound > incumbent else 0.0
-            # Equation (3), solved for the metres of hits with which it is as good as the incumbent.
+            # Equation (3), solved for the metres of hits at which the candidate equals the
+            # incumbent.
             room = 1.0 / incumbent - 1.0 - penalty if incumbent > 0.0 else math.inf
             room = _UNITS * max(room, 0.0) + 1.0
             verdicts[one, _ROOM] = room if room < _MOST_ROOM else math.inf
@@ -208,7 +209,8 @@ def pollination_kernel(points: int, width: int, threads: int) -> Callable[..., N
             if verdicts[one, _IS_SAMPLED] == 0.0:
                 continue
             if found[one] > verdicts[one, _ROOM]:
-                # Which pieces were sampled depends on the threads' order; that it is so does not.
+                # Which pieces were sampled depends on the order of the threads; the outcome does
+                # not.
                 verdicts[one, _IS_SAMPLED] = 0.0
                 verdicts[one, _BOUND] = incumbents[one]
                 continue
@@ -225,7 +227,7 @@ def pollination_kernel(points: int, width: int, threads: int) -> Callable[..., N
 
     @cuda.jit(device=True)
     def find_best(fitness: Any, most: Any, where: Any, sums: Any) -> None:
-        """Reduce to the best fitness, its first place and the sum, at 0 of the three arrays."""
+        """Reduce to best fitness, its first index and sum, at index 0 of the three arrays."""
         thread = cuda.threadIdx.x
         best, place, total = -1.0, 0, 0.0
         for i in range(thread, fitness.shape[0], threads):
@@ -384,7 +386,7 @@ def pollination_kernel(points: int, width: int, threads: int) -> Callable[..., N
                         won = 0
                         while won < taken and not verdicts[won, _BOUND] > value:
                             won += 1
-                        # Reversals after the first better one count as not tried.
+                        # Reversals after the first better one do not count as tried.
                         for one in range(thread, min(won + 1, taken), threads):
                             kind = EVALUATED if verdicts[one, _IS_SAMPLED] != 0.0 else CUT_SHORT
                             cuda.atomic.add(counts, (run, kind), 1)

@@ -1,4 +1,4 @@
-"""Many problems in a few arrays, as the GPU's kernel takes them."""
+"""Many problems in a few arrays, the input of the GPU's kernel."""
 
 import hashlib
 from collections.abc import Sequence
@@ -21,8 +21,8 @@ def table(rows: Sequence[NamedTuple]) -> NDArray[Any]:
 
 
 def joined(rasters: Sequence[Floats]) -> tuple[Floats, NDArray[np.int64]]:
-    """Return flat rasters concatenated, equal ones once, and the index of each, (r,)."""
-    places: dict[int | bytes, int] = {}  # By identity, and by digest.
+    """Return distinct flat rasters concatenated, and the index of each raster, (r,)."""
+    places: dict[int | bytes, int] = {}  # Compared by identity, then by digest.
     kept = []
     begins = []
     end = 0

@@ -1,8 +1,8 @@
 """Iterations of the flower pollination algorithm on a CPU, compiled: scalar code, no allocation.
 
-A thread runs whole solutions. An iteration reads only the population before it, and a random number
-is a function of seed, iteration, solution and draw, so the result does not depend on the number of
-threads. A candidate replaces its solution if it is strictly better.
+A thread processes whole solutions. An iteration reads only the previous population, and a random
+number is a function of seed, iteration, solution and draw, so the result does not depend on the
+number of threads. A candidate replaces its solution if it is strictly better.
 
 Source: *roberge*, sections 3.3 and 3.4. :mod:`pathgene.host.planners.fpa.gpu_kernel` is the same
 for a GPU.
@@ -44,15 +44,15 @@ __all__ = [
     "shared_state",
 ]
 
-# Counters of different threads are as far apart as lines of a cache, in words.
+# Counters of different threads are one cache line apart, in words.
 LINE = 16
 
 # Fields of the record of an iteration; the path of the best is recorded with them.
 BEST_FITNESS, MEAN_FITNESS, EVALUATED_SO_FAR, CUT_SHORT_SO_FAR = range(4)
 HISTORY_FIELDS = 4
 
-# Polls of a meeting point before a thread yields its core between two polls (some microseconds),
-# and before it sleeps (some hundred).
+# Polls at a barrier before a thread yields its core between polls (a few microseconds), and before
+# it sleeps (a few hundred).
 _POLLS, _YIELDS = 500, 700
 _SLEEP_US = np.uint32(50)
 
@@ -67,7 +67,8 @@ class Search(NamedTuple):
     two_opt_every : int
         Iterations from one 2-opt to the next; 0 for none.
     chunk : int
-        Solutions that a thread takes at a time: a thread whose 2-opt ends early takes more.
+        Solutions that a thread takes at a time; a thread whose 2-opt ends early takes another
+        chunk.
     box : (2, 3) float64, metres
         Lowest and highest corner of the airspace.
     course : Course
@@ -82,14 +83,15 @@ class Search(NamedTuple):
 
 
 class Populations(NamedTuple):
-    """The populations before and after an iteration, which change places in the next.
+    """The populations before and after an iteration, which swap places in the next iteration.
 
     Parameters
     ----------
     paths, fitness : (2, m, n, 3), (2, m) float64
         Paths in metres, and their fitness.
     settled : (m,) uint8
-        1 where the last 2-opt left a solution as it is now: another would change nothing.
+        1 if the solution has not changed since its last 2-opt, so that another 2-opt would change
+        nothing.
     """
 
     paths: Floats
@@ -112,10 +114,10 @@ class Record(NamedTuple):
 
 
 class Shared(NamedTuple):
-    """State that the threads of a run share, to meet after each iteration.
+    """State that the threads of a run share in order to synchronize after each iteration.
 
     Each field is an array of one cache line. ``cursor`` is the next solution that no thread has
-    taken, ``arrived`` the number of threads that wait, ``meetings`` the number of complete
+    taken, ``arrived`` the number of threads that wait, ``meetings`` the number of completed
     iterations, ``best`` the best solution, g*. Once ``ended`` is 1, all threads leave.
     """
 
@@ -154,9 +156,10 @@ def improve_share(
     iteration : int
         From 1.
     space : WorkSpace
-        Belongs to this thread.
+        Work space of this thread.
     counts : (at least 2,) int64
-        :data:`EVALUATED` and :data:`CUT_SHORT` are counted up; one array for each thread.
+        Counters :data:`EVALUATED` and :data:`CUT_SHORT`, which are incremented; one array for each
+        thread.
     """
     p, two_opt_every, chunk, box, course = search
     candidate, scratch = space
@@ -235,7 +238,8 @@ def pollinate_share(
     """Run one thread's share of some iterations; an iteration ends when all threads have arrived.
 
     The last thread to arrive finds g*. A waiting thread polls for some microseconds, then yields
-    its core between polls, then sleeps, to hold no core for long on a busy machine.
+    its core between polls, then sleeps, so that it does not occupy a core for long on a busy
+    machine.
 
     Parameters
     ----------
@@ -244,11 +248,11 @@ def pollinate_share(
     populations : Populations
         The population before the first iteration is at ``side``.
     first, iterations : int
-        Number of the first iteration, and the count of iterations.
+        Number of the first iteration, and number of iterations.
     thread : int
         Number of this thread, from 0.
     space : WorkSpace
-        Belongs to this thread.
+        Work space of this thread.
     counts : (threads, LINE) int64
         A row for each thread; see :func:`improve_share`.
     record : Record

@@ -1,7 +1,7 @@
 """Counter-based random numbers: the generator Philox4x32-10.
 
 The generator has no state, so a draw does not depend on its thread, on the number of threads, or on
-other draws. Plain integers, compiled for CPU and CUDA alike.
+other draws. It uses plain integers and is compiled for CPU and CUDA alike.
 
 Source: Salmon, Moraes, Dror and Shaw 2011, "Parallel random numbers: as easy as 1, 2, 3".
 """
@@ -20,7 +20,7 @@ _MULTIPLIERS = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
 _KEY_STEPS = np.uint64(0x9E3779B9), np.uint64(0xBB67AE85)
 _WORD = np.uint64(0xFFFFFFFF)
 _HALF = np.uint64(32)
-# A uniform number has 52 bits, so its half step is exact, too.
+# A uniform number has 52 bits, so that half a step is exact, too.
 _DROPPED = np.uint64(12)
 _STEP = 2.0**-52
 
@@ -68,6 +68,6 @@ def words(seed: np.uint64, iteration: int, solution: int, number: int) -> Words:
 
 @inlined
 def uniform(high: np.uint64, low: np.uint64) -> float:
-    """Return two words as a number between 0 and 1, both ends excluded."""
+    """Return a number strictly between 0 and 1 made from two words."""
     bits = ((np.uint64(high) << _HALF) | np.uint64(low)) >> _DROPPED
     return (np.float64(bits) + 0.5) * _STEP

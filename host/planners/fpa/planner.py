@@ -25,7 +25,7 @@ __all__ = ["FlowerPollinationPlanner"]
 
 Path = NDArray[np.float64]
 
-#: Solutions by default (table 3), and free waypoints, which the paper does not give.
+#: Default number of solutions (table 3), and of free waypoints, which the paper does not give.
 POPULATION = 512
 WAYPOINTS = 6
 #: Iterations from one 2-opt to the next (table 3).
@@ -35,13 +35,13 @@ _SWITCH = 0.5  # Probability of a global step (table 3).
 _FIRST_EPSILON, _LAST_EPSILON = 0.25, 0.02
 _FEWEST, _MOST = 4, 100_000  # Solutions.
 _MOST_WAYPOINTS = 100
-# Iterations between two readings of the whole population, for the final choice; on a GPU, where
-# starting iterations and reading takes as long as some of them.
+# Iterations between two reads of the whole population for the final choice; the second applies to a
+# GPU, where a launch and a read take as long as several iterations.
 _LOOK_EVERY, _LOOK_EVERY_ON_GPU = 20, 50
 
 
 class FlowerPollinationPlanner:
-    """Flower pollination: each solution steps relative to the best or by a random pair.
+    """Flower pollination: solutions move relative to the best one or by a random pair.
 
     In an iteration each solution has a candidate, made by a Levy flight relative to the best
     (equation 4) or by a share of the difference of two random solutions (equation 5). A better
@@ -51,8 +51,8 @@ class FlowerPollinationPlanner:
     Source: *roberge*, sections 3.3 and 3.4, table 3; :mod:`pathgene.host.planners.fpa.steps`
     settles the points that the paper leaves open. The first waypoints are drawn uniformly over free
     ground and the height above it; candidates are clipped to the box of
-    :class:`~pathgene.host.planners.airspace.Airspace`. The 2-opt operator follows iterations 20, 40
-    and so on.
+    :class:`~pathgene.host.planners.airspace.Airspace`. The 2-opt operator runs after iterations 20,
+    40 and so on.
 
     Parameters
     ----------
@@ -60,15 +60,15 @@ class FlowerPollinationPlanner:
         Iterations from one 2-opt to the next, 1 or more; 0 for the algorithm without it.
     waypoints : int, optional
         Free waypoints of a path, 1 to 100; by default 6, or 16 with ``astar``, whose best paths
-        need them; 6 if the grid search finds no route.
+        need 16; 6 if the grid search finds no route.
     engine : str
         ``threads``, all threads of the evaluator; ``sequential``, one; or ``gpu``. The first two
         give the same result to the last bit, the third rounds differently.
     init : str
-        ``random``, or ``astar``: the first population is of
+        ``random``, or ``astar``: the first population comes from
         :func:`pathgene.host.planners.grid.initial.astar_paths`.
     give_up : bool
-        Give up a candidate once it cannot be better; the paths found do not depend on this.
+        Abandon a candidate once it cannot be better; the paths found do not depend on this.
 
     Raises
     ------
@@ -112,9 +112,9 @@ class FlowerPollinationPlanner:
     ) -> Result:
         """Search; see :class:`pathgene.host.planners.base.Planner`.
 
-        Candidates that are given up because they cannot replace their solution are not counted as
+        Candidates that are abandoned because they cannot replace their solution do not count as
         evaluations. A time limit or an interrupt ends the search within an iteration, which is
-        discarded; on the GPU, after 50 iterations at most.
+        discarded; on the GPU it ends after at most 50 iterations.
 
         Raises
         ------
@@ -130,17 +130,17 @@ class FlowerPollinationPlanner:
         options: Sequence[Options],
         stop: Stop | None = None,
     ) -> list[Result]:
-        """Search for the paths of several problems at once, on a GPU; see :meth:`plan`.
+        """Search for paths of several problems at once on a GPU; see :meth:`plan`.
 
-        Without a time limit, which counts for all, each result equals the result of
-        :meth:`plan`, except that its seconds count all runs together.
+        Without a time limit, which applies to all together, each result equals the result of
+        :meth:`plan`, except that its times cover all runs together.
 
         Parameters
         ----------
         evaluators : sequence of Evaluator
             Evaluators of the problems, one or more.
         options : sequence of Options
-            Options of each run. Generations, population, time limit and target are common.
+            Options of each run. Generations, population, time limit and target must be equal.
         stop : Stop, optional
             Ends all runs when requested.
 
@@ -151,7 +151,7 @@ class FlowerPollinationPlanner:
         JobError
             If the GPU fails before the first iteration, or has too little memory.
         ValueError
-            If the engine is another, or the options differ in more than their seeds.
+            If the engine is not ``gpu``, or the options differ in more than their seeds.
         """
         if self.engine != "gpu":
             raise ValueError(f"The engine {self.engine} has one run at a time")

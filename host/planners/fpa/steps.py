@@ -1,12 +1,12 @@
 """Steps of the flower pollination algorithm: parameters, Levy flights, local steps.
 
-A step of a coordinate depends on nothing but the seed, the iteration, the solution and the
-coordinate, so that any number of threads, or a GPU, takes the same steps.
+A step of a coordinate depends only on the seed, the iteration, the solution and the coordinate, so
+that any number of threads, or a GPU, takes the same steps.
 
-Source: *roberge*, section 3.3, equations (4) and (5), table 3. Settled where they are silent: Levy
-steps after Mantegna with exponent 1.5, one per coordinate, times 0.1; epsilon is uniform in [0, 1]
-times a bound that falls linearly over the iterations; the partners of a solution are two different
-ones, and one of them may be the solution itself.
+Source: *roberge*, section 3.3, equations (4) and (5), table 3. They leave some points open; here,
+Levy steps follow Mantegna with exponent 1.5, one per coordinate, times 0.1; epsilon is uniform in
+[0, 1] times a bound that falls linearly over the iterations; the two partners of a solution differ,
+and one of them may be the solution itself.
 """
 
 import math
@@ -48,8 +48,8 @@ class Pollination(NamedTuple):
     """The parameters of table 3 that a step depends on, and the seed.
 
     ``switch`` is the probability of a global step; epsilon's bound goes from ``first_epsilon`` in
-    iteration 1 to ``last_epsilon`` in iteration ``iterations``. If ``give_up`` is 0, not 1,
-    candidates that cannot be better are evaluated to the end all the same.
+    iteration 1 to ``last_epsilon`` in iteration ``iterations``. If ``give_up`` is 0 instead of 1,
+    candidates that cannot be better are still evaluated to the end.
     """
 
     seed: np.uint64
@@ -64,7 +64,7 @@ class Pollination(NamedTuple):
 def mantegna(a: float, b: float) -> float:
     """A Levy-stable step of exponent 1.5 from two uniform numbers between 0 and 1.
 
-    Box and Muller make two normal numbers u and v of them; the step is ``u / |v|**(1 / 1.5)``.
+    The Box-Muller transform yields two normal numbers u and v; the step is ``u / |v|**(1 / 1.5)``.
     """
     radius = math.sqrt(-2.0 * math.log(a))
     u = _LEVY_DEVIATION * radius * math.cos(2.0 * math.pi * b)
@@ -75,7 +75,7 @@ def mantegna(a: float, b: float) -> float:
 
 @inlined
 def levy_step(seed: np.uint64, iteration: int, solution: int, coordinate: int) -> float:
-    """The Levy step of one coordinate of a solution in an iteration."""
+    """Return the Levy step of one coordinate of a solution in an iteration."""
     w = words(seed, iteration, solution, _COORDINATES + coordinate)
     return mantegna(uniform(w[0], w[1]), uniform(w[2], w[3]))
 
@@ -138,7 +138,7 @@ def move(
     iteration, solution : int
         Numbers of the step and its solution.
     coordinate : int
-        From 0, three to a free waypoint: row ``1 + coordinate // 3`` of the path.
+        From 0, three per free waypoint: row ``1 + coordinate // 3`` of the path.
     step : tuple
         Result of :func:`choose_step`.
     paths : (m, n, 3) float64, metres
@@ -162,5 +162,5 @@ def move(
 
 @inlined
 def to_beat(p: Pollination, fitness: float) -> float:
-    """Return the fitness that a candidate must exceed not to be given up; 0 lets all pass."""
+    """Return the fitness that a candidate must exceed to be evaluated to the end; 0 accepts all."""
     return fitness if p.give_up else 0.0

@@ -1,4 +1,4 @@
-"""The 2-opt operator: reverse parts of a path while that makes the path better.
+"""The 2-opt operator: reverses parts of a path as long as that improves it.
 
 Source: *roberge*, section 3.4.
 """
@@ -24,13 +24,13 @@ __all__ = [
 
 Counts = NDArray[np.int64]
 
-# Counters: candidates evaluated to the end, and candidates given up early.
+# Counters: candidates evaluated to the end, and candidates abandoned early.
 EVALUATED, CUT_SHORT = 0, 1
 
 
 @inlined
 def is_two_opt(iteration: int, every: int) -> bool:
-    """Return whether the 2-opt operator follows an iteration; ``every`` is 0 for never."""
+    """Return whether the 2-opt operator follows an iteration; ``every`` is 0 if there is none."""
     return every > 0 and iteration % every == 0
 
 
@@ -60,9 +60,9 @@ def untangle(
 ) -> float:
     """Run the 2-opt operator on ``path`` (n, 3) until no reversal is better; return its fitness.
 
-    Reversals of the waypoints ``i`` to ``j`` are tried in the order of i, then j; the first that is
-    better replaces the path, and the search starts again. Start and goal stay. It ends because the
-    fitness rises and the orders of the waypoints are finitely many. Section 3.4.
+    Reversals of the waypoints ``i`` to ``j`` are tried in order of i, then j; the first improvement
+    replaces the path, and the search starts again. Start and goal stay. It terminates because the
+    fitness rises each time and there are finitely many orders of the waypoints. See section 3.4.
     """
     n = path.shape[0]
     first = 1

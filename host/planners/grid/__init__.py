@@ -1,1 +1,1 @@
-"""``astar``: search on a grid, and the first populations that other planners make of its paths."""
+"""``astar``: search on a grid, and first populations made from its paths for other planners."""

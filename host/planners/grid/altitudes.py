@@ -27,9 +27,9 @@ Floats = NDArray[np.float64]
 _CLEARANCE_M = 1e-3
 # Margin to the limits of slope, as a tangent: more than the solver's tolerance.
 _SLOPE_MARGIN = 1e-6
-# Price of excess slope, in metres of altitude along the whole path.
+# Price of excess slope, in metres of altitude over the whole path.
 _TOO_STEEP = 1e6
-# Price of a metre too low, in metres of altitude along the whole path.
+# Price of a metre below the minimum, in metres of altitude over the whole path.
 _TOO_LOW = 10.0
 # Shorter arcs are hardly steeper than the segments that they join.
 _SHORT_ARC_M = 1e-3
@@ -43,9 +43,9 @@ def lowest_altitudes(
     base_m: float = 0.0,
     step_m: float = 0.0,
 ) -> Floats | None:
-    """Return a path whose waypoints have the altitudes of least cost.
+    """Return a path whose waypoints have the cheapest altitudes.
 
-    For given places the smoothed path is fixed as seen from above, and the altitude anywhere on it
+    For given places, the plan view of the smoothed path is fixed, and the altitude anywhere on it
     is linear in the altitudes of the waypoints. So are the cost of altitude, each limit of climb
     and descent (on arcs, too) and the clearance over the ground. Fuel is convex, because a glide
     that needs no thrust burns nothing, however steep. If the limits of slope cannot be kept, they
@@ -60,8 +60,8 @@ def lowest_altitudes(
     places : (n, 2) float64, metres
         Waypoints, start and goal included.
     base_m, step_m : float
-        With a step, the altitudes of waypoints are ``base_m`` plus whole steps, rounded up; they
-        keep all limits.
+        With a step, the altitudes of waypoints are ``base_m`` plus whole steps, rounded up; limits
+        still hold.
 
     Returns
     -------
@@ -70,7 +70,8 @@ def lowest_altitudes(
         a piece of the path is vertical.
     """
     count = len(places)
-    # The altitudes are the numbers of the waypoints, so each piece tells which it lies between.
+    # The altitudes are the indices of the waypoints, so that each piece shows which ones it lies
+    # between.
     smoothed = smooth(
         np.column_stack((places, np.arange(count, dtype=np.float64))),
         problem.limits.turn_radius_m,
@@ -114,9 +115,9 @@ def lowest_altitudes(
 
 
 def _slopes_allowed(problem: Problem, ways: Floats, arcs: Sequence[Arc]) -> tuple[Floats, Floats]:
-    """Return the steepest climbs and descents, as tangents: of straight ways, then all along arcs.
+    """Return the steepest climbs and descents, as tangents: on straights, then everywhere on arcs.
 
-    All directions are asked at once: in wind each call solves for the slopes by halving.
+    All directions are passed at once, because each call in wind solves for the slopes by bisection.
     """
     turns = [np.array([direction[:2] for direction in arc.directions()]) for arc in arcs]
     limits = problem.slope_limits(*np.concatenate((ways, *turns)).T)
@@ -131,7 +132,7 @@ def _slopes_allowed(problem: Problem, ways: Floats, arcs: Sequence[Arc]) -> tupl
 
 
 def _between(at: float, count: int) -> Floats:
-    """Return the weights of all waypoints' altitudes at ``at``, in numbers of waypoints."""
+    """Return the weights of all waypoints' altitudes at ``at``, given in waypoint indices."""
     before = min(int(at), count - 2)
     weights = np.zeros(count)
     weights[before : before + 2] = before + 1 - at, at - before
@@ -145,7 +146,7 @@ def _profiles(
 ) -> Iterator[tuple[Floats, Floats]]:
     """Yield the ground that each piece must clear: shares of its length, and heights there.
 
-    Straight pieces are cut where the nearest node changes, arcs in parts of at most ``finest_m``.
+    Straight pieces are cut where the nearest node changes, arcs into parts of at most ``finest_m``.
     """
     cuts = [
         _borders(terrain, piece)
@@ -159,7 +160,7 @@ def _profiles(
             for piece, at in zip(pieces, cuts, strict=True)
         ]
     )
-    # Voids have no height to clear; the evaluation of the path finds them.
+    # Voids have no height to clear; the evaluation of the path detects them.
     grounds = np.nan_to_num(terrain.ground(*middles.T), nan=terrain.lowest)
     ends = np.cumsum([len(at) - 1 for at in cuts])
     for piece, at, part in zip(pieces, cuts, np.split(grounds, ends[:-1]), strict=True):
@@ -186,7 +187,7 @@ def _borders(terrain: Terrain, piece: Straight) -> Floats:
 
 
 def _upper_hull(at: Floats, ground: Floats) -> NDArray[np.int64]:
-    """Return the indices of the points that a line must clear to clear all points."""
+    """Return the indices of the points that a line must clear in order to clear all points."""
     outer = np.empty(len(at), dtype=np.int64)
     return outer[: _hull_size(at, ground, outer)]
 
@@ -237,7 +238,7 @@ def _solved(
     count = len(level)
     segments, slopes = count - 1, len(rises)
     climb, descent = (limit - _SLOPE_MARGIN for limit in slopes_allowed)
-    # Rounding up may add this to a rise, and take this from it.
+    # Rounding up may add this much to a rise or take this much from it.
     more = step_m * np.maximum(rises[:, 1:-1], 0).sum(axis=1)
     less = step_m * np.maximum(-rises[:, 1:-1], 0).sum(axis=1)
     excess = np.column_stack((np.zeros((slopes, segments)), -runs))
@@ -264,7 +265,8 @@ def _solved(
     solution = linprog(costs, A_ub=matrix, b_ub=limits, bounds=bounds, method="highs")
     steep = solution.status != 0 or solution.x[-1] > 0
     if steep and problem.rules is not None:
-        # The raster may ask for more than the rules: then fly too low where nothing else helps.
+        # The raster may require more than the rules: then fly too low where there is no
+        # alternative.
         rows = len(above)
         too_low = np.concatenate((-np.eye(rows), np.zeros((len(matrix) - rows, rows))))
         solution = linprog(

@@ -1,4 +1,4 @@
-"""Grid search, then few waypoints, then the lowest altitudes: the obvious method to beat."""
+"""Grid search, reduction to few waypoints, lowest altitudes: the obvious method to beat."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ __all__ = ["DEFAULT_MAX_WAYPOINTS", "MOST_SEARCHES", "AstarPlanner", "searches"]
 
 Path = NDArray[np.float64]
 
-# Steepness of the surface of each search, in climb limits; the ground is infinitely steep.
+# Steepness of the surface of each search, as a multiple of the climb limit; infinite for the ground
+# itself.
 _STEEPNESS = (2.5, 1.5, 1.0, math.inf)
 # Margin around voids and zones, in turn radii; the second if the first gives no feasible path.
 _MARGINS = (0.0, 0.5)
@@ -33,7 +34,7 @@ _STEEPNESS_FROM_SIDES = (1.5, math.inf)
 _LEAST_SLOPE = 1e-3
 #: Maximum number of searches of a run.
 MOST_SEARCHES = len(_MARGINS) * len(_STEEPNESS) + len(_AWAY_RADII) * 2 * 8
-# Numbers of turns tried with each route, as shares of the most waypoints.
+# Numbers of turns tried with each route, as shares of the maximum number of waypoints.
 _SHARES = (1.0, 0.75, 0.5, 0.25, 0.125)
 _MOST_WAYPOINTS = 100
 #: Default maximum number of waypoints of a path.
@@ -43,20 +44,20 @@ DEFAULT_MAX_WAYPOINTS = 16
 class AstarPlanner:
     """Grid search in 2.5 dimensions. Nothing is random: all seeds give the same path.
 
-    Each search is a generation. It lays a surface of limited slope over a coarse grid of the
+    Each search is one generation. It lays a surface of limited slope over a coarse grid of the
     ground, finds the cheapest route at the altitudes of the surface, reduces the route to a few
     turns, adds waypoints on the straight pieces, and gives all waypoints the lowest altitudes that
     ground and climb limits allow. The result is the best path of all searches and all numbers of
     turns.
 
-    A gently sloping surface accounts for the climb before a pass, but closes a valley between
-    steep walls; the ground itself does the opposite. Therefore four surfaces are tried, and four
-    more with a margin around voids and zones if none of them gives a feasible path. By the rules of
-    safe flight, where paths are compared by the strict rule, at most 32 more follow, which leave
-    the start or reach the goal in one of eight directions.
+    A gently sloping surface accounts for the climb before a pass, but closes a valley between steep
+    walls; the ground itself does the opposite. Therefore four surfaces are tried, and four more
+    with a margin around voids and zones if none of them gives a feasible path. Under the rules of
+    safe flight, where paths are compared by the strict rule, at most 32 more searches follow, which
+    leave the start or reach the goal in one of eight directions.
 
-    The route is Dijkstra's, as cheap as A*. SciPy searches the whole grid in less time
-    than the graph takes to build, so a heuristic would save nothing.
+    The route comes from Dijkstra's algorithm and costs the same as with A*. SciPy searches the
+    whole grid in less time than it takes to build the graph, so a heuristic would save nothing.
 
     Parameters
     ----------
@@ -86,7 +87,7 @@ class AstarPlanner:
     ) -> Result:
         """Search; see :class:`pathgene.host.planners.base.Planner`.
 
-        Generation 0 is the straight line; each later one is a search.
+        Generation 0 is the straight line; each later generation is a search.
 
         Raises
         ------
@@ -153,11 +154,10 @@ def searches(
 def _from_all_sides(
     run: Run, most: int, lattice: ChipMap | None, grid: SearchGrid, best: float
 ) -> Iterator[list[tuple[float, Path]]]:
-    """Search with a first waypoint in each direction from the start, then a last one so.
+    """Search with a first waypoint in each direction from the start, then with a last one.
 
     An aircraft that starts low can climb out in some directions only, and the nodes of the grid are
-    too far apart to tell. The best direction at the first end is kept for the searches at the
-    second.
+    too far apart to tell. The best direction at the start is kept for the searches at the goal.
     """
     problem = run.evaluator.problem
     kept = list(next(leads(problem)))
@@ -184,7 +184,7 @@ def _from_all_sides(
 def _paths(
     grid: SearchGrid, steepness: float, most: int, lattice: ChipMap | None, way: Leads
 ) -> list[Path]:
-    """Return paths of several numbers of turns along one route; none if there is no route."""
+    """Return paths with different numbers of turns along one route; none if there is no route."""
     if most < sum(map(len, way)):
         return []
     problem = grid.problem

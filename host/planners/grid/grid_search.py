@@ -1,7 +1,7 @@
 """Cheapest routes over a coarse grid of the terrain, as seen from above.
 
-The cost of a route is the cost in :mod:`pathgene.host.evaluation` of flying it at the altitude of a
-surface over the ground: half for altitude times length, half for fuel, each relative to the
+The cost of a route is the cost, as in :mod:`pathgene.host.evaluation`, of flying it at the altitude
+of a surface over the ground: half for altitude times length, half for fuel, each relative to the
 straight line.
 """
 
@@ -48,9 +48,9 @@ class Prices:
     area : float
         Price of a metre of altitude over a metre of length.
     work : float
-        Price of a metre of climb, or of as much thrust.
+        Price of a metre of climb, or of the equivalent thrust.
     glide : float
-        Thrust of level flight as the tangent of a slope: a descent as steep takes no thrust.
+        Thrust of level flight as the tangent of a slope: a descent this steep needs no thrust.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -70,10 +70,10 @@ class Prices:
 
 
 class SearchGrid:
-    """The terrain reduced to at most 200 x 200 nodes, each as high as the highest it covers.
+    """The terrain reduced to at most 200 x 200 nodes, each as high as the highest ground it covers.
 
-    Blocked are voids, no-fly zones, and ground that the aircraft cannot climb over on a straight
-    line from the start or to the goal.
+    Voids, no-fly zones, and ground that the aircraft cannot climb over on a straight line from the
+    start or to the goal are blocked.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ class SearchGrid:
         climb, descent = math.tan(problem.limits.climb_rad), math.tan(problem.limits.descent_rad)
         (x0, y0, z0), (x1, y1, z1) = problem.start, problem.goal
         away_0, away_1 = np.hypot(x - x0, y - y0), np.hypot(x - x1, y - y1)
-        # The highest ground of a node may lie this far from the node.
+        # The highest ground of a node may be this far from the node.
         reach = math.hypot(self.dx_m, self.dy_m)
         out = self._pooled(problem.blocked_raster)
         out |= self.ground > z0 + climb * (away_0 + reach)
@@ -127,15 +127,15 @@ class SearchGrid:
         self._link()
 
     def surface(self, steepness: float) -> Floats:
-        """Return the lowest surface over the ground of limited slope, (rows, columns) metres.
+        """Return the lowest surface of limited slope over the ground, (rows, columns) metres.
 
-        Each node is at least as high as any other less ``steepness`` times the distance between
-        them; with an infinite ``steepness`` the surface is the ground. It is never lower than the
-        climb from the start and the descent to the goal allow.
+        Each node is at least as high as any other node minus ``steepness`` times the distance
+        between them; with an infinite ``steepness`` the surface is the ground. It is never lower
+        than the climb from the start and the descent to the goal allow.
         """
         surface = self.ground
         if math.isfinite(steepness):
-            # One more node, whose distance to each other one is that node's depth below the top.
+            # One extra node, whose distance to each other node is that node's depth below the top.
             top = surface.max()
             costs = np.concatenate((steepness * self._length, (top - surface).ravel()))
             below = dijkstra(self._graph(costs), indices=len(self._x))[:-1]
@@ -152,7 +152,7 @@ class SearchGrid:
         ----------
         surface : (rows, columns) float64, metres
         first, last : (float, float), optional
-            Other ends of the route than start and goal, metres on the map.
+            Ends of the route instead of start and goal, metres on the map.
 
         Returns
         -------
@@ -212,7 +212,7 @@ class SearchGrid:
         inside = (to_row >= 0) & (to_row < rows) & (to_column >= 0) & (to_column < columns)
         self._head = (to_row * columns + to_column)[inside].astype(np.int32)
         self._tail = np.repeat(node, inside.sum(axis=1))
-        # A step of a chess knight passes two nodes on its way.
+        # A knight's move passes two nodes on its way.
         blocked = self._shunned.ravel()
         self._barred = blocked[self._head]
         for half in (np.floor, np.ceil):
@@ -227,7 +227,7 @@ class SearchGrid:
         self._firsts = np.append(first, first[-1] + count).astype(np.int32)
 
     def _air_runs(self, runs: Floats) -> Floats:
-        """Return the distance through the air of each step; infinite where the wind forbids it."""
+        """Return the air distance of each step; infinite if the wind makes it impossible."""
         problem = self.problem
         air = []
         for run, (across, up) in zip(runs.tolist(), _STEPS, strict=True):
@@ -239,6 +239,6 @@ class SearchGrid:
         return np.array(air)
 
     def _graph(self, costs: Floats) -> csr_array:
-        """Return the graph of the grid and one more node, with the costs of all steps."""
+        """Return the graph of the grid and the extra node, with the costs of all steps."""
         count = len(self._x) + 1
         return csr_array((costs, self._heads, self._firsts), shape=(count, count))

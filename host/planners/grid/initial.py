@@ -1,4 +1,4 @@
-"""First populations made of the paths of a grid search."""
+"""First populations made from the paths of a grid search."""
 
 from __future__ import annotations
 
@@ -25,15 +25,16 @@ __all__ = ["Variation", "astar_paths", "check_init", "on_lattice"]
 
 Path = NDArray[np.float64]
 
-# Shares of a first population: random paths, and at most, paths as found.
+# Shares of a first population: random paths, and a maximum for unchanged paths.
 _RANDOM_SHARE, _FOUND_SHARE = 1 / 8, 1 / 4
-# Copies with optimized altitudes, which take some hundredths of a second each.
+# Number of copies with optimized altitudes, which take a few hundredths of a second each.
 _MOST_FITTED = 48
-# Minimum and maximum size of a variation, as shares of the way from start to goal.
+# Minimum and maximum size of a variation, as shares of the distance from start to goal.
 _LEAST_MOVE, _GREATEST_MOVE = 1e-3, 3e-2
-# Chance that a copy loses a waypoint, and that it gets one more.
+# Probability that a copy loses a waypoint, and that it gains one.
 _CHANGE_RATE = 0.2
-# Minimum size of a nudge, as a share of that way, and the chance that it moves two waypoints.
+# Minimum size of a nudge, as a share of that distance, and the probability that it moves two
+# waypoints.
 _LEAST_NUDGE, _TWO_RATE = 1e-4, 0.4
 
 
@@ -62,10 +63,10 @@ def astar_paths(
     """Return paths for a first population, from the grid search of ``astar``.
 
     The best paths found come first, then varied copies, more of the better paths: one waypoint,
-    some or all are moved by little or much, and some copies have one waypoint more or less. The
-    first 48 copies get the lowest altitudes for their places, so most of them are feasible; the
-    remaining ones are copies of the paths before them, and are also moved up or down. An eighth of
-    the population is random. Waypoints lie in the airspace.
+    several or all are moved by small or large distances, and some copies have one waypoint more or
+    less. The first 48 copies get the lowest altitudes for their places, so most of them are
+    feasible; the remaining ones are copies of the paths before them and are also moved up or down.
+    An eighth of the population is random. Waypoints lie in the airspace.
 
     Parameters
     ----------
@@ -77,8 +78,8 @@ def astar_paths(
     count : int
         Number of paths.
     most, fewest : int
-        Waypoints between start and goal; equal for a fixed number. A path found with fewer gets
-        more on its track.
+        Maximum and minimum number of waypoints between start and goal; equal for a fixed number. A
+        path found with fewer waypoints gets more on its track.
     lattice : ChipMap, optional
         Map on whose cells and altitude steps waypoints must lie.
 
@@ -86,8 +87,8 @@ def astar_paths(
     -------
     list of ndarray or None
         ``count`` paths, (n, 3) float64 metres with both ends; None if there is no route through the
-        grid, with a warning unless it is proven that there is no path at all: the reason of the
-        plan says so.
+        grid, with a warning unless it is proven that no path exists, which the reason of the plan
+        then says.
     """
     ranked = sorted(
         (pair for paths in searches(run, most, lattice) for pair in paths),
@@ -142,7 +143,7 @@ class Variation:
         self._problem, self._prices = problem, Prices(problem)
 
     def random(self) -> Path:
-        """Return a random path of the fewest waypoints, at least two where that is allowed."""
+        """Return a random path of the minimum number of waypoints, but at least two if allowed."""
         count = max(self._fewest, min(2, self._most))
         return self.placed(self._space.draw(self._rng, count))
 
@@ -159,7 +160,7 @@ class Variation:
         return self.placed(inner + move * moved[:, None])
 
     def nudged(self, path: Path) -> Path:
-        """Return ``path`` with one or two waypoints moved a little, and the lowest altitudes.
+        """Return ``path`` with one or two waypoints moved slightly, and the lowest altitudes.
 
         Sometimes a waypoint is removed, or the moved waypoint is new.
         """
@@ -173,7 +174,7 @@ class Variation:
         return self.fitted(self.placed(inner))
 
     def _resized(self, path: Path) -> tuple[Path, int | None]:
-        """Copy the inner waypoints of ``path``, sometimes one less or more; return which."""
+        """Copy the inner waypoints, sometimes one fewer or more; return the index of a new one."""
         rng, inner = self._rng, path[1:-1].copy()
         change = rng.random()
         if change < _CHANGE_RATE and len(inner) > self._fewest:
@@ -185,7 +186,7 @@ class Variation:
         return inner, None
 
     def _size_m(self, least: float) -> float:
-        """Draw the size of a move, small ones as often as large ones."""
+        """Draw the size of a move; all orders of magnitude are equally likely."""
         size: float = self._way_m * least * (_GREATEST_MOVE / least) ** self._rng.random()
         return size
 
@@ -200,7 +201,7 @@ class Variation:
         return path if fitted is None else self.placed(fitted[1:-1])
 
     def placed(self, inner: Path) -> Path:
-        """Return ``inner``, (n, 3) metres, moved to the airspace and lattice, with both ends."""
+        """Return ``inner``, (n, 3) metres, moved into airspace and lattice, with both ends."""
         inner = np.clip(inner, self._space.low, self._space.high)
         if self._lattice is not None:
             inner = on_lattice(inner, self._lattice)

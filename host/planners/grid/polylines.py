@@ -1,4 +1,4 @@
-"""Reduction of a route of many points to a path of few waypoints, as seen from above."""
+"""Reduction of a route of many points to a path of few waypoints, in plan view."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _MOST_POINTS = 100
 
 
 def thinned(route: Floats, corner_m: tuple[float, float] | None = None) -> Floats:
-    """Return at most 100 evenly spaced points of ``route``, (n, 2) float64 metres, with both ends.
+    """Return up to 100 evenly spaced points of ``route``, (n, 2) float64 metres, with both ends.
 
     With ``corner_m``, inner points move to its nearest multiples, and duplicates are removed.
     """
@@ -49,8 +49,8 @@ def polylines(
 ) -> list[NDArray[np.intp] | None]:
     """Return the cheapest polyline through ``points`` for each number of waypoints, 0 to ``most``.
 
-    Each is a shortest path through the graph of all chords by its number of chords. The cost of a
-    chord is the cost of level flight on ``surface``. Chords are long enough for two turns of a
+    Each is the shortest path with that number of chords through the graph of all chords. The cost
+    of a chord is the cost of level flight on ``surface``. Chords are long enough for two turns of a
     right angle; chords from the start and to the goal, for one.
 
     Parameters
@@ -81,8 +81,9 @@ def polylines(
 def lengthened(path: Floats, fewest: int, radius_m: float) -> Floats:
     """Return a path with at least ``fewest`` waypoints between its ends, on the same track.
 
-    Each new waypoint lies in the middle of the longest straight piece of the smoothed path, where
-    it neither turns the path nor interferes with a turn; a path without straight pieces gets none.
+    Each new waypoint lies at the middle of the longest straight piece of the smoothed path, where
+    it neither turns the path nor interferes with a turn; a path without straight pieces gets no new
+    waypoint.
 
     Parameters
     ----------
@@ -99,7 +100,7 @@ def lengthened(path: Floats, fewest: int, radius_m: float) -> Floats:
         if not straights:
             break
         longest = max(straights, key=lambda piece: piece.run_m)
-        # The altitudes are the numbers of waypoints, so the middle's altitude is its place.
+        # The altitudes are the indices of waypoints, so the altitude at the middle gives the place.
         middle = longest.start[2] + longest.rise_m / 2
         before = min(int(middle), len(path) - 2)
         share = middle - before
@@ -123,7 +124,7 @@ def _chord_costs(points: Floats, grid: SearchGrid, surface: Floats) -> Floats:
     count = len(points)
     one, other = np.triu_indices(count, 1)
     run = np.hypot(*(points[other] - points[one]).T)
-    # An even number, so that no sample of a route's step lies on the corner of four nodes.
+    # An even number, so that no sample of a route's step lies at the corner of four nodes.
     parts = 2 * np.maximum(np.ceil(run / min(grid.dx_m, grid.dy_m)), 1).astype(np.int64)
     first = np.concatenate(([0], np.cumsum(parts)[:-1]))
     chord = np.repeat(np.arange(len(run)), parts)

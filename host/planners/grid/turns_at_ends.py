@@ -22,18 +22,18 @@ _NONE: Floats = np.empty((0, 2))
 # Unit vectors to eight points of the compass.
 _ANGLES = np.arange(8) * (math.pi / 4)
 _COMPASS: Floats = np.stack((np.sin(_ANGLES), np.cos(_ANGLES)), axis=1)
-# Turns below the first are made at the end itself or just ahead of it; above the second, the path
-# must turn back.
+# Turns below the first angle are made at the end itself or just ahead of it; above the second, the
+# path must turn back.
 _GENTLE_RAD, _BACK_RAD = math.radians(45), math.radians(100)
 
 
 def leads(problem: Problem) -> Iterator[Leads]:
-    """Yield the ways of leaving the start and reaching the goal with their headings, in metres.
+    """Yield ways of leaving the start and reaching the goal with their headings, in metres.
 
     Without headings there is a single lead, without waypoints. A waypoint lies a turn radius ahead
-    of the start, so a right angle fits there; one more lies two radii aside where the route leads
-    back. The ways of reaching the goal mirror these. Waypoints off the map are left out with their
-    way.
+    of the start, so that a right angle fits there; if the route leads back, another one lies two
+    radii to the side. The ways of reaching the goal mirror these. A way with a waypoint off the map
+    is left out.
     """
     start, goal = np.array(problem.start[:2]), np.array(problem.goal[:2])
     after, before = problem.headings

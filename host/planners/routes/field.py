@@ -1,7 +1,7 @@
 """Crossover points, segments between them, and routes of segments: *cheng*, section IV.
 
-A :class:`Field` is all that the planners of that paper know of a problem: the terms of segments and
-the fitness of routes.
+A :class:`Field` is everything that the planners of that paper know about a problem: the terms of
+segments and the fitness of routes.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ __all__ = [
 
 #: Maximum number of crossover points of a path, start and goal included (table II).
 MOST_POINTS = 10
-#: Control points of a segment, its ends included (table II, read so).
+#: Control points of a segment, including its ends (our reading of table II).
 FEWEST_CONTROL_POINTS, MOST_CONTROL_POINTS = 4, 10
 #: Numbers of start and goal among the points of a graph.
 START, GOAL = 0, 1
@@ -54,9 +54,9 @@ class Segments:
         Control points, both ends included, (m, 10, d) float64; rows at ``counts`` and beyond are
         zero.
     counts : ndarray
-        Control points of each, (m,) int64.
+        Number of control points of each segment, (m,) int64.
     terms : ndarray
-        Terms of each, (m, t) float64, smaller is better; the field defines them.
+        Terms of each segment, (m, t) float64; smaller is better, and the field defines them.
     """
 
     control: Floats
@@ -90,7 +90,7 @@ class Route:
     points : ndarray
         From the start to the goal, (k + 1, d) float64.
     segments : Segments
-        The k segments in the order flown.
+        The k segments in flying order.
     """
 
     points: Floats
@@ -102,8 +102,8 @@ class Graph:
     """Every segment of a generation: the fitness matrix of section IV as a list.
 
     Start and goal are the points 0 and 1. No segment leads to the start, leaves the goal or has no
-    displacement. A kept segment has rivals between the same points; a choice of a route takes
-    the fitter one.
+    displacement. A kept segment competes with others between the same points; a route takes the
+    fittest.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ class Graph:
         )
 
     def route(self, edges: Sequence[int] | Ints) -> Route:
-        """Return the route along some segments, the first of which leaves the start."""
+        """Return the route along some segments, beginning with one that leaves the start."""
         order = np.asarray(edges, dtype=np.int64)
         at = np.concatenate(([START], self.heads[order]))
         return Route(self.points[at], self.segments.take(order))
@@ -144,7 +144,7 @@ class Field(Protocol):
         """Start and goal, (2, d) float64."""
 
     def measure(self, control: Floats, counts: Ints) -> Floats:
-        """Return the terms of segments, (m, t), by control points (m, 10, d) and counts (m,)."""
+        """Return the terms of segments, (m, t), given control points (m, 10, d) and counts (m,)."""
 
     def costs(self, terms: Floats) -> Floats:
         """Return the costs of single segments with these terms, (m, t): (m,), smaller is better."""

@@ -1,8 +1,9 @@
-"""Points of B-splines as close together as it takes to see every slope under the curve, compiled.
+"""Points of B-splines, close enough to see every slope under the curve, compiled.
 
-Steps even in the parameter can be bunched in the valleys by the curve's control points, so that one
-long step leads over a hill. Steps even in arc length cannot; but a bend shorter than a step can
-still lead up a slope unseen, between two steps along the contour. So steps in bends are halved.
+If steps are even in the parameter, the curve's control points can bunch them in the valleys, so
+that one long step crosses a hill. Steps even in arc length avoid that, but a bend shorter than a
+step can still climb a slope unseen, between two steps along the contour. So steps in bends are
+halved.
 """
 
 import math
@@ -19,13 +20,13 @@ __all__ = ["fine_steps"]
 Floats = NDArray[np.float64]
 Counts = NDArray[np.int64]
 
-# Chords that measure the length of a curve, for each of its polynomials.
+# Number of chords, for each polynomial of a curve, that measure its length.
 _CHORDS = 16
-# Maximum number of halvings of a step, and the share of a longest step below which a bend counts as
-# a corner.
+# Maximum number of halvings of a step, and the share of the longest step below which a bend counts
+# as a corner.
 _HALVINGS = 24
 _CORNER = 1e-3
-_ROOM = 512  # Points of a curve for which there is room at first.
+_ROOM = 512  # Initial room for points of a curve.
 
 
 def fine_steps(
@@ -35,13 +36,13 @@ def fine_steps(
     fewest: int,
     bend: float,
 ) -> tuple[Floats, Floats, Counts]:
-    """Return points even in arc length, as many as a curve's length takes, and more in its bends.
+    """Return points of curves, even in arc length, with more of them in bends.
 
     The number of steps of a curve is its length divided by ``longest``, rounded up, and at least
     ``fewest``. The length of each polynomial of the curve is measured along 16 chords, between
-    whose ends the parameter is linear in length. A step at whose ends the curve is not within
-    ``bend`` of the chord's direction is halved in the parameter, and its halves again, until they
-    are straight enough or a thousandth of ``longest`` long. The points lie on the curve.
+    whose ends the parameter is linear in length. A step is halved in the parameter if the curve at
+    its ends is not within ``bend`` of the chord's direction, and its halves are halved again until
+    they are straight enough or a thousandth of ``longest`` long. The points lie on the curve.
 
     Parameters
     ----------
@@ -59,9 +60,9 @@ def fine_steps(
     Returns
     -------
     tuple
-        Points of all curves in a row, both ends of each included, (p, d) float64; the unit vectors
-        in which the curves pass them, (p, d) float64, zero where a curve stands still; and the
-        number of points of each curve, (m,) int64.
+        Points of all curves, one curve after another with both ends, (p, d) float64; the unit
+        tangents at these points, (p, d) float64, zero where a curve stands still; and the number of
+        points of each curve, (m,) int64.
     """
     curves, most, dimensions = control.shape
     points_of = np.empty(curves, dtype=np.int64)
@@ -92,7 +93,7 @@ def fill(
     work: Floats,
     ends: Floats,
 ) -> int:
-    """Write the result of :func:`fine_steps`, and return the number of points.
+    """Write the result of :func:`fine_steps`; return the number of points.
 
     If there is no room for all points, the numbers are right and the points are not. ``along``,
     ``work`` and ``ends`` are scratch: lengths up to each chord; points; and the ends of the parts
@@ -119,7 +120,7 @@ def fill(
             place(own, count, work, ends[0])
             last = 0
             while last >= 0:
-                # Beyond the room, only the last point is kept.
+                # Beyond the available room, only the last point is kept.
                 before = min(found, room) - 1
                 if (
                     step > 0
@@ -149,7 +150,7 @@ def measure_chords(
     along: Floats,
     work: Floats,
 ) -> None:
-    """Write the lengths of a curve up to each of its chords to ``along``, starting at 0."""
+    """Write the cumulative lengths of a curve's chords to ``along``, starting at 0."""
     here, before = work[ORDER], work[ORDER + 1]
     point_at(control, count, 0.0, work, before)
     along[0] = 0.0
@@ -189,7 +190,7 @@ def is_bent(
     cosine: float,
     corner: float,
 ) -> bool:
-    """Return whether the curve leaves the step from a point to ``end`` too far for its length."""
+    """Return whether the curve deviates too far from the step from a point to ``end``."""
     dimensions = points.shape[1]
     square = 0.0
     leaving = 0.0

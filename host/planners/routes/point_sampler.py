@@ -1,4 +1,4 @@
-"""Sampler of crossover points and control points: anywhere, as in *cheng*, or near the best."""
+"""Sampler of crossover and control points: anywhere, as in *cheng*, or near the best route."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ __all__ = ["KINDS", "PointSampler", "Space"]
 #: ``uniform`` is the paper's.
 KINDS = ("near", "uniform")
 
-# Range of the spread of a near draw as powers of ten, uniform in the exponent: for control points
-# a share of the length of their segment, for crossover points a share of the space.
+# Range of the spread of a near draw, as powers of ten with uniform exponent: a share of the
+# segment's length for control points, a share of the space for crossover points.
 _OFF_LINE = -2.0, -0.3
 _OFF_ROUTE = -2.5, -0.5
 _OFF_KEPT = -3.0, -0.5
 _NEAR_SHARE = 0.75  # Share of new crossover points; the rest are drawn anywhere.
-_ONE_POINT_SHARE = 0.5  # Share of variants with one control point moved, rather than all.
+_ONE_POINT_SHARE = 0.5  # Share of variants in which one control point moves instead of all.
 _COUNT_SHARE = 0.1  # Share of variants with a control point more or less.
 _CURVE_SAMPLES = 101
 
@@ -61,7 +61,8 @@ class PointSampler:
 
     ``near``: the control points of a segment lie around the straight line between its ends, three
     in four new crossover points lie around the kept route, and kept segments have variants. Every
-    spread is a new draw, small ones as often as large ones, so no schedule has to reduce it.
+    spread is drawn again, with all orders of magnitude equally likely, so no schedule has to reduce
+    it.
 
     Parameters
     ----------
@@ -78,7 +79,7 @@ class PointSampler:
     Raises
     ------
     InputError
-        If ``kind`` is neither.
+        If ``kind`` is neither of these.
     """
 
     def __init__(self, space: Space, kind: str = KINDS[0]) -> None:
@@ -114,8 +115,8 @@ class PointSampler:
         Returns
         -------
         tuple
-            Control points, (m, 10, d) float64 with zeros beyond the last of a segment, and the
-            number of each segment's, (m,) int64, uniform from 4 to 10.
+            Control points, (m, 10, d) float64 with zeros beyond the last one of a segment, and the
+            number of each segment's control points, (m,) int64, uniform from 4 to 10.
         """
         m, dimensions = tails.shape
         counts = rng.integers(FEWEST_CONTROL_POINTS, MOST_CONTROL_POINTS, size=(m,), endpoint=True)
@@ -169,7 +170,7 @@ def _resized(
     change = rng.choice((-1, 1), size=len(counts)) * (rng.random(len(counts)) < _COUNT_SHARE)
     resized = np.clip(counts + change, FEWEST_CONTROL_POINTS, MOST_CONTROL_POINTS)
     change = resized - counts
-    at = 1 + rng.integers(counts - 2)  # The point before which, or which itself.
+    at = 1 + rng.integers(counts - 2)  # Add before this point, or remove it.
     source = place - change[:, None] * (place >= at[:, None] + (change > 0)[:, None])
     source = np.minimum(source, MOST_CONTROL_POINTS - 1)
     moved = np.take_along_axis(control, source[:, :, None], axis=1)

@@ -1,13 +1,14 @@
 """The deterministic crossover operator: forward dynamic programming by stages, compiled.
 
 Source: *cheng*, section IV with equations (7) to (9). Stage i holds the best routes from the start
-to every point over i segments; a route that has reached the goal waits there, so routes may be
-short. The number of stages follows from :data:`pathgene.host.planners.routes.field.MOST_POINTS`.
+to every point over i segments; a route that has reached the goal waits there, so routes may have
+fewer segments than stages. The number of stages follows from
+:data:`pathgene.host.planners.routes.field.MOST_POINTS`.
 
 No route passes a point twice, although labels do not record their points: terms are not negative,
-so a route without its loop has fewer segments and is no worse, and of equal routes the one with
-fewer segments is taken. In the list of the best few routes, which this does not cover, points
-already passed are excluded one by one.
+so a route without its loop has fewer segments and is no worse, and among equal routes the one with
+fewer segments is chosen. This does not cover the list of the best few routes, where points already
+passed are excluded one by one.
 """
 
 import numpy as np
@@ -22,12 +23,12 @@ __all__ = ["best_by_sum", "best_by_whole", "segments_of"]
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-# Sums in another order may differ by this share: a bound must exceed a total by more.
+# Sums in a different order may differ by this share, so a bound must exceed a total by more.
 _ROUNDING = 1e-12
 
 
 def segments_of(route: Ints) -> Ints:
-    """Return the segments of a route, (stages,), as the functions below give it."""
+    """Return the segments of a route, (stages,), in the form that the functions below return."""
     return route[route >= 0]
 
 
@@ -39,16 +40,17 @@ def best_by_sum(
     points: int,
     keep: int,
 ) -> tuple[Ints, Floats]:
-    """Return the best few routes where a route costs the sum of its segments: equation (8).
+    """Return the best few routes if a route costs the sum of its segments: equation (8).
 
-    Exact for the best route. Another one may be missed: each label list keeps ``keep`` routes.
+    The best route is exact. Others may be missed, because each label list keeps only ``keep``
+    routes.
 
     Parameters
     ----------
     tails, heads : (m,) int64
         Points that each segment leaves and reaches; none leads to the start or leaves the goal.
     costs : (m,) float64
-        Cost of each, 0 or more; infinite where there is no segment.
+        Cost of each segment, 0 or more; infinite if there is no segment.
     points : int
         Number of points, 2 to 62.
     keep : int
@@ -58,7 +60,7 @@ def best_by_sum(
     -------
     tuple
         Segments of each route, (keep, stages) int64, -1 beyond its last one; and the cost of each,
-        (keep,) float64, best first, infinite where there is no further route.
+        (keep,) float64, best first, infinite if there is no such route.
     """
     stages = MOST_POINTS - 1
     total = np.full((stages + 1, points, keep), np.inf)
@@ -68,7 +70,7 @@ def best_by_sum(
     total[0, START, 0] = 0.0
     passed[0, START, 0] = 1 << START
     for stage in range(1, stages + 1):
-        for slot in range(keep):  # Waits on the goal.
+        for slot in range(keep):  # Waits at the goal.
             total[stage, GOAL, slot] = total[stage - 1, GOAL, slot]
             before[stage, GOAL, slot] = slot
         for e in range(len(tails)):
@@ -103,7 +105,7 @@ def best_by_sum(
             routes[rank, stage - 1] = e
             if e >= 0:
                 point = tails[e]
-        # The goal was reached early where the last stages waited.
+        # If the last stages waited, the goal was reached early.
         length = 0
         while length < stages and routes[rank, length] >= 0:
             length += 1
@@ -115,7 +117,8 @@ def best_by_sum(
 def least_to_go(tails: Ints, heads: Ints, terms: Floats, points: int) -> Floats:
     """Return lower bounds of length, turning and elevation from each point to the goal.
 
-    (points, 3) float64; each is the minimum over all routes, regardless of the remaining two terms.
+    The result is (points, 3) float64; each bound is the minimum over all routes, regardless of the
+    other two terms.
     """
     bounds = np.full((points, 3), np.inf)
     bounds[GOAL] = 0.0
@@ -140,11 +143,12 @@ def best_by_whole(
 ) -> tuple[Ints, float]:
     """Return the best route if the cost applies to the whole route.
 
-    The first term of a route is the sum of its segments', the second and third are the greatest
-    among them, and its cost is their weighted mean. A route to a point is kept unless another route
-    to the point, over no more segments, is at least as good in all three terms: with any
-    continuation, the whole route through that one is no worse. By the same rule no loop is kept. A
-    route is also discarded if a bound shows that it cannot beat the best known route. Exact.
+    The first term of a route is the sum over its segments, the second and third are maxima over
+    them, and the cost is the weighted mean of the three. A route to a point is kept unless another
+    route to the point, over no more segments, is at least as good in all three terms: with any
+    continuation, the whole route through the other one is no worse. By the same rule no loop is
+    kept. A route is also discarded if a bound shows that it cannot beat the best known route. The
+    result is exact.
 
     Parameters
     ----------
@@ -241,8 +245,7 @@ def dominated(
 ) -> bool:
     """Return whether a label of the list starting at ``newest`` is at least as good in all terms.
 
-    Labels at ``stage`` and beyond belong to the new label's stage; labels that it dominates are
-    removed.
+    Labels from ``stage`` on belong to the new label's stage; those that it dominates are removed.
     """
     other = newest
     while other >= 0:

@@ -1,4 +1,4 @@
-"""The two searches of *cheng*, a generation at a time: deterministic crossover, and roulette."""
+"""The two searches of *cheng*, one generation at a time: deterministic crossover, and roulette."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ CHROMOSOMES = 20
 
 _MOST_ADDED = 50  # Labels of the deterministic crossover have a bit for each point.
 _MUTATION_RATE = 0.20
-_VARIANTS = 64  # Variants of the segments of the kept route.
+_VARIANTS = 64  # Number of variants of the segments of the kept route.
 _STRANDS = 24
 _VARIANTS_OF_A_STRAND = 16
 _FEWEST_CHROMOSOMES, _MOST_CHROMOSOMES = 2, 10_000
@@ -71,7 +71,7 @@ class Search(Protocol):
 
 
 class _Survivor:
-    """The best route until now, and the graph of its points, new ones and all segments between."""
+    """The best route so far, and the graph of its points, new points and all their segments."""
 
     def __init__(
         self,
@@ -133,20 +133,19 @@ class _Survivor:
 
 
 class DeterministicSearch:
-    """The proposed planner: dynamic programming over all segments in place of a random crossover.
+    """The proposed planner: dynamic programming over all segments instead of a random crossover.
 
-    Each generation, crossover points are added to the kept ones, any two are connected by a
-    new segment, and the deterministic crossover finds the best route of new and kept segments. The
-    points and segments of that route are kept, the rest discarded.
+    In each generation, crossover points are added to the kept ones, any two are connected by a new
+    segment, and the deterministic crossover finds the best route among new and kept segments. The
+    points and segments of that route are kept; the rest is discarded.
 
-    Source: *cheng*, section IV. Settled here where it is silent: a kept segment and the new one
-    between the same points are both offered to the dynamic programming, which takes the fitter;
-    if the fitness applies to the whole route, a segment that is fitter by itself may be worse in
-    it.
+    Source: *cheng*, section IV. The paper leaves a point open; here, a kept segment and the new one
+    between the same points are both offered to the dynamic programming, which takes the fitter; if
+    the fitness applies to the whole route, a segment that is fitter on its own may be worse in it.
 
-    Added, where draws are near: 64 variants of the kept segments compete with them; and 24 segments
-    from start to goal, the strands, are always kept. A strand has 16 variants in a generation; the
-    fittest replaces the strand if it is fitter.
+    Additions for near draws: 64 variants of the kept segments compete with them, and 24 segments
+    from start to goal, the strands, are always kept. Each strand has 16 variants in a generation;
+    the fittest variant replaces the strand if it is fitter.
 
     Parameters
     ----------
@@ -159,7 +158,7 @@ class DeterministicSearch:
     added : int
         Crossover points added per generation, 1 to 50.
     given : sequence of Route
-        Routes of which the best is kept before the first generation.
+        Routes to start from; the best is kept before the first generation.
 
     Raises
     ------
@@ -231,18 +230,18 @@ class _Chromosome:
 class ConventionalSearch:
     """The conventional genetic algorithm that the proposed planner is compared with.
 
-    Each generation, crossover points are added to the kept ones and any two are connected,
-    as in :class:`DeterministicSearch`. Chromosomes are random concatenations of points and
-    segments. Pairs drawn by roulette are cut at a common crossover point and exchange their tails;
-    a fifth of the children have a segment replaced by a new one. Only the fittest chromosome
-    survives, with its points and segments.
+    In each generation, crossover points are added to the kept ones and any two are connected, as in
+    :class:`DeterministicSearch`. Chromosomes are random concatenations of points and segments.
+    Pairs drawn by roulette are cut at a common crossover point and exchange their tails; a fifth of
+    the children have a segment replaced by a new one. Only the fittest chromosome survives, with
+    its points and segments.
 
-    Source: *cheng*, section V, and III.A for the operators. Settled here where it is silent: a
-    chromosome has 0 to 8 crossover points between start and goal, uniform, in random order; the
-    survivor is one of the next chromosomes; the common point is drawn among those where both
-    children pass no point twice and keep the limit, and if there is none the parents are copied;
-    parents and children compete for survival. If only children survived, the best would be lost
-    again and again, without progress in 100 generations.
+    Source: *cheng*, section V, and III.A for the operators. The paper leaves some points open;
+    here, a chromosome has 0 to 8 crossover points between start and goal, uniformly distributed and
+    in random order; the survivor is one of the next chromosomes; the common point is drawn from the
+    points at which both children pass no point twice and keep the limit, and if there is none, the
+    parents are copied; parents and children compete for survival. If only children survived, the
+    best would be lost repeatedly, without progress in 100 generations.
 
     Parameters
     ----------
@@ -255,9 +254,9 @@ class ConventionalSearch:
     added : int
         Crossover points added per generation, 1 to 50.
     chromosomes : int
-        Paths in the population, 2 to 10,000; an odd number breeds one child less.
+        Paths in the population, 2 to 10,000; an odd number breeds one child fewer.
     given : sequence of Route
-        Routes of which the best is kept before the first generation.
+        Routes to start from; the best is kept before the first generation.
 
     Raises
     ------
@@ -349,8 +348,8 @@ def cross(
 ) -> tuple[_Chromosome, _Chromosome]:
     """Exchange the tails of two chromosomes past a common crossover point drawn at random.
 
-    At the point, neither child may pass a point twice or exceed 10 points; if there is no such
-    point, the parents are returned.
+    The point must leave neither child with a repeated point or more than 10 points; if there is no
+    such point, the parents are returned.
     """
     pairs = []
     for point in one.points[1:-1]:

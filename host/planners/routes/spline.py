@@ -1,8 +1,8 @@
 """Clamped uniform B-splines of order 4 by de Boor's algorithm, compiled: many curves at once.
 
 Source: *cheng*, section II.B and table II. The knots are uniform inside and repeated at the ends,
-so that a curve begins and ends at its first and last control point. Fewer points than the order
-lower the order: two give a straight line.
+so that a curve begins and ends at its first and last control point. With fewer points than the
+order, the order is lowered: two points give a straight line.
 """
 
 import numpy as np
@@ -19,16 +19,16 @@ Counts = NDArray[np.int64]
 #: Order of the splines: one more than their degree.
 ORDER = 4
 
-# Chords that measure the length of a curve, for each of its steps.
+# Number of chords, for each step of a curve, that measure its length.
 _CHORDS = 8
 
 
 @compiled
 def last_two(control: Floats, count: int, t: float, work: Floats) -> float:
-    """Run de Boor's algorithm up to its last step.
+    """Run de Boor's algorithm except for its last step.
 
     The point lies between the last two rows of ``work`` that the degree uses, and the curve leads
-    from the first to the second. The result is the share of the second. Parameters are as for
+    from the first to the second. The result is the weight of the second. Parameters are as for
     :func:`point_at`.
     """
     degree = min(ORDER, count) - 1
@@ -63,7 +63,7 @@ def point_at(control: Floats, count: int, t: float, work: Floats, point: Floats)
 
 @allocating
 def sample(control: Floats, counts: Counts, samples: int) -> Floats:
-    """Return points of curves at equal steps of the parameter, both ends included.
+    """Return points of curves at equal steps of the parameter, including both ends.
 
     Parameters
     ----------

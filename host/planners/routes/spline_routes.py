@@ -40,9 +40,9 @@ __all__ = ["WAYPOINTS", "ConventionalRoutePlanner", "DeterministicRoutePlanner",
 #: Waypoints of a segment: the last one is the crossover point at its end.
 WAYPOINTS = 8
 
-# Routes that are best by the estimate and are evaluated in full (reading ``route``).
+# Number of routes, the best by the estimate, that are evaluated in full (reading ``route``).
 _CANDIDATES = 16
-# Cost of a metre of penalty: more than any cost, because a feasible path has no penalty.
+# Cost of a metre of penalty: higher than any cost, because a feasible path has no penalty.
 _PENALTY_WEIGHT_PER_M = 1e6
 
 
@@ -50,20 +50,21 @@ class TerrainField:
     """A planning problem as crossover points and segments between them.
 
     A route becomes a path of 8 waypoints for each segment, at equal arc length; the fitness of the
-    route is F of that path. F is not a sum, so the deterministic crossover uses an estimate that is
-    one: each segment is evaluated as a separate path, and the penalties and costs of the segments,
-    equations (1) and (2), add up to the penalty and the cost of the route. The estimate omits the
-    turn arcs at crossover points and the loss of weight by burned fuel, and counts the share of
-    impossible arcs by segment. Less penalty is better; of equal penalties, less cost.
+    route is F of that path. F is not a sum, so the deterministic crossover uses an additive
+    estimate: each segment is evaluated as a separate path, and the penalties and costs of the
+    segments, equations (1) and (2), add up to the penalty and the cost of the route. The estimate
+    omits the turn arcs at crossover points and the loss of weight by burned fuel, and counts the
+    share of impossible arcs by segment. A lower penalty is better; if penalties are equal, the
+    lower cost wins.
 
     The estimate is close, but no bound. Reading ``sum`` takes the best route by the estimate;
-    ``route`` evaluates the 16 best in full, arcs at crossover points included, and takes the best
+    ``route`` evaluates the 16 best in full, including arcs at crossover points, and takes the best
     by F. With either reading, a route is kept until another one has a better F.
 
     Parameters
     ----------
     run : Run
-        Evaluates and keeps the record; a segment counts as an evaluation.
+        Evaluates paths and keeps the record; a segment counts as an evaluation.
     reading : str
         ``route`` or ``sum``.
 
@@ -133,7 +134,7 @@ class DeterministicRoutePlanner:
     """``ga-dp``: the :class:`~pathgene.host.planners.routes.search.DeterministicSearch` on terrain.
 
     Source: *cheng*, section IV; on terrain, :class:`TerrainField` gives the fitness of a route.
-    Generation 0 is the paper's first.
+    Generation 0 is the first generation of the paper.
 
     Parameters
     ----------
@@ -145,8 +146,8 @@ class DeterministicRoutePlanner:
     added_points : int
         Crossover points added per generation, 1 to 50.
     init : str
-        ``random``, or ``astar``: the first route kept is the best of the planner ``astar`` with at
-        most 8 waypoints, in straight segments.
+        ``random``, or ``astar``: the first kept route is the best path of the planner ``astar``
+        with at most 8 waypoints, as straight segments.
     """
 
     def __init__(
@@ -192,7 +193,7 @@ class ConventionalRoutePlanner:
     """``ga-auv``: the :class:`~pathgene.host.planners.routes.search.ConventionalSearch` on terrain.
 
     Source: *cheng*, section V; on terrain, :class:`TerrainField` gives the fitness of a route.
-    Generation 0 is the paper's first.
+    Generation 0 is the first generation of the paper.
 
     Parameters
     ----------
@@ -239,13 +240,13 @@ class ConventionalRoutePlanner:
 
 
 class _Problem:
-    """A run, and the field, sampler and first routes that both searches take."""
+    """A run with the field, sampler and first routes that both searches use."""
 
     def __init__(self, run: Run, reading: str, from_astar: bool) -> None:
         self._run = run
         self.field = TerrainField(run, reading=reading)
         self.rng = np.random.default_rng(run.options.seed)
-        #: The best route of a grid search, if one is requested and finds one.
+        #: The best route of a grid search, if one is requested and succeeds.
         self.given: list[Route] = []
         if from_astar:
             found = astar_paths(run, self.rng, 1, MOST_POINTS - 2)

@@ -1,4 +1,4 @@
-"""Aircraft: their parameters, the ones that are shipped, and a user's own in TOML."""
+"""Aircraft: their parameters, the shipped aircraft, and the user's own in TOML."""
 
 import math
 from dataclasses import dataclass, field, fields
@@ -13,10 +13,11 @@ from pathgene.host.numeric import is_number
 
 __all__ = ["DEFAULT", "Aircraft", "load", "names", "parse"]
 
-#: The shipped aircraft that flies where none is named.
+#: The shipped aircraft that is used if none is named.
 DEFAULT = "silver-fox"
 
-# Every number of an aircraft lies between: products of some of them are within the floats.
+# Every number of an aircraft lies between these bounds, so that products of some of them fit a
+# float.
 _LEAST, _MOST = 1e-12, 1e12
 
 
@@ -31,18 +32,18 @@ class Aircraft:
     weight_N : float
         Take-off weight, fuel included.
     fuel_weight_N : float or None
-        Weight of the fuel, below ``weight_N``. Under the rules of safe flight, the most that a path
-        may burn, less the reserve.
+        Weight of the fuel, below ``weight_N``. Under the rules of safe flight, a path may burn at
+        most this, minus the reserve.
     wing_span_m, wing_area_m2 : float
-        They give the aspect ratio, span^2 / area.
+        They determine the aspect ratio, span^2 / area.
     lift_coefficient_max : float or None
-        Under the rules, no turn is possible below the stall speed that follows from it.
+        It determines the stall speed; under the rules, no turn is possible below that speed.
     zero_lift_drag_coefficient : float
         Drag coefficient at zero lift, CD0.
     oswald_efficiency : float
         Oswald's span efficiency e, above 0 and at most 1.
     engine_power_W : float or None
-        Under the rules, the greatest shaft power.
+        Maximum shaft power under the rules.
     specific_fuel_consumption_N_per_Ws : float
         Weight of fuel burned per unit of shaft work.
     propeller_efficiency : float
@@ -54,13 +55,13 @@ class Aircraft:
     size_m : float or None
         The largest of span, length and height. Not used by the evaluation.
     service_ceiling_m : float or None
-        Under the rules, the highest altitude.
+        Maximum altitude under the rules.
     turn_radius_m : float
         Radius R of every arc.
     max_climb_deg, max_descent_deg : float
         Steepest slopes flown, both above 0 and at most 90.
     sources : dict of str to str
-        Where each value is from, by parameter name; not compared. Other names are notes.
+        Source of each value, by parameter name; ignored in comparisons. Other names are notes.
 
     Raises
     ------
@@ -138,7 +139,7 @@ class Aircraft:
         return 1.0 / (math.pi * self.oswald_efficiency * self.aspect_ratio)
 
     def to_dict(self) -> dict[str, Any]:
-        """Name and parameters as plain JSON values; :func:`from_dict` of the same gives it back."""
+        """Name and parameters as plain JSON values; :func:`from_dict` converts them back."""
         return {"name": self.name} | {
             parameter: getattr(self, parameter)
             for parameter in PARAMETERS
@@ -163,7 +164,7 @@ class Aircraft:
 
     @classmethod
     def from_dict(cls, table: dict[str, Any], where: str) -> "Aircraft":
-        """Make an aircraft from a table of names and values, as TOML or JSON give it.
+        """Make an aircraft from a table of names and values, as parsed from TOML or JSON.
 
         Raises
         ------
@@ -193,7 +194,7 @@ class Aircraft:
 
 # Every number of an aircraft, in the order of the dataclass.
 PARAMETERS = tuple(f.name for f in fields(Aircraft) if f.name not in ("name", "sources"))
-# Numbers that an aircraft need not have.
+# The optional numbers of an aircraft.
 _OPTIONAL = tuple(f.name for f in fields(Aircraft) if f.default is None)
 
 

@@ -1,1 +1,1 @@
-"""The desk: a local web page to draw a problem, plan it and look at the result."""
+"""The desk: a local web page for drawing a problem, planning it and viewing the result."""

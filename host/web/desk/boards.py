@@ -1,4 +1,4 @@
-"""The boards that a page of the desk may name."""
+"""The boards that a page of the desk is allowed to name."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ _OPTIONS = {
 def require_board(url: str | None, own: str | None) -> None:
     """Check a board that a page, a link or a file in a browser names.
 
-    Somebody else may have written it, so it must not open a device, reach an address or write a
+    The name may come from somebody else, so it must not open a device, reach an address or write a
     file.
 
     Parameters
     ----------
     url : str, optional
-        The board; None is the default one.
+        The board; None stands for the default board.
     own : str, optional
         The board of the problem file that the user started the desk with, which is allowed.
 

@@ -17,16 +17,16 @@ from pathgene.host.web.desk.stage import Stage
 __all__ = ["Cockpit"]
 
 _POLL_S = 0.05
-# Speeds to choose from; 0 lets the time stand still.
+# Speeds to choose from; 0 stops the time.
 _SPEEDS = {0.0: "stands still", 1.0: "1 ×", USUAL: "4 ×", 16.0: "16 ×", FASTEST: "64 ×"}
-# Sentences that are shown, the latest first.
+# Number of sentences shown, latest first.
 _SENTENCES = 40
 _END, _CLOSE = "End flight", "Close flight"
 _DOES = {"path": "on its path", "holding": "on a safe circle", "way-out": "on a way out"}
 
 
 class Cockpit:
-    """The flight that a page shows, if any. The elements are added where it is constructed.
+    """The flight that a page shows, if any. Its elements are added where it is constructed.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class Cockpit:
         self._jobs, self._ended = jobs, ended
         self._stage: Stage | None = None
         self._job: FlightJob | None = None
-        # Entries of the job's lists, and numbers of its news, that the page has received.
+        # Number of entries of the job's lists, and numbers of its news, that the page has received.
         self._trail = self._versions = self._said = 0
         self._known = dict.fromkeys(NEWS, 0)
         self._shown: Flown | None = None
@@ -80,7 +80,7 @@ class Cockpit:
         self._root.set_visibility(False)
 
     def show_in(self, stage: Stage) -> None:
-        """Set where the aircraft is shown."""
+        """Set the views in which the aircraft is shown."""
         self._stage = stage
 
     @property
@@ -113,7 +113,7 @@ class Cockpit:
         ui.run_javascript(f"getHtmlElement({self._end.id})?.focus()")
 
     def leave(self) -> None:
-        """Stop showing a flight; a flight that no page shows continues at the greatest speed."""
+        """Stop showing a flight; a flight that no page shows continues at maximum speed."""
         if self._job is None:
             return
         if self.is_flying:
@@ -134,7 +134,7 @@ class Cockpit:
         self._job = None
 
     def order(self, order: object) -> None:
-        """Let something happen in the flight: see :mod:`pathgene.host.web.desk.flight`."""
+        """Send an event to the flight: see :mod:`pathgene.host.web.desk.flight`."""
         if self._job is None:
             return
         if isinstance(order, Speed):
@@ -142,7 +142,7 @@ class Cockpit:
         self._jobs.tell(self._job, order)
 
     def end(self) -> None:
-        """End the flight where it is; show it no more where it has ended."""
+        """End the flight; if it has already ended, stop showing it."""
         if self._job is not None and self.is_flying:
             self._jobs.stop(self._job)
         else:
@@ -158,7 +158,7 @@ class Cockpit:
             self.order(Goal(float(x), float(y)))
 
     def _look(self) -> None:
-        """Show the news of the flight since the last look."""
+        """Show the news of the flight since the previous call."""
         job = self._job
         if job is None:
             return
@@ -225,7 +225,7 @@ class Cockpit:
 
 
 def _words(changes: Sequence[Mapping[str, Any]]) -> str:
-    """Return the time of the latest new path in words."""
+    """Describe the time of the latest new path."""
     needed = [change for change in changes if change["needed"] or change["active_ms"] is not None]
     if not needed:
         return ""
@@ -243,7 +243,7 @@ def _words(changes: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _verdict(job: FlightJob) -> str:
-    """Return the end of a flight in words."""
+    """Describe the end of a flight."""
     outcome = job.outcome
     if outcome is None:
         return job.error or ""

@@ -1,4 +1,4 @@
-"""Connections of the desk: their number is limited, and so is the time in which they idle."""
+"""Connections of the desk, limited in number and idle time."""
 
 from __future__ import annotations
 
@@ -11,28 +11,29 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 
 __all__ = ["LimitedProtocol"]
 
-#: Connections at once: of 32 tabs, each with the maximum that a browser opens.
+#: Maximum simultaneous connections: 32 tabs, each with the maximum number that a browser opens.
 _MOST = 256
-#: Seconds in which an idle connection must have sent a request.
+#: Seconds within which an idle connection must send a request.
 _IDLE_S = 10.0
 
 
 class LimitedProtocol(H11Protocol):
-    """HTTP of a client that must ask for something.
+    """HTTP protocol that closes connections without requests.
 
-    A connection is idle until it has sent a whole head of a request, and again once that is
-    answered. Idle, it is closed after ten seconds; the oldest of them as soon as there are too many
-    connections. A connection that waits for an answer, or is a WebSocket, is not disturbed.
+    A connection is idle until it has sent the complete head of a request, and again once the
+    request is answered. An idle connection is closed after ten seconds; if there are too many
+    connections, the oldest idle one is closed immediately. A connection that waits for an answer,
+    or is a WebSocket, is not disturbed.
     """
 
     _deadline: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Take a connection, and close another where there are too many."""
+        """Accept a connection, and close another one if there are too many."""
         super().connection_made(cast(asyncio.Transport, transport))
         self._watch()
         if len(self.connections) > _MOST:
-            # The new one is among them.
+            # The new one may be among them.
             idle = {
                 each._deadline.when(): each
                 for each in self.connections
@@ -48,7 +49,7 @@ class LimitedProtocol(H11Protocol):
         self._forget()
 
     def handle_events(self) -> None:
-        """Take the bytes that have arrived."""
+        """Handle the bytes that have arrived."""
         super().handle_events()
         self._watch()
 
@@ -58,7 +59,7 @@ class LimitedProtocol(H11Protocol):
         self._watch()
 
     def _watch(self) -> None:
-        """Give an idle connection its deadline, which bytes of a next request leave as it is."""
+        """Set the deadline of an idle connection; bytes of the next request do not extend it."""
         if self.conn.our_state is not h11.IDLE:
             self._forget()
         elif self._deadline is None:

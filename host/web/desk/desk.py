@@ -24,9 +24,9 @@ __all__ = ["Desk"]
 
 # Folder of uploaded terrains, within the folder of plans.
 _TERRAINS = "terrains"
-# Letters of a terrain in the name of a folder.
+# Maximum characters of a terrain's name in the name of a folder.
 _LONGEST_NAME = 60
-# Meshes kept in memory; each has up to 700 kB.
+# Number of meshes kept in memory; each has up to 700 kB.
 _KEPT = 8
 
 
@@ -38,13 +38,13 @@ class Desk:
     directory : Path
         The folder of its plans.
     jobs : int
-        Plans made at a time.
+        Number of plans made at a time.
     max_cells : int, optional
         Maximum cells of a terrain.
     local : bool
-        Nobody but this machine reaches it. Otherwise only simulated boards plan.
+        The desk can only be reached from this machine. Otherwise only simulated boards may plan.
     problem : Path, optional
-        Problem file that a tab opens with.
+        Problem file that a tab opens.
 
     Raises
     ------
@@ -67,13 +67,14 @@ class Desk:
         if problem is not None:
             self._first.open_file(problem)
         self._meshes: OrderedDict[str, bytes] = OrderedDict()
-        # So that the first tab waits neither for the mesh nor for the modules that draw zones.
+        # Prepared here so that the first tab need not wait for the mesh or for the modules that
+        # draw zones.
         self.mesh_url(self._first.terrain())
         zones_scene(())
         self.jobs = Jobs(directory, at_once=jobs)
 
     def sheet(self) -> Sheet:
-        """Return the problem that a new tab opens with."""
+        """Return the problem of a new tab."""
         return self._first.copy()
 
     def plan(self, sheet: Sheet) -> PlanJob:
@@ -94,7 +95,7 @@ class Desk:
         return self.jobs.submit(sheet.task(), f"{name}-{sheet.planner}", statement=statement)
 
     def fly(self, folder: Path, sheet: Sheet) -> FlightJob:
-        """Start a flight of a saved plan, in which the planner of a problem plans.
+        """Start a flight of a saved plan; the planner of a problem plans during the flight.
 
         Raises
         ------

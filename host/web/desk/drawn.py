@@ -1,4 +1,4 @@
-"""A problem as the views draw it, also one that is not whole or not allowed yet."""
+"""A problem as the views draw it, even if it is still incomplete or invalid."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["drawn_problem"]
 
 
 def drawn_problem(sheet: Sheet, terrain: Terrain) -> dict[str, Any]:
-    """Return ``points`` and ``zones`` of a problem as in a scene, bad ones included."""
+    """Return ``points`` and ``zones`` of a problem as in a scene, including invalid ones."""
     zones = [_zone(table, terrain) for table in sheet.zones]
     return {"points": list(_points(sheet, terrain)), "zones": zones_scene(zones), "ceilings": []}
 
@@ -39,7 +39,7 @@ def _points(sheet: Sheet, terrain: Terrain) -> Iterator[dict[str, Any]]:
 
 
 def _zone(table: Mapping[str, Any], terrain: Terrain) -> Zone:
-    """Return a zone; without its limits, where these are bad."""
+    """Return a zone, without its limits if these are invalid."""
     try:
         return zones_of({"zones": [table]}, terrain)[0]
     except InputError:

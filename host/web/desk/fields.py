@@ -1,4 +1,4 @@
-"""Fields of the form as elements of NiceGUI."""
+"""Fields of the form as NiceGUI elements."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from pathgene.host.web.desk.misread import Misread, Place, Wrong
 
 __all__ = ["Entry", "Input", "add_field", "add_numbers"]
 
-#: Pause after a key before a field counts as entered, milliseconds.
+#: Pause in milliseconds after a keystroke before a field counts as entered.
 _PAUSE_MS = 250
 _LOOK = f"dense outlined hide-bottom-space debounce={_PAUSE_MS}"
 
 
 @dataclass(frozen=True)
 class Entry:
-    """The place of a field, at which a text without a value is noted.
+    """The place of a field, where a text without a valid value is noted.
 
     Parameters
     ----------
     misread : Misread
-        The texts of the page without a value.
+        The texts of the page without a valid value.
     place : Place
         The place.
     changed : callable
-        Called after such a text was noted.
+        Called after such a text is noted.
     """
 
     misread: Misread
@@ -45,7 +45,7 @@ class Entry:
 
 
 class Input(ui.input):
-    """A text field that gives a value, or says below it why its text is not a value.
+    """A text field that yields a value, or shows below it why its text is not a value.
 
     Parameters
     ----------
@@ -54,11 +54,11 @@ class Input(ui.input):
     text : str
         Its text.
     read : callable
-        Returns the value of a text; raises InputError for a text without a value.
+        Returns the value of a text; raises InputError if there is none.
     take : callable
         Called with each new value.
     entry : Entry
-        Its place. A text that holds no value stays there, even if the field is shown again.
+        Its place. A text without a value stays there, even if the field is shown again.
     meaning : str
         Shown below the field while it is used.
     placeholder : str
@@ -84,7 +84,7 @@ class Input(ui.input):
             placeholder=placeholder,
             on_change=self._changed,
         )
-        # It would clear the error after each change.
+        # NiceGUI would clear the error after each change.
         self.without_auto_validation()
         if wrong is not None:
             self.error = wrong.sentence
@@ -113,9 +113,9 @@ def add_field(
     entry: Entry,
     read: Callable[[str], Any] | None = None,
 ) -> ui.element:
-    """Add a field of the form with its value; ``take`` is called with each new one.
+    """Add a field of the form with its value; ``take`` is called with each new value.
 
-    A text is read by the field itself unless there is a function ``read``.
+    The field itself reads a text unless there is a function ``read``.
     """
     default = field.option.default_text
     meaning = f"{field.meaning[:1].upper()}{field.meaning[1:]}."
@@ -160,7 +160,7 @@ def add_numbers(
     take: Callable[[Any], object],
     entry: Entry,
 ) -> None:
-    """Add a row of numbers of one thing, as of a point; ``take`` is called with all of them."""
+    """Add a row of related numbers, such as a point; ``take`` is called with all of them."""
     numbers = list(values)
 
     def reader(name: str) -> Callable[[str], float]:

@@ -20,10 +20,10 @@ __all__ = ["open_upload"]
 
 
 def open_upload(sheet: Sheet, terrains: Terrains, name: str, content: bytes) -> None:
-    """Take a file, whose name and content tell its kind.
+    """Open a file whose kind is recognized by its name and content.
 
-    A problem replaces all of ``sheet``, a terrain all but the planner, rules and aircraft; zones
-    are added to the existing ones.
+    A problem replaces everything in ``sheet``, a terrain everything except the planner, rules and
+    aircraft; zones are added to the existing ones.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A flight of a saved plan, as a process of the desk flies it: at a speed to watch, or faster.
+"""A flight of a saved plan in a process of the desk, at a speed to watch or faster.
 
 A page sends a zone of :mod:`pathgene.host.problem.zones` that appears, a :class:`Goal`,
 :data:`AHEAD`, :data:`CLEAR`, a :class:`Speed`, or :data:`pathgene.host.web.desk.messages.STOP`,
@@ -49,17 +49,17 @@ __all__ = [
 AHEAD, CLEAR = "ahead", "clear"
 #: Speed of a flight that no page shows, as a multiple of the aircraft's speed.
 FASTEST = 64.0
-#: Why a flight that is stopped has no files.
+#: Why a stopped flight has no files.
 ENDED = "The flight was ended, and is not saved."
-#: Speed in the beginning.
+#: Initial speed.
 USUAL = 4.0
 
-# The circle ahead: its radius in turning radii and as a share of the map, the greater of which
-# holds, and how far from the aircraft its edge is, in turning radii.
+# The circle ahead: its radius in turn radii and as a share of the map, whichever is greater, and
+# the distance of its edge from the aircraft, in turn radii.
 _RADIUS, _SHARE, _AWAY = 2.0, 0.012, 6.0
-# Time between two messages, and the longest that one stands for.
+# Time between two messages, and the longest time that one message covers.
 _PERIOD_S, _LONGEST_S = 1 / 30, 0.2
-# Number of samples of a flight per drawn sample; step along a drawn track, metres.
+# Number of samples of a flight per drawn sample, and step along a drawn track in metres.
 _EVERY, _STEP_M = 10, 10.0
 # Drawn length of a circle or a way out, metres.
 _SHOWN_M = 1500.0
@@ -74,9 +74,9 @@ class FlyTask:
     folder : Path
         The folder of the plan.
     planner, board : str
-        Who plans in flight.
+        The planner to use in flight, and its board.
     seed : int
-        Its seed.
+        Seed of the planner.
     """
 
     folder: Path
@@ -94,7 +94,7 @@ class Speed:
 
 @dataclass(frozen=True)
 class Goal:
-    """Another goal, as high above the ground as the first one."""
+    """A new goal, at the same height above the ground as the first one."""
 
     x_m: float
     y_m: float
@@ -113,11 +113,11 @@ class Flown:
     speed_m_s, clearance_m : float
         Speed over ground; height over the surface, NaN over a void.
     kind : str
-        Kind of the track that it follows: ``path``, ``holding`` or ``way-out``.
+        Kind of the track that the aircraft follows: ``path``, ``holding`` or ``way-out``.
     trail : list
         Points flown through, [x, y, z].
     versions : list
-        Tracks that it has begun to follow: a kind, and points [x, y, z].
+        Tracks that the aircraft has begun to follow: a kind, and points [x, y, z].
     said : list of str
         Sentences describing its decisions.
     zones, points : list or None
@@ -125,7 +125,7 @@ class Flown:
     path : dict or None
         A new path as in a scene.
     changes : list of dict or None
-        All changes until now as in ``flight.json``, if one is new or has received its path.
+        All changes so far as in ``flight.json``, if one is new or has received its path.
     """
 
     time_s: float
@@ -144,7 +144,7 @@ class Flown:
 
 @dataclass(frozen=True)
 class Landed:
-    """The end of a flight, not saved yet; ``outcome`` as in ``flight.json``."""
+    """The end of a flight that is not saved yet; ``outcome`` is as in ``flight.json``."""
 
     outcome: dict[str, Any]
 
@@ -184,7 +184,7 @@ def fly(task: FlyTask, connection: Connection, sender: Sender) -> None:
                     speed = order.factor
                 elif not session.ended:
                     said += _heeded(session, order)
-                    # It happens now, also where time stands still.
+                    # It happens now, even if time is stopped.
                     session.step()
                     flown += 1
             now_s = time.monotonic()
@@ -211,7 +211,7 @@ def fly(task: FlyTask, connection: Connection, sender: Sender) -> None:
 
 
 def _listen(connection: Connection, orders: queue.SimpleQueue[Any]) -> None:
-    """Pass on the orders of the desk; its end is an order to end."""
+    """Pass on the orders of the desk; the end of the desk is an order to stop."""
     with contextlib.suppress(EOFError, OSError):
         while True:
             orders.put(connection.recv())
@@ -219,7 +219,7 @@ def _listen(connection: Connection, orders: queue.SimpleQueue[Any]) -> None:
 
 
 def _heeded(session: Session, order: Any) -> list[str]:
-    """Let something happen; return why it cannot."""
+    """Apply an order; return the reason if that is impossible."""
     from pathgene.host.replanning.scenario import Scenario, check_mission
 
     event = _event(session, order)
@@ -234,7 +234,7 @@ def _heeded(session: Session, order: Any) -> list[str]:
 
 
 def _event(session: Session, order: Any) -> Event | None:
-    """Return the event of an order, or None."""
+    """Return the event for an order, or None."""
     from pathgene.host.replanning.scenario import Event, NewZone, Placed
 
     if order == AHEAD:
@@ -256,7 +256,7 @@ def _event(session: Session, order: Any) -> Event | None:
 
 
 class _Watch:
-    """Tells the news of a flight."""
+    """Collects the news of a flight."""
 
     def __init__(self, session: Session, said: list[str]) -> None:
         self._session, self._said = session, said
@@ -265,7 +265,7 @@ class _Watch:
         self._goal: Point | None = None
 
     def look(self) -> Flown:
-        """Return the news since the last look."""
+        """Return the news since the previous call."""
         from pathgene.host.terrain.surface import surface_below
         from pathgene.host.web.scene import zones_scene
 
@@ -306,7 +306,7 @@ class _Watch:
         )
 
     def _new(self) -> tuple[dict[str, Any] | None, list[dict[str, Any]] | None]:
-        """Return the path that has become active since the last look, and the changes."""
+        """Return the path that has become active since the previous call, and the changes."""
         from pathgene.host.web.scene import path_scene
 
         changes = self._session.changes
@@ -323,7 +323,7 @@ class _Watch:
         return path, [change.to_dict() for change in changes]
 
     def _ends(self) -> list[dict[str, Any]] | None:
-        """Return the ends where the goal is another; so it is in the beginning."""
+        """Return the ends if the goal has changed, which includes the first call."""
         from pathgene.host.web.scene import points_scene
 
         goal = self._session.airspace.goal

@@ -1,4 +1,4 @@
-"""A page that follows a job: its generations in the views, its state in words, its plan."""
+"""A page that follows a job: generations in the views, state in words, and plan."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from pathgene.host.web.desk.stage import Stage
 
 __all__ = ["Following"]
 
-# Period of the polls of a job, seconds. The views draw many generations with each frame.
+# Polling period of a job, seconds. The views draw many generations with each frame.
 _POLL_S = 0.05
-# Maximum generations of a poll. If there are more, some are left out.
+# Maximum generations per poll. If there are more, some are skipped.
 _MOST_ROWS = 250
 
 
 class Following:
-    """The job that a page follows, if any. The elements are added where it is made.
+    """The job that a page follows, if any. Its elements are added where it is constructed.
 
     Parameters
     ----------
@@ -45,11 +45,11 @@ class Following:
         self._show_state()
 
     def show_in(self, stage: Stage, results: Results) -> None:
-        """Set where the generations and the plan are shown."""
+        """Set the views in which the generations and the plan are shown."""
         self._stage, self._results = stage, results
 
     def follow(self, job: PlanJob) -> None:
-        """Show the generations of a job, from its first, as they come."""
+        """Show the generations of a job as they arrive, beginning with the first."""
         assert self._stage is not None
         assert self._results is not None
         self._job = job
@@ -66,13 +66,13 @@ class Following:
         self._show_state()
 
     async def stop(self) -> None:
-        """Let the job end with its best path."""
+        """Ask the job to end with its best path."""
         if self._job is not None:
             await asyncio.to_thread(self._jobs.stop, self._job)
             self._show_state()
 
     def _look(self) -> None:
-        """Show the progress of the job since the last look."""
+        """Show the progress of the job since the previous call."""
         job = self._job
         if job is None:
             return
@@ -89,7 +89,7 @@ class Following:
         rows, paths = job.rows[self._sent :], job.paths[self._sent_paths :]
         if not rows:
             return
-        # A path may be there before its row is.
+        # A path may arrive before its row.
         last = rows[-1][0]
         better = {generation: path.tolist() for generation, path in paths if generation <= last}
         self._sent += len(rows)
@@ -117,7 +117,7 @@ class Following:
             self._results.show(plan, self._results.kept)
 
     def _show_state(self) -> None:
-        """Show the state of the job, and enable Stop where it has an effect."""
+        """Show the state of the job, and enable Stop if it has an effect."""
         job = self._job
         can_stop = job is not None and job.state in ("waiting", "planning") and not job.stopping
         self._stop.set_enabled(can_stop)

@@ -37,7 +37,7 @@ class Field:
     option : Option
         Its row in the table of options, with meaning and default.
     widget : str
-        How it is shown: ``switch``, ``choice``, ``number``, or ``text``.
+        Kind of element: ``switch``, ``choice``, ``number``, or ``text``.
     choices : tuple of str
         All values of a choice.
     meaning : str
@@ -51,13 +51,13 @@ class Field:
 
     @property
     def label(self) -> str:
-        """Its name as a page shows it."""
+        """Its name on a page."""
         # The name of a planner or of an aircraft, not of a zone.
         named = self.option.key == "name" and self.option.table != "zones"
         return self.option.table if named else self.option.key.replace("_", " ")
 
     def text_of(self, value: Any) -> str:
-        """Return a value as the field shows it; empty for None."""
+        """Return the text of a value in the field; empty for None."""
         if value is None:
             return ""
         if isinstance(value, float):
@@ -72,7 +72,7 @@ class Field:
         Raises
         ------
         InputError
-            If it is not such a value.
+            If it is not a valid value.
         """
         if text is None or text == "":
             return None
@@ -134,7 +134,7 @@ def planner_fields(planner: str) -> list[Field]:
     return [_field(option) for option in OPTIONS if option.group == "own" and option.name in own]
 
 
-#: Fields of a zone besides its shape.
+#: Fields of a zone in addition to its shape.
 ZONE_FIELDS = tuple(
     _field(option) for option in OPTIONS if option.table == "zones" and option.desk == "form"
 )

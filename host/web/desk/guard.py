@@ -1,4 +1,4 @@
-"""The guard of the desk: it accepts requests with the token, and of limited size."""
+"""The guard of the desk: it accepts only requests that have the token and limited size."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ Receive = Callable[[], Awaitable[Message]]
 Send = Callable[[Message], Awaitable[None]]
 App = Callable[[Scope, Receive, Send], Awaitable[None]]
 
-# Everything but a file that is given to the desk.
+# Limit for everything except a file that is uploaded to the desk.
 _MOST_BYTES = 1_000_000
 _HEADERS = (
-    # Nothing is fetched from elsewhere. The page's own parts are scripts and styles in its text.
+    # Nothing is loaded from elsewhere. The page has inline scripts and styles.
     (
         b"content-security-policy",
         b"default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob:; frame-ancestors 'none'; "
         b"form-action 'self'; base-uri 'none'",
     ),
-    # The address has the token.
+    # The address contains the token.
     (b"referrer-policy", b"no-referrer"),
     (b"x-content-type-options", b"nosniff"),
 )
@@ -37,7 +37,7 @@ _TOO_LARGE = b"This is more than the desk takes; see pathgene desk --max-cells.\
 
 
 class Guard:
-    """An application that passes on only requests with the token.
+    """An application that only passes on requests with the token.
 
     The token is in the query of the first address, ``?token=``, and in a cookie from then on.
 
@@ -48,9 +48,9 @@ class Guard:
     token : str
         The token.
     port : int
-        The port of the desk, for a cookie of its own: cookies do not know ports.
+        The port of the desk, which is part of the cookie's name, because cookies ignore ports.
     upload_bytes : int
-        Maximum bytes of a file that is given to the desk.
+        Maximum bytes of a file that is uploaded to the desk.
     """
 
     def __init__(self, app: App, token: str, port: int, upload_bytes: int) -> None:
@@ -103,7 +103,7 @@ class Guard:
 
 
 class _Limited:
-    """The body of a request, which ends as if the browser had left where it is too long."""
+    """The body of a request; if it is too long, it ends as if the browser had disconnected."""
 
     def __init__(self, receive: Receive, most: int) -> None:
         self._receive, self._most, self._taken = receive, most, 0
@@ -135,7 +135,7 @@ def _header(scope: Scope, name: bytes) -> str:
 
 async def _refuse(scope: Scope, send: Send) -> None:
     if scope["type"] == "websocket":
-        # Before it is accepted, this is the status 403.
+        # Before the connection is accepted, this becomes status 403.
         await send({"type": "websocket.close", "code": 1008})
         return
     await _answer(send, 403, _REFUSED)

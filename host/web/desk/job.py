@@ -1,4 +1,4 @@
-"""The jobs of the desk as its pages see them: a plan in the making, and a flight."""
+"""The jobs of the desk as its pages see them: a plan in progress, and a flight."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from pathgene.host.web.desk.worker import Found, PlanTask, Progressed
 
 __all__ = ["NEWS", "FlightJob", "Job", "PlanJob", "State"]
 
-#: Parts of a flight that are told only after a change.
+#: Parts of a flight that are sent only after a change.
 NEWS = ("zones", "points", "path", "changes")
 
 #: See :class:`Job`.
@@ -26,12 +26,12 @@ State = Literal["waiting", "planning", "flying", "found", "saved", "failed"]
 
 @dataclass(eq=False)
 class Job(ABC):
-    """Work of a process of the desk. Only the desk's threads write to it.
+    """Work of a process of the desk. Only the desk's threads write to this object.
 
     Parameters
     ----------
     folder : Path
-        Where it is saved.
+        Folder in which the result is saved.
 
     Attributes
     ----------
@@ -39,16 +39,16 @@ class Job(ABC):
         ``waiting`` in the queue, ``planning`` or ``flying``, ``found`` but not yet saved,
         ``saved``, ``failed``.
     notes : list of str
-        Sentences on facts that the files cannot hold.
+        Sentences about facts that the files cannot express.
     error : str or None
-        The sentence on why there is no result, or no file of it.
+        A sentence that says why there is no result, or no file of it.
     stopping : bool
         Its end has been requested.
     ending : bool
-        Its search has ended for that reason.
+        Its search has ended because of that request.
     """
 
-    #: The state while it is done.
+    #: The state while the task is executed.
     at_work: ClassVar[State]
 
     folder: Path
@@ -65,11 +65,11 @@ class Job(ABC):
 
     @property
     def done(self) -> bool:
-        """True once nothing more comes."""
+        """True once nothing more will arrive."""
         return self.state in ("saved", "failed")
 
     def take(self, message: object) -> None:
-        """Note a message of the process."""
+        """Record a message of the process."""
         if isinstance(message, Ending):
             self.ending = True
         elif isinstance(message, Saved):
@@ -80,14 +80,14 @@ class Job(ABC):
 
 @dataclass(eq=False, kw_only=True)
 class PlanJob(Job):
-    """A plan in the making; nothing is in its folder before its state is ``saved``.
+    """A plan in progress; its folder is empty until its state is ``saved``.
 
     Parameters
     ----------
     values : mapping
         Values of the problem.
     statement : str, optional
-        The problem as :meth:`pathgene.host.web.desk.sheet.Sheet.statement` has it.
+        The problem in the form of :meth:`pathgene.host.web.desk.sheet.Sheet.statement`.
 
     Attributes
     ----------
@@ -116,10 +116,10 @@ class PlanJob(Job):
         return PlanTask(self.values, self.folder)
 
     def take(self, message: object) -> None:
-        """Note a message of the process."""
+        """Record a message of the process."""
         super().take(message)
         if isinstance(message, Progressed):
-            # A page that sees a row sees its path, too.
+            # A page that sees a row must also see its path.
             self.paths += message.paths
             self.rows += message.rows
         elif isinstance(message, Found):
@@ -133,18 +133,18 @@ class FlightJob(Job):
     Parameters
     ----------
     planner, board : str
-        Who plans in flight.
+        The planner to use in flight, and its board.
     seed : int
-        Its seed.
+        Seed of the planner.
 
     Attributes
     ----------
     latest : Flown or None
-        The latest that was seen of it.
+        The latest update.
     trail, versions, said : list
-        All entries of :class:`pathgene.host.web.desk.flight.Flown` until now; append-only.
+        All entries of :class:`pathgene.host.web.desk.flight.Flown` so far; append-only.
     news : dict of str to (int, object)
-        Zones, points, path and changes as they are now, each with a number that grows.
+        Current zones, points, path and changes, each with an increasing number.
     speed : float
         Speed of the flight, as a multiple of the speed of the aircraft.
     watchers : set
@@ -173,7 +173,7 @@ class FlightJob(Job):
         return FlyTask(self.folder, self.planner, self.board, self.seed)
 
     def take(self, message: object) -> None:
-        """Note a message of the process."""
+        """Record a message of the process."""
         super().take(message)
         if isinstance(message, Flown):
             self.trail += message.trail

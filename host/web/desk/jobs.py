@@ -1,4 +1,4 @@
-"""Runs the jobs of the desk in processes of their own: some plans at a time, more in a queue."""
+"""Runs the jobs of the desk in separate processes: a few plans at a time, more in a queue."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from pathgene.host.web.desk.worker import work
 
 __all__ = ["Jobs"]
 
-# After a stop, the longest wait for the end of a generation, and at the end of the desk for the
-# choice of the path and the files.
+# Longest wait for the end of a generation after a stop, and for the choice of the path and the
+# files at the end of the desk.
 _PATIENCE_S, _SAVING_S = 10.0, 60.0
-# Flights at a time.
+# Maximum flights at a time.
 _MOST_FLIGHTS = 4
 
 
@@ -46,13 +46,13 @@ class _Process:
         other.close()
 
     def begin(self, task: object) -> None:
-        """Give it its task."""
+        """Give the process its task."""
         self.tell(task)
-        # A process that does not read blocks only this thread.
+        # A process that does not read only blocks this thread.
         threading.Thread(target=self._post, daemon=True).start()
 
     def tell(self, message: object) -> None:
-        """Send a message after the earlier ones."""
+        """Send a message after all earlier ones."""
         self._outbox.put(message)
 
     def _post(self) -> None:
@@ -61,7 +61,7 @@ class _Process:
                 self.connection.send(message)
 
     def end(self) -> None:
-        """Let it end by itself, as it does without a task."""
+        """Let the process end by itself, as it does without a task."""
         self._outbox.put(None)
         self.connection.close()
 
@@ -72,9 +72,9 @@ class Jobs:
     Parameters
     ----------
     directory : Path
-        The folder in which each plan gets one.
+        The folder in which each plan gets a subfolder.
     at_once : int
-        Jobs that plan at a time, 1 or more.
+        Number of jobs that plan at a time, 1 or more.
     waiting : int
         Maximum jobs in the queue.
 
@@ -96,12 +96,12 @@ class Jobs:
         self._spare = _Process()
 
     def fly(self, job: FlightJob) -> None:
-        """Start a flight; it waits for no other job, and no plan waits for it.
+        """Start a flight; it neither waits for other jobs nor delays plans.
 
         Raises
         ------
         InputError
-            If too many flights are in progress, or one of the same plan is.
+            If too many flights are in progress, or the same plan is already being flown.
         """
         with self._lock:
             flights = [each for each in self._running if isinstance(each, FlightJob)]
@@ -129,7 +129,7 @@ class Jobs:
         values : mapping
             Values of the problem by the names in :data:`pathgene.host.options.table.OPTIONS`.
         name : str
-            Name of the folder of the plan, after the time.
+            Second part of the plan folder's name, after the time.
         statement : str, optional
             As for :class:`PlanJob`.
 
@@ -152,7 +152,7 @@ class Jobs:
         return job
 
     def stop(self, job: Job) -> None:
-        """Let a plan end with its best path. A plan in the queue, and a flight, end without one."""
+        """Let a plan end with its best path. A queued plan and a flight end without a path."""
         with self._lock:
             job.stopping = True
             if job not in self._running:
@@ -167,12 +167,12 @@ class Jobs:
 
     @property
     def active(self) -> list[Job]:
-        """The jobs that plan or wait, in the order in which they came."""
+        """The jobs that plan or wait, in order of submission."""
         with self._lock:
             return [*self._running, *self._queue]
 
     def ahead_of(self, job: PlanJob) -> int:
-        """Return how many jobs wait before a waiting one."""
+        """Return how many jobs wait before a given waiting job."""
         with self._lock, contextlib.suppress(ValueError):
             return self._queue.index(job)
         return 0
@@ -205,7 +205,7 @@ class Jobs:
     def _begin(self, job: Job) -> None:
         """Give a job the spare process; the lock is held."""
         if not self._spare.process.is_alive():
-            self._spare = _Process()  # It was killed while it waited.
+            self._spare = _Process()  # The process was killed while it waited.
         self._running[job], self._spare = self._spare, _Process()
         job.state = job.at_work
         self._running[job].begin(job.task)
@@ -229,12 +229,12 @@ class Jobs:
         with self._lock:
             del self._running[job]
             self._start()
-        # It may still be drawing the picture. It gets no further messages.
+        # The process may still be drawing the picture. It gets no more messages.
         process.process.join()
         process.end()
 
     def _kill(self, job: Job) -> None:
-        """End a process that has not heeded a stop; one that has is left to save its path."""
+        """Kill a process that did not respond to a stop; one that did may still save its path."""
         with self._lock:
             running = self._running.get(job)
             if running is not None and job.state == job.at_work and not job.ending:

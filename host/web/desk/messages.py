@@ -1,4 +1,4 @@
-"""Messages between the desk and its processes, whether these plan or fly."""
+"""Messages between the desk and its processes, which plan or fly."""
 
 from __future__ import annotations
 
@@ -16,30 +16,30 @@ STOP = "stop"
 
 @dataclass(frozen=True)
 class Ending:
-    """The search has ended early, and chooses its path."""
+    """The search has ended early and is choosing its path."""
 
 
 @dataclass(frozen=True)
 class Saved:
-    """All files are written but pictures; ``notes`` are sentences on facts that they lack."""
+    """All files except pictures are written; ``notes`` are sentences about facts they lack."""
 
     notes: list[str]
 
 
 @dataclass(frozen=True)
 class Failed:
-    """The sentence on why there is no result, or no file of it."""
+    """There is no result, or no file of it; the sentence says why."""
 
     sentence: str
 
 
 class Sender:
-    """Sends to the desk, from any thread.
+    """Sends messages to the desk from any thread.
 
     Parameters
     ----------
     connection : Connection
-        Where to.
+        The connection to the desk.
     """
 
     def __init__(self, connection: Connection) -> None:
@@ -47,6 +47,6 @@ class Sender:
         self._lock = threading.Lock()
 
     def send(self, message: object) -> None:
-        """Send a message; if the desk has ended, the work is finished and saved nevertheless."""
+        """Send a message; if the desk has ended, ignore that, so that the work is still saved."""
         with self._lock, contextlib.suppress(OSError):
             self._connection.send(message)

@@ -1,4 +1,4 @@
-"""Texts in the fields of a page that hold no value."""
+"""Texts in the fields of a page that are not valid values."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from dataclasses import dataclass
 __all__ = ["Misread", "Place", "Wrong"]
 
 #: Place of a field on a page: ``("form", name)``; ``("start", part)``, ``("goal", part)``;
-#: ``("via", number, part)``; ``("zone", number, name)``, with a part where there are several.
+#: ``("via", number, part)``; ``("zone", number, name)``, with a part if there are several.
 Place = tuple[str | int, ...]
 
 
 @dataclass(frozen=True)
 class Wrong:
-    """A text that holds no value.
+    """A text that is not a valid value.
 
     Parameters
     ----------
@@ -30,13 +30,13 @@ class Wrong:
 
 
 class Misread:
-    """The texts of a page that hold no value, each until its field gets another one."""
+    """The texts of a page that are not valid values, each kept until its field changes."""
 
     def __init__(self) -> None:
         self._wrong: dict[Place, Wrong] = {}
 
     def at(self, place: Place) -> Wrong | None:
-        """Return the text at a place, if it holds no value."""
+        """Return the text at a place if it is not a valid value."""
         return self._wrong.get(place)
 
     def note(self, place: Place, wrong: Wrong) -> None:
@@ -56,7 +56,7 @@ class Misread:
                 self._wrong[(kind, each[1] - 1, *each[2:])] = self._wrong.pop(each)
 
     def sentence(self, void: Collection[str]) -> str | None:
-        """Return a sentence on the first of the texts, or None.
+        """Return a sentence about the first of the texts, or None.
 
         Parameters
         ----------

@@ -32,7 +32,7 @@ from pathgene.host.web.scene import path_scene
 
 __all__ = ["Page"]
 
-# Seconds without another change after which a change is drawn and checked.
+# Seconds without further changes after which a change is drawn and checked.
 _SETTLE_S = 0.15
 _LIST_S = 2.0
 
@@ -99,7 +99,7 @@ class Page:
         self._cockpit.show_in(self._stage)
 
     async def _ready(self, event: events.GenericEventArguments) -> None:
-        """Take the problem of the address, and draw it."""
+        """Load the problem from the address, and draw it."""
         fragment = str(event.args.get("fragment") or "")
         if fragment and await self._tried(self._sheet.open_link, fragment):
             self._show_values()
@@ -107,7 +107,7 @@ class Page:
         self._list()
 
     def _holds(self, plan: PlanView) -> bool:
-        """Tell whether a plan is of the problem as it is now."""
+        """Return whether a plan belongs to the current problem."""
         return plan.statement is not None and plan.statement == self._sheet.statement()
 
     def _changed(self) -> None:
@@ -116,7 +116,7 @@ class Page:
         self._settling.activate()
 
     async def _settle(self) -> None:
-        """Draw the problem as it is now, and say what is wrong with it."""
+        """Draw the current problem, and say what is wrong with it."""
         self._settling.deactivate()
         sheet = self._sheet
         try:
@@ -142,7 +142,7 @@ class Page:
         self._trouble.text = sentence
 
     async def _tried(self, function: Any, *values: Any) -> bool:
-        """Call a function in a thread; report its error, and return whether there was none."""
+        """Call a function in a thread; report an error, and return whether it succeeded."""
         try:
             await asyncio.to_thread(function, *values)
         except PathgeneError as error:
@@ -179,7 +179,7 @@ class Page:
             self._changed()
 
     def _drawn(self, event: events.GenericEventArguments) -> None:
-        """Take a drawing of the user on the map."""
+        """Handle a drawing of the user on the map."""
         values = event.args
         if self._cockpit.is_open:
             self._happened(values)
@@ -213,7 +213,7 @@ class Page:
             sheet.reshape(operator.index(values["number"]), _shape(values))
 
     def _happened(self, values: Any) -> None:
-        """Turn a drawing of the user into an event of the flight."""
+        """Convert a drawing of the user to an event of the flight."""
         if not self._cockpit.is_flying:
             ui.notify("Close the flight to change the problem.")
             return
@@ -227,10 +227,10 @@ class Page:
         except InputError as error:
             ui.notify(str(error), type="negative", multi_line=True)
         except (KeyError, TypeError, ValueError):
-            return  # The page draws nothing of this kind.
+            return  # The page does not draw anything of this kind.
 
     async def fly(self) -> None:
-        """Fly the plan that is shown; the planner of the form plans in flight."""
+        """Fly the displayed plan; the planner of the form plans in flight."""
         plan = self._results.plan
         if plan is None:
             return
@@ -246,7 +246,7 @@ class Page:
         self._list()
 
     def _landed(self) -> None:
-        # With the files of the flight.
+        # Including the files of the flight.
         self._results.card.refresh()
         self._list()
 
@@ -313,7 +313,7 @@ class Page:
         return True
 
     async def _opened(self, event: events.UploadEventArguments) -> None:
-        """Take a file that a user gives: a problem, zones, an aircraft or a terrain."""
+        """Open a file from the user: a problem, zones, an aircraft or a terrain."""
         content = await event.file.read()
         self._upload.reset()
         if await self._tried(
@@ -340,7 +340,7 @@ def _copy(text: str) -> None:
 
 
 def _shape(values: Any) -> dict[str, Any]:
-    """Return the shape of a zone that a browser gives, to the decimetre."""
+    """Return the shape of a zone from a browser, rounded to the decimetre."""
     if "circle" in values:
         x, y, radius_m = numbers(values["circle"], 3)
         return {"circle": (round(x, 1), round(y, 1), round(radius_m, 1))}

@@ -18,7 +18,7 @@ from pathgene.host.web.desk.sheet import Sheet
 
 __all__ = ["Panels", "panel"]
 
-# A new zone, by the keyboard, as a share of the shorter side of the map.
+# Size of a new zone added by keyboard, as a share of the shorter side of the map.
 _NEW_ZONE_SHARE = 0.08
 _NEW_ZONES = "circle", "polygon"
 
@@ -33,7 +33,7 @@ class Panels:
     changed : callable
         Called after each change.
     picked : callable
-        Called with the number of the zone that a user opens, or None.
+        Called with the number of the zone that the user opens, or None.
     """
 
     def __init__(
@@ -41,7 +41,7 @@ class Panels:
     ) -> None:
         self._sheet, self._changed, self._picked = sheet, changed, picked
         self._zone: int | None = None
-        # Buttons that add to a list are next to the list, so that they keep the keyboard's focus.
+        # Buttons that add to a list are outside the list, so that they keep the keyboard focus.
         with panel("Points", is_open=True):
             self._points()
             _adders({"Add via point": self._add_via})
@@ -53,12 +53,12 @@ class Panels:
                 self._form(table)
 
     def show(self) -> None:
-        """Show all values again, as after another problem was opened."""
+        """Show all values again, for example after another problem was opened."""
         self.show_drawn()
         self.show_form()
 
     def show_form(self) -> None:
-        """Show the values of the form again, as after another planner was chosen."""
+        """Show the values of the form again, for example after another planner was chosen."""
         self._form.refresh()
 
     def show_drawn(self) -> None:
@@ -216,7 +216,7 @@ class Panels:
         return remove
 
     def _add_zone(self, kind: str) -> None:
-        """Add a zone in the middle of the map, to be moved by its fields."""
+        """Add a zone at the centre of the map; its fields move it."""
         try:
             terrain = self._sheet.terrain()
         except InputError:
@@ -267,12 +267,12 @@ def _remover(label: str, remove: Callable[[], None]) -> None:
 
 
 def _corners(text: str) -> list[list[float]]:
-    """Return the corners of a polygon, one in a line.
+    """Return the corners of a polygon, one per line.
 
     Raises
     ------
     InputError
-        If they are not three pairs of numbers or more.
+        If they are not at least three pairs of numbers.
     """
     try:
         ring = [

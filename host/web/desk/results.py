@@ -1,4 +1,4 @@
-"""The figures of a plan next to the figures of a kept one, its files, and the saved plans."""
+"""The figures of a plan next to those of a kept plan, its files, and the saved plans."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from pathgene.host.web.figures import figures
 
 __all__ = ["EARLIER", "PlanView", "Results", "rows_of"]
 
-# Saved plans that the panel lists.
+# Maximum number of saved plans that the panel lists.
 _LISTED = 30
-# Names of the files that a user takes along.
+# Names of the files that a user may download.
 _FILES = {
     **{row.file: row.button for row in FORMATS if row.button},
     "problem.toml": "Problem",
@@ -29,13 +29,13 @@ _FILES = {
 }
 
 
-#: Sentence on a plan whose problem has changed.
+#: Sentence about a plan whose problem has changed.
 EARLIER = "This plan is of an earlier problem. Plan again to fly a plan or to take its files."
 
 
 @dataclass(frozen=True, eq=False)
 class PlanView:
-    """A finished plan as a page shows it.
+    """A finished plan on a page.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class PlanView:
     state : str
         State of its job. Its files are in the folder once the state is ``saved``.
     statement : str, optional
-        Its problem as :meth:`pathgene.host.web.desk.sheet.Sheet.statement` has it.
+        Its problem in the form of :meth:`pathgene.host.web.desk.sheet.Sheet.statement`.
     """
 
     summary: dict[str, Any]
@@ -58,21 +58,21 @@ class PlanView:
     statement: str | None = None
 
     def to_json(self) -> dict[str, Any]:
-        """The plan as ``stage.js`` takes it."""
+        """The plan in the form that ``stage.js`` expects."""
         return {"path": self.path, "rows": self.summary["history"]}
 
 
 def rows_of(
     plans: Sequence[PlanView], earlier: Collection[PlanView] = ()
 ) -> list[tuple[str, list[str]]]:
-    """Return the table of plans: a label and a text of each plan, in rows.
+    """Return the table of plans, one row per figure: its label, and its text for each plan.
 
     Parameters
     ----------
     plans : sequence of PlanView
         The plans.
     earlier : collection of PlanView
-        The plans of an earlier problem, whose verdict says so.
+        The plans of an earlier problem; their verdict says so.
     """
     columns = [_column(plan.summary, is_earlier=plan in earlier) for plan in plans]
     labels = list(dict.fromkeys(label for column in columns for label in column))
@@ -101,9 +101,10 @@ class Results:
     Parameters
     ----------
     keep, drop, fly : callable
-        Called when a user keeps the plan, drops the kept one, and flies the plan.
+        Called when the user keeps the plan, drops the kept one, or flies the plan.
     holds : callable
-        Tells whether a plan is of the problem as it is now. Only such a plan flies and gives files.
+        Returns whether a plan belongs to the current problem. Only such a plan can be flown or
+        downloaded.
     """
 
     def __init__(
@@ -120,7 +121,7 @@ class Results:
         self.card()
 
     def check(self) -> None:
-        """Show which of the plans are of the problem as it is now, after a change of it."""
+        """After a change of the problem, show which of the plans still belong to it."""
         if self._earlier != self._not_held():
             self.card.refresh()
 
@@ -136,7 +137,7 @@ class Results:
 
     @ui.refreshable_method
     def card(self) -> None:
-        """Add the elements of the card."""
+        """Build the elements of the card."""
         self._earlier = self._not_held()
         is_earlier = self.plan in self._earlier
         with ui.element("header"):
@@ -206,12 +207,12 @@ def _files(plan: PlanView) -> None:
 
 
 class SavedPlans:
-    """The panel of running jobs and of saved plans.
+    """The panel of running jobs and saved plans.
 
     Parameters
     ----------
     follow, stop, load : callable
-        Called with the job, or with the name of the plan, that a user chooses.
+        Called with the job, or with the name of the plan, that the user chooses.
     """
 
     def __init__(
@@ -234,7 +235,7 @@ class SavedPlans:
 
     @ui.refreshable_method
     def entries(self) -> None:
-        """Add the entries."""
+        """Build the entries."""
         for job in self._jobs:
             with ui.row().classes("zone-head"):
                 does = "flies" if isinstance(job, FlightJob) else "runs"

@@ -1,4 +1,4 @@
-"""Plans in the folder of the desk: saved whole, listed, and read again."""
+"""Plans in the folder of the desk: saved as a whole, listed, and read again."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ __all__ = ["PROBLEM", "draw_picture", "files_of", "read_summary", "save", "saved
 #: The problem file of a saved plan.
 PROBLEM = "problem.toml"
 
-# Formats that need no place on Earth, and all; every run has path.geojson.
+# Formats that need no place on Earth, and all formats; every run has path.geojson.
 _ALL = tuple(row for row in FORMATS if row.file and row.name != "geojson")
 _ANYWHERE = tuple(row.name for row in _ALL if not row.placed)
 
 
 def save(plan: Plan, values: Mapping[str, Any], folder: Path) -> list[str]:
-    """Write all files of a plan but its picture, all or none, and return notes about their gaps.
+    """Write the files of a plan except its picture, all or none; return notes on what they lack.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def save(plan: Plan, values: Mapping[str, Any], folder: Path) -> list[str]:
     values : mapping
         The values of its problem, for its problem file.
     folder : Path
-        The folder of the plan; made if missing.
+        The folder of the plan; created if missing.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def save(plan: Plan, values: Mapping[str, Any], folder: Path) -> list[str]:
 
 
 def draw_picture(plan: Plan, folder: Path) -> None:
-    """Draw ``path.png`` next to the files of a saved plan; a failure loses nothing else."""
+    """Draw ``path.png`` next to the files of a saved plan; a failure affects nothing else."""
     write_picture(
         folder / PICTURE,
         lambda: scene(plan.evaluator, plan.result, plan.summary),

@@ -1,4 +1,4 @@
-"""The server of the desk: NiceGUI with a guard before it, and the files of saved plans."""
+"""The server of the desk: NiceGUI behind a guard, and the files of saved plans."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ _STYLES = [
     file.read_text(encoding="utf-8")
     for file in (_FOLDER.parent / "colours.css", _FOLDER / "desk.css")
 ]
-# Open tabs; each has a problem in memory.
+# Maximum open tabs; each has a problem in memory.
 _MOST_TABS = 32
-# Bytes of a cell in the largest format that is common, and of the file around the cells.
+# Bytes of a cell in the largest common format, and of the file around the cells.
 _CELL_BYTES, _AROUND_BYTES = 8, 1_000_000
 _ICON = (
     '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 32 32">'
@@ -45,7 +45,7 @@ _ICON = (
 
 
 def serve(desk: Desk, host: str, port: int, ready: Callable[[str], object]) -> None:
-    """Serve a desk until a signal; then its jobs end and their plans are saved.
+    """Serve a desk until a signal; then end its jobs and save their plans.
 
     Parameters
     ----------
@@ -54,16 +54,16 @@ def serve(desk: Desk, host: str, port: int, ready: Callable[[str], object]) -> N
     host : str
         Address to listen at.
     port : int
-        Port, 0 for a free one.
+        Port; 0 chooses a free one.
     ready : callable
-        Called with the address to open, once it answers.
+        Called with the address to open once the server answers.
 
     Raises
     ------
     InputError
         If nothing can listen there.
     """
-    # It would log each request for an unknown address.
+    # NiceGUI would log each request for an unknown address.
     logging.getLogger("nicegui").setLevel(logging.ERROR)
     token = secrets.token_urlsafe(24)
     with _listening(host, port) as listener:
@@ -89,12 +89,12 @@ class _Server(uvicorn.Server):
     """A server that leaves signals to the command."""
 
     def end(self) -> None:
-        """Let it end."""
+        """Ask the server to end."""
         self.should_exit = True
 
     @contextlib.contextmanager
     def capture_signals(self) -> Iterator[None]:
-        """Leave the handlers of signals as they are."""
+        """Leave the signal handlers unchanged."""
         yield
 
 
@@ -146,7 +146,7 @@ def _application(desk: Desk, address: str) -> FastAPI:
         if len(Client.instances) > _MOST_TABS:
             ui.label("Too many tabs of this desk are open; close one, and load this one again.")
             return
-        # As the browser names it, which may be another name of this machine.
+        # The name that the browser uses, which may be another name of this machine.
         Page(desk, f"{request.base_url}?{address.partition('?')[2]}")
 
     ui.run_with(
@@ -156,7 +156,7 @@ def _application(desk: Desk, address: str) -> FastAPI:
         dark=None,
         tailwind=False,
         show_welcome_message=False,
-        # A tab that was away for less time continues.
+        # A tab that disconnects for less time continues.
         reconnect_timeout=30.0,
         # Modules of another version of pathgene have the same address.
         cache_control_directives="no-cache",

@@ -1,4 +1,4 @@
-"""The problem of a page: its values, and the same as a problem file and as a link."""
+"""The problem of a page: its values, also in the form of a problem file and of a link."""
 
 from __future__ import annotations
 
@@ -35,12 +35,13 @@ from pathgene.host.web.desk.terrains import Terrains
 
 __all__ = ["Sheet", "zone_table"]
 
-#: Maximum bytes of a problem as text: some ten thousand corners.
+#: Maximum bytes of a problem as text: about ten thousand corners.
 MOST_BYTES = 1_000_000
 
-# Start and goal on a new terrain: share of its sides from two corners, and height above it.
+# Start and goal on a new terrain: distance from two corners as a share of its sides, and height
+# above ground.
 _END_SHARE, _END_HEIGHT_M = 0.1, 100.0
-# Places that a mouse gives, to the decimetre.
+# Decimals of positions from a mouse: decimetres.
 _DECIMALS = 1
 # The desk decides these itself.
 _OUTPUT = tuple(option.name for option in options_of("output"))
@@ -51,7 +52,7 @@ _PLANNER = frozenset(option.name for option in options_of("planning", "search", 
 class Sheet:
     """The problem of a page.
 
-    Its values stand by the names in :data:`pathgene.host.options.table.OPTIONS`, in one form: the
+    Its values have the names in :data:`pathgene.host.options.table.OPTIONS` and a uniform form: the
     terrain by its name on the desk, points in metres of the terrain's frame, zones as tables of a
     circle or a polygon. A value at its default is left out. A method that raises changes nothing.
 
@@ -60,15 +61,15 @@ class Sheet:
     terrains : Terrains
         The terrains of the desk.
     board : str, optional
-        The board of the problem file that the user named when the desk was started, which no page
-        may name otherwise: see :func:`pathgene.host.web.desk.boards.require_board`.
+        The board of the problem file that the user named when starting the desk, which a page may
+        name although others are refused: see :func:`pathgene.host.web.desk.boards.require_board`.
 
     Attributes
     ----------
     values : dict
         The values.
     misread : Misread
-        Texts that hold no value. With one of them there is no :meth:`mission`.
+        Texts that are not valid values. While there is one, :meth:`mission` fails.
     """
 
     def __init__(self, terrains: Terrains, board: str | None = None) -> None:
@@ -95,7 +96,7 @@ class Sheet:
         return via
 
     def copy(self) -> Sheet:
-        """Return the same problem, which keeps its values when this one changes."""
+        """Return a copy of the problem, which is independent of later changes."""
         other = Sheet.__new__(Sheet)
         other._terrains, other.board = self._terrains, self.board
         other.values, other.misread = copy.deepcopy((self.values, self.misread))
@@ -106,14 +107,14 @@ class Sheet:
         return self._terrains.load(self.values)
 
     def set(self, name: str, value: Any) -> None:
-        """Set a value, or with None its default."""
+        """Set a value; None restores its default."""
         if value is None or value is False:
             self.values.pop(name, None)
         else:
             self.values[name] = value
 
     def take_terrain(self, name: str) -> None:
-        """Go to another terrain: with ends in two of its corners, without zones and via points.
+        """Switch to another terrain, with ends near two corners and no zones or via points.
 
         Raises
         ------
@@ -147,7 +148,7 @@ class Sheet:
             self.misread.clear(name, *([number] if name == "via" else []), part)
 
     def reshape(self, number: int, shape: Mapping[str, Any]) -> None:
-        """Give a zone another shape."""
+        """Give a zone a new shape."""
         self.zones[number].update(shape)
         for name in shape:
             self.misread.clear("zone", number, name)
@@ -173,7 +174,8 @@ class Sheet:
         Raises
         ------
         InputError
-            If a value is bad or missing, a page may not use the board, or a text holds no value.
+            If a value is bad or missing, a page may not use the board, or a text is not a valid
+            value.
         """
         if (sentence := self.misread.sentence(self._without_field())) is not None:
             raise InputError(sentence)
@@ -197,9 +199,9 @@ class Sheet:
         require_board(board, self.board)
 
     def statement(self) -> str | None:
-        """Return the problem without its planner as text; None while a text holds no value.
+        """Return the problem without its planner as text; None while a text is not a valid value.
 
-        A plan belongs to the shown problem while the two statements are equal.
+        A plan belongs to the displayed problem if the two statements are equal.
         """
         if self.misread.sentence(self._without_field()) is not None:
             return None
@@ -207,7 +209,7 @@ class Sheet:
         return problem_text(values, Path(), "problem.toml")
 
     def text(self) -> str:
-        """Return the problem file; a terrain that is a file is expected next to it."""
+        """Return the text of a problem file; a terrain file is expected next to it."""
         return problem_text(self._effective(), Path(), "problem.toml")
 
     def link(self) -> str:
@@ -216,7 +218,7 @@ class Sheet:
         return base64.urlsafe_b64encode(packed).decode().rstrip("=")
 
     def open_link(self, fragment: str) -> None:
-        """Take the problem of :meth:`link`.
+        """Open the problem of a :meth:`link`.
 
         Raises
         ------
@@ -235,7 +237,7 @@ class Sheet:
         self.open_text(text)
 
     def open_text(self, text: str) -> None:
-        """Take the problem of the text of a problem file, which must not name a local file.
+        """Open the problem in the text of a problem file, which must not name a local file.
 
         Raises
         ------
@@ -248,17 +250,17 @@ class Sheet:
         self._take(values)
 
     def open_saved(self, text: str) -> str | None:
-        """Take the problem of a saved plan.
+        """Open the problem of a saved plan.
 
         Returns
         -------
         str or None
-            A sentence on its board, where that is left out since a page may not name it.
+            A sentence about its board if it is left out because a page may not name it.
 
         Raises
         ------
         InputError
-            As :meth:`open_text`, but for the board.
+            As :meth:`open_text`, except for the board.
         """
         values, sentence = self._parsed(text), None
         try:
@@ -290,12 +292,12 @@ class Sheet:
         return values
 
     def open_file(self, file: Path) -> None:
-        """Take a problem file of this machine, with the files that it names.
+        """Open a problem file of this machine, with the files that it names.
 
         Raises
         ------
         InputError
-            If it is bad, or a file that it names.
+            If the file, or a file that it names, is bad.
         """
         values = read_problem(file)
         name = values.get("terrain")
@@ -305,7 +307,7 @@ class Sheet:
         self.board = self.values.get("board")
 
     def _take(self, values: Mapping[str, Any]) -> None:
-        """Take values of a problem file in the form of this class."""
+        """Replace the values by those of a problem file, converted to the form of this class."""
         taken = {
             name: value
             for name, value in values.items()
@@ -332,7 +334,7 @@ class Sheet:
         self.misread.clear()
 
     def _effective(self) -> dict[str, Any]:
-        """Return the values that have an effect, as the command line has them."""
+        """Return the values that have an effect, in the form of the command line."""
         void = self._without_field()
         if self.values.get("as_paper"):
             void |= set(RULES)
@@ -354,7 +356,7 @@ def zone_table(zone: Zone) -> dict[str, Any]:
 
 
 def _planner(values: Mapping[str, Any]) -> str:
-    """Return the planner that is named, or the default one; hardware is not asked."""
+    """Return the named planner, or the default one without querying hardware."""
     if asks_hardware(values.get("planner"), values.get("board")):
         return DEFAULT
     return planner_of(values)

@@ -1,4 +1,4 @@
-"""The views of the desk as an element of NiceGUI; ``stage.js`` draws them."""
+"""The views of the desk as a NiceGUI element; ``stage.js`` draws them."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Stage(
         self.run_method("setPlan", plan)
 
     def set_kept(self, plan: Mapping[str, Any] | None) -> None:
-        """Show a second plan alongside it."""
+        """Show a second plan alongside the plan."""
         self.run_method("setKept", plan)
 
     def fly(self) -> None:
@@ -60,7 +60,7 @@ class Stage(
         self.run_method("flown", news)
 
     def land(self) -> None:
-        """Show no flight any more."""
+        """Stop showing the flight."""
         self.run_method("land")
 
     def pick(self, number: int | None) -> None:

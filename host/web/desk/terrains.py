@@ -1,4 +1,4 @@
-"""The terrains of a desk: the embedded ones, and files that were given to it."""
+"""The terrains of a desk: the embedded ones, and files that were added to it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from pathgene.host.terrain import Terrain, embedded
 
 __all__ = ["Terrains"]
 
-# Terrains kept in memory, enough for a few tabs.
+# Number of terrains kept in memory, enough for a few tabs.
 _KEPT = 4
 # Files that GDAL writes next to a raster.
 _HIDDEN = re.compile(r"^\.|\.aux\.xml$")
@@ -28,16 +28,16 @@ _DIGEST_LENGTH = 8
 
 
 class Terrains:
-    """Terrains by the name that a problem on a desk has for them.
+    """Terrains, by their names in problems on a desk.
 
-    A problem of a link must not name any file of this machine, so a name stands for a terrain of
+    A problem from a link must not name files of this machine, so a name stands for a terrain of
     ``pathgene terrain list``, a file in a folder of the desk, or a file that the user named when
-    the desk was started.
+    starting the desk.
 
     Parameters
     ----------
     directory : Path
-        Folder of the files that are given to the desk; it need not exist.
+        Folder of the files that are added to the desk; it need not exist.
     max_cells : int, optional
         Maximum cells of a terrain; see :func:`pathgene.host.terrain.load`.
     """
@@ -59,7 +59,7 @@ class Terrains:
         return [*embedded.names(), *self._files]
 
     def add_file(self, file: Path) -> str:
-        """Give a file that the user named; return its name."""
+        """Add a file that the user named; return its name here."""
         resolved = file.resolve()
         for name, known in self._files.items():
             if known.resolve() == resolved:
@@ -70,18 +70,18 @@ class Terrains:
         return name
 
     def add_content(self, name: str, content: bytes, values: Mapping[str, Any]) -> str:
-        """Keep a file that came from a browser, if it is a terrain; return its name.
+        """Keep a file from a browser if it is a terrain; return its name here.
 
-        The same content has the same name, so that a link still finds it.
+        Equal content gets the same name, so that a link still finds it.
 
         Parameters
         ----------
         name : str
-            The name that it had.
+            Its original name.
         content : bytes
-            All of it.
+            Its whole content.
         values : mapping
-            Values of the problem that say how to load it, as for an array without sides of cells.
+            Values of the problem that say how to load it, for example an array without cell sides.
 
         Raises
         ------
@@ -91,7 +91,7 @@ class Terrains:
         digest = hashlib.sha256(content).hexdigest()[:_DIGEST_LENGTH]
         plain = Path(re.sub(r"[^\w.-]+", "-", Path(name).name).strip(".-")[-80:] or "terrain")
         suffix = plain.suffix.lower()
-        # GDAL reads the place of a tile of SRTM from its name, up to the first point.
+        # GDAL reads the place of an SRTM tile from its name, up to the first dot.
         kept = f"{plain.stem}{'.' if suffix == '.hgt' else '-'}{digest}{suffix}"
         if kept in self._files:
             return kept
@@ -127,9 +127,9 @@ class Terrains:
         return str(self._files[name])
 
     def task(self, name: str) -> dict[str, Any]:
-        """Return the values with which a process loads a terrain itself.
+        """Return the values with which another process loads a terrain.
 
-        Content that came from a browser may name no file of this machine, as a virtual raster does.
+        Content from a browser must not name files of this machine, as a virtual raster does.
 
         Raises
         ------
@@ -169,7 +169,7 @@ class Terrains:
 
 
 def _unlike(name: str, others: Mapping[str, Any]) -> str:
-    """Return a name that no other terrain has."""
+    """Return a name that no other terrain uses."""
     taken = {*others, *embedded.names()}
     number, candidate = 2, name
     while candidate in taken:

@@ -1,4 +1,4 @@
-"""The process of a job: plans a problem, tells its progress, saves the plan, and ends; or flies."""
+"""The process of a job: it plans a problem, reports progress and saves the plan, or flies one."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from pathgene.host.web.desk.messages import STOP, Ending, Failed, Saved, Sender
 
 __all__ = ["Found", "PlanTask", "Progressed", "work"]
 
-# The page of the desk has priority where cores are few.
+# The page of the desk has priority if there are few cores.
 _NICENESS = 10
 _HEEDED_POLL_S = 0.05
-# Time between two messages of progress: more than any page draws.
+# Time between two progress messages: more often than any page draws.
 _PERIOD_S = 1 / 30
 
 
@@ -79,13 +79,13 @@ class Found:
 
 
 def work(connection: Connection) -> None:
-    """Wait for a task on ``connection``, do it, and send its results.
+    """Wait for a task on ``connection``, execute it, and send its results.
 
-    When the desk has closed its end, a search ends as after
-    :data:`pathgene.host.web.desk.messages.STOP`, and its plan is saved.
+    If the desk closes its end, a search ends as after :data:`pathgene.host.web.desk.messages.STOP`,
+    and its plan is saved.
     """
     os.nice(_NICENESS)
-    # Loaded while the task is still to come.
+    # Loaded before the task arrives.
     for name in ("mission.planning", "web.scene", "web.desk.saving"):
         importlib.import_module(f"pathgene.host.{name}")
 
@@ -121,12 +121,12 @@ def _plan(task: PlanTask, connection: Connection, sender: Sender) -> None:
     path = path_scene(plan.evaluator, plan.path, plan.planner, least_m=least_m)
     sender.send(Found(plan.summary, path))
     sender.send(Saved(save(plan, task.values, task.folder)))
-    # Nobody waits for it.
+    # Nobody is waiting for it.
     draw_picture(plan, task.folder)
 
 
 class _Observer:
-    """The observer of a search that sends its progress, at most 30 times a second."""
+    """Observer of a search that sends its progress, at most 30 times a second."""
 
     def __init__(self, sender: Sender) -> None:
         self._sender = sender
@@ -146,7 +146,7 @@ class _Observer:
         self._better = path
 
     def flush(self) -> None:
-        """Send the rest."""
+        """Send the remaining progress."""
         if self._seen.rows:
             self._sender.send(self._seen)
         self._seen = Progressed([], [])

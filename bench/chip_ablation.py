@@ -24,7 +24,7 @@ _USUAL = RunOptions(cycles=_CYCLES)
 
 _BREEDER = "pathgene.sim.model.planner.breeder"
 _PROTOCOL = "pathgene.hdl.protocol.planner"
-_BREEDING = "pathgene.hdl.protocol.planner_breeding"
+_BREEDING = "pathgene.hdl.protocol.breeding"
 _TWICE = """mutate(problem, sizes, child, length, words)
         step(words)
         if field(words, 1, *CUT) == 0:

@@ -10,9 +10,8 @@ from amaranth import *
 from amaranth.lib.wiring import In, Out, connect
 
 from pathgene.hdl.link.line import Line
-from pathgene.hdl.planner.memory_queue import MemoryQueue
 from pathgene.hdl.planner.sorter import Sorter
-from pathgene.hdl.primitives.skid_buffer import SkidBuffer
+from pathgene.hdl.primitives.buffers import MemoryQueue, SkidBuffer
 from pathgene.hdl.primitives.unit import Count, Unit
 
 

@@ -12,8 +12,7 @@ from pathgene.hdl.feasibility.checker import Checker
 from pathgene.hdl.ga_core.core import PaperCore
 from pathgene.hdl.link.line import Line
 from pathgene.hdl.planner.core import PlannerCore
-from pathgene.hdl.primitives.skid_buffer import SkidBuffer
-from pathgene.hdl.primitives.stream_register import StreamRegister
+from pathgene.hdl.primitives.buffers import SkidBuffer, StreamRegister
 from pathgene.hdl.primitives.unit import InstanceOf, Unit
 from pathgene.hdl.protocol import Counter
 

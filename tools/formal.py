@@ -106,24 +106,26 @@ class Proof:
 
 
 def altered(component: Any, *changes: Change) -> Any:
-    """Return the class of a component, made from its source with changes.
+    """Return the class of a component, made from its module with changes.
 
     Raises
     ------
     ValueError
-        If the text to replace does not occur exactly once in the source.
+        If the text to replace does not occur exactly once in the class, or, if it does not occur
+        there, in the module.
     """
     if not changes:
         return component
     module = inspect.getmodule(component)
     assert module is not None
-    source = inspect.getsource(module)
+    parts = list(inspect.getsource(module).partition(inspect.getsource(component)))
     for old, new in changes:
-        if source.count(old) != 1:
-            raise ValueError(
-                f"{old!r} must occur once in {module.__name__}, not {source.count(old)} times"
-            )
-        source = source.replace(old, new)
+        where = [1] if old in parts[1] else [0, 2]
+        if (count := sum(parts[part].count(old) for part in where)) != 1:
+            raise ValueError(f"{old!r} must occur once in {module.__name__}, not {count} times")
+        for part in where:
+            parts[part] = parts[part].replace(old, new)
+    source = "".join(parts)
     copy = types.ModuleType(module.__name__)
     copy.__file__ = module.__file__
     # Without this file's `annotations` from the future: parameters of units are annotations.

@@ -16,7 +16,7 @@ from bench.fpga.table import Table
 from pathgene.hdl.boards import BOARDS, chips_of, find_board
 from pathgene.hdl.boards.board import Board, ChipKind
 from pathgene.hdl.boards.build import prepare, try_seeds
-from pathgene.hdl.boards.ecp5_floor_plan import floor_plan
+from pathgene.hdl.boards.ecp5 import floor_plan
 from pathgene.hdl.boards.route import Routed
 from tools.netlist import Netlist
 

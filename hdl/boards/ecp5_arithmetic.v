@@ -1,6 +1,6 @@
 // Arithmetic of the chips with the planner core on an ECP5, as maps for Yosys's techmap.
 
-// Adder or subtractor with an input that says which, of pathgene.hdl.boards.ecp5_add_subtract.
+// Adder or subtractor with an input that says which, of pathgene.hdl.boards.ecp5_cells.
 module ADD_OR_SUBTRACT (first, second, subtracts, total);
   parameter WIDTH = 1;
 

@@ -6,9 +6,14 @@ from amaranth.build import Attrs, Pins, Resource
 from amaranth_boards.ecpix5 import ECPIX585Platform
 
 from pathgene.hdl.boards.board import Board
-from pathgene.hdl.boards.ecp5 import OVERRIDES, PLANNER_OVERRIDES
+from pathgene.hdl.boards.ecp5 import (
+    MAP_SITES,
+    OVERRIDES,
+    PLANNER_MAP_SITES,
+    PLANNER_OVERRIDES,
+    floor_plan,
+)
 from pathgene.hdl.boards.ecp5_cells import Ecp5Cells
-from pathgene.hdl.boards.ecp5_floor_plan import MAP_SITES, PLANNER_MAP_SITES, floor_plan
 from pathgene.hdl.boards.pll import Ecp5Pll
 from pathgene.hdl.config import CheckerBuild, Config, GeneticCore
 

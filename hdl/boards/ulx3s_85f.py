@@ -5,14 +5,15 @@ from dataclasses import replace
 from amaranth_boards.ulx3s import ULX3S_85F_Platform
 
 from pathgene.hdl.boards.board import Board
-from pathgene.hdl.boards.ecp5 import OVERRIDES, PLANNER_OVERRIDES
-from pathgene.hdl.boards.ecp5_cells import Ecp5Cells
-from pathgene.hdl.boards.ecp5_floor_plan import (
+from pathgene.hdl.boards.ecp5 import (
     MAP_SITES,
+    OVERRIDES,
     PLANNER_FLOOR_PLAN,
     PLANNER_MAP_SITES,
+    PLANNER_OVERRIDES,
     floor_plan,
 )
+from pathgene.hdl.boards.ecp5_cells import Ecp5Cells
 from pathgene.hdl.boards.pll import Ecp5Pll
 from pathgene.hdl.config import CheckerBuild, Config, GeneticCore
 

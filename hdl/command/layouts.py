@@ -1,14 +1,11 @@
-"""Layouts and members that the command units share."""
+"""Payloads and registers that the units of the command interface share."""
 
+from amaranth import *
 from amaranth.lib import data, enum, stream
 from amaranth.lib.wiring import In, Out
 
 
-__all__ = [
-    "AnswerKind",
-    "answer_layout",
-    "payload_members",
-]
+__all__ = ["AnswerKind", "Request", "answer_layout", "payload_members"]
 
 
 class AnswerKind(enum.Enum, shape=4):
@@ -75,3 +72,24 @@ def payload_members() -> dict:
         "done": Out(1),
         "status": Out(8),
     }
+
+
+class Request:
+    """Registers of the present request, which the states of the receiver share.
+
+    Parameters
+    ----------
+    size : int
+        Maximum bytes of fixed fields.
+    """
+
+    def __init__(self, size: int):
+        self.taken = Signal()  # A byte is taken in this cycle.
+        self.ended = Signal()  # The last byte has been taken.
+        self.code = Signal(8)
+        self.repeated = Signal()  # Executed before: the request is only answered.
+        self.collecting = Signal()  # Fixed fields are coming in.
+        self.left = Signal(range(size + 1))  # Bytes of the fixed fields still to come.
+        self.verdict = Signal(8)  # Status that the parser gives.
+        self.refused = Signal()
+        self.cleared = Signal()

@@ -8,9 +8,8 @@ from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from pathgene.hdl.command.cell_parser import CellParser
-from pathgene.hdl.command.path_parser import PathParser
-from pathgene.hdl.command.point_parser import PointParser
 from pathgene.hdl.command.ranking_parser import RankingParser
+from pathgene.hdl.command.waypoint_parsers import PathParser, PointParser
 from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.hdl.layouts import cell_layout, point_layout, ranking_layout, struct, write_layout
 from pathgene.hdl.primitives.unit import InstanceOf, Unit
@@ -42,7 +41,7 @@ class PayloadDispatcher(Unit):
     identity : In(1)
         A GENERATE does not carry an order of the slots.
     writes, ranking : Out(stream), ranked : In(1)
-        Members of :class:`pathgene.hdl.command.path_parser.PathParser` and
+        Members of :class:`pathgene.hdl.command.waypoint_parsers.PathParser` and
         :class:`pathgene.hdl.command.ranking_parser.RankingParser`.
 
     Only where ``config`` has a checker:
@@ -53,7 +52,7 @@ class PayloadDispatcher(Unit):
         ``writes`` of :class:`pathgene.hdl.command.cell_parser.CellParser`.
     points : Out(stream)
         Only without the planner core: ``points`` of
-        :class:`pathgene.hdl.command.point_parser.PointParser`.
+        :class:`pathgene.hdl.command.waypoint_parsers.PointParser`.
     """
 
     config: InstanceOf(Config)

@@ -6,9 +6,8 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 
 from pathgene.hdl.command.field_decoder import FieldDecoder, payload_commands, request_fields
 from pathgene.hdl.command.header_comparator import HeaderComparator
-from pathgene.hdl.command.layouts import AnswerKind, answer_layout
+from pathgene.hdl.command.layouts import AnswerKind, Request, answer_layout
 from pathgene.hdl.command.payload_dispatcher import PayloadDispatcher
-from pathgene.hdl.command.request import Request
 from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.hdl.layouts import (
     cell_layout,

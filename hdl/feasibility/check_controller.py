@@ -17,8 +17,7 @@ from pathgene.hdl.layouts import (
     struct,
     waypoint_layout,
 )
-from pathgene.hdl.primitives.skid_buffer import SkidBuffer
-from pathgene.hdl.primitives.stream_register import StreamRegister
+from pathgene.hdl.primitives.buffers import SkidBuffer, StreamRegister
 from pathgene.hdl.primitives.unit import InstanceOf, Unit
 from pathgene.hdl.protocol import COUNTER_BITS, Counter, check_reply
 

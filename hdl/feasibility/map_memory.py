@@ -3,8 +3,8 @@
 from amaranth import *
 from amaranth.utils import ceil_log2
 
-from pathgene.hdl.primitives.block_memory import BlockMemory, memory_members
-from pathgene.hdl.primitives.multiplexer import multiplex
+from pathgene.hdl.primitives.logic import multiplex
+from pathgene.hdl.primitives.storage import BlockMemory, memory_members
 from pathgene.hdl.primitives.unit import Choice, Given, PowerOfTwo, Unit, Width
 
 
@@ -24,7 +24,7 @@ class MapMemory(Unit):
     Members
     -------
     a, b
-        See :func:`pathgene.hdl.primitives.block_memory.memory_members`.
+        See :func:`pathgene.hdl.primitives.storage.memory_members`.
     """
 
     rows: PowerOfTwo(2)

@@ -5,7 +5,7 @@ from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from pathgene.hdl.layouts import check_layout, point_layout, read_layout, waypoint_layout
-from pathgene.hdl.primitives.commit_ring import CommitRing
+from pathgene.hdl.primitives.storage import CommitRing
 from pathgene.hdl.primitives.unit import Count, Unit, Width
 
 

@@ -4,9 +4,8 @@ from amaranth import *
 from amaranth.lib import data, stream
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from pathgene.hdl.feasibility.layouts import CYCLES_BITS, count_layout, verdict_layout
-from pathgene.hdl.feasibility.result_queue import ResultQueue
-from pathgene.hdl.feasibility.walker_signature import step_layout
+from pathgene.hdl.feasibility.layouts import CYCLES_BITS, count_layout, step_layout, verdict_layout
+from pathgene.hdl.primitives.buffers import ResultQueue
 from pathgene.hdl.primitives.unit import Count, Unit, Width
 
 
@@ -41,7 +40,7 @@ class ResultCollector(Unit):
     room, segment_room : Out(1)
     step : In(step_layout)
     drop : Out(1)
-        See :func:`pathgene.hdl.feasibility.walker_signature.walker_signature`. ``drop`` follows
+        See :func:`pathgene.hdl.feasibility.layouts.walker_signature`. ``drop`` follows
         ``step`` within the cycle.
     hit, free : Out(1)
         First hit of a path, or its end if it has no hit: in the cycle of the step.

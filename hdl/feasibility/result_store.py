@@ -8,7 +8,7 @@ from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.layouts import record_layout, result_read_layout, struct
-from pathgene.hdl.primitives.delay_line import delay_line
+from pathgene.hdl.primitives.logic import delay_line
 from pathgene.hdl.primitives.unit import Count, Given, Unit
 from pathgene.hdl.protocol import Layout, check_reply, entry_record, hit_record, path_record
 
@@ -70,7 +70,7 @@ class ResultStore(Unit):
     reads : In(stream.Signature(result_read_layout))
         Paths to serve, of those held: the first, and their number, 1 or more.
     records : Out(stream.Signature(record_layout))
-        Their results in the format of :mod:`pathgene.hdl.protocol.results`. The first byte is
+        Their results in the format of :mod:`pathgene.hdl.protocol.paths`. The first byte is
         offered 3 cycles after a read is taken; then one byte per cycle, with 2 cycles before each
         entry and path.
     """

@@ -5,7 +5,7 @@ from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.config import MutationKind
 from pathgene.hdl.ga_core.chromosome import ReadIndex, pending_layout, source_layout
-from pathgene.hdl.primitives.multiplexer import one_hot_multiplex
+from pathgene.hdl.primitives.logic import one_hot_multiplex
 from pathgene.hdl.primitives.unit import Count, Given, Unit
 
 

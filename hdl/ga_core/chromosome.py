@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import data, memory, wiring
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.primitives.multiplexer import multiplex, one_hot_multiplex
+from pathgene.hdl.primitives.logic import multiplex, one_hot_multiplex
 from pathgene.hdl.primitives.unit import Count, Unit, Width
 
 

@@ -18,8 +18,8 @@ from pathgene.hdl.layouts import (
     waypoint_layout,
     write_layout,
 )
-from pathgene.hdl.primitives.assign import assign_each
-from pathgene.hdl.primitives.skid_buffer import SkidBuffer
+from pathgene.hdl.primitives.buffers import SkidBuffer
+from pathgene.hdl.primitives.logic import assign_each
 from pathgene.hdl.primitives.unit import InstanceOf, Unit
 
 

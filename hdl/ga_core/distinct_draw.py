@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import data
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.primitives.multiplier import Multiplier
+from pathgene.hdl.primitives.arithmetic import Multiplier
 from pathgene.hdl.primitives.unit import Choice, Count, Flag, Unit, Width
 
 

@@ -6,10 +6,8 @@ from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.config import CheckerBuild, Config, MutationKind
 from pathgene.hdl.ga_core.layouts import limits_layout, mutation_layout, offset_layout
-from pathgene.hdl.ga_core.mutation_plan import MutationPlan
-from pathgene.hdl.ga_core.mutator import Mutator
+from pathgene.hdl.ga_core.mutator import MutationPlan, Mutator, WaypointPerturber
 from pathgene.hdl.ga_core.terrain_aware_sampler import TerrainAwareSampler
-from pathgene.hdl.ga_core.waypoint_perturber import WaypointPerturber
 from pathgene.hdl.primitives.unit import InstanceOf, Unit
 from pathgene.hdl.protocol.random_words import RandomWordLayout
 

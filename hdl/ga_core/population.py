@@ -9,17 +9,12 @@ from pathgene.hdl.ga_core.child_index import ChildIndex
 from pathgene.hdl.ga_core.chromosome import Chromosome, ReadIndex
 from pathgene.hdl.ga_core.crossover import Crossover, parents_of
 from pathgene.hdl.ga_core.layouts import mutation_layout
-from pathgene.hdl.ga_core.path_copier import PathCopier
 from pathgene.hdl.ga_core.path_reader import PathReader
-from pathgene.hdl.ga_core.position_counter import PositionCounter
-from pathgene.hdl.ga_core.read_crossbar import ReadCrossbar
-from pathgene.hdl.ga_core.read_pointer import ReadPointer
+from pathgene.hdl.ga_core.read_ports import PositionCounter, ReadCrossbar, ReadPointer
 from pathgene.hdl.ga_core.slot_mapping import carrier_layout
-from pathgene.hdl.ga_core.write_decoder import WriteDecoder
+from pathgene.hdl.ga_core.write_ports import PathCopier, WriteDecoder
 from pathgene.hdl.layouts import read_layout, waypoint_layout, write_layout
-from pathgene.hdl.primitives.assign import assign_each
-from pathgene.hdl.primitives.fanout import fanout
-from pathgene.hdl.primitives.multiplexer import one_hot_multiplex
+from pathgene.hdl.primitives.logic import assign_each, fanout, one_hot_multiplex
 from pathgene.hdl.primitives.unit import InstanceOf, Unit
 
 
@@ -81,7 +76,7 @@ class Population(Unit):
         after the last peek.
     peek : In(1)
         Only while ``peeks``: pass the waypoints at ``peek_position``, which are in ``waypoints``
-        :data:`pathgene.hdl.ga_core.read_pointer.PEEK_LATENCY` cycles later. May rise only while
+        :data:`pathgene.hdl.ga_core.read_ports.PEEK_LATENCY` cycles later. May rise only while
         ``settled``, and stays high for all positions; the population is ``settled`` again 6 cycles
         after the last.
     peek_position : In(index_bits)

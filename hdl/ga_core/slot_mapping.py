@@ -6,7 +6,7 @@ from amaranth.lib.wiring import In, Out
 from amaranth.utils import ceil_log2
 
 from pathgene.hdl.layouts import ranking_layout
-from pathgene.hdl.primitives.multiplexer import one_hot_multiplex
+from pathgene.hdl.primitives.logic import one_hot_multiplex
 from pathgene.hdl.primitives.unit import Count, Unit
 
 

@@ -4,10 +4,9 @@ from amaranth import *
 from amaranth.lib import data
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.ga_core.mutation_plan import plan_layout
-from pathgene.hdl.ga_core.read_pointer import PEEK_LATENCY
-from pathgene.hdl.ga_core.waypoint_perturber import within
-from pathgene.hdl.primitives.multiplexer import multiplex, one_hot_multiplex
+from pathgene.hdl.ga_core.mutator import plan_layout, within
+from pathgene.hdl.ga_core.read_ports import PEEK_LATENCY
+from pathgene.hdl.primitives.logic import multiplex, one_hot_multiplex
 from pathgene.hdl.primitives.unit import Count, Given, Unit
 
 

@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import data, stream
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.primitives.commit_ring import CommitRing
+from pathgene.hdl.primitives.storage import CommitRing
 from pathgene.hdl.primitives.unit import Unit
 from pathgene.hdl.protocol import DELIMITER
 

@@ -8,7 +8,7 @@ from amaranth.lib.crc.catalog import CRC32_ISO_HDLC
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.link.cobs import CobsDecoder, CobsEncoder
-from pathgene.hdl.primitives.commit_ring import CommitRing
+from pathgene.hdl.primitives.storage import CommitRing
 from pathgene.hdl.primitives.unit import PowerOfTwo, Unit
 from pathgene.hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, frame_crc
 

@@ -6,8 +6,7 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 
 from pathgene.hdl.link.frame import FrameReceiver, FrameTransmitter, body_layout
 from pathgene.hdl.link.uart import UartReceiver, UartTransmitter
-from pathgene.hdl.primitives.skid_buffer import SkidBuffer
-from pathgene.hdl.primitives.stream_register import StreamRegister
+from pathgene.hdl.primitives.buffers import SkidBuffer, StreamRegister
 from pathgene.hdl.primitives.unit import Count, PowerOfTwo, Unit
 from pathgene.hdl.protocol import COUNTER_BITS
 

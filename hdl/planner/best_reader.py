@@ -5,7 +5,7 @@ from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.layouts import record_layout
-from pathgene.hdl.planner.population_layouts import member_layout, waypoint_layout
+from pathgene.hdl.planner.layouts import member_layout, waypoint_layout
 from pathgene.hdl.planner.population_memory import place_layout
 from pathgene.hdl.primitives.unit import Count, Unit, Width
 from pathgene.hdl.protocol.runs import RETURNED

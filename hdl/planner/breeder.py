@@ -7,12 +7,11 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 from pathgene.hdl.config import Config
 from pathgene.hdl.ga_core.distinct_draw import DistinctDraw
 from pathgene.hdl.planner.child_builder import ChildBuilder
-from pathgene.hdl.planner.child_planner import ChildPlanner
-from pathgene.hdl.planner.memory_queue import MemoryQueue
-from pathgene.hdl.planner.parent_draw import ParentDraw
-from pathgene.hdl.planner.population_layouts import path_layout, slot_count
+from pathgene.hdl.planner.child_planner import ChildPlanner, ParentDraw
+from pathgene.hdl.planner.layouts import path_layout, slot_count
+from pathgene.hdl.primitives.buffers import MemoryQueue
 from pathgene.hdl.primitives.unit import Count, InstanceOf, Unit
-from pathgene.hdl.protocol.planner_breeding import SURVIVOR_BITS
+from pathgene.hdl.protocol.breeding import SURVIVOR_BITS
 from pathgene.hdl.protocol.random_words import LANES, WORD_BITS
 
 

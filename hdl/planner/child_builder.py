@@ -4,13 +4,13 @@ from amaranth import *
 from amaranth.lib import data, stream
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.feasibility.result_queue import ResultQueue
-from pathgene.hdl.ga_core.waypoint_perturber import within
+from pathgene.hdl.ga_core.mutator import within
 from pathgene.hdl.layouts import point_layout
 from pathgene.hdl.planner.child_planner import plan_layout
-from pathgene.hdl.planner.population_layouts import corner_layout, frame_layout, waypoint_layout
+from pathgene.hdl.planner.layouts import corner_layout, frame_layout, waypoint_layout
 from pathgene.hdl.planner.population_memory import place_layout, write_layout
-from pathgene.hdl.primitives.delay_line import delay_line
+from pathgene.hdl.primitives.buffers import ResultQueue
+from pathgene.hdl.primitives.logic import delay_line
 from pathgene.hdl.primitives.unit import Count, Unit, Width
 
 

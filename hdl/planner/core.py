@@ -8,17 +8,16 @@ from pathgene.hdl.config import Config
 from pathgene.hdl.ga_core.random_source import RandomSource
 from pathgene.hdl.layouts import cell_layout, record_layout, struct
 from pathgene.hdl.planner.best_reader import BestReader
-from pathgene.hdl.planner.evaluator.path_evaluator import PathEvaluator
 from pathgene.hdl.planner.evolver import Evolver
 from pathgene.hdl.planner.first_paths import FirstPaths
-from pathgene.hdl.planner.layouts import problem_layout, shape_layout
+from pathgene.hdl.planner.layouts import corner_layout, frame_layout, problem_layout, shape_layout
 from pathgene.hdl.planner.nearest_corner import NearestCorner
-from pathgene.hdl.planner.population_layouts import corner_layout, frame_layout
+from pathgene.hdl.planner.path_evaluator import PathEvaluator
 from pathgene.hdl.planner.run_control import RunControl
 from pathgene.hdl.planner.run_status import RunStatus, run_status_layout
 from pathgene.hdl.planner.shape_drawer import ShapeDrawer
 from pathgene.hdl.planner.wavefront.seed_source import SeedSource
-from pathgene.hdl.primitives.fanout import fanout
+from pathgene.hdl.primitives.logic import fanout
 from pathgene.hdl.primitives.unit import InstanceOf, PowerOfTwo, Unit
 from pathgene.hdl.protocol.planner import MEMO_ROWS
 from pathgene.hdl.protocol.runs import ISLANDS, run_request

@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 from pathgene.hdl.config import Config
 from pathgene.hdl.planner.breeder import Breeder
 from pathgene.hdl.planner.collector import Collector
-from pathgene.hdl.planner.population_layouts import KEY_BITS, corner_layout, head_layout, slot_count
+from pathgene.hdl.planner.layouts import KEY_BITS, corner_layout, head_layout, slot_count
 from pathgene.hdl.planner.population_memory import PopulationMemory, write_layout
 from pathgene.hdl.planner.slot_pool import SlotPool
 from pathgene.hdl.primitives.unit import Count, InstanceOf, Unit

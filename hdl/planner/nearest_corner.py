@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import data
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.planner.population_layouts import corner_layout
+from pathgene.hdl.planner.layouts import corner_layout
 from pathgene.hdl.primitives.unit import Unit, Width
 from pathgene.hdl.protocol.planner import ALTITUDE_FRACTION, POSITION_FRACTION
 

@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import data, memory
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.planner.population_layouts import waypoint_layout
+from pathgene.hdl.planner.layouts import waypoint_layout
 from pathgene.hdl.primitives.unit import Count, Unit, Width
 
 

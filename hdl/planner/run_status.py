@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import data
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.planner.population_layouts import KEY_BITS
+from pathgene.hdl.planner.layouts import KEY_BITS
 from pathgene.hdl.primitives.unit import Unit
 from pathgene.hdl.protocol.codes import UNITS
 from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass

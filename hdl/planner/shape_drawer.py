@@ -6,7 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.layouts import cell_layout
 from pathgene.hdl.planner.layouts import shape_layout
-from pathgene.hdl.primitives.fanout import fanout
+from pathgene.hdl.primitives.logic import fanout
 from pathgene.hdl.primitives.unit import Unit, Width
 from pathgene.hdl.protocol.planner import BEND_BITS, EDGE_BITS, EDGES
 

@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.planner.memory_queue import MemoryQueue
+from pathgene.hdl.primitives.buffers import MemoryQueue
 from pathgene.hdl.primitives.unit import Count, Unit
 
 

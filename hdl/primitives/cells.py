@@ -5,7 +5,7 @@ has an attribute ``cells``, an instance of a subclass of :class:`Cells`; the boa
 primitive asks :func:`cells_of` and describes itself in registers and memories where the answer is
 None, so that a core never names a device.
 
-The copies of :func:`pathgene.hdl.primitives.fanout.fanout` do not need a cell: their attribute
+The copies of :func:`pathgene.hdl.primitives.logic.fanout` do not need a cell: their attribute
 ``keep`` is enough for a family's synthesis script to leave them apart.
 """
 
@@ -34,7 +34,7 @@ class Cells:
         Parameters
         ----------
         rows, width, ports, number
-            As in :class:`pathgene.hdl.primitives.block_memory.BlockMemory`; the component has the
+            As in :class:`pathgene.hdl.primitives.storage.BlockMemory`; the component has the
             same members.
         """
         return None
@@ -48,7 +48,7 @@ class Cells:
         ----------
         widths : (int, int)
             Widths of the factors. The component may take wider ones: it has the members ``first``,
-            ``second`` and ``product`` of :class:`pathgene.hdl.primitives.multiplier.Multiplier`
+            ``second`` and ``product`` of :class:`pathgene.hdl.primitives.arithmetic.Multiplier`
             without a shift.
         signs : (bool, bool)
             The factors that have a sign.
@@ -61,7 +61,7 @@ class Cells:
         Parameters
         ----------
         width : int
-            As in :class:`pathgene.hdl.primitives.add_subtract.AddSubtract`.
+            As in :class:`pathgene.hdl.primitives.arithmetic.AddSubtract`.
         """
         return None
 

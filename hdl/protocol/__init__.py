@@ -79,8 +79,15 @@ from pathgene.hdl.protocol.messages import (
     survivors_reply,
     write_request,
 )
-from pathgene.hdl.protocol.paths import pack_cells, pack_paths, unpack_cells, unpack_paths
-from pathgene.hdl.protocol.results import PathResult, pack_results, unpack_results
+from pathgene.hdl.protocol.paths import (
+    PathResult,
+    pack_cells,
+    pack_paths,
+    pack_results,
+    unpack_cells,
+    unpack_paths,
+    unpack_results,
+)
 
 
 __all__ = [

@@ -1,9 +1,10 @@
 """Breeding: from the paths of a population to the next population.
 
-A path is a list of packed waypoints. The population after a generation is the elites, best first,
-then the survivors in the order in which they were drawn, then the children. The model breeds with
-its own draws, a host with the :class:`Recipe` of the chip; both call the functions of this module,
-and the gateware is tested against them.
+A path is a list of packed waypoints. The population of the paper core after a generation is the
+elites, best first, then the survivors in the order in which they were drawn, then the children. The
+model breeds with its own draws, a host with the :class:`Recipe` of the chip; both call the
+functions of this module, and the gateware is tested against them. The planner core breeds
+differently: its odds, and the places of its draws in the random words, are the constants here.
 """
 
 from __future__ import annotations
@@ -15,7 +16,40 @@ from pathgene.hdl.config import Config, MutationKind
 from pathgene.hdl.protocol.messages import recipe_reply
 
 
-__all__ = ["MutationRecord", "Recipe", "breed", "crossover", "keep", "may_mutate", "mutate"]
+__all__ = [
+    "CUT",
+    "DELETE",
+    "INSERT",
+    "MUTATIONS",
+    "OFFSETS",
+    "OPERATOR",
+    "PARENT_DRAWS",
+    "PLACE",
+    "SETTLE",
+    "SIZE",
+    "SURVIVOR_BITS",
+    "MutationRecord",
+    "Recipe",
+    "breed",
+    "crossover",
+    "keep",
+    "may_mutate",
+    "mutate",
+]
+
+
+#: Uniform draws, the best of which is a parent's rank. The first parent's draws begin at bit 0 of
+#: the selection word; the second parent's are above them.
+PARENT_DRAWS = 4
+#: Width of the draw of a survivor, above the parents' draws.
+SURVIVOR_BITS = 24
+#: Out of ``MUTATIONS`` equally likely draws, the first perturb; the draws from each of the first
+#: three numbers on insert, delete and settle.
+INSERT, DELETE, SETTLE, MUTATIONS = 8, 11, 14, 18
+#: First bit in the mutation word, and width, of the draws of the operator, the place, the size, the
+#: offset in x (with y and altitude above it), and the cut of the parents.
+OPERATOR, PLACE, SIZE = (0, 8), (8, 8), (16, 4)
+OFFSETS, CUT = (20, 14), (62, 2)
 
 
 @dataclass(frozen=True)

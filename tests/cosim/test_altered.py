@@ -47,7 +47,7 @@ ALTERATIONS = {
         "Mux(first < second, second, first)",
     ),
     "offset-subtracted": (
-        "ga_core/waypoint_perturber.py",
+        "ga_core/mutator.py",
         "passed[axis] + self.offset[axis]",
         1,
         "passed[axis] - self.offset[axis]",
@@ -63,7 +63,7 @@ ALTERATIONS = {
 #: The same of the planner.
 ALTERATIONS_OF_THE_PLANNER = {
     "cut": ("planner/child_planner.py", "length << 2, 0", 1, "length << 1, 0"),
-    "worse-parent": ("planner/parent_draw.py", "Mux(one < other, one, other)", 1, "one"),
+    "worse-parent": ("planner/child_planner.py", "Mux(one < other, one, other)", 1, "one"),
     "steep-for-nothing": (
         "planner/scorer/penalty_counter.py",
         "judged.excess + STEEP",
@@ -71,7 +71,7 @@ ALTERATIONS_OF_THE_PLANNER = {
         "judged.excess",
     ),
     "given-up-for-feasible": (
-        "planner/evaluator/key_maker.py",
+        "planner/path_evaluator.py",
         "PathClass.FEASIBLE.value, PathClass.GIVEN_UP.value",
         1,
         "PathClass.FEASIBLE.value, PathClass.FEASIBLE.value",

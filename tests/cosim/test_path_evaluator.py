@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from pathgene.hdl.layouts import point_layout
-from pathgene.hdl.planner.evaluator.path_evaluator import PathEvaluator
-from pathgene.hdl.planner.layouts import problem_layout
-from pathgene.hdl.planner.population_layouts import head_layout, member_layout
+from pathgene.hdl.planner.layouts import head_layout, member_layout, problem_layout
+from pathgene.hdl.planner.path_evaluator import PathEvaluator
 from pathgene.hdl.planner.population_memory import decided_layout, margin_layout
 from pathgene.hdl.verilog import convert
 from pathgene.sim.cache import BuildCache, build_root

@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pathgene.hdl.planner.layouts import problem_layout
-from pathgene.hdl.planner.population_layouts import frame_layout
+from pathgene.hdl.planner.layouts import frame_layout, problem_layout
 from pathgene.hdl.planner.wavefront.layouts import block_layout, found_layout, place_layout
 from pathgene.hdl.protocol.planner import BLOCKS, FAR, seed_waypoints
 from pathgene.sim.cache import BuildCache, build_root

@@ -5,9 +5,9 @@ from amaranth.hdl import Assert, Cover
 from amaranth.utils import exact_log2
 
 from pathgene.hdl.config import Config
+from pathgene.hdl.feasibility.parallel.lanes import Slopes
 from pathgene.hdl.feasibility.parallel.reciprocal import Precision
 from pathgene.hdl.feasibility.parallel.segment_setup import SegmentSetup
-from pathgene.hdl.feasibility.parallel.slopes import Slopes
 from pathgene.hdl.feasibility.parallel.walker import ParallelWalker
 from pathgene.hdl.layouts import point_layout
 from tests.formal.cells import Segment

@@ -4,9 +4,9 @@ from amaranth import *
 from amaranth.hdl import Assert, Cover
 
 from pathgene.hdl.config import Config
+from pathgene.hdl.feasibility.parallel.lanes import Slopes
 from pathgene.hdl.feasibility.parallel.reciprocal import Precision
 from pathgene.hdl.feasibility.parallel.segment_setup import SegmentSetup
-from pathgene.hdl.feasibility.parallel.slopes import Slopes
 from pathgene.hdl.feasibility.parallel.walker import ParallelWalker
 from pathgene.hdl.layouts import point_layout
 from tests.formal.parts import Opened, any_constant, made_of

@@ -6,9 +6,8 @@ from amaranth.lib import data
 from amaranth.utils import exact_log2
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.feasibility.parallel.lanes import Lanes
+from pathgene.hdl.feasibility.parallel.lanes import Lanes, motion_layout
 from pathgene.hdl.feasibility.parallel.reciprocal import Precision
-from pathgene.hdl.feasibility.parallel.slopes import motion_layout
 from tests.formal.parts import Opened, any_constant, free
 from tools.formal import Proof
 

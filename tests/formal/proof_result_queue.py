@@ -3,7 +3,7 @@
 from amaranth import *
 from amaranth.hdl import Assert, Assume, Cover
 
-from pathgene.hdl.feasibility.result_queue import ResultQueue
+from pathgene.hdl.primitives.buffers import ResultQueue
 from tests.formal.parts import Opened, Scoreboard, free
 from tools.formal import Proof
 

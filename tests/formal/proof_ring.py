@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.hdl import Assert, Assume, Cover
 from amaranth.utils import exact_log2
 
-from pathgene.hdl.primitives.commit_ring import CommitRing
+from pathgene.hdl.primitives.storage import CommitRing
 from tests.formal.parts import Opened, any_constant, free
 from tools.formal import Proof
 

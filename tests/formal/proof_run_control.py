@@ -3,8 +3,7 @@
 from amaranth import *
 from amaranth.hdl import Assert, Assume, Cover
 
-from pathgene.hdl.planner.run_control import RunControl
-from pathgene.hdl.planner.run_limits import RunLimits
+from pathgene.hdl.planner.run_control import RunControl, RunLimits
 from tests.formal.parts import Opened, any_constant, free, made_of
 from tests.support.planner.cases import SMALL
 from tools.formal import Proof

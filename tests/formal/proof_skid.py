@@ -3,7 +3,7 @@
 from amaranth import *
 from amaranth.hdl import Assert, Cover
 
-from pathgene.hdl.primitives.skid_buffer import SkidBuffer
+from pathgene.hdl.primitives.buffers import SkidBuffer
 from tests.formal.parts import Opened, Scoreboard, free
 from tools.formal import Proof
 

@@ -3,7 +3,7 @@
 from amaranth import *
 from amaranth.hdl import Assert, Cover
 
-from pathgene.hdl.primitives.stream_register import StreamRegister
+from pathgene.hdl.primitives.buffers import StreamRegister
 from tests.formal.parts import Scoreboard, free
 from tools.formal import Proof
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from pathgene.hdl.primitives.skid_buffer import SkidBuffer
+from pathgene.hdl.primitives.buffers import SkidBuffer
 from tools.formal import Proof, altered, check, load, main, proofs
 
 

@@ -148,7 +148,7 @@ FORBIDDEN = {
         "from pathgene.host.errors import InputError",
     ),
     "are pure Python": ("hdl/protocol/codec.py", "import amaranth"),
-    "The gateware's layers": ("hdl/primitives/delay_line.py", "import pathgene.hdl.link.uart"),
+    "The gateware's layers": ("hdl/primitives/logic.py", "import pathgene.hdl.link.uart"),
     "only configuration and protocol": ("host/cli/plan.py", "import pathgene.hdl.verilog"),
     "The host's layers": ("host/terrain/load.py", "import pathgene.host.problem.problem"),
     "The planners' layers": (

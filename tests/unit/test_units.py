@@ -9,7 +9,7 @@ import pytest
 from amaranth.hdl import Fragment
 
 from pathgene.hdl.boards import find_board
-from pathgene.hdl.primitives.skid_buffer import SkidBuffer
+from pathgene.hdl.primitives.buffers import SkidBuffer
 from pathgene.hdl.primitives.unit import Choice, Count, InstanceOf, PowerOfTwo, Unit
 from tests.support.gateware.unit_pool import CHIPS, components_of_chips, unit_classes
 

@@ -20,7 +20,6 @@ EXCLUDED = frozenset(
         "hdl/boards/board.py",
         "hdl/boards/build.py",
         "hdl/boards/ecp5.py",
-        "hdl/boards/ecp5_floor_plan.py",
         "hdl/boards/ecpix5_85f.py",
         "hdl/boards/harness.py",
         "hdl/boards/icebreaker.py",

@@ -1,4 +1,4 @@
-"""Lanes, which walk a group of neighbouring cells of a segment each cycle."""
+"""Lanes of the parallel walker: their steps, the comparison with the terrain, the first hit."""
 
 from amaranth import *
 from amaranth.lib import data
@@ -7,12 +7,122 @@ from amaranth.utils import exact_log2
 
 from pathgene.hdl.feasibility.parallel.reciprocal import Precision
 from pathgene.hdl.feasibility.parallel.segment_setup import segment_layout, token_layout
-from pathgene.hdl.feasibility.parallel.slopes import motion_layout
 from pathgene.hdl.feasibility.parallel.terrain_memory import lane_layout, lane_row_bits
+from pathgene.hdl.primitives.arithmetic import Multiplier
+from pathgene.hdl.primitives.logic import delay_line
 from pathgene.hdl.primitives.unit import Flag, PowerOfTwo, Unit, Width
 
 
-__all__ = ["Lanes", "group_layout"]
+__all__ = ["HitLocator", "Lanes", "Slopes", "group_layout", "motion_layout"]
+
+
+# Bits of a reciprocal that one multiplier takes, besides its sign: 18 x 18 bits signed on a target.
+_PART = 17
+
+
+def motion_layout(
+    lanes: int, coordinate_bits: int, altitude_bits: int, half_steps: bool = False
+) -> data.StructLayout:
+    """Return the layout of two numbers in the units of a segment's slope.
+
+    See :class:`pathgene.hdl.feasibility.parallel.reciprocal.Precision`.
+
+    ``minor`` and ``rise``: coordinate and altitude, modulo the edge of the map and the number of
+    altitudes.
+    """
+    precision = Precision.of(lanes, coordinate_bits, altitude_bits, half_steps)
+    return data.StructLayout(
+        {
+            "minor": coordinate_bits + precision.minor,
+            "rise": altitude_bits + precision.rise,
+        }
+    )
+
+
+class Slopes(Unit):
+    """Multiplies differences by the reciprocal of the length, one segment per cycle.
+
+    A lane's first cell comes from a separate product, of a multiple of the difference, and so does
+    not need a sum of slopes. ``origins`` and ``step`` follow ``segment`` by 1 cycle, for one cycle:
+    products of registers go to registers, and the sums of their parts to the lanes in the same
+    cycle. On a target, the multipliers contain these registers.
+
+    Members
+    -------
+    segment : In(segment_layout)
+    origins : Out(motion_layout).array(lanes)
+        First cell of each lane, even if it lies past the end of the segment.
+    step : Out(motion_layout)
+        Gain of every lane in a cycle.
+    """
+
+    lanes: PowerOfTwo(1, "1 << coordinate_bits", "Cells walked in a cycle.")
+    coordinate_bits: Width(1)
+    altitude_bits: Width(1)
+    half_steps: Flag(
+        "Altitudes are the lowest within half a step of each cell, see "
+        ":class:`pathgene.hdl.feasibility.parallel.reciprocal.Precision`."
+    ) = False
+
+    def interface(self):
+        sizes = (self.lanes, self.coordinate_bits, self.altitude_bits, self.half_steps)
+        self.precision = Precision.of(*sizes)
+        motion = motion_layout(*sizes)
+        return {
+            "segment": In(segment_layout(*sizes)),
+            "origins": Out(motion).array(self.lanes),
+            "step": Out(motion),
+        }
+
+    def elaborate(self, platform):
+        m = Module()
+        precision, segment = self.precision, self.segment
+        lane_bits = exact_log2(self.lanes)
+
+        minor = delay_line(m, segment.minor, 1, "minor")
+        altitude = delay_line(m, segment.altitude, 1, "altitude")
+        biases = {
+            "minor": Cat(Const(precision.minor_bias, precision.minor), minor),
+            "rise": Cat(Const(precision.rise_bias, precision.rise), altitude),
+        }
+        fractions = {"minor": precision.minor, "rise": precision.rise}
+        # Multiples of the rise are doubled if they have half steps.
+        for axis, difference, multiples, doubled in (
+            ("minor", segment.across, segment.across_to, 0),
+            ("rise", segment.rise, segment.rise_to, int(self.half_steps)),
+        ):
+            shift = precision.reciprocal - fractions[axis]
+            product = self._product(m, difference, shift - lane_bits, 0, f"{axis}_step")
+            m.d.comb += self.step[axis].eq(product)
+            for lane, start in enumerate(self.origins):
+                name = f"{axis}_{lane}"
+                product = self._product(m, multiples[lane], shift + doubled, biases[axis], name)
+                m.d.comb += start[axis].eq(product)
+
+        return m
+
+    def _product(self, m, factor, shift, bias, name):
+        """Return ``bias + floor(factor * reciprocal / 2**shift)``, a cycle later."""
+        reciprocal = self.segment.reciprocal
+        if len(reciprocal) <= _PART:
+            return _registered(m, factor, _signed(reciprocal), shift, name) + bias
+
+        cut = min(shift, _PART)
+        low = _registered(m, factor, _signed(reciprocal[:_PART]), cut, f"{name}_low")
+        high = _registered(m, factor, _signed(reciprocal[_PART:]), 0, f"{name}_high")
+        return (low + (high << _PART - cut) >> shift - cut) + bias
+
+
+def _registered(m, first, second, shift, name):
+    """Return ``first * second >> shift``, a cycle later."""
+    m.submodules[name] = multiplier = Multiplier((len(first), len(second)), shift)
+    m.d.comb += [multiplier.first.eq(first), multiplier.second.eq(second)]
+    return multiplier.product
+
+
+def _signed(value):
+    """Return an unsigned value as a signed one, as a multiplier of signed numbers takes it."""
+    return Cat(value, Const(0, 1)).as_signed()
 
 
 def group_layout(lanes: int, coordinate_bits: int) -> data.StructLayout:
@@ -195,3 +305,107 @@ class Lanes(Unit):
                 m.d.sync += is_last.eq(falling & (place == rest))
             with m.If(is_first | is_last & self.token.ends_segment):
                 m.d.comb += lane.ceiling.eq(lowest)
+
+
+class HitLocator(Unit):
+    """Finds the first colliding cell of a group, and counts all colliding cells, one cycle later.
+
+    Along a segment the lanes follow each other starting with the lane of the group's first cell,
+    wrapping around to the lane before it, or in the opposite order if the segment descends.
+
+    Members
+    -------
+    group : In(group_layout)
+    hits, blocked : In(lanes)
+        Lanes whose cells collide, and lanes whose cells are blocked, which also collide.
+    hit : Out(1)
+    until : Out(range(lanes + 1))
+    x, y : Out(coordinate_bits)
+    terrain, nofly : Out(range(lanes + 1))
+        See :func:`pathgene.hdl.feasibility.layouts.step_layout`.
+    """
+
+    lanes: PowerOfTwo(1, "1 << coordinate_bits", "Cells of a group.")
+    coordinate_bits: Width(1)
+
+    def interface(self):
+        return {
+            "group": In(group_layout(self.lanes, self.coordinate_bits)),
+            "hits": In(self.lanes),
+            "blocked": In(self.lanes),
+            "hit": Out(1),
+            "until": Out(range(self.lanes + 1)),
+            "x": Out(self.coordinate_bits),
+            "y": Out(self.coordinate_bits),
+            "terrain": Out(range(self.lanes + 1)),
+            "nofly": Out(range(self.lanes + 1)),
+        }
+
+    def elaborate(self, platform):
+        m = Module()
+        group, lanes = self.group, self.lanes
+        lane_bits = exact_log2(lanes)
+
+        # Mirrored if the segment descends, lane numbers rise along it, except those that have
+        # wrapped around: these come last.
+        start = group.major[:lane_bits]
+        mirrored, late = Signal(lanes), Signal(lanes)
+        m.d.comb += mirrored.eq(Mux(group.descending, self.hits[::-1], self.hits))
+        for number in range(lanes):
+            opposite = lanes - 1 - number
+            # Written without comparisons whose result is constant.
+            m.d.comb += late[number].eq(
+                Mux(
+                    group.descending,
+                    start < opposite if opposite else 0,
+                    start > number if opposite else 0,
+                )
+            )
+        chosen, gone = Signal(lanes), Signal()
+        early = mirrored & ~late
+        m.d.comb += [
+            gone.eq(~early.any()),
+            chosen.eq(Mux(gone, _lowest(mirrored & late), _lowest(early))),
+        ]
+
+        # All lanes that have wrapped around are in the same row.
+        row = Signal(lane_row_bits(lanes, self.coordinate_bits), reset_less=True)
+        here = group.major[lane_bits:]
+        first = Signal(lanes, reset_less=True)
+        places = [Signal.like(self.until, name=f"place_{n}", reset_less=True) for n in range(lanes)]
+        now = Signal.like(group, reset_less=True)
+        m.d.sync += [
+            now.eq(group),
+            row.eq(Mux(gone, Mux(group.descending, here - 1, here + 1), here)),
+            first.eq(Mux(group.descending, chosen[::-1], chosen)),
+            self.hit.eq(self.hits.any()),
+            self.terrain.eq(sum(self.hits & ~self.blocked)),
+            self.nofly.eq(sum(self.blocked)),
+            *(
+                place.eq(Mux(group.descending, start - number, number - start)[:lane_bits] + 1)
+                for number, place in enumerate(places)
+            ),
+        ]
+
+        major, minor = (Signal(self.coordinate_bits, name=n) for n in ("major", "minor"))
+        m.d.comb += [
+            self.until.eq(_selected(first, places)),
+            minor.eq(_selected(first, now.minors)),
+            major.eq(Cat(_selected(first, range(lanes))[:lane_bits], row)),
+            self.x.eq(Mux(now.steep, minor, major)),
+            self.y.eq(Mux(now.steep, major, minor)),
+        ]
+
+        return m
+
+
+def _lowest(flags):
+    return flags & (~flags + 1)[: len(flags)]
+
+
+def _selected(flags, items):
+    """Return the item of the flag that is set, 0 of none."""
+    result = Const(0)
+    for flag, item in zip(flags, items, strict=True):
+        result |= Mux(flag, item, 0)
+    return result

@@ -9,9 +9,8 @@ from amaranth.utils import exact_log2
 
 from pathgene.hdl.feasibility.parallel.reciprocal import Precision, Reciprocals
 from pathgene.hdl.layouts import point_layout
-from pathgene.hdl.primitives.fanout import fanout
-from pathgene.hdl.primitives.multiplexer import multiplex
-from pathgene.hdl.primitives.skid_buffer import SkidBuffer
+from pathgene.hdl.primitives.buffers import SkidBuffer
+from pathgene.hdl.primitives.logic import fanout, multiplex
 from pathgene.hdl.primitives.unit import PowerOfTwo, Unit, Width
 
 
@@ -218,7 +217,7 @@ class SegmentSetup(SegmentShaper):
     points : In(stream.Signature(point_layout))
     room, segment_room : In(1)
     begins, segment_begins : Out(1)
-        See :func:`pathgene.hdl.feasibility.walker_signature.walker_signature`.
+        See :func:`pathgene.hdl.feasibility.layouts.walker_signature`.
     drop : In(1)
     drop_tag : In(TAG_BITS)
         Path to be discarded.

@@ -6,8 +6,7 @@ from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
 from pathgene.hdl.feasibility.map_memory import MapMemory
-from pathgene.hdl.primitives.delay_line import delay_line
-from pathgene.hdl.primitives.multiplexer import multiplex
+from pathgene.hdl.primitives.logic import delay_line, multiplex
 from pathgene.hdl.primitives.unit import Count, Flag, PowerOfTwo, Unit, Width
 
 
@@ -52,7 +51,7 @@ class TerrainMemory(Unit):
     axis. Instead of single cells, a row of neighbours can be looked up then, a cell for each lane.
 
     The banks are spread over the device; the block RAMs of one lie side by side where the cells of
-    the platform have places for them (:class:`pathgene.hdl.primitives.block_memory.BlockMemory`).
+    the platform have places for them (:class:`pathgene.hdl.primitives.storage.BlockMemory`).
     Each bank has registers for its addresses, with only wires from there to its block RAMs.
 
     Source: *allaire two-tier*, section 5.3.

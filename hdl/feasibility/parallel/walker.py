@@ -5,13 +5,11 @@ from amaranth.lib import memory
 from amaranth.lib.wiring import connect, flipped
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.feasibility.parallel.hit_locator import HitLocator
-from pathgene.hdl.feasibility.parallel.lanes import Lanes
+from pathgene.hdl.feasibility.layouts import walker_signature
+from pathgene.hdl.feasibility.parallel.lanes import HitLocator, Lanes, Slopes
 from pathgene.hdl.feasibility.parallel.segment_setup import TAG_BITS, SegmentSetup, token_layout
-from pathgene.hdl.feasibility.parallel.slopes import Slopes
 from pathgene.hdl.feasibility.parallel.terrain_memory import TerrainMemory
-from pathgene.hdl.feasibility.walker_signature import walker_signature
-from pathgene.hdl.primitives.delay_line import delay_line
+from pathgene.hdl.primitives.logic import delay_line
 from pathgene.hdl.primitives.unit import InstanceOf, Unit
 
 
@@ -36,7 +34,7 @@ class ParallelWalker(Unit):
 
     Members
     -------
-    Those of :func:`pathgene.hdl.feasibility.walker_signature.walker_signature`.
+    Those of :func:`pathgene.hdl.feasibility.layouts.walker_signature`.
     """
 
     config: InstanceOf(Config)

@@ -4,12 +4,11 @@ from amaranth import *
 from amaranth.lib.wiring import connect, flipped
 
 from pathgene.hdl.config import Config
+from pathgene.hdl.feasibility.layouts import walker_signature
 from pathgene.hdl.feasibility.map_memory import MapMemory
-from pathgene.hdl.feasibility.two_tier.altitude_comparator import AltitudeComparator
-from pathgene.hdl.feasibility.two_tier.cell_walker import CellWalker
+from pathgene.hdl.feasibility.two_tier.cell_walker import AltitudeComparator, CellWalker
 from pathgene.hdl.feasibility.two_tier.coarse_map import CoarseMap
 from pathgene.hdl.feasibility.two_tier.segment_setup import TwoTierSegmentSetup
-from pathgene.hdl.feasibility.walker_signature import walker_signature
 from pathgene.hdl.primitives.unit import InstanceOf, Unit
 
 
@@ -36,7 +35,7 @@ class TwoTierWalker(Unit):
 
     Members
     -------
-    Those of :func:`pathgene.hdl.feasibility.walker_signature.walker_signature`.
+    Those of :func:`pathgene.hdl.feasibility.layouts.walker_signature`.
     """
 
     config: InstanceOf(Config)

@@ -5,7 +5,7 @@ from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.layouts import point_layout
-from pathgene.hdl.planner.scorer.segment_measurer import place_layout
+from pathgene.hdl.planner.scorer.measurers import place_layout
 from pathgene.hdl.planner.scorer.widths import Widths
 from pathgene.hdl.primitives.unit import InstanceOf, Unit
 from pathgene.hdl.protocol.planner import ALTITUDE_FRACTION, POSITION_FRACTION

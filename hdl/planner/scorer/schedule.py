@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 from amaranth import *
 
-from pathgene.hdl.primitives.memory_delay import MemoryDelay
+from pathgene.hdl.primitives.storage import MemoryDelay
 
 
 __all__ = ["Kind", "Schedule", "Timed"]

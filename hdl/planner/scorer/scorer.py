@@ -7,19 +7,15 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 from pathgene.hdl.config import Config
 from pathgene.hdl.layouts import point_layout
 from pathgene.hdl.planner.layouts import problem_layout
-from pathgene.hdl.planner.scorer.arc_fitter import ArcFitter
-from pathgene.hdl.planner.scorer.arc_measurer import ArcMeasurer
-from pathgene.hdl.planner.scorer.arc_placer import ArcPlacer
+from pathgene.hdl.planner.scorer.arcs import ArcFitter, ArcMeasurer, ArcPlacer
+from pathgene.hdl.planner.scorer.measurers import SegmentMeasurer, TurnMeasurer
 from pathgene.hdl.planner.scorer.path_pricer import PathPricer
-from pathgene.hdl.planner.scorer.penalty_counter import PenaltyCounter
+from pathgene.hdl.planner.scorer.penalty_counter import PenaltyCounter, SlopeComparator
 from pathgene.hdl.planner.scorer.point_launcher import PointLauncher
 from pathgene.hdl.planner.scorer.schedule import Schedule, Timed
-from pathgene.hdl.planner.scorer.segment_measurer import SegmentMeasurer
-from pathgene.hdl.planner.scorer.slope_comparator import SlopeComparator
-from pathgene.hdl.planner.scorer.turn_measurer import TurnMeasurer
 from pathgene.hdl.planner.scorer.widths import Widths
 from pathgene.hdl.planner.walker.layouts import corner_layout
-from pathgene.hdl.primitives.fanout import fanout
+from pathgene.hdl.primitives.logic import fanout
 from pathgene.hdl.primitives.unit import InstanceOf, Unit
 from pathgene.hdl.protocol.planner import POSITION_FRACTION, SHARE_BITS, VALUE_BITS
 

@@ -25,8 +25,8 @@ from pathgene.hdl.planner.walker.layouts import (
     segment_request_layout,
     walked_layout,
 )
-from pathgene.hdl.primitives.block_memory import BlockMemory
-from pathgene.hdl.primitives.delay_line import delay_line
+from pathgene.hdl.primitives.logic import delay_line
+from pathgene.hdl.primitives.storage import BlockMemory
 from pathgene.hdl.primitives.unit import PowerOfTwo, Unit, Width
 
 

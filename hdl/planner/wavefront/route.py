@@ -4,11 +4,10 @@ from amaranth import *
 from amaranth.lib import memory
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.planner.wavefront.layouts import place_layout
+from pathgene.hdl.planner.wavefront.layouts import BLOCK_BITS, COST_BITS, INDEX_BITS, place_layout
 from pathgene.hdl.planner.wavefront.relaxer import surface_layout
-from pathgene.hdl.planner.wavefront.step_pricer import StepPricer
-from pathgene.hdl.planner.wavefront.widths import BLOCK_BITS, COST_BITS, INDEX_BITS
-from pathgene.hdl.primitives.delay_line import delay_line
+from pathgene.hdl.planner.wavefront.steps import StepPricer
+from pathgene.hdl.primitives.logic import delay_line
 from pathgene.hdl.primitives.unit import Unit, Width
 from pathgene.hdl.protocol.planner import BLOCKS, FAR
 

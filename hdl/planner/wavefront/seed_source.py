@@ -4,12 +4,11 @@ from amaranth import *
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.planner.layouts import problem_layout
-from pathgene.hdl.planner.population_layouts import frame_layout
+from pathgene.hdl.planner.layouts import frame_layout, problem_layout
 from pathgene.hdl.planner.wavefront.block_map import BlockMap
 from pathgene.hdl.planner.wavefront.route import Route
 from pathgene.hdl.planner.wavefront.seeder import Seeder
-from pathgene.hdl.planner.wavefront.step_constants import LIMIT_BITS
+from pathgene.hdl.planner.wavefront.steps import LIMIT_BITS
 from pathgene.hdl.planner.wavefront.wavefront import Wavefront
 from pathgene.hdl.primitives.unit import Count, InstanceOf, Unit
 

@@ -4,13 +4,16 @@ from amaranth import *
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.planner.population_layouts import corner_layout
-from pathgene.hdl.planner.wavefront.layouts import block_layout, found_layout, place_layout
+from pathgene.hdl.planner.layouts import corner_layout
+from pathgene.hdl.planner.wavefront.layouts import (
+    INDEX_BITS,
+    block_layout,
+    found_layout,
+    place_layout,
+)
 from pathgene.hdl.planner.wavefront.relaxer import surface_layout
-from pathgene.hdl.planner.wavefront.widths import INDEX_BITS
-from pathgene.hdl.primitives.delay_line import delay_line
-from pathgene.hdl.primitives.divider import Divider
-from pathgene.hdl.primitives.multiplier import Multiplier
+from pathgene.hdl.primitives.arithmetic import Divider, Multiplier
+from pathgene.hdl.primitives.logic import delay_line
 from pathgene.hdl.primitives.unit import InstanceOf, Unit
 from pathgene.hdl.protocol.planner import seed_waypoints
 

@@ -6,11 +6,10 @@ from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.planner.layouts import problem_layout
-from pathgene.hdl.planner.wavefront.layouts import block_layout
+from pathgene.hdl.planner.wavefront.layouts import COST_BITS, INDEX_BITS, block_layout
 from pathgene.hdl.planner.wavefront.relaxer import Relaxer, surface_layout
-from pathgene.hdl.planner.wavefront.step_constants import LIMIT_BITS, StepConstants
-from pathgene.hdl.planner.wavefront.widths import COST_BITS, INDEX_BITS
-from pathgene.hdl.primitives.delay_line import delay_line
+from pathgene.hdl.planner.wavefront.steps import LIMIT_BITS, StepConstants
+from pathgene.hdl.primitives.logic import delay_line
 from pathgene.hdl.primitives.unit import InstanceOf, Unit
 from pathgene.hdl.protocol.planner import BLOCKS, FAR, SWEEPS
 

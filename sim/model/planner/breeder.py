@@ -9,7 +9,7 @@ draw below ``n`` is ``bits * n >> width``.
 from __future__ import annotations
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol.planner_breeding import (
+from pathgene.hdl.protocol.breeding import (
     CUT,
     DELETE,
     INSERT,
@@ -129,7 +129,7 @@ def mutate(problem: Integers, sizes: Integers, path: Integers, points: int, word
     """Apply the mutation of the mutation word to ``path``; return its points.
 
     The word chooses the operator, the place, the size, and three offsets in the box of
-    *allaire-2008*, at the places of :mod:`pathgene.hdl.protocol.planner_breeding`. If the limits of
+    *allaire-2008*, at the places of :mod:`pathgene.hdl.protocol.breeding`. If the limits of
     the length forbid an insertion or a deletion, the operator is a perturbation.
     """
     inner = points - 2

@@ -6,8 +6,8 @@ from types import SimpleNamespace
 
 from amaranth.back import verilog
 
+from pathgene.hdl.boards.ecp5 import MAP_SITES
 from pathgene.hdl.boards.ecp5_cells import Ecp5Cells
-from pathgene.hdl.boards.ecp5_floor_plan import MAP_SITES
 
 
 __all__ = ["ECP5", "twins_of"]

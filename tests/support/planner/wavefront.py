@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pathgene.hdl.planner.wavefront.widths import shift_limit
+from pathgene.hdl.planner.wavefront.layouts import shift_limit
 from pathgene.hdl.protocol.planner import BLOCKS, POSITION_FRACTION
 from pathgene.sim.model.planner.definition.score import corner_of
 from pathgene.sim.model.planner.definition.wavefront import Blocks

@@ -12,7 +12,7 @@ from pathgene.hdl.boards import BOARDS, find_board
 from pathgene.hdl.boards.board import ChipKind
 from pathgene.hdl.boards.ecp5 import KEEP_FANOUT, OVERRIDES, PLANNER_OVERRIDES, SYNTHESIS
 from pathgene.hdl.boards.tools import run_tool
-from pathgene.hdl.primitives.fanout import fanout
+from pathgene.hdl.primitives.logic import fanout
 
 
 class Copied(wiring.Component):

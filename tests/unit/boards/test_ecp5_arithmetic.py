@@ -9,7 +9,7 @@ from amaranth.back import verilog
 from pathgene.hdl.boards.ecp5 import ARITHMETIC, PLANNER_OVERRIDES
 from pathgene.hdl.boards.ecp5_cells import Ecp5Cells
 from pathgene.hdl.boards.tools import BuildError, run_tool
-from pathgene.hdl.primitives.add_subtract import AddSubtract
+from pathgene.hdl.primitives.arithmetic import AddSubtract
 
 
 #: Odd and even widths, factors with and without a sign, as wide as the result and shorter.

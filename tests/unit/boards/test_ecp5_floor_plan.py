@@ -7,7 +7,7 @@ import pytest
 from pathgene.hdl.boards import BOARDS, chips_of, find_board
 from pathgene.hdl.boards.board import ChipKind
 from pathgene.hdl.boards.build import prepare
-from pathgene.hdl.boards.ecp5_floor_plan import (
+from pathgene.hdl.boards.ecp5 import (
     MAP_SITES,
     OTHER_SITES,
     PLANNER_FLOOR_PLAN,

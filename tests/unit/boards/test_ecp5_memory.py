@@ -8,13 +8,12 @@ from types import SimpleNamespace
 import pytest
 from amaranth.back import verilog
 
-from pathgene.hdl.boards.ecp5_cells import Ecp5Cells
-from pathgene.hdl.boards.ecp5_floor_plan import MAP_SITES
-from pathgene.hdl.boards.ecp5_memory import Ecp5Memory
+from pathgene.hdl.boards.ecp5 import MAP_SITES
+from pathgene.hdl.boards.ecp5_cells import Ecp5Cells, Ecp5Memory
 from pathgene.hdl.config import Config
 from pathgene.hdl.feasibility.map_memory import MapMemory
 from pathgene.hdl.feasibility.parallel.terrain_memory import TerrainMemory
-from pathgene.hdl.primitives.block_memory import BlockMemory
+from pathgene.hdl.primitives.storage import BlockMemory
 from tests.support.gateware.ecp5_twins import ECP5, twins_of
 
 

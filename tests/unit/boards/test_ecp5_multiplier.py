@@ -4,7 +4,7 @@
 import pytest
 from amaranth.back import verilog
 
-from pathgene.hdl.primitives.multiplier import Multiplier
+from pathgene.hdl.primitives.arithmetic import Multiplier
 from tests.support.gateware.ecp5_twins import ECP5, twins_of
 
 

@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from pathgene.hdl.command.point_parser import PointParser
+from pathgene.hdl.command.waypoint_parsers import PointParser
 from pathgene.hdl.config import Config
 from pathgene.hdl.protocol import Status, pack_paths
 from tests.support.gateware.payloads import hand_over

@@ -6,7 +6,7 @@ from collections import deque
 
 import pytest
 
-from pathgene.hdl.feasibility.result_queue import ResultQueue
+from pathgene.hdl.primitives.buffers import ResultQueue
 from tests.support.gateware.streams import simulate
 
 

@@ -3,7 +3,7 @@
 import random
 
 from pathgene.hdl.ga_core.crossover import parents_of
-from pathgene.hdl.ga_core.mutation_plan import MutationPlan
+from pathgene.hdl.ga_core.mutator import MutationPlan
 from tests.support.gateware.streams import simulate
 
 

@@ -3,7 +3,7 @@
 import pytest
 from amaranth.sim import Simulator
 
-from pathgene.hdl.ga_core.path_copier import PathCopier
+from pathgene.hdl.ga_core.write_ports import PathCopier
 
 
 @pytest.mark.parametrize("most", [3, 5, 8])

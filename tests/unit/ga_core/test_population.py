@@ -10,7 +10,7 @@ from amaranth.hdl import ResetInserter, Signal
 from pathgene.hdl.config import CheckerBuild, Config, MutationKind
 from pathgene.hdl.ga_core.crossover import parents_of
 from pathgene.hdl.ga_core.population import Population
-from pathgene.hdl.ga_core.read_pointer import PEEK_LATENCY
+from pathgene.hdl.ga_core.read_ports import PEEK_LATENCY
 from tests.support.gateware.streams import put, simulate
 
 

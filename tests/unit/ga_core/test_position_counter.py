@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from pathgene.hdl.ga_core.position_counter import PositionCounter
+from pathgene.hdl.ga_core.read_ports import PositionCounter
 from tests.support.gateware.streams import simulate
 
 

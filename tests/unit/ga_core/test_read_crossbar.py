@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from pathgene.hdl.ga_core.read_crossbar import ReadCrossbar
+from pathgene.hdl.ga_core.read_ports import ReadCrossbar
 from tests.support.gateware.streams import simulate
 
 

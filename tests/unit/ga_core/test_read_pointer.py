@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from pathgene.hdl.ga_core.read_pointer import PEEK_LATENCY, ReadPointer
+from pathgene.hdl.ga_core.read_ports import PEEK_LATENCY, ReadPointer
 from tests.support.gateware.streams import simulate
 
 

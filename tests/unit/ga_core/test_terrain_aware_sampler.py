@@ -8,7 +8,7 @@ import pytest
 
 from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.hdl.ga_core.layouts import limits_layout, offset_layout
-from pathgene.hdl.ga_core.read_pointer import PEEK_LATENCY
+from pathgene.hdl.ga_core.read_ports import PEEK_LATENCY
 from pathgene.hdl.ga_core.terrain_aware_sampler import TerrainAwareSampler
 from tests.support.gateware.streams import simulate
 

@@ -4,7 +4,7 @@ import itertools
 import random
 
 from pathgene.hdl.ga_core.layouts import limits_layout, offset_layout
-from pathgene.hdl.ga_core.waypoint_perturber import WaypointPerturber
+from pathgene.hdl.ga_core.mutator import WaypointPerturber
 from pathgene.sim.model.mutation import clamp
 from tests.support.gateware.streams import simulate
 

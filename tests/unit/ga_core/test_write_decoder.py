@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from pathgene.hdl.ga_core.write_decoder import WriteDecoder
+from pathgene.hdl.ga_core.write_ports import WriteDecoder
 from tests.support.gateware.streams import simulate
 
 

@@ -5,7 +5,7 @@ import itertools
 
 import pytest
 
-from pathgene.hdl.planner.population_layouts import slot_count
+from pathgene.hdl.planner.layouts import slot_count
 from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
 from pathgene.sim.model.planner import evolver_cycles
 from tests.support.planner.cases import SMALL, USUAL

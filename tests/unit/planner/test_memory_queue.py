@@ -7,7 +7,7 @@ import pytest
 from amaranth import Elaboratable
 
 from pathgene.hdl.boards.ecp5_cells import Ecp5Cells
-from pathgene.hdl.planner.memory_queue import MemoryQueue
+from pathgene.hdl.primitives.buffers import MemoryQueue
 from tests.support.gateware.streams import simulate
 
 

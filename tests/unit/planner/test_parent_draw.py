@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from pathgene.hdl.planner.parent_draw import ParentDraw
+from pathgene.hdl.planner.child_planner import ParentDraw
 from tests.support.gateware.streams import simulate
 from tests.support.planner.plain import bits
 from tests.support.planner.population import Words

@@ -6,7 +6,7 @@ import random
 
 import pytest
 
-from pathgene.hdl.planner.ranking import Ranking
+from pathgene.hdl.planner.collector import Ranking
 from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
 from tests.support.gateware.streams import put, simulate
 

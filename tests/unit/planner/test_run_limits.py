@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from pathgene.hdl.planner.run_limits import RunLimits
+from pathgene.hdl.planner.run_control import RunLimits
 from tests.support.gateware.streams import simulate
 
 

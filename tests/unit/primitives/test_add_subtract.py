@@ -6,7 +6,7 @@ from itertools import product
 import pytest
 from amaranth.sim import Simulator
 
-from pathgene.hdl.primitives.add_subtract import AddSubtract
+from pathgene.hdl.primitives.arithmetic import AddSubtract
 
 
 @pytest.mark.parametrize("width", [1, 4])

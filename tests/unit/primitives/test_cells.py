@@ -8,9 +8,9 @@ from amaranth.back import verilog
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.primitives.block_memory import BlockMemory, memory_members
+from pathgene.hdl.primitives.arithmetic import Multiplier
 from pathgene.hdl.primitives.cells import Cells, cells_of
-from pathgene.hdl.primitives.multiplier import Multiplier
+from pathgene.hdl.primitives.storage import BlockMemory, memory_members
 
 
 class Hard(wiring.Component):

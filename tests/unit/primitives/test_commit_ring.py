@@ -2,7 +2,7 @@
 
 import random
 
-from pathgene.hdl.primitives.commit_ring import CommitRing
+from pathgene.hdl.primitives.storage import CommitRing
 from tests.support.gateware.streams import simulate
 from tests.unit.link.drive import watch
 

@@ -6,7 +6,7 @@ from amaranth.hdl import Const, Module, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.primitives.delay_line import delay_line
+from pathgene.hdl.primitives.logic import delay_line
 from tests.support.gateware.streams import simulate
 
 

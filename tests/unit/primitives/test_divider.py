@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from pathgene.hdl.primitives.divider import Divider
+from pathgene.hdl.primitives.arithmetic import Divider
 from tests.support.gateware.pipelines import outputs
 
 

@@ -5,7 +5,7 @@ import itertools
 
 import pytest
 
-from pathgene.hdl.primitives.memory_delay import MemoryDelay
+from pathgene.hdl.primitives.storage import MemoryDelay
 from tests.support.gateware.streams import simulate
 
 

@@ -4,7 +4,7 @@ import pytest
 from amaranth.hdl import Module, Signal
 from amaranth.sim import Simulator
 
-from pathgene.hdl.primitives.multiplexer import multiplex, one_hot_multiplex, one_hot_multiplex_tree
+from pathgene.hdl.primitives.logic import multiplex, one_hot_multiplex, one_hot_multiplex_tree
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 5, 8, 11, 32])

@@ -3,7 +3,7 @@
 
 import pytest
 
-from pathgene.hdl.primitives.skid_buffer import SkidBuffer
+from pathgene.hdl.primitives.buffers import SkidBuffer
 from tests.support.gateware.streams import simulate
 from tests.unit.link.drive import pass_through
 

@@ -6,7 +6,7 @@ from math import isqrt
 
 import pytest
 
-from pathgene.hdl.primitives.square_root import SquareRoot
+from pathgene.hdl.primitives.arithmetic import SquareRoot
 from tests.support.gateware.pipelines import outputs
 
 

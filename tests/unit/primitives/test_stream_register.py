@@ -3,7 +3,7 @@
 
 import pytest
 
-from pathgene.hdl.primitives.stream_register import StreamRegister
+from pathgene.hdl.primitives.buffers import StreamRegister
 from tests.support.gateware.streams import simulate
 from tests.unit.link.drive import pass_through
 

@@ -7,7 +7,7 @@ import random
 import pytest
 from amaranth.hdl import signed, unsigned
 
-from pathgene.hdl.primitives.wide_multiplier import WideMultiplier
+from pathgene.hdl.primitives.arithmetic import WideMultiplier
 from tests.support.gateware.pipelines import outputs
 
 

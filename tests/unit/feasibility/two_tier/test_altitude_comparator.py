@@ -3,7 +3,7 @@
 
 import pytest
 
-from pathgene.hdl.feasibility.two_tier.altitude_comparator import AltitudeComparator
+from pathgene.hdl.feasibility.two_tier.cell_walker import AltitudeComparator
 
 
 @pytest.mark.parametrize("memory_latency", [1, 2])

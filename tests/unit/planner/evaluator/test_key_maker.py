@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pathgene.hdl.planner.evaluator.key_maker import KeyMaker
+from pathgene.hdl.planner.path_evaluator import KeyMaker
 from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
 from tests.support.gateware.streams import simulate
 

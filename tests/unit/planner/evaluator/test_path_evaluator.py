@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from pathgene.hdl.planner.evaluator.path_evaluator import PathEvaluator
+from pathgene.hdl.planner.path_evaluator import PathEvaluator
 from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
 from pathgene.sim.model.planner.evaluator_cycles import PLACES
 from tests.support.planner.cases import SMALL, ground

@@ -7,7 +7,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.planner.scorer.schedule import Kind, Schedule, Timed
-from pathgene.hdl.primitives.wide_multiplier import WideMultiplier
+from pathgene.hdl.primitives.arithmetic import WideMultiplier
 from tests.support.gateware.streams import simulate
 
 

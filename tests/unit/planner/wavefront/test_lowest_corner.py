@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from pathgene.hdl.planner.wavefront.lowest_corner import LowestCorner
+from pathgene.hdl.planner.wavefront.block_map import LowestCorner
 from tests.support.gateware.streams import simulate
 
 

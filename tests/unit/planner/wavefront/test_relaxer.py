@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from pathgene.hdl.planner.wavefront.relaxer import Relaxer
-from pathgene.hdl.planner.wavefront.step_pricer import StepPricer
+from pathgene.hdl.planner.wavefront.steps import StepPricer
 from pathgene.hdl.planner.wavefront.wavefront import Wavefront
 from pathgene.hdl.protocol.planner import BLOCKS, FAR, VALUE_BITS
 from pathgene.sim.model.planner import wavefront_cycles

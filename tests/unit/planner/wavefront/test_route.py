@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from pathgene.hdl.planner.wavefront.route import Route
-from pathgene.hdl.planner.wavefront.step_pricer import StepPricer
+from pathgene.hdl.planner.wavefront.steps import StepPricer
 from pathgene.hdl.protocol.planner import BLOCKS, FAR
 from pathgene.sim.model.planner.wavefront_cycles import routing
 from tests.support.gateware.streams import simulate

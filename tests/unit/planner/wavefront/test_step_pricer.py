@@ -10,9 +10,8 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.planner.layouts import problem_layout
-from pathgene.hdl.planner.wavefront.step_constants import StepConstants
-from pathgene.hdl.planner.wavefront.step_pricer import StepPricer
-from pathgene.hdl.planner.wavefront.widths import COST_BITS
+from pathgene.hdl.planner.wavefront.layouts import COST_BITS
+from pathgene.hdl.planner.wavefront.steps import StepConstants, StepPricer
 from pathgene.hdl.protocol.planner import (
     ALTITUDE_FRACTION,
     BASE_BITS,

@@ -1,27 +1,180 @@
-"""Evaluator of paths: from points to keys."""
+"""Evaluator of paths: from points to keys by score, decision and walk."""
 
 from amaranth import *
-from amaranth.lib import stream
+from amaranth.lib import data, stream
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.feasibility.result_queue import ResultQueue
 from pathgene.hdl.layouts import point_layout
-from pathgene.hdl.planner.evaluator.key_maker import KeyMaker
-from pathgene.hdl.planner.evaluator.layouts import PLACE_BITS, PLACES
-from pathgene.hdl.planner.evaluator.path_decider import PathDecider
-from pathgene.hdl.planner.evaluator.path_store import PathStore
-from pathgene.hdl.planner.layouts import problem_layout
-from pathgene.hdl.planner.population_layouts import head_layout, member_layout
+from pathgene.hdl.planner.layouts import head_layout, member_layout, problem_layout
+from pathgene.hdl.planner.path_store import (
+    PLACE_BITS,
+    PLACES,
+    PathStore,
+    decision_layout,
+    kept_layout,
+)
 from pathgene.hdl.planner.population_memory import decided_layout, margin_layout
-from pathgene.hdl.planner.scorer.scorer import Scorer
-from pathgene.hdl.planner.walker.path_walker import PathWalker
+from pathgene.hdl.planner.scorer.scorer import Scorer, score_layout
+from pathgene.hdl.planner.walker.path_walker import PathWalker, result_layout
 from pathgene.hdl.planner.walker.segment_source import SegmentSource, queued_layout
-from pathgene.hdl.primitives.unit import Count, InstanceOf, PowerOfTwo, Unit
-from pathgene.hdl.protocol.planner import MEMO_ROWS
+from pathgene.hdl.primitives.buffers import ResultQueue
+from pathgene.hdl.primitives.unit import Count, InstanceOf, PowerOfTwo, Unit, Width
+from pathgene.hdl.protocol.planner import HIT_BITS, MEMO_ROWS, VALUE_BITS, PathClass
 
 
-__all__ = ["PathEvaluator"]
+__all__ = ["KeyMaker", "PathDecider", "PathEvaluator"]
+
+
+class PathDecider(Unit):
+    """Decides by the score and the head of a path; the decision follows by a cycle.
+
+    While the best path of its population is feasible, a path is not walked if it is infeasible by
+    its score, or if its value is not below its limit. Every other path is walked.
+
+    Members
+    -------
+    score : In(score_layout)
+    path : In(kept_layout)
+        The path scored, with ``score.valid``.
+    decision : Out(decision_layout)
+    """
+
+    slot_bits: Width(1)
+    length_bits: Width(1)
+
+    def interface(self):
+        return {
+            "score": In(score_layout()),
+            "path": In(kept_layout(self.slot_bits, self.length_bits)),
+            "decision": Out(decision_layout(self.slot_bits, self.length_bits)),
+        }
+
+    def elaborate(self, platform):
+        m = Module()
+        score, head = self.score, self.path.head
+
+        decision = Signal(self.decision.shape(), reset_less=True)
+        valid = Signal()
+        m.d.comb += [self.decision.eq(decision), self.decision.valid.eq(valid)]
+        given_up = head.limited & (score.value >= head.limit)
+        m.d.sync += [
+            valid.eq(score.valid),
+            decision.walked.eq(~head.first | ~(score.infeasible | given_up)),
+            decision.infeasible.eq(score.infeasible),
+            decision.value.eq(score.value),
+            decision.path.eq(self.path),
+        ]
+
+        return m
+
+
+#: A colliding corner counts in the penalty as four cells of length.
+
+
+class KeyMaker(Unit):
+    """Gives each path its key, in the order of the decisions.
+
+    The key of a path follows its decision, or the result of its walk if it is walked, by 3 cycles;
+    or it follows the previous key by a cycle, if that is later. It waits while a key is not taken.
+
+    A path that is not walked is infeasible or given up, with the value of its score. One that is
+    walked is infeasible if it collides or has a penalty: its value is the penalty plus four cells
+    for each corner that collides, clamped to the maximum value. Else it is feasible, with its cost.
+
+    Members
+    -------
+    decision : In(decision_layout)
+        At most 16 decisions without a key are pending.
+    result : In(result_layout)
+        Walk of each path that is walked, in the order of the decisions, and after its decision.
+    evaluated : Out(stream.Signature(member_layout))
+    """
+
+    slot_bits: Width(1)
+    length_bits: Width(1)
+    hits_bits: Width(1)
+
+    def interface(self):
+        return {
+            "decision": In(decision_layout(self.slot_bits, self.length_bits)),
+            "result": In(result_layout(self.hits_bits)),
+            "evaluated": Out(stream.Signature(member_layout(self.slot_bits, self.length_bits))),
+        }
+
+    def elaborate(self, platform):
+        m = Module()
+        decision, result, evaluated = self.decision, self.result, self.evaluated
+
+        word = data.StructLayout(
+            {
+                "walked": 1,
+                "infeasible": 1,
+                "value": VALUE_BITS,
+                "slot": self.slot_bits,
+                "length": self.length_bits,
+            }
+        )
+        m.submodules.decisions = decisions = ResultQueue(word, PLACES)
+        m.submodules.results = results = ResultQueue(self.hits_bits, PLACES)
+        m.d.comb += [
+            decisions.put.eq(decision.valid),
+            *(
+                decisions.word[name].eq(decision[name])
+                for name in ("walked", "infeasible", "value")
+            ),
+            decisions.word.slot.eq(decision.path.head.slot),
+            decisions.word.length.eq(decision.path.length),
+            results.put.eq(result.valid),
+            results.word.eq(result.hits),
+        ]
+
+        # The sum of a path, then its key.
+        path, hits = decisions.words.p, results.words.p
+        summed, moves, may_go = Signal(), Signal(2), Signal()
+        total = Signal(max(VALUE_BITS, self.hits_bits + HIT_BITS) + 1, reset_less=True)
+        kept = Signal(word, reset_less=True)
+        collides = Signal(reset_less=True)
+        key = Signal(evaluated.p.shape(), reset_less=True)
+        m.d.comb += [
+            evaluated.p.eq(key),
+            moves[1].eq(~evaluated.valid | evaluated.ready),
+            moves[0].eq(~summed | moves[1]),
+            may_go.eq(decisions.words.valid & (~path.walked | results.words.valid)),
+            decisions.words.ready.eq(moves[0] & may_go),
+            results.words.ready.eq(moves[0] & may_go & path.walked),
+        ]
+        with m.If(moves[0]):
+            m.d.sync += [
+                summed.eq(may_go),
+                kept.eq(path),
+                collides.eq(path.walked & (hits != 0)),
+                total.eq(
+                    Mux(path.infeasible, path.value, 0) + (Mux(path.walked, hits, 0) << HIT_BITS)
+                ),
+            ]
+        most = (1 << VALUE_BITS) - 1
+        penalty = Mux(total[VALUE_BITS:].any(), most, total[:VALUE_BITS])
+        infeasible = kept.infeasible | collides
+        with m.If(moves[1]):
+            m.d.sync += [
+                evaluated.valid.eq(summed),
+                key.key.eq(
+                    Cat(
+                        Mux(infeasible, penalty, kept.value),
+                        Mux(
+                            infeasible,
+                            PathClass.INFEASIBLE.value,
+                            Mux(kept.walked, PathClass.FEASIBLE.value, PathClass.GIVEN_UP.value),
+                        )[:2],
+                    )
+                ),
+                key.slot.eq(kept.slot),
+                key.length.eq(kept.length),
+            ]
+
+        return m
+
 
 #: Heads that wait for the points of their paths. The breeder is ahead by fewer: by 16 points, with
 #: at least four for each path.

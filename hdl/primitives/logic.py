@@ -1,14 +1,28 @@
-"""Multiplexers of many inputs."""
+"""Functions that add logic to a module: multiplexers, delay lines, equal registers, assignments."""
 
 import functools
 import operator
 from collections.abc import Iterable, Sequence
 
+from amaranth import *
 from amaranth.hdl import Cat, Module, Mux, Signal, Value
 from amaranth.utils import ceil_log2
 
 
-__all__ = ["multiplex", "one_hot_multiplex", "one_hot_multiplex_tree"]
+__all__ = [
+    "assign_each",
+    "delay_line",
+    "fanout",
+    "multiplex",
+    "one_hot_multiplex",
+    "one_hot_multiplex_tree",
+]
+
+
+def assign_each(targets: Iterable[Value], sources: Iterable[Value]) -> list:
+    """Return the assignments of each of ``sources`` to its target; there are as many of both."""
+    return [target.eq(source) for target, source in zip(targets, sources, strict=True)]
+
 
 # Inputs of a lookup table of most FPGAs; two joined tables have more.
 _TABLE_INPUTS = 4
@@ -69,3 +83,32 @@ def one_hot_multiplex_tree(m: Module, select: Value, items: Sequence[Value], nam
 
 def _or(terms: Iterable[Value]) -> Value:
     return functools.reduce(operator.or_, terms)
+
+
+def delay_line(m: Module, value: Value, cycles: int, name: str) -> Value:
+    """Return ``value`` of ``cycles`` cycles ago, through registers without reset.
+
+    A value without bits is returned as it is: Verilog has no registers of that width.
+    """
+    if Shape.cast(value.shape()).width == 0:
+        return value
+    for cycle in range(1, cycles + 1):
+        earlier = Signal(value.shape(), name=f"{name}_{cycle}", reset_less=True)
+        m.d.sync += earlier.eq(value)
+        value = earlier
+    return value
+
+
+def fanout(m: Module, *values: Value, name: str, init: int = 0) -> list[Signal]:
+    """Return a register of the domain ``sync`` for each of ``values``, which are all equal.
+
+    A wire across the chip takes a cycle, and a register that drives a thousand registers lies far
+    from most of them; a copy can lie among its loads. The attribute ``keep`` of the copies is for a
+    board's synthesis, which would merge them again.
+    """
+    registers = [
+        Signal(len(value), name=f"{name}_{number}", init=init, attrs={"keep": 1})
+        for number, value in enumerate(values)
+    ]
+    m.d.sync += [register.eq(value) for register, value in zip(registers, values, strict=True)]
+    return registers

@@ -1,0 +1,244 @@
+"""Read ports of the population: positions, pointers and the choice of a slot."""
+
+from amaranth import *
+from amaranth.lib.wiring import In, Out
+
+from pathgene.hdl.primitives.logic import fanout, one_hot_multiplex_tree
+from pathgene.hdl.primitives.unit import Count, Flag, Unit, Width
+
+
+__all__ = ["PEEK_LATENCY", "PositionCounter", "ReadCrossbar", "ReadPointer"]
+
+
+class PositionCounter(Unit):
+    """Counts positions until the longest path has passed.
+
+    ``running`` and ``following`` lead the waypoints in the ports by a cycle. All outputs except
+    ``goes_on`` are registers, since they reach the whole population.
+
+    Members
+    -------
+    begin : In(1)
+        Pulse, in the cycle before the first of the crossover. Never during a crossover.
+    lengths : In(range(max_waypoints + 1)).array(ports)
+        Length of the path of each port, 2 or more. Steady from ``begin`` to ``done``.
+    goes_on : Out(1)
+        ``running`` in this cycle and in the next. Combinational.
+    running : Out(1)
+        The ports take the waypoints at ``following``. High from the first cycle of the crossover
+        on, for as many cycles as the longest path has waypoints.
+    following : Out(range(max_waypoints))
+        0, 1, ... while ``running``.
+    carrying, position : Out(1), Out(range(max_waypoints))
+        ``running`` and ``following`` of the cycle before: the ports hold those waypoints.
+    done : Out(1)
+        High in the cycle after the last of ``running``.
+    """
+
+    ports: Count(1, text="Paths that pass at once.")
+    max_waypoints: Count(3, text="Waypoints of the longest path.")
+
+    def interface(self):
+        return {
+            "begin": In(1),
+            "lengths": In(range(self.max_waypoints + 1)).array(self.ports),
+            "goes_on": Out(1),
+            "running": Out(1),
+            "following": Out(range(self.max_waypoints)),
+            "carrying": Out(1),
+            "position": Out(range(self.max_waypoints)),
+            "done": Out(1),
+        }
+
+    def elaborate(self, platform):
+        m = Module()
+
+        # `last` takes three cycles: each length is compared for a later waypoint, then all results
+        # are combined. So `third` is three past `following`.
+        last = Signal()
+        third = Signal(range(self.max_waypoints + 3), init=2)
+        ended = Signal(len(self.lengths), reset_less=True)
+        passes = self.begin | self.goes_on
+        m.d.comb += self.goes_on.eq(self.running & ~last)
+        m.d.sync += [
+            self.running.eq(passes),
+            self.following.eq(Mux(self.running, self.following + 1, 0)),
+            third.eq(Mux(passes, third + 1, 2)),
+            ended.eq(Cat(length <= third for length in self.lengths)),
+            last.eq(self.running & ~last & ended.all()),
+            self.carrying.eq(self.running),
+            self.position.eq(self.following),
+            self.done.eq(last),
+        ]
+
+        return m
+
+
+#: Cycles from a peek to its waypoints: position, index, slot, port.
+PEEK_LATENCY = 4
+
+
+class ReadPointer(Unit):
+    """Advances the reading of all slots, and rewinds it to their first waypoints.
+
+    ``ahead`` is the position to be read next. The two cycles after a rewind fill the registers
+    after it: when it is 2, the slots have the waypoints of position 0. ``advance`` and ``step``
+    are registers, since they enable the whole population.
+
+    Members
+    -------
+    taken, writing : In(1)
+        A waypoint for the present population is accepted; and, in the next cycle, written.
+    update : In(1)
+        The next population becomes the present one.
+    rewinds : In(1)
+        Rewind. Each of the inputs above also rewinds, starting in the second cycle after it, since
+        the indices of the slots follow a change of a path a cycle after its length.
+    begin : In(1).array(parts)
+        A crossover begins with the next cycle. All are equal.
+    passes : In(1)
+        The ports take waypoints in the next cycle for another reason.
+    peek, peek_position : In(1), In(range(max_waypoints))
+        Only with ``peeks``: see :class:`pathgene.hdl.ga_core.population.Population`.
+    ahead : Out(range(max_waypoints))
+    advance : Out(1).array(parts)
+        All slots read. All are equal.
+    step : Out(1)
+        The ports take the waypoints of the slots.
+    primes : Out(1)
+        The slots have the first waypoints starting in the next cycle.
+    primed : Out(1)
+        The slots have the first waypoints, or later ones that were passed, and no change or peek is
+        in flight.
+    peeking : Out(1)
+        A peek of an earlier cycle is in flight.
+    """
+
+    max_waypoints: Count(3, text="Waypoints of the longest path.")
+    parts: Count(1, text="Parts of the slots, each of which has an ``advance``.")
+    peeks: Flag("The unit has the members for peeks.")
+
+    def interface(self):
+        members = {"peek": In(1), "peek_position": In(range(self.max_waypoints))}
+        return {
+            "taken": In(1),
+            "writing": In(1),
+            "update": In(1),
+            "rewinds": In(1),
+            "begin": In(1).array(self.parts),
+            "passes": In(1),
+            "ahead": Out(range(self.max_waypoints)),
+            "advance": Out(1).array(self.parts),
+            "step": Out(1),
+            "primes": Out(1),
+            "primed": Out(1),
+            "peeking": Out(1),
+            **(members if self.peeks else {}),
+        }
+
+    def elaborate(self, platform):
+        m = Module()
+
+        filling = Signal(2, init=0b11)
+        changed = Signal(init=1)
+        rewind = Signal()
+        occupied = Signal()
+        looks = Signal()
+        looked_last = Signal()
+        steps = Signal()
+        m.d.comb += [
+            # The rewind may follow an update a cycle late: waypoints read before the next cycle are
+            # discarded, too.
+            rewind.eq(self.rewinds | changed),
+            steps.eq(self.begin[0] | self.passes | looks),
+            self.primes.eq(~filling[1]),
+            self.primed.eq(~filling[0] & ~occupied),
+        ]
+        m.d.sync += [
+            changed.eq(self.taken | self.writing | self.update | looked_last),
+            filling.eq(Mux(rewind, 0b11, filling[1])),
+            occupied.eq(self.taken | self.update | looks),
+            self.step.eq(steps),
+        ]
+        # `begin` arrives last.
+        advances = self.passes | looks | rewind | filling[1]
+        advance = fanout(m, *(begin | advances for begin in self.begin), name="advance", init=1)
+        m.d.comb += [port.eq(copy) for port, copy in zip(self.advance, advance, strict=True)]
+        with m.If(advance[0]):
+            m.d.sync += self.ahead.eq(self.ahead + 1)
+        if self.peeks:
+            # A peek moves the pointer; three registers after it take the waypoints in turn. The
+            # pointer rewinds when the last of them has been taken.
+            looked = Signal(PEEK_LATENCY - 2)
+            m.d.comb += [
+                looks.eq(self.peek | looked.any()),
+                looked_last.eq(looked[-1] & ~looked[-2]),
+            ]
+            m.d.sync += [looked.eq(Cat(self.peek, looked)), self.peeking.eq(looks)]
+            with m.If(self.peek):
+                m.d.sync += self.ahead.eq(self.peek_position)
+        with m.If(rewind):
+            m.d.sync += self.ahead.eq(0)
+
+        return m
+
+
+_PORTS_OF_PART = 3
+
+
+class ReadCrossbar(Unit):
+    """One register per port, with a multiplexer of all slots: the largest unit of the chip.
+
+    A port registers its choice too, since that reaches the whole multiplexer.
+
+    Members
+    -------
+    selects : In(population).array(ports)
+        The slot of each port, decoded: at most one bit is set. It takes effect in the next cycle.
+    slots : In(waypoint_bits).array(population)
+        Present waypoint of each slot.
+    step : In(1)
+        The first port takes its waypoint. All other ports do so in every cycle.
+    writing : In(1).array(parts_of(ports))
+        All ports take ``written`` instead. All are equal; each drives some of the ports. Overrides
+        ``step``.
+    written : In(waypoint_bits)
+    waypoints : Out(waypoint_bits).array(ports)
+        Waypoint that each port took in the previous cycle; the first port, at its latest ``step``.
+    """
+
+    ports: Count(1)
+    population: Count(2, text="Slots.")
+    waypoint_bits: Width(1)
+
+    @staticmethod
+    def parts_of(ports: int) -> int:
+        """Return the number of parts into which the ports are divided for ``writing``."""
+        return -(-ports // _PORTS_OF_PART)
+
+    def interface(self):
+        return {
+            "selects": In(self.population).array(self.ports),
+            "slots": In(self.waypoint_bits).array(self.population),
+            "step": In(1),
+            "writing": In(1).array(self.parts_of(self.ports)),
+            "written": In(self.waypoint_bits),
+            "waypoints": Out(self.waypoint_bits).array(self.ports),
+        }
+
+    def elaborate(self, platform):
+        m = Module()
+
+        for number, (select, waypoint) in enumerate(zip(self.selects, self.waypoints, strict=True)):
+            chosen = Signal(len(select), name=f"select_{number}", reset_less=True)
+            port = Signal(len(waypoint), name=f"port_{number}", reset_less=True)
+            m.d.sync += chosen.eq(select)
+            # Outside a condition, which would be one more input of every look-up table.
+            passing = one_hot_multiplex_tree(m, chosen, self.slots, f"of_slots_{number}")
+            m.d.comb += waypoint.eq(port)
+            with m.If(self.writing[number // _PORTS_OF_PART]):
+                m.d.sync += port.eq(self.written)
+            with m.Elif(self.step if number == 0 else C(1)):
+                m.d.sync += port.eq(passing)
+
+        return m

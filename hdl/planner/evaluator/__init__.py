@@ -1,1 +1,0 @@
-"""Evaluator of paths: score, walk, and key."""

@@ -1,0 +1,439 @@
+"""Arcs of a path: their radii, their lengths and shares, their ends."""
+
+from itertools import pairwise
+
+from amaranth import *
+from amaranth.lib import data
+from amaranth.lib.wiring import In, Out
+
+from pathgene.hdl.planner.scorer.schedule import Kind, Schedule, Timed
+from pathgene.hdl.planner.scorer.widths import TURN_BITS, Widths
+from pathgene.hdl.primitives.arithmetic import Divider, WideMultiplier
+from pathgene.hdl.primitives.logic import multiplex
+from pathgene.hdl.primitives.unit import InstanceOf, Unit
+from pathgene.hdl.protocol.planner import (
+    ALTITUDE_FRACTION,
+    MAX_HALF_TURN,
+    RADIUS_BITS,
+    SHARE_BITS,
+    TURN_FRACTION,
+    turn_table,
+)
+
+
+__all__ = ["ArcFitter", "ArcMeasurer", "ArcPlacer", "corner_layout", "fitted_layout", "turn_layout"]
+
+
+def turn_layout(widths: Widths) -> data.StructLayout:
+    """Return the layout of a segment and of the turn into it.
+
+    ``first``, ``last`` (the slot of a path's first point, which has no segment, or of its last),
+    ``length``, ``steep`` and ``excess`` (of the segment), ``half_turn``, ``tangent``.
+    """
+    return data.StructLayout(
+        {
+            "first": 1,
+            "last": 1,
+            "steep": 1,
+            "excess": widths.excess,
+            "length": widths.length,
+            "half_turn": widths.half_turn,
+            "tangent": widths.tangent,
+        }
+    )
+
+
+def fitted_layout(widths: Widths) -> data.StructLayout:
+    """Return the layout of a segment and of the arc at its end.
+
+    ``first``, ``last`` (segment of its path), ``steep``, ``excess``, ``length`` (of the segment),
+    ``next_length`` (of the next one), ``fits`` (there is an arc and it does), ``half_turn``,
+    ``tangent`` (of the arc; 0 if it does not fit).
+    """
+    return data.StructLayout(
+        {
+            "first": 1,
+            "last": 1,
+            "steep": 1,
+            "excess": widths.excess,
+            "length": widths.length,
+            "next_length": widths.length,
+            "fits": 1,
+            "half_turn": widths.half_turn,
+            "tangent": widths.length,
+        }
+    )
+
+
+class ArcFitter(Unit):
+    """Finds the arcs that fit.
+
+    An arc fits if its tangent and the tangents of its neighbours leave each of its two segments a
+    length of 0 or more. So a segment, with the arc at its end, leaves as the second slot after its
+    own comes in, or in the two slots after the last of a path, whatever comes in then. That is
+    always in time: the first two slots of a path have nothing to send.
+
+    Slots without ``valid`` hold nothing up: the contents move on with the next valid slot. The
+    second slot of a path must follow the first at once. Inputs are steady in both cycles of a slot.
+
+    Source: step 2 of the score in ``docs/chip_planner.md``.
+
+    Attributes
+    ----------
+    latency : int
+        Cycles from a slot to the slot of the segment which it sends, 2.
+
+    Members
+    -------
+    phase : In(1)
+        1 in the second cycle of every slot.
+    valid : In(1)
+    turn : In(turn_layout)
+        The tangent belongs to the turn into the segment; 0 in the first two slots of a path.
+    moves : Out(1)
+        The window moves on at the end of this slot of the input: the points of
+        :class:`pathgene.hdl.planner.scorer.arcs.ArcPlacer` move with it.
+    fitted_valid : Out(1)
+    fitted : Out(fitted_layout)
+    """
+
+    widths: InstanceOf(Widths)
+
+    latency = 2
+
+    def interface(self):
+        widths = self.widths
+        return {
+            "phase": In(1),
+            "valid": In(1),
+            "turn": In(turn_layout(widths)),
+            "moves": Out(1),
+            "fitted_valid": Out(1),
+            "fitted": Out(fitted_layout(widths)),
+        }
+
+    def elaborate(self, platform):
+        m = Module()
+
+        turn, length_bits = self.turn, self.widths.length
+        # The slots one and two steps before, and whether the one before that began its path.
+        before = Signal(turn_layout(self.widths), reset_less=True)
+        second = Signal(turn_layout(self.widths), reset_less=True)
+        opens = Signal(reset_less=True)
+        sends, follows = Signal(), Signal()  # `second` is a segment; `before` is a slot.
+        draining = Signal(2)
+
+        # After the last point, and at the first point of the next path, there is no tangent.
+        tangent = Signal(self.widths.tangent)
+        # Length of the previous segment, less the tangent of the turn into it.
+        left = Signal(signed(self.widths.tangent + 1), reset_less=True)
+        # Whether it leaves enough: found in the first cycle of a slot, for the second.
+        room, room_before = Signal(reset_less=True), Signal(reset_less=True)
+        fits = Signal()
+        fitted = Signal(fitted_layout(self.widths), reset_less=True)
+        m.d.comb += [
+            self.fitted.eq(fitted),
+            self.moves.eq(self.valid | draining.any()),
+            tangent.eq(Mux(self.valid, turn.tangent, 0)),
+            fits.eq(room & room_before & ~second.last),
+        ]
+        m.d.sync += room.eq(tangent <= left)
+        with m.If(self.phase):
+            with m.If(self.valid & turn.last):
+                m.d.sync += draining.eq(2)
+            with m.Elif(draining.any()):
+                m.d.sync += draining.eq(draining - 1)
+            m.d.sync += [
+                self.fitted_valid.eq(self.moves & sends),
+                fitted.first.eq(opens),
+                fitted.last.eq(second.last),
+                fitted.steep.eq(second.steep),
+                fitted.excess.eq(second.excess),
+                fitted.length.eq(second.length),
+                fitted.next_length.eq(before.length),
+                fitted.fits.eq(fits),
+                fitted.half_turn.eq(before.half_turn),
+                fitted.tangent.eq(Mux(fits, before.tangent[:length_bits], 0)),
+            ]
+            with m.If(self.moves):
+                m.d.sync += [
+                    before.eq(turn),
+                    before.tangent.eq(tangent),
+                    left.eq(turn.length - tangent),
+                    follows.eq(self.valid),
+                    second.eq(before),
+                    sends.eq(follows & ~before.first),
+                    opens.eq(second.first),
+                    room_before.eq(room),
+                ]
+
+        return m
+
+
+_TURNS = turn_table()
+assert max(_TURNS).bit_length() == TURN_BITS
+#: Bits of a tangent between two entries of the table.
+_REST_BITS = 6
+#: Maximum index for interpolation.
+_LAST_TURN = MAX_HALF_TURN << TURN_FRACTION - _REST_BITS
+_STEP_BITS = max(after - before for before, after in pairwise(_TURNS)).bit_length()
+
+
+class ArcMeasurer(Unit):
+    """Measures an arc in every slot.
+
+    If the tangent length is 0 or the arc does not fit, the numbers are undefined.
+
+    Source: step 3 of the score in ``docs/chip_planner.md``.
+
+    Attributes
+    ----------
+    latency : int
+        Cycles from a slot to the slot of its arc.
+
+    Members
+    -------
+    phase : In(1)
+        1 in the second cycle of every slot.
+    half_turn : In(widths.half_turn)
+    tangent : In(widths.length)
+    length, next_length : In(widths.length)
+        Lengths of the segments before and after the arc.
+    radius : In(RADIUS_BITS)
+    back, on : Out(widths.share)
+        Tangent as shares of these segments.
+    arc_length : Out(widths.arc)
+    """
+
+    widths: InstanceOf(Widths)
+
+    def interface(self):
+        widths = self.widths
+        self.divider = Divider(widths.length, widths.share)
+        self.step = WideMultiplier(_STEP_BITS, _REST_BITS, _REST_BITS)
+        self.arc = WideMultiplier(RADIUS_BITS, TURN_BITS, TURN_FRACTION)
+        shares = self.divider.latency + 1
+        # Two registers before the table, two after it, and one after the sum.
+        arc = 5 + self.step.latency + self.arc.latency
+        self.latency = (max(shares, arc) | 1) + 1
+        return {
+            "phase": In(1),
+            "half_turn": In(widths.half_turn),
+            "tangent": In(widths.length),
+            "length": In(widths.length),
+            "next_length": In(widths.length),
+            "radius": In(RADIUS_BITS),
+            "back": Out(widths.share),
+            "on": Out(widths.share),
+            "arc_length": Out(widths.arc),
+        }
+
+    def elaborate(self, platform):
+        m = Module()
+
+        stages = Schedule(m, self.phase)
+        divisor = stages.mux(Timed(self.length, 0), Timed(self.next_length, 0))
+        dividend = Timed(self.tangent << SHARE_BITS, 0)
+        shares = stages.through(
+            "divider", self.divider, "quotient", dividend=dividend, divisor=divisor
+        )
+        back, on = (
+            stages.hold(name, share)
+            for name, share in zip(("back_held", "on_held"), stages.apart(shares), strict=True)
+        )
+        arc_length = self._measure(m, stages)
+        outputs = {"back": back, "on": on, "arc_length": arc_length}
+        for name, held in outputs.items():
+            (value,) = stages.together(self.latency, held)
+            m.d.comb += getattr(self, name).eq(value.value)
+
+        return m
+
+    def _measure(self, m, stages):
+        """Return the length of the arc, held."""
+        half_turn = Timed(self.half_turn, 0)
+        # Sharper turns than the table's count as its sharpest.
+        last = _LAST_TURN << _REST_BITS
+        place = stages.compute_held(
+            "place",
+            lambda half: Mux(half >= last, last, half)[: last.bit_length()],
+            half_turn,
+        )
+        rest = Timed(place.value[:_REST_BITS], place.time)
+        index = stages.alternate(
+            "index",
+            Timed(place.value[_REST_BITS:], place.time),
+            Timed((place.value[_REST_BITS:] + 1)[: _LAST_TURN.bit_length()], place.time),
+        )
+        entries = stages.compute(
+            "entry", lambda index: multiplex(index, [C(turn, TURN_BITS) for turn in _TURNS]), index
+        )
+        low, high = stages.apart(entries)
+        step = stages.compute("step", lambda low, high: (high - low)[:_STEP_BITS], low, high)
+        product = stages.through("step_part", self.step, "product", first=step, second=rest)
+        turn = stages.compute(
+            "turn",
+            lambda low, product: (low + product)[:TURN_BITS],
+            low,
+            product,
+        )
+        radius = Timed(self.radius, 0, Kind.STEADY)
+        arc = stages.through("arc", self.arc, "product", first=radius, second=turn)
+        return stages.hold("arc_held", arc)
+
+
+def corner_layout(widths: Widths) -> data.StructLayout:
+    """Return the layout of a point as arcs see it: a corner, and its ``altitude`` in parts."""
+    return data.StructLayout(
+        {"x": widths.coordinate, "y": widths.coordinate, "altitude": widths.part}
+    )
+
+
+class ArcPlacer(Unit):
+    """Places an arc's ends on the two segments that meet at its waypoint.
+
+    The window of three points moves on where
+    :class:`pathgene.hdl.planner.scorer.arcs.ArcFitter` says so; the arc is at the point in
+    the middle.
+
+    Source: steps 3 and, for chords, "The score" in ``docs/chip_planner.md``.
+
+    Attributes
+    ----------
+    latency : int
+        Cycles from a slot to the slot of its arc.
+
+    Members
+    -------
+    phase : In(1)
+        1 in the second cycle of every slot.
+    moves : In(1)
+        ``corner`` enters the window at the end of this slot.
+    corner : In(corner_layout)
+    curves : In(1)
+        There is an arc, with a tangent above 0.
+    back, on : In(widths.share)
+        Its shares.
+    start_altitude : Out(widths.part)
+        Altitude of the point before the arc.
+    before, after : Out(widths.part)
+        Altitudes of the ends of the arc, or of the point if there is no arc.
+    rise : Out(signed(widths.part + SHARE_BITS + 2))
+        Their difference with 16 more bits.
+    ends : Out(end_layout).array(2)
+        Ends of the chord, if there is an arc.
+    """
+
+    widths: InstanceOf(Widths)
+
+    def interface(self):
+        widths = self.widths
+        self.rises = WideMultiplier(signed(widths.part + 1), widths.share)
+        self.across = {
+            axis: WideMultiplier(signed(widths.coordinate + 1), widths.share) for axis in ("x", "y")
+        }
+        self.latency = (3 + self.rises.latency | 1) + 1
+        self.end_layout = data.StructLayout(
+            {"x": widths.coordinate, "y": widths.coordinate, "altitude": widths.altitude}
+        )
+        return {
+            "phase": In(1),
+            "moves": In(1),
+            "corner": In(corner_layout(widths)),
+            "curves": In(1),
+            "back": In(widths.share),
+            "on": In(widths.share),
+            "start_altitude": Out(widths.part),
+            "before": Out(widths.part),
+            "after": Out(widths.part),
+            "rise": Out(signed(widths.part + SHARE_BITS + 2)),
+            "ends": Out(self.end_layout).array(2),
+        }
+
+    def elaborate(self, platform):
+        m = Module()
+
+        window = [
+            Signal(corner_layout(self.widths), name=name, reset_less=True)
+            for name in ("following", "here", "previous")
+        ]
+        with m.If(self.phase & self.moves):
+            sources = [self.corner, *window[:-1]]
+            m.d.sync += [each.eq(source) for each, source in zip(window, sources, strict=True)]
+
+        stages = Schedule(m, self.phase)
+        following, here, previous = (
+            {axis: Timed(each[axis], 0) for axis in ("x", "y", "altitude")} for each in window
+        )
+        share = stages.compute(
+            "share",
+            lambda share, curves: Mux(curves, share, 0),
+            stages.mux(Timed(self.back, 0), Timed(self.on, 0)),
+            Timed(self.curves, 0),
+        )
+
+        def gain(axis, begins, ends):
+            """Return the gain from the first of two pairs of points to the second."""
+            start, stop = (
+                stages.mux(*(each[axis] for each in points)) for points in (begins, ends)
+            )
+            return stages.compute(f"{axis}_gain", lambda stop, start: stop - start, stop, start)
+
+        rises = stages.through(
+            "rises",
+            self.rises,
+            "product",
+            first=gain("altitude", (previous, here), (here, following)),
+            second=share,
+        )
+        fall, climb = stages.apart(rises)
+        part = self.widths.part
+        results = {
+            "before": stages.compute(
+                "before_arc",
+                lambda here, fall: (here - (fall >> SHARE_BITS))[:part],
+                here["altitude"],
+                fall,
+            ),
+            "after": stages.compute(
+                "behind_arc",
+                lambda here, climb: (here + (climb >> SHARE_BITS))[:part],
+                here["altitude"],
+                climb,
+            ),
+            "rise": stages.compute("rise_of_arc", lambda fall, climb: fall + climb, fall, climb),
+        }
+        for axis, product in self.across.items():
+            away = stages.through(
+                axis,
+                product,
+                "product",
+                first=gain(axis, (here, here), (previous, following)),
+                second=share,
+            )
+            pair = stages.compute(f"{axis}_end", self._nearest, away, here[axis])
+            results |= {f"{axis}_{end}": each for end, each in enumerate(stages.apart(pair))}
+        self._send(m, stages, results, previous["altitude"])
+
+        return m
+
+    def _nearest(self, away, here):
+        """Return the corner nearest to the place that lies ``away`` from ``here``, a product."""
+        half = C(1 << SHARE_BITS - 1, SHARE_BITS)
+        return (away + Cat(half, here) >> SHARE_BITS)[: self.widths.coordinate]
+
+    def _send(self, m, stages, results, start_altitude):
+        held = {name: stages.hold(f"{name}_held", each) for name, each in results.items()}
+        held["start_altitude"] = start_altitude
+        values = {name: stages.at(each, self.latency) for name, each in held.items()}
+        m.d.comb += [
+            getattr(self, name).eq(values[name])
+            for name in ("start_altitude", "before", "after", "rise")
+        ]
+        for number, name in enumerate(("before", "after")):
+            end = self.ends[number]
+            m.d.comb += [
+                end.x.eq(values[f"x_{number}"]),
+                end.y.eq(values[f"y_{number}"]),
+                end.altitude.eq(values[name] >> ALTITUDE_FRACTION),
+            ]

@@ -26,6 +26,7 @@ __all__ = [
     "opened",
     "parse_json",
     "parse_toml",
+    "read_bytes",
     "read_text",
     "require_regular",
 ]
@@ -89,6 +90,11 @@ def read_text(path: Path, encoding: str = "utf-8") -> str:
     UnicodeDecodeError
         If it is not text in this encoding.
     """
+    return read_bytes(path).decode(encoding)
+
+
+def read_bytes(path: Path) -> bytes:
+    """Return the content of a regular file; raises as :func:`read_text`."""
     with opened(path) as file:
         content = file.read(MOST_TEXT_BYTES + 1)
     if len(content) > MOST_TEXT_BYTES:
@@ -96,7 +102,7 @@ def read_text(path: Path, encoding: str = "utf-8") -> str:
             f"{path}: has more than {MOST_TEXT_BYTES // 1_000_000} MB, too much for a text; give "
             "a smaller file."
         )
-    return content.decode(encoding)
+    return content
 
 
 def parse_json(text: str) -> Any:

@@ -1,4 +1,4 @@
-"""Remarks on the files that were read: what a command says about its terrain and zones."""
+"""Remarks on the files that were read, as a command says them about its terrain and zones."""
 
 from __future__ import annotations
 

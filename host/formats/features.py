@@ -1,7 +1,9 @@
 """Features as files of zones have them: shapes in degrees, with the limits that the file states.
 
-A reader of a format turns its file into features and knows no terrain.
-:mod:`pathgene.host.problem.placing` turns features into zones of a terrain.
+A reader of a format turns its file into features and knows no terrain. It yields, in the order of
+the file, a :class:`Feature` for each area, a :class:`LeftOut` for each part that is not an area,
+and a :class:`Bad` for each part that is broken. It raises InputError only if no part of the file
+can be read. :mod:`pathgene.host.problem.placing` turns features into zones of a terrain.
 """
 
 from __future__ import annotations
@@ -11,7 +13,19 @@ from datetime import datetime, time
 from enum import StrEnum
 
 
-__all__ = ["Edges", "Feature", "LeftOut", "Limit", "Period", "Position", "Reference", "SunEvent"]
+__all__ = [
+    "Bad",
+    "Edges",
+    "Feature",
+    "LeftOut",
+    "Limit",
+    "Period",
+    "Position",
+    "Read",
+    "Reference",
+    "SunEvent",
+    "label",
+]
 
 #: WGS84 longitude and latitude, degrees; a longitude may lie beyond 180.
 Position = tuple[float, float]
@@ -33,6 +47,8 @@ class Edges(StrEnum):
     DEGREES = "degrees"
     GEODESIC = "geodesic"
     RHUMB = "rhumb"
+    #: Straight in the terrain's frame, in files that pathgene wrote over this terrain.
+    FRAME = "frame"
 
 
 class SunEvent(StrEnum):
@@ -108,6 +124,16 @@ class Feature:
         Line between two corners.
     t0_s, t1_s : float, optional
         Seconds after the start of the path, for files that state these instead of periods.
+    kind : str
+        Word for a part of the file in sentences, such as ``feature`` or ``placemark``.
+    forbids : bool
+        False for an area that informs only, such as a class of airspace that is open to flight.
+    keeps_in : bool
+        True for a fence to stay in: all of the map outside the area is the zone.
+    is_local : bool
+        True for positions in metres of the terrain's frame instead of degrees.
+    unread : tuple of str
+        Names of properties that may limit the area and are not read.
     """
 
     number: int
@@ -121,6 +147,32 @@ class Feature:
     edges: Edges = Edges.DEGREES
     t0_s: float | None = None
     t1_s: float | None = None
+    kind: str = "feature"
+    forbids: bool = True
+    keeps_in: bool = False
+    is_local: bool = False
+    unread: tuple[str, ...] = ()
+
+    @property
+    def label(self) -> str:
+        """Number and name in the file."""
+        return label(self.kind, self.number, self.name)
+
+
+@dataclass(frozen=True)
+class Bad:
+    """A part of a file that is broken: the file is refused, or read without it on demand.
+
+    Parameters
+    ----------
+    label : str
+        Number and name in the file, such as ``feature 17, "R-7"``.
+    reason : str
+        One sentence on the fault, with a full stop.
+    """
+
+    label: str
+    reason: str
 
 
 @dataclass(frozen=True)
@@ -140,3 +192,12 @@ class LeftOut:
     label: str
     reason: str
     is_suspicious: bool = False
+
+
+#: A part of a file, as a reader yields it.
+Read = Feature | LeftOut | Bad
+
+
+def label(kind: str, number: int, name: str = "") -> str:
+    """Return number and name of a part of a file, such as ``feature 17, "R-7"``."""
+    return f'{kind} {number}, "{name}"' if name else f"{kind} {number}"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterator, Sequence
 from itertools import islice
@@ -14,7 +13,18 @@ from numpy.typing import NDArray
 
 from pathgene.host.errors import InputError
 from pathgene.host.files.output import json_bytes, reading
+from pathgene.host.formats.areas import MOST_NAME, Placing, areas, named_system, unread
 from pathgene.host.formats.content import Content
+from pathgene.host.formats.features import (
+    Bad,
+    Edges,
+    Feature,
+    LeftOut,
+    Limit,
+    Read,
+    Reference,
+    label,
+)
 from pathgene.host.formats.places import DEGREE_DECIMALS
 from pathgene.host.formats.shapes import Ring, Shape, wound
 from pathgene.host.formats.track import Point, Track
@@ -23,13 +33,17 @@ from pathgene.host.numeric import is_number, rows
 from pathgene.host.terrain import Terrain
 
 
-__all__ = ["heights_datum", "path_document", "read_path", "recognises", "write", "zones"]
+__all__ = ["features", "heights_datum", "path_document", "read_path", "recognises", "write"]
 
 # Values of the property ``kind`` of the lines and points in a ``path.geojson`` that are not zones.
 _OWN_KINDS = {
     "LineString": ("waypoints", "smoothed track"),
     "Point": ("start", "via", "goal", "return"),
 }
+# Properties of a zone that are numbers, and all that are read.
+_NUMBERS = ("radius_m", "lower", "upper", "t0", "t1")
+_NAMES = ("name", "Name", "NAME", "title")
+_READ = (*_NUMBERS, *_NAMES, "kind")
 
 
 def write(track: Track) -> bytes:
@@ -42,8 +56,8 @@ def path_document(track: Track, step_m: float) -> dict[str, Any]:
 
     The first two features are LineStrings. The points of the mission are Points with a ``name``, in
     the order of the flight. A circular zone is a Point with the property ``radius_m``, as
-    :func:`zones` reads it. Positions are WGS84 longitude, latitude and altitude if the terrain has
-    a CRS; otherwise they are local metres, and the member ``crs_local`` is true.
+    :func:`features` reads it. Positions are WGS84 longitude, latitude and altitude if the
+    terrain has a CRS; otherwise they are local metres, and the member ``crs_local`` is true.
 
     Parameters
     ----------
@@ -189,21 +203,20 @@ def recognises(content: Content) -> bool:
     return content.json_error is None
 
 
-def zones(content: Content, terrain: Terrain) -> list[Shape]:
-    """Return the points and polygons of GeoJSON; a multi-polygon is several polygons.
+def features(content: Content) -> Iterator[Read]:
+    """Yield the polygons and circles of GeoJSON; a multi-polygon is several polygons.
 
-    The lines and marks of the path in a ``path.geojson`` are left out, so that its zones can be
+    A circle is a point with the property ``radius_m``. Other points, and lines, are left out. The
+    lines and marks of the path in a ``path.geojson`` are passed over, so that its zones can be
     read. A polygon, and a point with ``radius_m``, is kept whatever its properties say.
 
-    Coordinates are WGS84 longitude and latitude, converted to the terrain's frame corner by corner,
-    or local metres if the document has the member ``"crs_local": true``. A third coordinate is
-    ignored.
+    Coordinates are longitude and latitude, or local metres if the document has the member
+    ``"crs_local": true``. A third coordinate is ignored.
 
     Raises
     ------
     InputError
-        If the document has anything else, or has geographic coordinates although the terrain has no
-        coordinate reference system.
+        If the document is not GeoJSON, or its reference system is unknown.
     """
     document = content.json
     if not isinstance(document, dict):
@@ -211,102 +224,98 @@ def zones(content: Content, terrain: Terrain) -> list[Shape]:
     local = document.get("crs_local", False)
     if not isinstance(local, bool):
         raise InputError(f'"crs_local" must be true or false, not {local!r}.')
-    if not local:
-        _check_wgs84(document)
-        if terrain.crs is None:
-            raise InputError(
-                "the terrain has no coordinate reference system, so give the zones in "
-                'local metres and add the member "crs_local": true.'
-            )
-    found = list(_shapes(document, local))
-    return found if local else _placed(found, terrain)
+    placing = Placing(local, None if local else named_system(document))
+    # The edges of a file of our own are straight in the frame of the terrain.
+    is_own = isinstance(document.get("heights"), str)
+    for number, feature in enumerate(_members(document), start=1):
+        yield from _read(number, feature, placing, is_own)
 
 
-def _shapes(document: dict[str, Any], local: bool) -> Iterator[Shape]:
-    """Yield the shapes at the positions of the file."""
-    for geometry, properties in _geometries(document):
-        if _is_own(geometry, properties):
-            continue
-        kind, coordinates = geometry.get("type"), geometry.get("coordinates")
-        if kind == "Point":
-            yield Shape("Point", (_positions([coordinates], local),), properties)
-        elif kind in ("Polygon", "MultiPolygon"):
-            polygons = [coordinates] if kind == "Polygon" else coordinates
-            if not isinstance(polygons, list):
-                raise InputError(f"the coordinates of a {kind} must be a list.")
-            for rings in polygons:
-                if not isinstance(rings, list) or not rings:
-                    raise InputError(f"a {kind} must have at least one ring.")
-                yield Shape("Polygon", tuple(_positions(ring, local) for ring in rings), properties)
-        else:
-            raise InputError(
-                "a geometry must be a Polygon, a MultiPolygon or a Point with "
-                f'"radius_m", not {kind!r}.'
-            )
+def _members(document: dict[str, Any]) -> list[Any]:
+    """Return the members of a FeatureCollection; a Feature or a bare geometry stands for itself."""
+    if document.get("type") != "FeatureCollection":
+        return [document]
+    members = document.get("features")
+    if not isinstance(members, list):
+        raise InputError('a FeatureCollection must have a list of "features".')
+    return members
+
+
+def _read(number: int, feature: Any, placing: Placing, is_own: bool) -> Iterator[Read]:
+    """Yield the areas of a feature."""
+    if not isinstance(feature, dict):
+        yield Bad(label("feature", number), "it is not a GeoJSON object.")
+        return
+    is_feature = feature.get("type") == "Feature"
+    properties = (feature.get("properties") or {}) if is_feature else {}
+    if not isinstance(properties, dict):
+        yield Bad(label("feature", number), "its properties must be an object.")
+        return
+    name = _name(properties)
+    tag = label("feature", number, name)
+    geometry = feature.get("geometry") if is_feature else feature
+    if geometry is None and (not is_feature or "geometry" in feature):
+        yield LeftOut(tag, "it has no geometry")
+        return
+    if isinstance(geometry, dict) and _is_own(geometry, properties):
+        return
+    try:
+        found, others = areas(geometry, placing, is_circle=properties.get("radius_m") is not None)
+        common = _limits(properties)
+    except InputError as error:
+        yield Bad(tag, str(error))
+        return
+    for kind in dict.fromkeys(others):
+        yield _left_out(tag, kind, properties)
+    for rings in found:
+        is_circle = len(rings) == 1 and len(rings[0]) == 1
+        yield Feature(
+            number,
+            name,
+            rings,
+            radius_m=common["radius_m"] if is_circle else None,
+            lower=_limit(common["lower"]),
+            upper=_limit(common["upper"]),
+            edges=Edges.FRAME if is_own and properties.get("kind") == "zone" else Edges.DEGREES,
+            t0_s=common["t0"],
+            t1_s=common["t1"],
+            is_local=placing.is_local,
+            unread=unread(properties, _READ),
+        )
+
+
+def _left_out(tag: str, kind: str, properties: dict[str, Any]) -> LeftOut:
+    """Return the reason why a point or line is no zone."""
+    sized = next((key for key in properties if "radius" in key.lower()), None)
+    if kind in ("Point", "MultiPoint") and sized is not None:
+        return LeftOut(
+            tag, f'the radius of a circle is the property "radius_m", not {sized!r}', True
+        )
+    return LeftOut(tag, f"a {kind} is not an area", kind.startswith("closed"))
+
+
+def _name(properties: dict[str, Any]) -> str:
+    """Return the name of a feature: names are for people, and some programs write numbers."""
+    found = next((properties[key] for key in _NAMES if properties.get(key) is not None), "")
+    return " ".join(str(found).split())[:MOST_NAME] if isinstance(found, str | int | float) else ""
+
+
+def _limits(properties: dict[str, Any]) -> dict[str, float | None]:
+    """Return radius, heights and times of a feature; None where there is no limit."""
+    values: dict[str, float | None] = {}
+    for key in _NUMBERS:
+        value = properties.get(key)
+        if value is not None and not is_number(value):
+            raise InputError(f"{key} must be a finite number, not {value!r}.")
+        values[key] = None if value is None else float(value)
+    return values
+
+
+def _limit(height_m: float | None) -> Limit | None:
+    return None if height_m is None else Limit(height_m, Reference.AMSL)
 
 
 def _is_own(geometry: dict[str, Any], properties: dict[str, Any]) -> bool:
     """Return whether a feature is a line or mark that ``path.geojson`` adds to zones."""
     kinds = _OWN_KINDS.get(str(geometry.get("type")), ())
     return properties.get("kind") in kinds and properties.get("radius_m") is None
-
-
-def _check_wgs84(document: dict[str, Any]) -> None:
-    """Refuse the reference systems of old GeoJSON instead of misreading them as WGS84."""
-    if document.get("crs") is None:
-        return
-    name = json.dumps(document["crs"])
-    if not any(known in name for known in ("CRS84", "EPSG::4326", "EPSG:4326")):
-        raise InputError("its coordinates are not WGS84 longitude and latitude; convert it first.")
-
-
-def _geometries(document: dict[str, Any]) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
-    """Geometries of a FeatureCollection, a Feature or a bare geometry, with their properties."""
-    if document.get("type") == "FeatureCollection":
-        features = document.get("features")
-        if not isinstance(features, list):
-            raise InputError('a FeatureCollection must have a list of "features".')
-        yield from map(_geometry, features)
-    else:
-        yield _geometry(document)
-
-
-def _geometry(feature: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the geometry and the properties of a Feature or a bare geometry."""
-    if not isinstance(feature, dict):
-        raise InputError("a feature is not a GeoJSON object.")
-    if feature.get("type") != "Feature":
-        return feature, {}
-    geometry, properties = feature.get("geometry"), feature.get("properties") or {}
-    if not isinstance(geometry, dict) or not isinstance(properties, dict):
-        raise InputError('a Feature must have a "geometry".')
-    return geometry, properties
-
-
-def _positions(points: Any, local: bool) -> Ring:
-    """Return positions of the file, whose heights are ignored."""
-    if not isinstance(points, list) or not all(
-        isinstance(point, list) and len(point) >= 2 and all(map(is_number, point[:2]))
-        for point in points
-    ):
-        raise InputError("a position must be a list of two finite numbers.")
-    pairs = tuple((float(point[0]), float(point[1])) for point in points)
-    for longitude, latitude in pairs:
-        if not local and (abs(longitude) > 180 or abs(latitude) > 90):
-            raise InputError(
-                f"({longitude:g}, {latitude:g}) is no WGS84 longitude and latitude; "
-                'for local metres add the member "crs_local": true.'
-            )
-    return pairs
-
-
-def _placed(found: list[Shape], terrain: Terrain) -> list[Shape]:
-    """Convert shapes from WGS84 to the terrain's frame, all at once, because each call is slow."""
-    pairs = [pair for shape in found for ring in shape.rings for pair in ring]
-    longitudes, latitudes = np.array(pairs).reshape(-1, 2).T
-    x, y = terrain.to_local(latitudes, longitudes)
-    local = zip(x.tolist(), y.tolist(), strict=True)
-    return [
-        shape._replace(rings=tuple(tuple(islice(local, len(ring))) for ring in shape.rings))
-        for shape in found
-    ]

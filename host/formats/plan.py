@@ -6,21 +6,19 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from pathgene.host.errors import InputError
 from pathgene.host.files.output import json_bytes, reading
+from pathgene.host.formats.areas import check_degrees
 from pathgene.host.formats.content import Content
+from pathgene.host.formats.features import Bad, Edges, Feature, Read, label
 from pathgene.host.formats.flight_plan import Fence, FenceCircle, FencePolygon, FlightPlan, Item
-from pathgene.host.formats.shapes import Ring, Shape
 from pathgene.host.formats.track import Track
 from pathgene.host.inputs import parse_json, read_text
 from pathgene.host.numeric import as_number, integer, numbers, rows
-from pathgene.host.terrain import Terrain
 from pathgene.host.version import version
 
 
-__all__ = ["plan_document", "read_plan", "recognises", "write", "zones"]
+__all__ = ["features", "plan_document", "read_plan", "recognises", "write"]
 
 # Constants of MAVLink: any autopilot, a fixed wing, altitudes above mean sea level.
 _GENERIC_AUTOPILOT = 0
@@ -36,10 +34,6 @@ _ALTITUDE_MODE = 2
 _HOVER_SPEED_M_S = 5.0
 # Our own member of the file, which ground stations ignore and do not save.
 _MARK = "pathgene"
-# A fence to stay in becomes a zone around it, this many metres beyond the map and the fence.
-_BEYOND_M = 1000.0
-# Corners of the polygon inside a circle to stay in.
-_CIRCLE_CORNERS = 180
 
 
 def write(track: Track) -> bytes:
@@ -184,18 +178,15 @@ def recognises(content: Content) -> bool:
     return isinstance(content.json, dict) and content.json.get("fileType") == "Plan"
 
 
-def zones(content: Content, terrain: Terrain) -> Iterator[Shape]:
-    """Yield the fences of a plan as zones.
+def features(content: Content) -> Iterator[Read]:
+    """Yield the fences of a plan, circles first.
 
-    A fence to keep out of is the circle or polygon itself. A fence to stay in becomes the rest of
-    the map: a rectangle with the fence as its hole, so that a path keeps within all such fences. A
-    circle to stay in is a polygon of 180 corners on it.
+    A fence to stay in has ``keeps_in``: a path then keeps within all such fences.
 
     Raises
     ------
     InputError
-        If the fences have another version, one is bad, none is given, or the terrain has no place
-        on Earth.
+        If the fences have another version, or none is given.
     """
     try:
         fences = content.json["geoFence"]
@@ -208,50 +199,41 @@ def zones(content: Content, terrain: Terrain) -> Iterator[Shape]:
         raise InputError("it has no geoFence of QGroundControl.") from None
     if not circles and not polygons:
         raise InputError("there is no fence in it.")
-    if terrain.crs is None:
-        raise InputError(
-            "the terrain has no coordinate reference system, so fences have no place on it; give "
-            "--origin LAT,LON, or origin under [terrain] in a problem file."
-        )
-    for number, circle in enumerate(circles, start=1):
-        try:
-            (centre,) = _local([circle["circle"]["center"]], terrain)
-            radius_m, inclusion = as_number(circle["circle"]["radius"]), circle["inclusion"]
-            if radius_m <= 0:
-                raise ValueError
-        except (KeyError, TypeError, ValueError):
-            raise InputError(f"circle {number} of its fence is bad.") from None
-        if inclusion:
-            angles = np.linspace(0, 2 * np.pi, _CIRCLE_CORNERS, endpoint=False)
-            x, y = centre[0] + radius_m * np.cos(angles), centre[1] + radius_m * np.sin(angles)
-            ring: Ring = tuple(zip(x.tolist(), y.tolist(), strict=True))
-            yield _outside(ring, terrain, f"outside of fence circle {number}")
-        else:
-            yield Shape("Point", ((centre,),), {"radius_m": radius_m})
-    for number, polygon in enumerate(polygons, start=1):
-        try:
-            ring, inclusion = _local(polygon["polygon"], terrain), polygon["inclusion"]
-        except (KeyError, TypeError, ValueError):
-            raise InputError(f"polygon {number} of its fence is bad.") from None
-        if inclusion:
-            yield _outside(ring, terrain, f"outside of fence polygon {number}")
-        else:
-            yield Shape("Polygon", (ring,), {})
+    # The edges of a plan of our own are straight in the frame of the terrain.
+    edges = Edges.FRAME if _MARK in content.json else Edges.DEGREES
+    for kind, listed in (("circle", circles), ("polygon", polygons)):
+        for number, item in enumerate(listed, start=1):
+            try:
+                yield _fence_feature(kind, number, item, edges)
+            except (KeyError, TypeError, ValueError, InputError) as error:
+                why = f" ({str(error).rstrip('.')})" if isinstance(error, InputError) else ""
+                yield Bad(label(f"fence {kind}", number), f"the {kind} is bad{why}.")
 
 
-def _outside(ring: Ring, terrain: Terrain, name: str) -> Shape:
-    """Return the map except for a ring."""
-    x, y = np.array(ring).T
-    west, east = min(0.0, x.min()) - _BEYOND_M, max(terrain.width_m, x.max()) + _BEYOND_M
-    south, north = min(0.0, y.min()) - _BEYOND_M, max(terrain.height_m, y.max()) + _BEYOND_M
-    around = ((west, south), (east, south), (east, north), (west, north))
-    return Shape("Polygon", (around, ring), {"name": name})
+def _fence_feature(kind: str, number: int, item: Any, edges: Edges) -> Feature:
+    """Return a fence.
 
-
-def _local(places: Any, terrain: Terrain) -> Ring:
-    """Return latitudes and longitudes of the file as local x, y."""
-    lat, lon = rows(places, 2).T
-    if (abs(lon) > 180).any():
-        raise ValueError
-    x, y = terrain.to_local(lat, lon)
-    return tuple(zip(x.tolist(), y.tolist(), strict=True))
+    Raises
+    ------
+    KeyError, TypeError, ValueError, InputError
+        If it is bad.
+    """
+    radius_m = None
+    if kind == "circle":
+        corners = [item["circle"]["center"]]
+        radius_m = as_number(item["circle"]["radius"])
+        if radius_m <= 0:
+            raise ValueError
+    else:
+        corners = item["polygon"]
+    ring = tuple((lon, lat) for lat, lon in rows(corners, 2).tolist())
+    check_degrees(ring, "latitude comes first.")
+    return Feature(
+        number,
+        f"outside of fence {kind} {number}" if item["inclusion"] else "",
+        (ring,),
+        radius_m,
+        edges=edges,
+        kind=f"fence {kind}",
+        keeps_in=bool(item["inclusion"]),
+    )

@@ -4,9 +4,9 @@ A format is a file of this folder with one or more of these functions:
 
 ``write(track) -> bytes``
     Returns the content of a file for a :class:`pathgene.host.formats.track.Track`.
-``recognises(content) -> bool`` and ``zones(content, terrain) -> iterable of Shape``
-    Tell whether a :class:`pathgene.host.formats.content.Content` is of this format, and return its
-    zones.
+``recognises(content) -> bool`` and ``features(content) -> iterable of Read``
+    Tell whether a :class:`pathgene.host.formats.content.Content` is of this format, and yield its
+    areas, in degrees and without any terrain; see :mod:`pathgene.host.formats.features`.
 ``read_path(file, terrain) -> ndarray``
     Returns the waypoints in a file, (n, 3) float64 metres.
 """
@@ -14,9 +14,8 @@ A format is a file of this folder with one or more of these functions:
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -28,7 +27,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from pathgene.host.formats.shapes import Shape
+    from pathgene.host.formats.features import Read
     from pathgene.host.formats.track import Track
     from pathgene.host.terrain import Terrain
 
@@ -41,11 +40,11 @@ __all__ = [
     "files",
     "needs_flight_plan",
     "parse_formats",
+    "read_features",
     "read_path",
     "usual",
     "write",
     "zone_files",
-    "zone_reader",
     "zone_suffixes",
 ]
 
@@ -210,15 +209,14 @@ def write(track: Track, formats: Sequence[str]) -> dict[str, bytes]:
     return {rows[name].file: rows[name].module.write(track) for name in formats}
 
 
-def zone_reader(path: str | Path) -> Callable[[Terrain], Iterable[Shape]]:
-    """Read a file of zones, and return the function that places them in a terrain's local frame.
-
-    The function raises InputError if a zone is bad, or the terrain has no place for it.
+def read_features(path: str | Path) -> tuple[str, Iterable[Read]]:
+    """Return the name of the format of a file of zones, as for help, and its features.
 
     Raises
     ------
     InputError
-        If the file cannot be read, or no format recognises it.
+        If the file cannot be read, or no format recognises it. The features raise it too, if
+        nothing of the file can be read.
     """
     from pathgene.host.formats.content import read_content
 
@@ -226,8 +224,10 @@ def zone_reader(path: str | Path) -> Callable[[Terrain], Iterable[Shape]]:
     rows = (row for row in FORMATS if row.zones)
     found = next((row for row in rows if row.module.recognises(content)), None)
     if found is None:
-        raise InputError(f"No-fly file {str(path)!r} is not JSON: {content.json_error}.")
-    return partial(found.module.zones, content)
+        kind = content.looks_like
+        why = f"is not JSON: {content.json_error}" if kind in ("", "JSON") else f"looks like {kind}"
+        raise InputError(f"No-fly file {str(path)!r} {why}; give {zone_files()}.")
+    return found.zones, found.module.features(content)
 
 
 def read_path(file: Path, terrain: Terrain) -> NDArray[np.float64]:

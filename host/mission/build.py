@@ -18,7 +18,15 @@ from pathgene.host.problem.aircraft import load as load_aircraft
 from pathgene.host.problem.ends import Point, end_point, place
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
-from pathgene.host.problem.zones import Circle, Zone, read_zones, zone_from_dict
+from pathgene.host.problem.zones import (
+    Circle,
+    ReadZones,
+    Zone,
+    ZoneOptions,
+    read_zones,
+    zone_from_dict,
+)
+from pathgene.host.remarks import Reading
 from pathgene.host.terrain import Terrain, load
 from pathgene.host.terrain.origin import at_origin
 
@@ -30,6 +38,7 @@ __all__ = [
     "mission_of",
     "placed_at",
     "planner_of",
+    "read_zones_of",
     "rules_of",
     "search_of",
     "terrain_of",
@@ -174,18 +183,44 @@ def zones_of(values: Values, terrain: Terrain) -> tuple[Zone, ...]:
     InputError
         If one is bad.
     """
+    return read_zones_of(values, terrain).zones
+
+
+def read_zones_of(values: Values, terrain: Terrain) -> ReadZones:
+    """Return the no-fly zones of files, tables and circles, and the report on the files.
+
+    Raises
+    ------
+    InputError
+        If one is bad.
+    """
+    options = ZoneOptions(skip_bad=bool(values.get("skip_bad_zones")))
+    files: list[tuple[str, ReadZones]] = []
     zones: list[Zone] = []
+
+    def read(file: str) -> None:
+        files.append((str(file), read_zones(file, terrain, options)))
+        zones.extend(files[-1][1].zones)
+
     for file in values.get("nofly") or ():
-        zones += read_zones(file, terrain)
+        read(file)
     for table in values.get("zones") or ():
         if "file" in table:
-            zones += read_zones(table["file"], terrain)
+            read(table["file"])
             continue
         shape = dict(table)
         if "circle" in shape:
             shape["x"], shape["y"], shape["radius_m"] = shape.pop("circle")
         zones.append(zone_from_dict(shape))
-    return (*zones, *(Circle(*circle) for circle in values.get("nofly_circle") or ()))
+    zones += [Circle(*circle) for circle in values.get("nofly_circle") or ()]
+    return ReadZones(
+        tuple(zones),
+        tuple(part for _, each in files for part in each.left_out),
+        Reading(
+            {"files": [{"file": file, **each.reading.facts} for file, each in files]},
+            tuple(remark for _, each in files for remark in each.reading.remarks),
+        ),
+    )
 
 
 def end_of(values: Values, name: str, terrain: Terrain) -> Point | None:

@@ -163,6 +163,10 @@ _PROBLEM = (
            meaning=f"file of no-fly zones: {zone_files()}",
            group="problem", table="zones", key="file", metavar="FILE", default=(),
            is_repeated=True, example='"zones.geojson"', desk="map"),
+    # For all files, not for one of [[zones]].
+    Option(name="skip_bad_zones", kind=BOOLEAN,
+           meaning="read a file of zones without its bad features, which are named",
+           group="problem", default=False, desk="none"),
     Option(name="nofly_circle", kind=vector("X,Y,R"),
            meaning="circular no-fly zone: x and y of the centre, and the radius, metres",
            group="problem", table="zones", key="circle", default=(), is_repeated=True,

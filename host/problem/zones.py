@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pathgene.host.errors import InputError
-from pathgene.host.formats.registry import zone_reader
+from pathgene.host.formats.features import LeftOut
 from pathgene.host.formats.shapes import Shape
 from pathgene.host.numeric import is_number
 from pathgene.host.problem.footprints import Area, Disc, Footprint
@@ -26,10 +26,24 @@ from pathgene.host.problem.rings import (
     require_near,
     ring_of,
 )
+from pathgene.host.problem.zone_intake import ZoneOptions, intake
+from pathgene.host.remarks import Reading
 from pathgene.host.terrain import Terrain
 
 
-__all__ = ["Circle", "Polygon", "Zone", "listed", "raster", "read_zones", "zone_from_dict"]
+__all__ = [
+    "Circle",
+    "Polygon",
+    "ReadZones",
+    "Zone",
+    "ZoneOptions",
+    "listed",
+    "raster",
+    "read_zones",
+    "zone_from_dict",
+]
+
+_DEFAULTS = ZoneOptions()
 
 # The fields of every zone, by their names in a summary and in the properties of GeoJSON.
 _COMMON = {"name": "name", "lower": "lower_m", "upper": "upper_m", "t0": "t0_s", "t1": "t1_s"}
@@ -133,8 +147,8 @@ class Zone(ABC):
 
     @staticmethod
     def read(path: str | Path, terrain: Terrain) -> tuple[Zone, ...]:
-        """Read the zones of a GeoJSON, KML or ``.plan`` file; see :func:`read_zones`."""
-        return read_zones(path, terrain)
+        """Read the zones of a file; see :func:`read_zones`."""
+        return read_zones(path, terrain).zones
 
     @property
     @abstractmethod
@@ -164,16 +178,16 @@ class Zone(ABC):
     @property
     def limits(self) -> dict[str, Any]:
         """Name, heights and times that are set: ``name``, ``lower``, ``upper``, ``t0``, ``t1``."""
-        values = {key: getattr(self, field) for key, field in _COMMON.items()}
+        values = {key: getattr(self, name) for key, name in _COMMON.items()}
         return {key: value for key, value in values.items() if value not in (None, "")}
 
     def __repr__(self) -> str:
         # The zone's own fields first, then the common fields that are set.
-        own = [field for field in fields(self) if not field.kw_only]
+        own = [each for each in fields(self) if not each.kw_only]
         common = [
-            field
-            for field in fields(self)
-            if field.kw_only and getattr(self, field.name) != field.default
+            each
+            for each in fields(self)
+            if each.kw_only and getattr(self, each.name) != each.default
         ]
         values = ", ".join(f"{f.name}={getattr(self, f.name)!r}" for f in (*own, *common))
         return f"{type(self).__name__}({values})"
@@ -181,15 +195,15 @@ class Zone(ABC):
     def _check_limits(self, kind: str) -> None:
         if not isinstance(self.name, str):
             raise InputError(f"No-fly {kind}: name must be a text, not {self.name!r}.")
-        for field in ("lower_m", "upper_m", "t0_s", "t1_s"):
-            value = getattr(self, field)
+        for name in ("lower_m", "upper_m", "t0_s", "t1_s"):
+            value = getattr(self, name)
             if value is None:
                 continue
             if not is_number(value):
-                raise InputError(f"No-fly {kind}: {field} must be a finite number, not {value!r}.")
-            object.__setattr__(self, field, float(value))
-            if field in ("t0_s", "t1_s") and value < 0:
-                raise InputError(f"No-fly {kind}: {field} must not be negative, not {value:g}.")
+                raise InputError(f"No-fly {kind}: {name} must be a finite number, not {value!r}.")
+            object.__setattr__(self, name, float(value))
+            if name in ("t0_s", "t1_s") and value < 0:
+                raise InputError(f"No-fly {kind}: {name} must not be negative, not {value:g}.")
         for low, high in (("lower_m", "upper_m"), ("t0_s", "t1_s")):
             first, last = getattr(self, low), getattr(self, high)
             if first is not None and last is not None and not first < last:
@@ -323,7 +337,7 @@ def zone_from_dict(table: Any) -> Zone:
         If it describes neither a circle nor a polygon, or its values are bad.
     """
     if isinstance(table, dict):
-        common = {field: table[key] for key, field in _COMMON.items() if key in table}
+        common = {name: table[key] for key, name in _COMMON.items() if key in table}
         own = set(table) - set(_COMMON)
         if own == {"x", "y", "radius_m"}:
             return Circle(table["x"], table["y"], table["radius_m"], **common)
@@ -337,39 +351,44 @@ def zone_from_dict(table: Any) -> Zone:
     )
 
 
-def read_zones(path: str | Path, terrain: Terrain) -> tuple[Zone, ...]:
-    """Read zones from a file in a format of :data:`pathgene.host.formats.registry.FORMATS`.
+@dataclass(frozen=True)
+class ReadZones:
+    """Zones of files.
 
-    GeoJSON: polygons and multi-polygons, with holes, and points with the property ``radius_m``, in
-    metres of the terrain's plane. Coordinates are WGS84 longitude and latitude, converted to the
-    terrain's frame corner by corner, or local metres if the file has the member
-    ``"crs_local": true``. A third coordinate is ignored. A feature may have the properties
-    ``name``, ``lower``, ``upper``, ``t0`` and ``t1`` of :class:`Zone`, in metres and seconds; null
-    means no limit.
+    Parameters
+    ----------
+    zones : tuple of Zone
+        The zones near the map.
+    left_out : tuple of LeftOut
+        Parts of the files that are not zones.
+    reading : Reading
+        The report on them.
+    """
 
-    KML and plans: see :func:`pathgene.host.formats.kml.zones` and
-    :func:`pathgene.host.formats.plan.zones`.
+    zones: tuple[Zone, ...] = ()
+    left_out: tuple[LeftOut, ...] = ()
+    reading: Reading = field(default_factory=Reading)
+
+
+def read_zones(path: str | Path, terrain: Terrain, options: ZoneOptions = _DEFAULTS) -> ReadZones:
+    """Read zones from a file of a format that :data:`pathgene.host.formats.registry.FORMATS` has.
+
+    Positions in degrees are moved into the terrain's frame. A feature may have limits of height and
+    times; see docs/files.md for each format.
 
     Raises
     ------
     InputError
-        If the file cannot be read or holds anything else, or has geographic coordinates although
-        the terrain has no coordinate reference system.
+        If the file cannot be read or has a bad feature that ``options`` do not skip, or has
+        geographic coordinates where the terrain has no coordinate reference system.
     """
-    placed = zone_reader(path)
-    try:
-        return tuple(map(_zone, placed(terrain)))
-    except InputError as error:
-        raise InputError(f"No-fly file {str(path)!r}: {error}") from None
+    taken = intake(path, terrain, options, _zone)
+    return ReadZones(tuple(taken.zones), tuple(taken.left_out), taken.reading)
 
 
 def _zone(shape: Shape) -> Zone:
-    common: dict[str, Any] = {field: shape.properties.get(key) for key, field in _COMMON.items()}
-    # Names are for people: other programs write numbers, or null for none.
-    common["name"] = "" if common["name"] is None else str(common["name"])
+    common: dict[str, Any] = {name: shape.properties.get(key) for key, name in _COMMON.items()}
     if shape.kind == "Point":
-        if shape.properties.get("radius_m") is None:
-            raise InputError('a Point needs the property "radius_m".')
         ((x, y),) = shape.rings[0]
         return Circle(x, y, shape.properties["radius_m"], **common)
     ring, *holes = shape.rings

@@ -237,7 +237,7 @@ def parse_popup(text: str, terrain: Terrain) -> Event:
         pass
     else:
         if Path(shape).exists():
-            return Event(time_s, tuple(NewZone(zone) for zone in read_zones(shape, terrain)))
+            return Event(time_s, tuple(NewZone(zone) for zone in read_zones(shape, terrain).zones))
     raise InputError(
         f"The zone of --popup must be X,Y,R, ahead:M,R, goal:R, aircraft:R or a file of zones, not "
         f"{shape!r}."

@@ -22,6 +22,7 @@ __all__ = [
     "WGS84",
     "LocalFrame",
     "crs_name",
+    "is_like_wgs84",
     "known_crs",
     "local_crs",
     "transform",
@@ -173,14 +174,18 @@ def transform(source: str, target: str, x: Floats, y: Floats) -> tuple[Floats, F
 
 @lru_cache(maxsize=64)
 def _warn_if_approximate(crs: str) -> None:
-    datum = _datum(crs)
-    if not _LIKE_WGS84.search(datum):
+    if not is_like_wgs84(crs):
         warnings.warn(
-            f"The exact shift between the datum {datum!r} and WGS84 needs grid files that are not "
-            "installed, so latitudes and longitudes may be some metres off.",
-            # Blame the caller of the terrain's method.
+            f"The exact shift between the datum {_datum(crs)!r} and WGS84 needs grid files that "
+            "are not installed, so latitudes and longitudes may be some metres off.",
+            # The caller of the terrain's method.
             stacklevel=5,
         )
+
+
+def is_like_wgs84(crs: str) -> bool:
+    """Return whether a reference system has a datum that agrees with WGS84 within some metres."""
+    return _LIKE_WGS84.search(_datum(crs)) is not None
 
 
 def _datum(crs: str) -> str:

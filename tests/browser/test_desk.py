@@ -88,7 +88,7 @@ def test_draw_plan_take_along_and_open_again(open_desk, tmp_path):
     items = parse_json(files["path.plan"].read_text())["mission"]["items"]
     assert len(items) >= len(run.path)
     for name in ("path.plan", "path.kml"):
-        assert len(read_zones(files[name], run.problem.terrain)) == 2, name
+        assert len(read_zones(files[name], run.problem.terrain).zones) == 2, name
     assert read_problem(files["problem.toml"])["zones"] == values["zones"]
     assert "<script" in files["path.html"].read_text()
 

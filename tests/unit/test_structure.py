@@ -39,7 +39,6 @@ OLD_NAMES = {
     "Patcher": "TerrainAwareSampler",
     "Ports": "ReadCrossbar",
     "ReadOut": "PathReader",
-    "Reading": "ReadPointer",
     "STREAMING": "PLANNER of GeneticCore",
     "SetUp": "SegmentSetup",
     "States": "OneHotSequencer",

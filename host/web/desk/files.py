@@ -60,7 +60,7 @@ def _open_zones(sheet: Sheet, name: str, content: bytes) -> None:
         with output_file(file) as binary:
             binary.write(content)
         try:
-            zones = read_zones(file, terrain)
+            zones = read_zones(file, terrain).zones
         except InputError as error:
             raise InputError(str(error).replace(str(file), name)) from None
     sheet.zones.extend(map(zone_table, zones))

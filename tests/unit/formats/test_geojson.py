@@ -79,7 +79,7 @@ def test_the_marks_of_a_mission_have_kinds_and_are_no_zones(make_run, tmp_path):
         ("goal", "Goal"),
         ("return", "Return"),
     ]
-    assert len(read_zones(written(tmp_path, document), problem.terrain)) == len(problem.zones)
+    assert len(read_zones(written(tmp_path, document), problem.terrain).zones) == len(problem.zones)
 
 
 def test_zones_are_read_back_in_local_metres(make_run, tmp_path):
@@ -87,7 +87,7 @@ def test_zones_are_read_back_in_local_metres(make_run, tmp_path):
     problem = evaluator.problem
     document = path_document(track_of(problem, result.path), step_m=50.0)
     assert [feature["properties"]["kind"] for feature in document["features"][4:]] == ["zone"] * 2
-    circle, polygon = read_zones(written(tmp_path, document), problem.terrain)
+    circle, polygon = read_zones(written(tmp_path, document), problem.terrain).zones
     assert circle == problem.zones[0]
     assert set(polygon.ring) == set(problem.zones[1].ring)
 
@@ -104,7 +104,7 @@ def test_many_zones_on_earth_are_each_read_back_in_its_place(make_run, tmp_path)
     shapes = tuple(zone.shape for zone in zones)
     track = replace(track_of(evaluator.problem, result.path), zones=shapes)
     document = path_document(track, step_m=50.0)
-    again = read_zones(written(tmp_path, document), terrain)
+    again = read_zones(written(tmp_path, document), terrain).zones
     assert [type(zone) for zone in again] == [type(zone) for zone in zones]
     for zone, read in zip(zones, again, strict=True):
         assert read.name == zone.name

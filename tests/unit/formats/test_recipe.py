@@ -89,7 +89,8 @@ def test_its_row_is_in_help_and_sentences(plain, tmp_path, capsys):
     ends = ("--start", "500,500,100", "--goal", "5500,3500,100")
     assert main(["plan", "--terrain", str(file), *ends, "--nofly", str(bad)]) == 2
     assert capsys.readouterr().err == (
-        f"pathgene: No-fly file {str(bad)!r}: 'one two' are no longitudes and latitudes.\n"
+        f"pathgene: No-fly file {str(bad)!r}: polygon 1: 'one two' are no longitudes and "
+        "latitudes.\n"
     )
     assert ".wkt" in registry.zone_suffixes()
 

@@ -36,10 +36,10 @@ def test_texts_are_made_of_the_rows():
 @pytest.mark.parametrize("row", FORMATS, ids=lambda row: row.name)
 def test_a_module_has_the_functions_of_its_row(row):
     functions = {"write"} if row.file else set()
-    functions |= {"recognises", "zones"} if row.zones else set()
+    functions |= {"recognises", "features"} if row.zones else set()
     functions |= {"read_path"} if row.path_suffix else set()
     assert functions
-    found = {"write", "recognises", "zones", "read_path"} & set(vars(row.module))
+    found = {"write", "recognises", "features", "read_path"} & set(vars(row.module))
     assert found == functions
 
 

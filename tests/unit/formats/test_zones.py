@@ -24,7 +24,7 @@ SQUARE = ((1000.0, 1000.0), (2000.0, 1000.0), (2000.0, 2000.0), (1000.0, 2000.0)
 def read(tmp_path, text, terrain=TERRAIN, name="zones.kml"):
     file = tmp_path / name
     file.write_text(text if isinstance(text, str) else json.dumps(text))
-    return read_zones(file, terrain)
+    return read_zones(file, terrain).zones
 
 
 def assert_same(found, wanted):
@@ -140,22 +140,22 @@ def test_a_point_with_a_radius_is_a_circle(tmp_path):
     ("text", "sentence"),
     [
         ("<kml", "not KML: unclosed token: line 1, column 0."),
-        ("<gpx/>", "not KML: its root is no kml element."),
+        ("<gpx/>", "not KML: its root is no kml element; it looks like GPX."),
         ("<kml/>", "there is no polygon or circle in it."),
         (
             polygon("").replace("<coordinates>9.0", "<coordinates>x"),
-            "'x",
+            'placemark 1, "R-1": \'x',
         ),
         (
             polygon(
                 "",
                 data="<ExtendedData><Data name='upper'><value>FL95</value></Data></ExtendedData>",
             ),
-            "the extended data upper must be a number or none, not 'FL95'.",
+            "placemark 1, \"R-1\": the extended data upper must be a number or none, not 'FL95'.",
         ),
         (
             "<kml><Placemark><Polygon/></Placemark></kml>",
-            "a polygon must have an outer boundary.",
+            "placemark 1: a polygon must have an outer boundary.",
         ),
     ],
 )
@@ -205,10 +205,10 @@ def test_a_fence_to_stay_in_is_a_zone_around_it(tmp_path):
             fence(version=1),
             "its fences are of another version than 2; save it with a newer program.",
         ),
-        (fence(polygons=[{"polygon": [[1]]}]), "polygon 1 of its fence is bad."),
+        (fence(polygons=[{"polygon": [[1]]}]), "fence polygon 1: the polygon is bad."),
         (
             fence(circles=[{"circle": {"center": [45, 9], "radius": -1}, "inclusion": False}]),
-            "circle 1 of its fence is bad.",
+            "fence circle 1: the circle is bad.",
         ),
     ],
 )
@@ -218,7 +218,10 @@ def test_refuses_bad_fences(tmp_path, plan, sentence):
     assert str(refusal.value) == f"No-fly file {str(tmp_path / 'bad.plan')!r}: {sentence}"
 
 
-@pytest.mark.parametrize("text", [polygon(""), fence(polygons=[{"polygon": []}])])
+@pytest.mark.parametrize(
+    "text",
+    [polygon(""), fence(polygons=[{"inclusion": True, "polygon": [[45, 9], [45, 10], [46, 9]]}])],
+)
 def test_needs_a_place_on_earth(tmp_path, text):
     with pytest.raises(InputError, match=r"no coordinate reference system, so .*--origin LAT,LON"):
         read(tmp_path, text, Terrain("local", HEIGHTS, 100.0, 100.0))
@@ -227,5 +230,5 @@ def test_needs_a_place_on_earth(tmp_path, text):
 def test_refuses_an_archive(tmp_path):
     file = tmp_path / "zones.kmz"
     file.write_bytes(b"PK\x03\x04\xff\xfe")
-    with pytest.raises(InputError, match=r"is a KMZ archive; unzip it and give the .kml in it\.$"):
+    with pytest.raises(InputError, match=r"looks like a ZIP or KMZ archive; give GeoJSON, KML or"):
         read_zones(file, TERRAIN)

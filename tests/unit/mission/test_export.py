@@ -58,7 +58,7 @@ def test_geopandas_reads_the_same_path_and_zones(missions, tracks, tmp_path):
 def test_the_zones_of_a_path_file_are_read_back(missions, tmp_path):
     for problem, path in missions[:20]:
         (file,) = export(problem, path, ["geojson"], tmp_path, pytest.fail)
-        read = read_zones(file, problem.terrain)
+        read = read_zones(file, problem.terrain).zones
         assert [zone.limits for zone in read] == [zone.limits for zone in problem.zones]
 
 
@@ -78,7 +78,7 @@ def test_marks_are_those_of_the_mission(missions, tmp_path, returns):
     assert list(marks["kind"]) == ["start", "via", "goal", "return"][: len(names)]
     lon, lat = np.array([shape.coords[0][:2] for shape in marks.geometry]).T
     assert agree(problem.terrain, way, lat, lon)
-    zones = read_zones(file, problem.terrain)
+    zones = read_zones(file, problem.terrain).zones
     assert [zone.limits for zone in zones] == [zone.limits for zone in problem.zones]
 
     titles = [f"Waypoint {number}" for number in range(len(path))]

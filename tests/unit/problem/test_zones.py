@@ -246,7 +246,7 @@ def test_refuses_bad_polygons(ring, message):
 def read(tmp_path, document, where=None):
     file = tmp_path / "zones.geojson"
     file.write_text(document if isinstance(document, str) else json.dumps(document), "utf-8")
-    return read_zones(file, terrain() if where is None else where)
+    return read_zones(file, terrain() if where is None else where).zones
 
 
 def feature(geometry, coordinates, **properties):
@@ -331,14 +331,14 @@ def test_read_geographic_zones(tmp_path):
 @pytest.mark.parametrize(
     ("document", "message"),
     [
-        ("{", r"is not JSON: .+\.$"),
+        ("{", r"is not JSON: .+; give GeoJSON, KML or the fences of a \.plan\.$"),
         ("[]", r": not a GeoJSON object\.$"),
         (collection(crs_local="yes"), r': "crs_local" must be true or false, not \'yes\'\.$'),
         (
-            collection(),
+            collection(feature("Point", [1, 2], radius_m=5)),
             (
-                r": the terrain has no coordinate reference system, so give the zones in local "
-                r'metres and add the member "crs_local": true\.$'
+                r": the terrain has no coordinate reference system, so GeoJSON has no place on "
+                r'it; give --origin LAT,LON, .+ as GeoJSON with the member "crs_local": true\.$'
             ),
         ),
         (
@@ -346,21 +346,17 @@ def test_read_geographic_zones(tmp_path):
             r': a FeatureCollection must have a list of "features"\.$',
         ),
         (
-            {"type": "Feature", "geometry": None, "crs_local": True},
-            r': a Feature must have a "geometry"\.$',
+            {"type": "Feature", "crs_local": True},
+            r": feature 1: its geometry is not a GeoJSON object\.$",
         ),
-        (collection(3, crs_local=True), r": a feature is not a GeoJSON object\.$"),
-        (
-            collection(feature("Point", [1, 2]), crs_local=True),
-            r': a Point needs the property "radius_m"\.$',
-        ),
+        (collection(3, crs_local=True), r": feature 1: it is not a GeoJSON object\.$"),
         (
             collection(feature("Point", [1, 2], radius_m=-5), crs_local=True),
-            r": No-fly circle: radius_m must not be negative, not -5\.$",
+            r": feature 1: radius_m is negative, -5\.$",
         ),
         (
             collection(feature("Point", [1, 2], radius_m=5, upper="FL95"), crs_local=True),
-            r": No-fly circle: upper_m must be a finite number, not 'FL95'\.$",
+            r": feature 1: upper must be a finite number, not 'FL95'\.$",
         ),
         (
             collection(feature("Point", [1], radius_m=5), crs_local=True),
@@ -375,10 +371,10 @@ def test_read_geographic_zones(tmp_path):
             r": a position must be a list of two finite numbers\.$",
         ),
         (
-            collection(feature("LineString", [[1, 2], [3, 4]]), crs_local=True),
+            collection(feature("Circle", [1, 2], name="R-7"), crs_local=True),
             (
-                r': a geometry must be a Polygon, a MultiPolygon or a Point with "radius_m", '
-                r"not 'LineString'\.$"
+                r': feature 1, "R-7": a geometry must be a Polygon, a MultiPolygon, a '
+                r"GeometryCollection or a Point with \"radius_m\", not 'Circle'\.$"
             ),
         ),
         (
@@ -391,7 +387,7 @@ def test_read_geographic_zones(tmp_path):
         ),
         (
             collection(feature("Polygon", [[[0, 0], [1, 1], [0, 0]]]), crs_local=True),
-            r": No-fly polygon: a ring must have at least 3 corners, not 2\.$",
+            r": feature 1: a ring must have at least 3 corners, not 2\.$",
         ),
     ],
 )
@@ -408,12 +404,8 @@ def test_refuses_local_metres_and_other_systems_as_geographic(tmp_path):
         r'local metres add the member "crs_local": true\.$',
     ):
         read(tmp_path, collection(feature("Point", [500, 200], radius_m=5)), where)
-    crs = {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::32611"}}
-    with pytest.raises(
-        InputError,
-        match=r": its coordinates are not WGS84 longitude and latitude; "
-        r"convert it first\.$",
-    ):
+    crs = {"type": "name", "properties": {"name": "my own grid"}}
+    with pytest.raises(InputError, match=r'"my own grid"\}\} is unknown; convert it to WGS84'):
         read(tmp_path, collection(crs=crs), where)
     crs = {"type": "name", "properties": {"name": "urn:ogc:def:crs:OGC:1.3:CRS84"}}
     assert read(tmp_path, collection(crs=crs), where) == ()

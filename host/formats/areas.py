@@ -1,0 +1,215 @@
+"""Areas of GeoJSON geometries: their rings in degrees, whatever reference system the file names."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pathgene.host.errors import InputError
+from pathgene.host.formats.features import Position
+from pathgene.host.numeric import is_number
+
+
+__all__ = ["MOST_NAME", "Placing", "Rings", "areas", "check_degrees", "named_system", "unread"]
+
+#: Outer ring and holes, without the closing corners; one ring of one position for a point.
+Rings = tuple[tuple[Position, ...], ...]
+
+#: Characters of a name in sentences.
+MOST_NAME = 80
+# Editors of maps continue longitudes beyond 180 for as long as one scrolls; twice around is enough.
+_MOST_LONGITUDE = 720.0
+# Names of properties that may limit an area in height, size or time.
+_LIMITING = re.compile(
+    r"upper|lower|floor|ceil|altitude|(?<![a-z])alt|height|limit|radius|(?<![a-z])(agl|amsl|fl)(?![a-z])"
+    r"|flight.?level|valid|activ|schedule|(?<![a-z])time|hours|(?<![a-z])(start|end|from|until)",
+    re.IGNORECASE,
+)
+_KINDS = ("Point", "MultiPoint", "LineString", "MultiLineString")
+# Pieces of an edge that is straight in another reference system.
+_PIECES = 16
+
+
+@dataclass(frozen=True)
+class Placing:
+    """The meaning of the coordinates of a file.
+
+    Parameters
+    ----------
+    is_local : bool
+        Metres in the frame of a terrain.
+    system : str, optional
+        Reference system that is not WGS84; None for WGS84 and for local metres.
+    """
+
+    is_local: bool = False
+    system: str | None = None
+
+    def ring(self, points: Any) -> tuple[Position, ...]:
+        """Return the corners of a ring in degrees, without the closing one.
+
+        Raises
+        ------
+        InputError
+            If one is not a position.
+        """
+        pairs = _pairs(points)
+        if len(pairs) > 1 and pairs[0] == pairs[-1]:
+            pairs = pairs[:-1]
+        if self.is_local:
+            return pairs
+        if self.system is not None:
+            pairs = _converted(pairs, self.system)
+        check_degrees(pairs, 'for local metres add the member "crs_local": true.')
+        return pairs
+
+
+def areas(geometry: Any, placing: Placing, *, is_circle: bool) -> tuple[list[Rings], list[str]]:
+    """Return the rings of a geometry, and the kinds of its parts that are not areas.
+
+    Parameters
+    ----------
+    geometry : object
+        A geometry of GeoJSON; the geometries of a collection count one by one.
+    placing : Placing
+        The meaning of its coordinates.
+    is_circle : bool
+        Points are centres of circles.
+
+    Raises
+    ------
+    InputError
+        If a geometry or a position is bad.
+    """
+    found: list[Rings] = []
+    others: list[str] = []
+    waiting = [geometry]
+    while waiting:
+        part = waiting.pop(0)
+        if not isinstance(part, dict):
+            raise InputError("its geometry is not a GeoJSON object.")
+        kind, coordinates = part.get("type"), part.get("coordinates")
+        if kind == "GeometryCollection":
+            members = part.get("geometries")
+            if not isinstance(members, list):
+                raise InputError('a GeometryCollection must have a list of "geometries".')
+            waiting = [*members, *waiting]
+        elif kind == "Point" and is_circle:
+            found.append((placing.ring([coordinates]),))
+        elif kind in ("Polygon", "MultiPolygon"):
+            found += _polygons(kind, coordinates, placing)
+        elif kind in _KINDS:
+            others.append(_closed(kind, coordinates))
+        else:
+            raise InputError(
+                "a geometry must be a Polygon, a MultiPolygon, a GeometryCollection or a Point "
+                f'with "radius_m", not {kind!r}.'
+            )
+    return found, others
+
+
+def _polygons(kind: str, coordinates: Any, placing: Placing) -> Iterable[Rings]:
+    polygons = [coordinates] if kind == "Polygon" else coordinates
+    if not isinstance(polygons, list):
+        raise InputError(f"the coordinates of a {kind} must be a list.")
+    for rings in polygons:
+        if not isinstance(rings, list) or not rings:
+            raise InputError(f"a {kind} must have at least one ring.")
+        yield tuple(placing.ring(ring) for ring in rings)
+
+
+def _closed(kind: str, coordinates: Any) -> str:
+    """Return the kind of a point or a line, and whether it closes."""
+    if kind == "LineString" and isinstance(coordinates, list) and len(coordinates) > 3:
+        return f"closed {kind}" if coordinates[0] == coordinates[-1] else kind
+    return kind
+
+
+def _pairs(points: Any) -> tuple[Position, ...]:
+    """Return positions of the file, whose heights are ignored."""
+    if not isinstance(points, list) or not all(
+        isinstance(point, list) and len(point) >= 2 and all(map(is_number, point[:2]))
+        for point in points
+    ):
+        raise InputError("a position must be a list of two finite numbers.")
+    return tuple((float(point[0]), float(point[1])) for point in points)
+
+
+def check_degrees(pairs: Iterable[Position], remedy: str = "give degrees.") -> None:
+    """Check that positions are longitudes and latitudes in degrees.
+
+    Raises
+    ------
+    InputError
+        If one is not; the sentence ends with the ``remedy``.
+    """
+    for longitude, latitude in pairs:
+        if not (abs(longitude) <= _MOST_LONGITUDE and abs(latitude) <= 90):
+            is_swapped = abs(longitude) <= 90 < abs(latitude) <= 180
+            swapped = "latitude comes second; " if is_swapped else ""
+            raise InputError(
+                f"({longitude:g}, {latitude:g}) is no WGS84 longitude and latitude; "
+                f"{swapped}{remedy}"
+            )
+
+
+def named_system(document: Mapping[str, Any]) -> str | None:
+    """Return the reference system that an old GeoJSON names, None for WGS84 and its likes.
+
+    Raises
+    ------
+    InputError
+        If it names an unknown one.
+    """
+    if document.get("crs") is None:
+        return None
+    name = json.dumps(document["crs"])
+    code = re.search(r"EPSG\D{1,12}(\d{4,6})(?!\d)", name)
+    if "CRS84" in name:
+        return None
+    if code is None:
+        raise InputError(
+            f"its reference system {name[:80]} is unknown; convert it to WGS84 longitude and "
+            "latitude."
+        )
+    # Loads rasterio.
+    from pathgene.host.terrain.geodesy import is_like_wgs84, known_crs
+
+    system = f"EPSG:{code.group(1)}"
+    if known_crs(system).is_geographic and is_like_wgs84(system):
+        return None
+    return system
+
+
+def _converted(pairs: tuple[Position, ...], system: str) -> tuple[Position, ...]:
+    """Return positions of a reference system in degrees; edges straight there get more corners."""
+    from pathgene.host.terrain.geodesy import WGS84, transform
+
+    corners = np.array(pairs)
+    if len(corners) > 1:
+        corners = _divided(corners)
+    lon, lat = transform(system, WGS84, corners[:, 0], corners[:, 1])
+    return tuple(zip(lon.tolist(), lat.tolist(), strict=True))
+
+
+def _divided(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a ring whose edges are divided into pieces, (n, 2)."""
+    shares = np.arange(_PIECES)[None, :, None] / _PIECES
+    ahead = np.roll(corners, -1, axis=0)
+    return (corners[:, None] + shares * (ahead - corners)[:, None]).reshape(-1, 2)
+
+
+def unread(properties: Mapping[str, Any], known: Iterable[str]) -> tuple[str, ...]:
+    """Return the names of properties that may limit an area and are not ``known``."""
+    names = set(known)
+    return tuple(
+        key
+        for key, value in properties.items()
+        if key not in names and value not in (None, "", [], {}) and _LIMITING.search(key)
+    )

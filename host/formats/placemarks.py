@@ -1,0 +1,318 @@
+"""Placemarks of KML: their polygons, closed paths and circles, with the heights as they are meant.
+
+A prism drawn with lid, bottom and walls is one area between two heights.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any
+from xml.etree import ElementTree as ET
+
+from pathgene.host.errors import InputError
+from pathgene.host.formats.areas import MOST_NAME, Rings, check_degrees, unread
+from pathgene.host.formats.features import (
+    Bad,
+    Edges,
+    Feature,
+    LeftOut,
+    Limit,
+    Position,
+    Read,
+    Reference,
+    label,
+)
+from pathgene.host.numeric import parse
+
+
+__all__ = ["every", "placemark", "tag_of", "text_of"]
+
+# Extended data of a zone that are numbers.
+_NUMBERS = ("radius_m", "lower", "upper", "t0", "t1")
+_READ = (*_NUMBERS, "pathgene", "name", "centre")
+_REFERENCES = {"absolute": Reference.AMSL, "relativeToGround": Reference.AGL}
+_TIMES = ("TimeSpan", "TimeStamp", "Region")
+# Area of a wall as seen from above, square degrees: a tenth of a millimetre by some kilometres.
+_WALL_AREA = 1e-10
+
+
+@dataclass(frozen=True)
+class _Drawn:
+    """A polygon or a closed path as it is drawn.
+
+    Parameters
+    ----------
+    rings : tuple of rings
+        Corners in degrees.
+    heights : tuple of float
+        Heights of the corners of the outer ring.
+    mode : str
+        ``altitudeMode``.
+    extrudes : bool
+        It is drawn down to the ground.
+    """
+
+    rings: Rings
+    heights: tuple[float, ...]
+    mode: str
+    extrudes: bool
+
+    @property
+    def is_wall(self) -> bool:
+        """True for a polygon that has no area as seen from above."""
+        ring = self.rings[0]
+        x0, y0 = ring[0]
+        moved = [(x - x0, y - y0) for x, y in ring]
+        ahead = (*moved[1:], moved[0])
+        double = sum(xa * yb - xb * ya for (xa, ya), (xb, yb) in zip(moved, ahead, strict=True))
+        return len(set(ring)) < 3 or (abs(double) < _WALL_AREA and len(set(self.heights)) > 1)
+
+    @property
+    def footprint(self) -> frozenset[frozenset[Position]]:
+        """The corners as seen from above, rounded: equal for the lid and bottom of a prism."""
+        return frozenset(
+            frozenset((round(x, 7), round(y, 7)) for x, y in ring) for ring in self.rings
+        )
+
+
+def placemark(number: int, element: ET.Element) -> Iterator[Read]:
+    """Yield the areas of a placemark.
+
+    An area is a polygon with its holes, a closed path, a ring, or a point or polygon with the
+    extended data ``radius_m`` (and ``centre``, longitude and latitude, for a polygon). Limits and
+    times are the extended data ``lower``, ``upper``, ``t0`` and ``t1``, ``none`` for no limit.
+    Without them, polygons with walls are one area from their lowest to their highest altitude, and
+    a polygon that is extruded to the ground has an upper limit: its highest altitude, above mean
+    sea level or above the ground as its ``altitudeMode`` says. Every other one has no limit.
+    """
+    data = _extended(element)
+    is_ours = data.get("pathgene") == "zone"
+    name = data.get("name", "") if is_ours else text_of(element, "name")
+    name = " ".join(name.split())[:MOST_NAME]
+    tag = label("placemark", number, name)
+    try:
+        numbers = {key: _number(key, data.get(key, "none")) for key in _NUMBERS}
+        circle = _circle(element, data) if numbers["radius_m"] is not None else None
+        drawn = [] if circle else _drawn(element)
+    except InputError as error:
+        yield Bad(tag, str(error))
+        return
+    common: dict[str, Any] = {
+        "kind": "placemark",
+        "edges": Edges.FRAME if is_ours else Edges.DEGREES,
+        "t0_s": numbers["t0"],
+        "t1_s": numbers["t1"],
+        "unread": (
+            *unread(data, _READ),
+            *(name for name in _TIMES if any(True for _ in every(element, name))),
+        ),
+    }
+    stated = {"lower", "upper"} & set(data)
+    limits = _limit(numbers["lower"]), _limit(numbers["upper"])
+    if circle:
+        radius_m = numbers["radius_m"]
+        yield Feature(number, name, ((circle,),), radius_m, *limits, **common)
+        return
+    if is_ours and drawn:
+        # Its other polygons are bottom and walls.
+        yield Feature(number, name, drawn[0].rings, None, *limits, **common)
+        return
+    yield from _others(element, tag, data, bool(drawn))
+    for rings, lower, upper in _joined(drawn):
+        heights = limits if stated else (lower, upper)
+        yield Feature(number, name, rings, None, *heights, **common)
+
+
+def _others(
+    element: ET.Element, tag: str, data: dict[str, str], has_areas: bool
+) -> Iterator[LeftOut]:
+    """Yield the parts of a placemark that are not areas."""
+    points = [each for each in element.iter() if tag_of(each) == "Point"]
+    lines = [each for each in every(element, "LineString") if not _is_closed(each)]
+    sized = next((key for key in data if "radius" in key.lower()), None)
+    if points and sized is not None:
+        why = f'the radius of a circle is the extended data "radius_m", not {sized!r}'
+        yield LeftOut(tag, why, True)
+    elif points and not has_areas:
+        yield LeftOut(tag, "a Point is not an area")
+    if lines:
+        yield LeftOut(tag, "an open path is not an area")
+    for kind in ("Model", "Track", "MultiTrack"):
+        if any(True for _ in every(element, kind)):
+            yield LeftOut(tag, f"a {kind} is not an area")
+    if not (points or lines or has_areas or any(True for _ in every(element, "Model"))):
+        yield LeftOut(tag, "it has no geometry")
+
+
+def _drawn(element: ET.Element) -> list[_Drawn]:
+    """Return polygons, and rings and closed paths outside them, in the order of the file."""
+    found = []
+    waiting = list(element)
+    while waiting:
+        part = waiting.pop(0)
+        kind = tag_of(part)
+        if kind == "Polygon":
+            found.append(_polygon(part))
+        elif kind == "LinearRing" or (kind == "LineString" and _is_closed(part)):
+            ring, heights = _ring(text_of(part, "coordinates"))
+            found.append(_of(part, (ring,), heights))
+        else:
+            waiting = [*part, *waiting]
+    return found
+
+
+def _polygon(element: ET.Element) -> _Drawn:
+    rings = [
+        _ring(text_of(ring, "coordinates"))
+        for side in ("outerBoundaryIs", "innerBoundaryIs")
+        for boundary in every(element, side)
+        for ring in every(boundary, "LinearRing")
+    ]
+    if not rings:
+        raise InputError("a polygon must have an outer boundary.")
+    return _of(element, tuple(ring for ring, _ in rings), rings[0][1])
+
+
+def _of(element: ET.Element, rings: Rings, heights: tuple[float, ...]) -> _Drawn:
+    extrudes = text_of(element, "extrude") in ("1", "true")
+    return _Drawn(rings, heights, text_of(element, "altitudeMode"), extrudes)
+
+
+def _joined(drawn: list[_Drawn]) -> Iterator[tuple[Rings, Limit | None, Limit | None]]:
+    """Yield areas with their lower and upper limits; lid, bottom and walls are one area."""
+    walls = [each for each in drawn if each.is_wall]
+    flat: dict[frozenset[frozenset[Position]], list[_Drawn]] = {}
+    for each in drawn:
+        if not each.is_wall:
+            flat.setdefault(each.footprint, []).append(each)
+    # A footprint of walls alone.
+    if walls and not flat:
+        footprint = _around(walls)
+        flat[walls[0].footprint] = [
+            _Drawn((footprint,), each.heights, each.mode, False) for each in walls
+        ]
+        walls = []
+    for layers in flat.values():
+        corners = {(round(x, 7), round(y, 7)) for x, y in layers[0].rings[0]}
+        own = [
+            wall
+            for wall in walls
+            if any((round(x, 7), round(y, 7)) in corners for x, y in wall.rings[0])
+        ]
+        yield (layers[0].rings, *_heights(layers, own))
+
+
+def _heights(layers: list[_Drawn], walls: list[_Drawn]) -> tuple[Limit | None, Limit | None]:
+    """Return the limits of layers over one footprint, with the walls between them."""
+    parts = [*layers, *walls]
+    modes = {each.mode for each in parts}
+    reference = _REFERENCES.get(next(iter(modes))) if len(modes) == 1 else None
+    if reference is None:
+        return None, None
+    low = min(min(each.heights) for each in parts)
+    high = max(max(each.heights) for each in parts)
+    if any(each.extrudes for each in layers):
+        return None, Limit(high, reference) if high > 0 else None
+    if len(parts) > 1 and low < high:
+        return Limit(low, reference), Limit(high, reference)
+    return None, None
+
+
+def _around(walls: list[_Drawn]) -> tuple[Position, ...]:
+    """Return the ring along the feet of walls.
+
+    Raises
+    ------
+    InputError
+        If they do not follow each other around an area.
+    """
+    sides = [tuple(dict.fromkeys(wall.rings[0])) for wall in walls]
+    ring = [*sides.pop(0)]
+    while sides:
+        following = next((side for side in sides if ring[-1] in side), None)
+        if following is None:
+            break
+        sides.remove(following)
+        ring += [corner for corner in following if corner != ring[-1]]
+    if sides or ring[0] != ring[-1] or len(ring) < 4:
+        raise InputError("its walls do not close around an area; draw a polygon.")
+    return tuple(ring[:-1])
+
+
+def _circle(element: ET.Element, data: dict[str, str]) -> Position:
+    """Return the centre of a circle."""
+    centre = data.get("centre") or "".join(
+        text_of(point, "coordinates") for point in every(element, "Point")
+    )
+    return _positions(centre)[0][0]
+
+
+def _is_closed(element: ET.Element) -> bool:
+    """Return whether a path ends where it begins, around an area."""
+    places = re.sub(r"\s*,\s*", ",", text_of(element, "coordinates")).split()
+    ends = [place.split(",")[:2] for place in (places[:1] + places[-1:])]
+    return len(places) > 3 and ends[0] == ends[1]
+
+
+def _ring(text: str) -> tuple[tuple[Position, ...], tuple[float, ...]]:
+    """Return the corners of a ring without the closing one, and its heights."""
+    pairs, heights = _positions(text)
+    if len(pairs) > 1 and pairs[0] == pairs[-1]:
+        return pairs[:-1], heights
+    return pairs, heights
+
+
+def _positions(text: str) -> tuple[tuple[Position, ...], tuple[float, ...]]:
+    """Return positions ``lon,lat[,alt]`` in degrees and heights, 0 if not given."""
+    try:
+        points = [
+            tuple(map(parse, position.split(",")))
+            for position in re.sub(r"\s*,\s*", ",", text).split()
+        ]
+    except ValueError:
+        points = []
+    if not points or not all(len(point) in (2, 3) for point in points):
+        raise InputError(f"{text[:60]!r} are no positions longitude,latitude,altitude.")
+    pairs = tuple((point[0], point[1]) for point in points)
+    check_degrees(pairs)
+    return pairs, tuple(point[2] if len(point) == 3 else 0.0 for point in points)
+
+
+def _extended(element: ET.Element) -> dict[str, str]:
+    """Return the extended data of a placemark, typed or not, by name."""
+    data = {item.get("name", ""): text_of(item, "value") for item in every(element, "Data")}
+    typed = {item.get("name", ""): item.text or "" for item in every(element, "SimpleData")}
+    return {name: text.strip() for name, text in (data | typed).items()}
+
+
+def _number(key: str, text: str) -> float | None:
+    if text in ("", "none"):
+        return None
+    try:
+        return parse(text)
+    except ValueError:
+        raise InputError(
+            f"the extended data {key} must be a number or none, not {text!r}."
+        ) from None
+
+
+def _limit(height_m: float | None) -> Limit | None:
+    return None if height_m is None else Limit(height_m, Reference.AMSL)
+
+
+def tag_of(element: ET.Element) -> str:
+    """Return the name of an element without its namespace: versions of KML differ there."""
+    return element.tag.rpartition("}")[2]
+
+
+def every(parent: ET.Element, tag: str) -> Iterable[ET.Element]:
+    """Return the elements of a name in an element, at any depth."""
+    return (element for element in parent.iter() if tag_of(element) == tag)
+
+
+def text_of(parent: ET.Element, tag: str) -> str:
+    """Return the text of the first child of this name, or nothing."""
+    found = next((child for child in parent if tag_of(child) == tag), None)
+    return "" if found is None else (found.text or "").strip()

@@ -1,0 +1,245 @@
+"""Features of a file as shapes over a terrain: unwrapped, cut to the map, densified, projected.
+
+An edge is straight in longitude and latitude unless its file says otherwise, so it bends in the
+terrain's frame: it gets corners until it lies within :data:`TOLERANCE_M` of its line. Features far
+from the map are cut, never refused: another continent cannot be projected here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pathgene.host.formats.features import Edges, Feature, Position
+from pathgene.host.formats.shapes import Ring
+from pathgene.host.problem.edges import clipped, densified, lined, unwrapped
+from pathgene.host.terrain import Terrain
+
+
+__all__ = ["Placed", "place"]
+
+Floats = NDArray[np.float64]
+
+# Metres around the map in which zones are kept whole or cut, as a share of the map and at least.
+_AROUND, _AROUND_M = 0.25, 20_000.0
+# Metres of a degree of latitude, rounded down.
+_DEGREE_M = 110_000.0
+# Degrees around the map in which files of our own, and circles, are projected as they are.
+_NEAR_DEG = 5.0
+# A fence to stay in becomes a zone around it, this many metres beyond the map and the fence.
+_BEYOND_M = 1000.0
+# Corners of the polygon inside a circle to stay in, and around a circle that is far away.
+_CIRCLE_CORNERS = 180
+_FAR_CIRCLE_CORNERS = 720
+# Points on each side of the map, for its box in degrees.
+_BORDER_POINTS = 33
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A part of a feature over a terrain.
+
+    Parameters
+    ----------
+    rings : tuple of rings
+        Outer ring and holes in local metres, or the centre of a circle.
+    radius_m : float, optional
+        Radius of a circle; None for a polygon.
+    """
+
+    rings: tuple[Ring, ...]
+    radius_m: float | None = None
+
+
+@dataclass(frozen=True)
+class _Box:
+    """A box of longitudes, which may lie beyond 180, and latitudes."""
+
+    west: float
+    south: float
+    east: float
+    north: float
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """West, south, east and north."""
+        return self.west, self.south, self.east, self.north
+
+    def widened(self, degrees: float) -> _Box:
+        """Return the box with some degrees more on each side."""
+        return _Box(
+            self.west - degrees, self.south - degrees, self.east + degrees, self.north + degrees
+        )
+
+    def holds(self, other: _Box) -> bool:
+        """Return whether another box lies inside."""
+        return (
+            self.west <= other.west
+            and other.east <= self.east
+            and self.south <= other.south
+            and other.north <= self.north
+        )
+
+    def meets(self, other: _Box) -> bool:
+        """Return whether another box has points in common."""
+        return (
+            self.west <= other.east
+            and other.west <= self.east
+            and self.south <= other.north
+            and other.south <= self.north
+        )
+
+    def moved(self, degrees: float) -> _Box:
+        """Return the box further east."""
+        return _Box(self.west + degrees, self.south, self.east + degrees, self.north)
+
+    def turns(self, other: _Box) -> Iterator[float]:
+        """Yield the multiples of 360 degrees by which another box meets this one."""
+        first = math.ceil((self.west - other.east) / 360)
+        last = math.floor((self.east - other.west) / 360)
+        for turn in range(first, last + 1):
+            if self.meets(other.moved(360.0 * turn)):
+                yield 360.0 * turn
+
+
+def place(features: Sequence[Feature], terrain: Terrain) -> list[tuple[Placed, ...]]:
+    """Return the parts of each feature over a terrain; none for a feature far from the map.
+
+    All positions are projected at once, because each call is slow. The terrain must have a place on
+    Earth unless all features are local.
+
+    Raises
+    ------
+    InputError
+        If positions cannot be expressed in the terrain's reference system.
+    """
+    if all(feature.is_local for feature in features):
+        return [_finished(feature, [_local(feature)], terrain) for feature in features]
+    around = _box_around(terrain)
+    parts = [[_local(f)] if f.is_local else list(_cut(f, around)) for f in features]
+    rings = [
+        (ring, feature.edges is not Edges.FRAME and radius_m is None)
+        for feature, own in zip(features, parts, strict=True)
+        if not feature.is_local
+        for lines, radius_m in own
+        for ring in lines
+    ]
+    moved = iter(densified(rings, terrain))
+    placed = []
+    for feature, own in zip(features, parts, strict=True):
+        if not feature.is_local:
+            own = [(tuple(next(moved) for _ in lines), radius_m) for lines, radius_m in own]
+        placed.append(_finished(feature, own, terrain))
+    return placed
+
+
+_Part = tuple[tuple[tuple[Position, ...], ...], float | None]
+
+
+def _local(feature: Feature) -> _Part:
+    return feature.rings, feature.radius_m
+
+
+def _cut(feature: Feature, around: _Box) -> Iterator[_Part]:
+    """Yield the parts of a feature near the map, in degrees, next to its longitudes."""
+    rings, radius_m = feature.rings, feature.radius_m
+    if radius_m is not None:
+        ((lon, lat),) = rings[0]
+        near = around.widened(_NEAR_DEG)
+        for turn in near.turns(_Box(lon, lat, lon, lat)):
+            yield (((lon + turn, lat),),), radius_m
+            return
+        if radius_m < _DEGREE_M:
+            return
+        rings = (_circle_far_away(lon, lat, radius_m),)
+    outer, *holes = [unwrapped(lined(ring, feature.edges)) for ring in rings]
+    box = _box_of(outer)
+    keeps = feature.edges is Edges.FRAME and radius_m is None
+    for turn in around.turns(box):
+        here = box.moved(turn)
+        whole = around.holds(here) or (keeps and around.widened(_NEAR_DEG).holds(here))
+        cut = []
+        for number, ring in enumerate((outer, *holes)):
+            own = box if number == 0 else _box_of(ring)
+            # A hole may be unwrapped to another turn around the Earth.
+            turned = turn if number == 0 else next(iter(around.turns(own)), None)
+            if turned is None:
+                continue
+            shifted = tuple((lon + turned, lat) for lon, lat in ring) if turned else ring
+            kept = shifted if whole else clipped(shifted, around.bounds)
+            if len(kept) >= 3 or (whole and number == 0):
+                cut.append(kept)
+            elif number == 0:
+                break
+        if cut:
+            yield tuple(cut), None
+
+
+def _finished(feature: Feature, parts: Sequence[_Part], terrain: Terrain) -> tuple[Placed, ...]:
+    """Return the parts of a feature in local metres; of a fence to stay in, all outside it."""
+    if not feature.keeps_in:
+        return tuple(Placed(rings, radius_m) for rings, radius_m in parts)
+    return tuple(
+        Placed(_outside(rings[0] if radius_m is None else _circle(rings[0][0], radius_m), terrain))
+        for rings, radius_m in parts
+    ) or (Placed(_outside((), terrain)),)
+
+
+def _circle(centre: Position, radius_m: float) -> Ring:
+    angles = np.linspace(0, 2 * np.pi, _CIRCLE_CORNERS, endpoint=False)
+    x, y = centre[0] + radius_m * np.cos(angles), centre[1] + radius_m * np.sin(angles)
+    return tuple(zip(x.tolist(), y.tolist(), strict=True))
+
+
+def _outside(ring: Ring, terrain: Terrain) -> tuple[Ring, ...]:
+    """Return all of the map but a ring."""
+    x, y = np.array(ring).reshape(-1, 2).T
+    west, east = (
+        x.min(initial=0.0) - _BEYOND_M,
+        x.max(initial=terrain.width_m) + _BEYOND_M,
+    )
+    south, north = (
+        y.min(initial=0.0) - _BEYOND_M,
+        y.max(initial=terrain.height_m) + _BEYOND_M,
+    )
+    around = ((west, south), (east, south), (east, north), (west, north))
+    return (around, ring) if ring else (around,)
+
+
+def _circle_far_away(lon: float, lat: float, radius_m: float) -> tuple[Position, ...]:
+    """Return a polygon around a circle whose centre is too far away to be projected."""
+    from pyproj import Geod
+
+    bearings = np.arange(_FAR_CIRCLE_CORNERS) * (360.0 / _FAR_CIRCLE_CORNERS)
+    reach = np.full(len(bearings), radius_m / math.cos(math.pi / _FAR_CIRCLE_CORNERS))
+    start = np.full(len(bearings), lon), np.full(len(bearings), lat)
+    east, north, _ = Geod(ellps="WGS84").fwd(*start, -bearings, reach)
+    return tuple(zip(east.tolist(), north.tolist(), strict=True))
+
+
+def _box_of(ring: Sequence[Position]) -> _Box:
+    longitudes, latitudes = zip(*ring, strict=True)
+    return _Box(min(longitudes), min(latitudes), max(longitudes), max(latitudes))
+
+
+def _box_around(terrain: Terrain) -> _Box:
+    """Return the box of the map in degrees, widened; all longitudes where a pole is near."""
+    steps = np.linspace(0.0, 1.0, _BORDER_POINTS)
+    x = terrain.width_m * np.concatenate((steps, np.ones(33), steps[::-1], np.zeros(33)))
+    y = terrain.height_m * np.concatenate((np.zeros(33), steps, np.ones(33), steps[::-1]))
+    latitudes, longitudes = terrain.to_geographic(x, y)
+    margin_m = max(_AROUND * max(terrain.width_m, terrain.height_m), _AROUND_M)
+    high = margin_m / _DEGREE_M
+    south, north = float(latitudes.min()) - high, float(latitudes.max()) + high
+    turns = np.unwrap(longitudes, period=360.0)
+    poleward = math.cos(math.radians(min(max(abs(south), abs(north)), 90.0)))
+    if poleward * _DEGREE_M <= margin_m or abs(turns[-1] - turns[0]) > 180.0:
+        middle = float(turns.mean())
+        pole = 90.0 if north > 0 else -90.0
+        return _Box(middle - 180.0, min(south, pole), middle + 180.0, max(north, pole))
+    wide = high / poleward
+    return _Box(float(turns.min()) - wide, south, float(turns.max()) + wide, north)

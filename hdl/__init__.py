@@ -1,1 +1,1 @@
-"""Gateware of pathgene, and the two definitions everyone shares: configuration and protocol."""
+"""Gateware of pathgene, and the two definitions shared by all: configuration and protocol."""

@@ -1,6 +1,6 @@
-"""The one definition of every size and width: gateware, software model and host all read it.
+"""The single definition of every size and width, for gateware, software model and host.
 
-Pure Python, so that a host without Amaranth can import it.
+The module is pure Python, so that a host without Amaranth can import it.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ class MutationKind(enum.IntEnum):
 
     #: Move one waypoint within the box around it.
     PERTURB = 0
-    #: Add a waypoint, within the box around one of the path, after that one.
+    #: Add a waypoint after a waypoint of the path, within the box around it.
     INSERT = 1
     #: Remove one waypoint.
     DELETE = 2
 
 
 class SurvivorSelection(enum.StrEnum):
-    """Draw of the survivors among the non-elite parents, without replacement."""
+    """How survivors are drawn among the non-elite parents, without replacement."""
 
     #: Every choice equally likely.
     UNIFORM = "uniform"
-    #: Linear ranking among those left: the better of two uniform draws.
+    #: Linear ranking among the remaining ones: the better of two uniform draws.
     RANK = "rank"
 
 
@@ -41,7 +41,7 @@ class GeneticCore(enum.StrEnum):
 
     #: No core: the chip only checks paths.
     NONE = "none"
-    #: The paper core: all crossovers of a generation in lock step; the host evaluates and sorts.
+    #: The paper core: all crossovers of a generation in lockstep; the host evaluates and sorts.
     PAPER = "paper"
     #: The planner core: children stream through breeding, scoring and sorting; a run needs no host.
     PLANNER = "planner"
@@ -59,39 +59,39 @@ class CheckerBuild(enum.StrEnum):
     PARALLEL = "parallel"
 
 
-#: Stands for a default that depends on the genetic core. Every configuration has the value itself.
+#: Placeholder for a default that depends on the genetic core. A configuration has the actual value.
 _BY_CORE: Any = None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Config:
-    """Sizes of the chip. Immutable and consistent: the constructor rejects wrong values.
+    """Sizes of the chip, immutable and consistent: the constructor rejects wrong values.
 
     Parameters
     ----------
     population : int
         Paths in the population; a power of two, 4..256.
     children : int
-        Paths made each generation, two by each crossover module.
+        Paths bred in each generation, two by each crossover module.
     elites : int
         Best parents kept unconditionally, 1 or more.
     survivors : int
         Other parents kept, drawn at random.
     perturbs, inserts, deletes : int
-        Mutators of each kind; each works on another child.
+        Number of mutators of each kind; each works on a different child.
     max_waypoints : int
         Transitional waypoints of the longest path, 3..64; the shortest has 2. By default 16, as in
         *allaire-2008*, and 18 with the planner core.
     map_size : int
         Cells along each edge of the map, a power of two, 8..4096.
     coarse_factor : int
-        Detailed cells along the edge of a coarse one, a power of two below ``map_size``.
+        Detailed cells along the edge of a coarse cell, a power of two below ``map_size``.
     altitude_bits : int
         Width of an altitude, 4..16. The top value marks ground that no path may cross.
     box_percent : int
         Edge of the mutation box in percent of the map's edge (*allaire-2008*, section 3.4.1).
     survivor_selection : SurvivorSelection
-        Draw of the survivors: uniform or by rank.
+        How survivors are drawn: uniformly or by rank.
     core : GeneticCore
         Design of the genetic core, or none. A chip without a core only checks paths; it ignores the
         fields up to ``deletes``, ``box_percent`` and ``survivor_selection``. The planner core
@@ -99,26 +99,26 @@ class Config:
         ``redraws``; its population is at most 32.
     checker : CheckerBuild
         Design of the checker, or none. A chip without a genetic core has a checker; the planner
-        core needs the parallel one. All fields below up to ``redraws`` matter only on a chip with a
-        checker.
+        core needs the parallel one. The fields from here to ``redraws`` only matter on a chip with
+        a checker.
     lanes : int
         Cells checked each cycle: 1, 2, 4, 8 or 16; 1 in the two-tier build.
     memory_latency : int
         Cycles from an address to the data of the map's memory, 1 or 2.
     redraws : int
-        Further draws of a new waypoint that lies in the ground, 0..7.
+        Maximum repeated draws of a new waypoint that lies in the ground, 0..7.
     clock_hz : int
         Clock of the chip in hertz, reported to the host.
     clocks_per_bit : int
         UART divisor: cycles per bit, 4..65535.
     receive_buffer : int
-        Bytes of received frames the chip can hold: a power of two, 256..32768. Maximum
+        Bytes of received frames that the chip can hold, a power of two, 256..32768: the maximum of
         unacknowledged request bytes.
 
     Raises
     ------
     TypeError
-        If a field has the wrong kind.
+        If a field has the wrong type.
     ValueError
         If a field breaks its rule; the message names both.
     """
@@ -145,7 +145,7 @@ class Config:
     clocks_per_bit: int = 33
     receive_buffer: int = 2048
 
-    #: Fewest transitional waypoints of a path (*allaire-2008*, section 3.1).
+    #: Minimum transitional waypoints of a path (*allaire-2008*, section 3.1).
     MIN_WAYPOINTS = 2
     #: Segments of a path that the two-tier build checks in the detailed map.
     DETAILED_SEGMENTS = 2
@@ -291,7 +291,7 @@ class Config:
 
     @property
     def head_size(self) -> int:
-        """Maximum waypoints a child takes from before the middle of a parent."""
+        """Maximum number of waypoints that a child takes from before the middle of a parent."""
         return self.max_waypoints // 2
 
     @property
@@ -341,7 +341,7 @@ class Config:
 
     @property
     def blocked_altitude(self) -> int:
-        """The altitude that marks ground no path may cross; a waypoint is always below it."""
+        """Altitude that marks ground that no path may cross; a waypoint is always below it."""
         return (1 << self.altitude_bits) - 1
 
     @property
@@ -376,7 +376,7 @@ class Config:
 
     @property
     def build_id(self) -> int:
-        """32-bit fingerprint of every field, so that a host knows the chip was built from it."""
+        """32-bit fingerprint of all fields, by which a host recognizes a chip built from them."""
         fields = dataclasses.asdict(self)
         # A chip keeps the fingerprint that it was built with, even if its core is renamed later.
         core = fields.pop("core")
@@ -385,7 +385,7 @@ class Config:
         return int.from_bytes(hashlib.sha256(packed.encode()).digest()[:4], "little")
 
     def replace(self, **changes: object) -> Config:
-        """Return a copy with ``changes``, checked like any other.
+        """Return a copy with ``changes``, checked like any configuration.
 
         If ``core`` changes, a default ``max_waypoints`` becomes the default of the new core.
         """
@@ -403,7 +403,7 @@ _CHOICES: dict[str, type[enum.StrEnum]] = {
 
 def _longest(core: object) -> int:
     """Return the default of ``max_waypoints``."""
-    # 108 paths of 18 waypoints fit in the block RAMs that 108 paths of 16 need.
+    # 108 paths of 18 waypoints fit into the block RAMs that 108 paths of 16 need.
     return 18 if core == GeneticCore.PLANNER else 16
 
 

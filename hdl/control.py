@@ -13,7 +13,7 @@ from pathgene.hdl.protocol import COUNTER_BITS, ChipState, Counter, status_reply
 
 __all__ = ["Control", "counters_layout", "cycles_layout"]
 
-#: Counter, and field of the status, of each unit's cycles in a generation.
+#: For each unit, the counter and the status field of its cycles in a generation.
 _GENERATION = {
     ChipState.CROSSOVER: Counter.CROSSOVER,
     ChipState.MUTATE: Counter.MUTATION,
@@ -47,51 +47,51 @@ def counters_layout(config: Config) -> data.StructLayout:
 class Control(Unit):
     """Control unit of the chip.
 
-    Listens until a command is ``pending``, then turns the receiving unit on to take it. A command
-    to run a generation turns the crossover, mutation and update units on in turn; a command to
-    check paths turns the checker on. Finally, the transmitting unit answers. A unit is on from the
-    first cycle of its state to the cycle in which it is done, both included; the next unit is on in
-    the following cycle. Only the hand-over to the crossover takes one more cycle. A planner core
-    runs by itself, and its generations are counted.
+    The control unit listens until a command is ``pending``, then turns on the receiving unit to
+    take it. A command to run a generation turns the crossover, mutation and update units on in
+    turn; a command to check paths turns the checker on. Finally, the transmitting unit answers. A
+    unit is on from the first cycle of its state up to and including the cycle in which it is done;
+    the next unit is on in the following cycle. Only the handover to the crossover takes one more
+    cycle. A planner core runs by itself, and its generations are counted.
 
     A generation starts only when the core is ``ready``. Until then the receiving unit stays on and
-    holds ``receive_done`` and ``generate``, for two cycles at least: in the first, the control unit
-    decides to start, and pulses ``launch``; in the second, ``begin`` tells all units that take
-    part. The core stays ``ready`` in between.
+    holds ``receive_done`` and ``generate`` for at least two cycles: in the first, the control unit
+    decides to start and pulses ``launch``; in the second, ``begin`` informs all participating
+    units. The core stays ``ready`` in between.
 
     Without a genetic core, or without a checker of the paths of commands, the control unit lacks
     the corresponding states, counters and members.
 
-    Source: *allaire-2008*, section 4.2. Differs: the update is a separate state, and commands may
-    request more than a generation.
+    Source: *allaire-2008*, section 4.2. Differences: the update is a separate state, and there are
+    commands other than a generation.
 
     Members
     -------
     pending : In(1)
-        A command waits to be received.
+        A command is waiting to be received.
     receive_on, transmit_on : Out(1)
         The unit is on.
     receive_done, transmit_done : In(1)
-        The command has been taken, and the answer sent. Each is ignored unless its unit is on.
+        The command has been taken; the answer has been sent. Each is ignored unless its unit is on.
     line_busy : In(1)
-        A frame is coming in; such cycles count as receiving.
+        A frame is being received; such cycles count as receiving.
     line_sending : In(1)
-        An answer is going out; such cycles count as transmitting.
+        An answer is being sent; such cycles count as transmitting.
     state : Out(ChipState)
     history : Out(32)
-        The eight states entered last, 4 bits each, the latest lowest; LISTEN before the first.
+        The last eight states entered, 4 bits each, the latest lowest; LISTEN before the first.
         Updated one cycle late.
     counters : Out(StructLayout({counter: 48, ...}))
         Every :class:`pathgene.hdl.protocol.Counter` of the chip's units since reset, except the
         counters of the line and of the checker. The longest generation counts since the latest
-        ``restart``. The count of all cycles excludes the present cycle; all other counters are
+        ``restart``. The count of all cycles excludes the current cycle; all other counters are
         updated one cycle late. The counters of a generation are complete from the second cycle
-        after it on, before an answer is made.
+        after it, before an answer is made.
 
     With a checker of the paths of commands:
 
     check : In(1)
-        With ``receive_done``: the command is to check paths.
+        With ``receive_done``: the command checks paths.
     check_on : Out(1)
     check_done : In(1)
         Ignored unless the checker is on.
@@ -104,10 +104,10 @@ class Control(Unit):
     With the paper core:
 
     generate : In(1)
-        With ``receive_done``: the command is to run a generation. Excludes ``check``.
+        With ``receive_done``: the command runs a generation. Excludes ``check``.
     core : Out(generation_signature)
         ``restart`` sets ``generation`` and the counter of the longest generation to 0, one cycle
-        later than other inputs act.
+        later than other inputs take effect.
     generation : Out(32)
         Generations since reset or ``restart``; modulo 2**32.
     cycles : Out(StructLayout({"crossover": 16, "mutation": 16, "update": 16}))
@@ -206,7 +206,7 @@ class Control(Unit):
         return steps
 
     def _generation(self, m, on):
-        """Start generations and measure them; return the increments of the counters."""
+        """Start and measure generations; return the increments of the counters."""
         core = self.core
 
         done = Signal()
@@ -221,7 +221,7 @@ class Control(Unit):
             core.generating.eq(core.launch | (core.generating & ~done)),
         ]
 
-        # Also high after a reset, since the registers cleared here have no reset.
+        # Also high after a reset, because the registers cleared here have no reset.
         restarted = Signal(init=1)
         generation = Signal.like(self.generation, reset_less=True)
         m.d.sync += restarted.eq(core.restart)
@@ -238,7 +238,7 @@ class Control(Unit):
             with m.Elif(unit_on):
                 m.d.sync += self.cycles[counter].eq(self.cycles[counter] + 1)
 
-        # One ahead: in the last cycle of a generation, the count already includes it.
+        # One ahead, so that in the last cycle of a generation the count already includes it.
         elapsed = Signal.like(self.cycles.crossover)
         lasted = Signal.like(elapsed, reset_less=True)
         longer = Signal()

@@ -1,4 +1,4 @@
-"""Genetic core with its control unit: a top for simulation and other chips."""
+"""Genetic core with its control unit: a top level for simulation and other chips."""
 
 from amaranth import *
 from amaranth.lib.wiring import Out, connect
@@ -13,7 +13,7 @@ __all__ = ["PaperCoreTop"]
 
 
 class PaperCoreTop(Unit):
-    """Genetic core under the control unit of the chip, without link, command units and checker.
+    """Genetic core with the chip's control unit, without link, command units and checker.
 
     The surrounding logic must receive commands, check paths and answer: see
     :class:`pathgene.hdl.control.Control`.
@@ -24,7 +24,7 @@ class PaperCoreTop(Unit):
         The members of :class:`pathgene.hdl.ga_core.core.PaperCore` and
         :class:`pathgene.hdl.control.Control`, except the two that connect them.
     ranked : Out(1)
-        A whole ranking is processed: a generation may start.
+        A whole ranking is processed, so a generation may start.
     """
 
     config: InstanceOf(Config)
@@ -50,7 +50,7 @@ class PaperCoreTop(Unit):
         connect(m, control.core, core.control)
         m.d.comb += self.ranked.eq(core.control.ready)
 
-        # All remaining ports of the two are ports of the top.
+        # All remaining ports of the two are ports of the top level.
         outer = {path: port for path, _, port in self.signature.flatten(self)}
         for unit in (control, core):
             for path, member, port in unit.signature.flatten(unit):

@@ -26,7 +26,7 @@ __all__ = [
 ]
 
 
-#: Consecutive paths of the latest check whose results are sent: the first, and their count.
+#: Consecutive paths of the latest check whose results are sent: the first path and the count.
 result_read_layout = data.StructLayout({"path": 8, "count": 9})
 
 #: One byte of the results; ``last`` ends the answer.
@@ -56,7 +56,7 @@ def ranking_layout(slot_bits: int) -> data.StructLayout:
 
 
 def read_layout(slot_bits: int) -> data.StructLayout:
-    """Return the layout of consecutive slots to read: the first, and their count."""
+    """Return the layout of consecutive slots to read: the first slot and the count."""
     return data.StructLayout({"slot": slot_bits, "count": slot_bits + 1})
 
 
@@ -69,8 +69,8 @@ def check_layout(waypoint_bits: int) -> data.StructLayout:
     """Return the layout of a command to check paths.
 
     ``counting``: the colliding cells are counted. ``batch``: the paths of ``count`` slots from
-    ``slot`` are checked, each from ``start`` to ``goal``; otherwise the path whose points the
-    command carries.
+    ``slot`` are checked, each from ``start`` to ``goal``; otherwise the path whose points are in
+    the command.
     """
     return data.StructLayout(
         {
@@ -97,12 +97,12 @@ def cell_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
 
 
 def generation_signature(config: Config) -> wiring.Signature:
-    """Return the signature between control unit and genetic core, seen from the control unit.
+    """Return the signature between control unit and genetic core, from the control unit's side.
 
     launch : Out(1)
-        Pulse, in the cycle before ``begin``.
+        Pulse in the cycle before ``begin``.
     begin : Out(1)
-        Pulse, in the cycle before the first of the crossover.
+        Pulse in the cycle before the crossover's first.
     generating : Out(1)
         A generation runs, from ``begin`` to the last cycle of the update.
     mutation_on, update_on : Out(1)
@@ -114,8 +114,8 @@ def generation_signature(config: Config) -> wiring.Signature:
     crossover_done, mutation_done, update_done : In(1)
         Last cycle of the unit. Ignored unless the unit is on.
     refused : In(range(mutators + 1))
-        Mutations that a limit on the length forbade. This and the next two count the present
-        generation and are read in the last cycle of the update.
+        Mutations that a length limit forbade. This and the next two count the current generation
+        and are read in the last cycle of the update.
     redrawn : In(range(patches * candidates))
         Only with a map: candidates that replaced a candidate in the ground.
     left_out : In(range(patches + 1))

@@ -146,7 +146,7 @@ class Plan:
         """Plan the rest of a flight after zones have appeared or gone and the aircraft has moved.
 
         On a board that is still open, ``ga-chip`` lets the chip draw the zones and continue from
-        its population for a millisecond. If some zones have appeared and others have gone, the path
+        its population for a millisecond. If zones have appeared and zones have gone, the path
         avoids both, which is faster; :meth:`finish` clears the removed zones. Any other problem is
         planned again with the same options and the same fallback.
 

@@ -153,7 +153,8 @@ def build_verilator(
                 "Vtop.mk",
                 "libVtop.a",
                 "VM_GLOBAL_FAST=",  # The run-time library is compiled once for all designs, below.
-                # One file that includes all others, because headers take most of the compile time.
+                # One file that includes all the rest, because headers take most of the compile
+                # time.
                 "VM_PARALLEL_BUILDS=0",
                 *_MAKE_VARIABLES,
                 f"OPT_FAST={CXX_STANDARD} {optimize}",

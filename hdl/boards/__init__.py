@@ -1,8 +1,8 @@
 """Real boards: pins, device, clock and configuration of each, one file per board.
 
-A board file holds ``CHIPS``, a :class:`pathgene.hdl.boards.board.Board` for each kind of chip that
-the board has room for, its default first, and no logic; :mod:`pathgene.hdl.boards.board_top` puts
-the chip between its pins, :mod:`pathgene.hdl.boards.build` makes the bitstream.
+A board file contains no logic, only ``CHIPS``: a :class:`pathgene.hdl.boards.board.Board` for each
+kind of chip that fits on the board, the default first; :mod:`pathgene.hdl.boards.board_top`
+connects the chip to the pins, :mod:`pathgene.hdl.boards.build` makes the bitstream.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ BOARDS: Mapping[str, str] = MappingProxyType(
 
 
 def chips_of(name: str) -> Sequence[Board]:
-    """Return the board of that name with each chip that it has room for, its default first.
+    """Return the board of that name with each chip that fits on it, the default first.
 
     Raises
     ------
@@ -46,7 +46,7 @@ def chips_of(name: str) -> Sequence[Board]:
 
 
 def find_board(name: str, chip: ChipKind | str | None = None) -> Board:
-    """Return the board of that name, with a chip of that kind, or else with its default chip.
+    """Return the board of that name, with the given kind of chip or with its default chip.
 
     Raises
     ------

@@ -16,7 +16,7 @@ __all__ = ["Board", "ChipKind"]
 
 
 class ChipKind(enum.StrEnum):
-    """Kind of a chip, as ``make bitstream CHIP=`` takes it."""
+    """Kind of a chip, the value of ``make bitstream CHIP=``."""
 
     #: Chip that plans by itself: the planner core (:class:`pathgene.hdl.planner.core.PlannerCore`).
     PLANNER = "planner"
@@ -31,10 +31,10 @@ class Board:
     Parameters
     ----------
     name : str
-        As in :data:`pathgene.hdl.boards.BOARDS`; the chips of a board share it.
+        Name in :data:`pathgene.hdl.boards.BOARDS`, shared by all chips of the board.
     platform : callable
         Makes the Amaranth platform: device, package, speed grade, pins, default clock, and
-        ``cells`` where the family has some (:class:`pathgene.hdl.primitives.cells.Cells`).
+        ``cells`` if the family has any (:class:`pathgene.hdl.primitives.cells.Cells`).
     pll : Pll
         Makes the chip's clock from the platform's default clock.
     baud : int
@@ -63,8 +63,8 @@ class Board:
     seed: int = 1
     overrides: Mapping[str, str] = field(default_factory=dict)
 
-    #: Maximum error of the divisor: the receiver accepts 2 %, and the host's clock has an error,
-    #: too.
+    #: Maximum error of the divisor: the receiver tolerates 2 %, part of which is left for the
+    #: host's clock.
     BAUD_TOLERANCE = 0.0125
 
     def __post_init__(self) -> None:

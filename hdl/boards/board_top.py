@@ -16,7 +16,7 @@ class BoardTop(Unit):
     """The whole bitstream: the board's PLL, a reset, and ``Chip`` at the UART.
 
     The chip is held in reset until the PLL has locked, and while the board's reset pin is high;
-    reset ends in step with the clock.
+    reset is released synchronously to the clock.
     """
 
     board: InstanceOf(Board)
@@ -28,7 +28,8 @@ class BoardTop(Unit):
         m = Module()
         board = self.board
 
-        # All tools derive this clock's constraint from the platform's one on the PLL's input.
+        # All tools derive this clock's constraint from the platform's constraint on the PLL's
+        # input.
         clock = Signal()
         locked = Signal()
         board.pll.connect(m, platform.request(platform.default_clk, dir="-"), clock, locked)
@@ -36,21 +37,21 @@ class BoardTop(Unit):
         m.d.comb += ClockSignal("board").eq(clock)
 
         name, number = board.reset
-        # The bridge may have lines besides these two.
+        # The bridge may have more lines than these two.
         lines = {line.name: "-" for line in platform.lookup("uart", 0).ios}
         uart = platform.request("uart", 0, dir=lines)
         m.submodules.rx = rx = io.Buffer("i", uart.rx)
         m.submodules.tx = tx = io.Buffer("o", uart.tx)
         m.submodules.button = button = io.Buffer("i", platform.request(name, number, dir="-"))
 
-        # Low when the chip is configured, so that it starts in reset.
+        # Low after configuration, so that the chip starts in reset.
         running = Signal()
         m.submodules.running = FFSynchronizer(locked & ~button.i, running, o_domain="board")
         # The reset drives the whole chip: no logic may follow its register.
         held = Signal(init=1)
         m.d.board += held.eq(~running)
 
-        # Every net of the chip bears this name, and the placer's seeds were chosen with it.
+        # This name is part of every net's name, and the placer's seeds were chosen with it.
         m.submodules.planner = chip = Chip(board.config)
         m.d.comb += [
             chip.clk.eq(clock),

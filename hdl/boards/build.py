@@ -1,8 +1,8 @@
 """Bitstreams of real boards: ``python -m pathgene.hdl.boards.build BOARD [--chip planner|paper]``.
 
 Amaranth writes netlist, constraints and commands; this module runs the commands with the tools of
-the package index, trying seeds of the placer until timing closes. Another program may be named in
-the environment variable that Amaranth's own script reads: ``YOSYS``, ``NEXTPNR_ECP5``, and so
+the package index, trying seeds of the placer until timing closes. A different program may be named
+in the environment variable that Amaranth's own script reads: ``YOSYS``, ``NEXTPNR_ECP5``, and so
 on.
 """
 
@@ -34,15 +34,15 @@ NAME = "chip"
 def prepare(board: Board, folder: Path) -> list[list[str]]:
     """Write the sources of ``board`` to ``folder``; return the tools' command lines in order.
 
-    Synthesis reads Verilog, as all simulations do, instead of Amaranth's netlist: only there does
-    Yosys respect ``no_rw_check``, without which it doubles memories with two read ports.
+    Like all simulations, synthesis reads Verilog instead of Amaranth's netlist, because Yosys only
+    respects ``no_rw_check`` there; without it, memories with two read ports are doubled.
     """
     plan = board.platform().build(
         BoardTop(board),
         name=NAME,
         do_build=False,
         debug_verilog=True,
-        # The netlist, and so the routing of a seed, must not depend on the sources' folder.
+        # The netlist, and therefore the routing of a seed, must not depend on the sources' folder.
         emit_src=False,
         **board.overrides,
     )
@@ -79,9 +79,10 @@ def build(
     Parameters
     ----------
     seeds : int
-        Number of seeds to try: the board's own, then the lowest remaining ones.
+        Number of seeds to try: the board's own seed, then the lowest others.
     jobs, limit_s : int, float, optional
-        Seeds at a time, and seconds of one; see :func:`pathgene.hdl.boards.route.route`.
+        Number of seeds at a time, and time limit of a seed in seconds; see
+        :func:`pathgene.hdl.boards.route.route`.
 
     Raises
     ------
@@ -110,12 +111,12 @@ def try_seeds(
     jobs: int | None = None,
     limit_s: float | None = None,
 ) -> tuple[Routed, list[list[str]]]:
-    """Synthesize and route ``board``, as :func:`build` does, until timing closes or not at all.
+    """Synthesize and route ``board`` as :func:`build` does, whether or not timing closes.
 
     Returns
     -------
     Routed
-        The seed that closes, or the best.
+        The seed that closes timing, or the best one.
     list of list of str
         The remaining command lines, which run the packer.
 

@@ -32,8 +32,8 @@ __all__ = [
 
 
 #: Options of ``synth_ecp5``: no multipliers except the ones of
-#: :mod:`pathgene.hdl.boards.ecp5_cells`. For the narrow products of the genetic core,
-#: multipliers are slower than logic, and too far from it.
+#: :mod:`pathgene.hdl.boards.ecp5_cells`. For the narrow products of the genetic core, multipliers
+#: are slower than logic and too far away.
 SYNTHESIS = "-nodsp"
 
 #: Commands before synthesis that keep the equal registers of
@@ -49,11 +49,11 @@ OVERRIDES: Mapping[str, str] = MappingProxyType(
     {"synth_opts": SYNTHESIS, "script_after_read": KEEP_FANOUT, "nextpnr_opts": PLACEMENT}
 )
 
-#: File of maps for arithmetic; each says what it is for.
+#: File with technology maps for arithmetic; each map states its purpose.
 ARITHMETIC = Path(__file__).with_name("ecp5_arithmetic.v")
 
-#: The same for a chip with a planner, with carry chains by :data:`ARITHMETIC`. Its maps do their
-#: part before synthesis, where synthesis would map carry chains, and at its end.
+#: The same for a chip with a planner, with carry chains from :data:`ARITHMETIC`. Its maps are
+#: applied before synthesis would map carry chains, and again at the end.
 PLANNER_OVERRIDES: Mapping[str, str] = MappingProxyType(
     {
         **OVERRIDES,
@@ -77,15 +77,15 @@ PLANNER_OVERRIDES: Mapping[str, str] = MappingProxyType(
 )
 
 
-#: First columns of the groups of four block RAMs or multipliers of a row.
+#: First columns of the groups of four block RAMs or multipliers in a row.
 _GROUPS = (*range(4, 59, 9), *range(69, 115, 9))
 
 
 def _strips() -> tuple[list[str], list[str]]:
-    """Return the sites for a map, neighbours in sequence, and the remaining ones.
+    """Return the sites for a map, with neighbours in sequence, and the remaining sites.
 
     The die is 126 tiles wide and 95 high. It has four rows of 13 groups of four block RAMs, each of
-    which makes four strips of 13; the block RAM in the middle of a strip remains. A quadrant of the
+    which forms four strips of 13; the block RAM in the middle of a strip remains. A quadrant of the
     die has four strips in sequence.
     """
     columns = [(x + 2 * number, number) for x in _GROUPS for number in range(4)]
@@ -107,10 +107,10 @@ MAP_SITES = tuple(_TAKEN)
 
 
 def _ring() -> list[str]:
-    """Return all sites, those around the middle of the die first, neighbours in sequence.
+    """Return all sites, starting around the middle of the die, with neighbours in sequence.
 
-    A quadrant has 44 of these, which blocks of 4 or 11 share without a gap. The 32 in the middle
-    are the 16 of each inner row.
+    A quadrant has 44 of these, which blocks of 4 or 11 fill without gaps. The 32 in the middle are
+    16 in each inner row.
     """
     columns = [(x + 2 * number, number) for x in _GROUPS for number in range(4)]
     around, middle = [], []
@@ -126,8 +126,8 @@ def _ring() -> list[str]:
 #: Sites in the order in which the blocks of a planner's map take them.
 PLANNER_MAP_SITES = tuple(_ring())
 
-#: Sites of the remaining block RAMs by the names of their cells: the link's at the edge with its
-#: pins, the checker's in the middle.
+#: Sites of the remaining block RAMs by cell name: the link's at the edge near its pins, the
+#: checker's in the middle.
 OTHER_SITES: Mapping[str, str] = MappingProxyType(
     {
         "line.frame_receiver.ring.rows.0.0": "X17/Y46/EBR2",
@@ -141,8 +141,8 @@ OTHER_SITES: Mapping[str, str] = MappingProxyType(
 )
 assert set(OTHER_SITES.values()) <= set(_LEFT)
 
-#: Sites of the link's block RAMs next to a planner: at the end of the middle that is next to its
-#: pins. The placer puts them anywhere.
+#: Sites of the link's block RAMs on a chip with a planner: at the end of the middle region that is
+#: nearest to its pins. The placer would put them anywhere.
 _PLANNER_SITES: Mapping[str, str] = MappingProxyType(
     {
         "line.frame_receiver.ring.rows.0.0": "X44/Y46/EBR2",
@@ -150,13 +150,13 @@ _PLANNER_SITES: Mapping[str, str] = MappingProxyType(
     }
 )
 
-#: Column around which the multipliers lie.
+#: Column around which the multipliers are placed.
 _MIDDLE = 54
 
 
 def _multipliers(lanes: int) -> Iterator[tuple[str, str]]:
     """Yield the multipliers of the slopes with their sites, a group for each lane."""
-    # The middle of the die first, in both rows of multipliers.
+    # Starting at the middle of the die, in both rows of multipliers.
     groups = sorted(product(_GROUPS, (34, 58)), key=lambda group: abs(group[0] - _MIDDLE))
     for (x, y), of in zip(groups, ["step", *map(str, range(lanes))], strict=False):
         offsets = (0, 1, 4, 5)
@@ -167,7 +167,7 @@ def _multipliers(lanes: int) -> Iterator[tuple[str, str]]:
 
 
 def floor_plan(config: Config) -> str:
-    """Return commands for Yosys, after synthesis, that put all cells but the map's on their sites.
+    """Return Yosys commands that put all cells except the map's on their sites after synthesis.
 
     The commands fail if a cell is missing.
 

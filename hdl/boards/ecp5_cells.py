@@ -16,9 +16,9 @@ __all__ = ["FACTOR_BITS", "Ecp5AddSubtract", "Ecp5Cells", "Ecp5Memory", "Ecp5Mul
 
 
 class Ecp5AddSubtract(Unit):
-    """Twin of ``AddSubtract``, of the same parameter and members.
+    """Twin of ``AddSubtract``, with the same parameter and members.
 
-    Synthesis maps it by ``ecp5_arithmetic.v``.
+    Synthesis maps it using ``ecp5_arithmetic.v``.
     """
 
     width: Width(1)
@@ -60,7 +60,7 @@ class Ecp5Multiplier(Unit):
     -------
     first, second : In(Shape(FACTOR_BITS))
     product : Out(Shape(2 * FACTOR_BITS))
-        Product of the previous cycle's factors. Signed if a factor is signed.
+        Product of the previous cycle's factors, signed if a factor is signed.
     """
 
     signs: Given("(bool, bool)", "The factors that have a sign.")
@@ -102,7 +102,7 @@ class Ecp5Multiplier(Unit):
         return m
 
 
-#: Bits of a row by the bits of its number.
+#: Width of a row, by the width of its address.
 _WIDTHS = {14: 1, 13: 2, 12: 4, 11: 9, 10: 18}
 
 
@@ -110,10 +110,11 @@ class Ecp5Memory(Unit):
     """Memory of DP16KD primitives side by side, with registers at their outputs.
 
     Twin of :class:`pathgene.hdl.primitives.storage.BlockMemory` with a latency of 2: the same
-    ports, rows and cycles. Data of that memory leave a register of the fabric, which a block RAM of
-    the device reaches 6 ns after the clock edge; data of this one are there after 1 ns. If that
-    saves primitives, the memory is split into two of half the rows, and a multiplexer follows the
-    registers: 4,096 rows of 9 bits take two primitives of 2,048 rows instead of three.
+    ports, rows and cycles. Data of that memory come from a register in the fabric, which a block
+    RAM of the device reaches 6 ns after the clock edge; data of this memory are available after 1
+    ns. If that saves primitives, the memory is split into two memories of half the rows, and a
+    multiplexer follows the registers: 4,096 rows of 9 bits take two primitives of 2,048 rows
+    instead of three.
 
     Members
     -------
@@ -161,7 +162,7 @@ class Ecp5Memory(Unit):
         return m
 
     def _join_halves(self, m):
-        """Make two memories of half the rows, the lower first."""
+        """Make two memories of half the rows, the lower half first."""
         each = self.primitives(rows=self.rows // 2, width=self.width)
         halves = [
             Ecp5Memory(rows=self.rows // 2, width=self.width, ports=self.ports, sites=sites)
@@ -195,7 +196,8 @@ class Ecp5Memory(Unit):
             m.d.comb += port.data[bits].eq(read)
         if name == "A":
             write, enable = port.write_data[bits], port.write_enable
-        # The row number takes the upper bits; of rows of 18 bits, the lowest two enable 9 each.
+        # The row number uses the upper bits; for rows of 18 bits, the lowest two bits enable 9 bits
+        # each.
         lowest = enable.replicate(2) if row_bits == 10 else Const(0, 2)
         below = Cat(lowest, Const(0, 2))[: 14 - row_bits]
         address = Cat(below, address, Const(0, row_bits - len(address)))
@@ -224,7 +226,7 @@ def _row_bits(rows):
 
 
 def _side_by_side(rows, width):
-    """Return the primitives of a memory that is not halved."""
+    """Return the primitives of a memory that is not split."""
     return -(-width // _WIDTHS[_row_bits(rows)])
 
 
@@ -234,10 +236,10 @@ def _is_halved(rows, width):
     )
 
 
-#: Maximum bits of a factor with which the product is left to logic: two or three additions are no
-#: slower than the way to a multiplier and back. Wide products have such parts.
+#: Maximum bits of a factor for which the product is left to logic: two or three additions are no
+#: slower than the route to a multiplier and back. Parts of wide products are this narrow.
 _NARROW = 3
-#: Maximum bits of both factors, where logic is short.
+#: Maximum bits of both factors if logic is scarce.
 _TINY = 8
 
 
@@ -248,10 +250,10 @@ class Ecp5Cells(Cells):
     ----------
     sites : sequence of str
         Sites of block RAMs, in the order in which numbered memories take them; the placer chooses
-        for those past the end, and for all where there are none.
+        sites for memories past the end, and for all memories if the list is empty.
     saves_logic : bool
-        Takes multipliers for narrow products too, and block RAMs for long delays and tables: for a
-        device that has more of them left than of logic.
+        Use multipliers for narrow products too, and block RAMs for long delays and tables: for a
+        device with more of these to spare than logic.
     """
 
     def __init__(self, sites: Sequence[str] = (), *, saves_logic: bool = False) -> None:
@@ -260,7 +262,7 @@ class Ecp5Cells(Cells):
         self.ram_style = "block" if saves_logic else "distributed"
 
     def memory(self, *, rows: int, width: int, ports: int, number: int | None) -> Ecp5Memory:
-        """Return a memory of DP16KD primitives; its sites follow the sites of smaller numbers."""
+        """Return a memory of DP16KD primitives; its sites follow the lower-numbered memories."""
         sites = ()
         if number is not None:
             each = Ecp5Memory.primitives(rows=rows, width=width)

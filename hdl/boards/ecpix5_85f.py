@@ -24,7 +24,7 @@ _SIZES = Config(checker=CheckerBuild.PARALLEL, lanes=16)
 
 
 class _Platform(ECPIX585Platform):
-    """With the cells of an ECP5, and a reset pin that is active high: pin 1 of PMOD 0."""
+    """Platform with the cells of an ECP5 and an active-high reset pin: pin 1 of PMOD 0."""
 
     cells = Ecp5Cells(MAP_SITES)
 
@@ -40,7 +40,7 @@ class _Platform(ECPIX585Platform):
 
 
 class _PlannerPlatform(_Platform):
-    """With the map's block RAMs around the middle of the die."""
+    """Platform with the map's block RAMs around the middle of the die."""
 
     cells = Ecp5Cells(PLANNER_MAP_SITES)
 
@@ -59,7 +59,7 @@ _PLANNER = replace(
     platform=_PlannerPlatform,
     # 100 MHz to 110 MHz.
     pll=Ecp5Pll(input_divider=10, feedback_divider=11, output_divider=5),
-    # Banks of 4096 rows take three block RAMs each with altitudes of 10 to 13 bits, 192 in all of
+    # Banks of 4096 rows take three block RAMs each with altitudes of 10 to 13 bits, in total 192 of
     # the 208, and the planner needs 24 more. With 9 bits they take two each.
     sizes=_SIZES.replace(core=GeneticCore.PLANNER, altitude_bits=9),
     overrides=PLANNER_OVERRIDES,

@@ -11,12 +11,12 @@ __all__ = ["Harness"]
 
 
 class Harness(Unit):
-    """Feeds every input of a unit from a register, and samples every output in one.
+    """Drives every input of a unit from a register, and samples every output in a register.
 
-    The inputs are one long shift register that begins with ``scanned_in``; the outputs are folded,
-    in turn, into ``folded``. A unit with more ports than the device has pins can
-    therefore be routed, none of it is optimized away, and all measured paths run from register to
-    register. Besides clock and reset, the harness needs one pin for input and one for output.
+    The inputs are one long shift register that begins with ``scanned_in``; the outputs are folded
+    one after another into ``folded``. A unit with more ports than the device has pins can therefore
+    be routed, none of it is optimized away, and all measured paths run from register to register.
+    In addition to clock and reset, the harness needs one input pin and one output pin.
 
     Members
     -------
@@ -32,7 +32,7 @@ class Harness(Unit):
         m = Module()
 
         m.submodules.unit = self.unit
-        # Further registers keep the pins out of the unit's paths.
+        # Additional registers keep the pins out of the unit's paths.
         bit = Signal()
         m.d.sync += bit.eq(self.scanned_in)
         folded = Signal()

@@ -12,7 +12,7 @@ __all__ = ["CHIPS"]
 
 
 class _Platform(ICEBreakerPlatform):
-    """With the first button of its break-off PMOD, high when pressed."""
+    """Platform with the first button of the break-off PMOD, high when pressed."""
 
     resources = [
         *ICEBreakerPlatform.resources,

@@ -13,7 +13,7 @@ __all__ = ["Ecp5Pll", "Ice40Pll", "Pll", "Series7Pll"]
 
 
 class Pll(ABC):
-    """Dividers of a loop, which are checked against the family's data sheet when they are used."""
+    """Dividers of a PLL, checked against the family's data sheet when they are used."""
 
     @abstractmethod
     def output_hz(self, reference_hz: int) -> int:
@@ -27,7 +27,7 @@ class Pll(ABC):
 
     @abstractmethod
     def connect(self, m: Module, port: io.PortLike, clock: Signal, locked: Signal) -> None:
-        """Add the primitive to ``m``; ``port`` is the oscillator's pin, both signals are driven."""
+        """Add the primitive to ``m`` and drive both signals; ``port`` is the oscillator's pin."""
 
     def _check(self, name: str, rule: str, holds: bool) -> None:
         if not holds:
@@ -43,10 +43,11 @@ class Pll(ABC):
 
 @dataclass(frozen=True, kw_only=True)
 class Ecp5Pll(Pll):
-    """EHXPLLL of the ECP5, its feedback from its output, or from a second one.
+    """EHXPLLL of the ECP5, with feedback from its output or from a second output.
 
-    The oscillator runs ``output_divider`` times as fast as the output; with ``second_divider``, as
-    many times as fast as the feedback, and the output need not be a multiple of the detector.
+    The oscillator runs ``output_divider`` times as fast as the output; with ``second_divider``,
+    that many times as fast as the feedback, and the output need not be a multiple of the detector's
+    frequency.
 
     Source: Lattice FPGA-TN-02200 and the ECP5 data sheet: phase detector 10 to 400 MHz, oscillator
     400 to 800 MHz, dividers 1 to 128.
@@ -83,7 +84,7 @@ class Ecp5Pll(Pll):
             }
         m.submodules.pll = Instance(
             "EHXPLLL",
-            # Loop filter, as the vendor's tool sets it for this range.
+            # Loop filter, set as by the vendor's tool for this range.
             a_ICP_CURRENT="12",
             a_LPF_RESISTOR="8",
             p_FEEDBK_PATH="CLKOS" if second else "CLKOP",
@@ -115,7 +116,7 @@ class Ice40Pll(Pll):
     """SB_PLL40_PAD of the iCE40, simple feedback.
 
     Source: Lattice FPGA-TN-02052: phase detector 10 to 133 MHz, oscillator 533 to 1066 MHz; the
-    registers hold one less than the dividers, and the power of the last.
+    registers hold the dividers minus one, and the logarithm of the last one.
     """
 
     divr: int = 0
@@ -134,7 +135,7 @@ class Ice40Pll(Pll):
         return self._whole(reference_hz * (self.divf + 1), (self.divr + 1) << self.divq)
 
     def connect(self, m, port, clock, locked):
-        # The oscillator is on the loop's own pin: the primitive takes the pad, not a buffer.
+        # The oscillator is on the PLL's own pin, so the primitive takes the pad without a buffer.
         pad: IOPort = port.io
         m.submodules.pll = Instance(
             "SB_PLL40_PAD",

@@ -26,7 +26,7 @@ _INPUTS = ("--json", "--lpf", "--pcf", "--sdc")
 _OUTPUTS = ("--textcfg", "--asc", "--report")
 _REPORT = "nextpnr.json"
 _POLL_S = 0.2
-#: Seeds at a time by default, if there are as many cores: each takes some gigabytes.
+#: Maximum seeds at a time by default, one per core: each takes some gigabytes of memory.
 MOST_JOBS = 4
 
 
@@ -50,7 +50,7 @@ class Routed:
 
     @property
     def closed(self) -> bool:
-        """Every clock is as fast as asked."""
+        """True if every clock is as fast as requested."""
         return self.slack >= 1
 
     @property
@@ -60,7 +60,7 @@ class Routed:
 
     @classmethod
     def read(cls, report: Path, seed: int) -> Routed:
-        """Return the result in nextpnr's ``report``."""
+        """Read the result from nextpnr's ``report``."""
         content = json.loads(report.read_text(encoding="utf-8"))
         return cls(
             seed=seed,
@@ -87,8 +87,8 @@ def route(
     """Run ``command``, a nextpnr with its arguments, with each seed until timing closes.
 
     Each seed has a folder ``seed-N`` in ``folder``, with links to the input files. Files of the
-    returned seed are copied to ``folder``. A seed that has ended before with the same program and
-    files is not run again.
+    returned seed are copied to ``folder``. A seed that already ran to its end with the same program
+    and files is not run again.
 
     Parameters
     ----------
@@ -97,14 +97,14 @@ def route(
     jobs : int, optional
         Number of seeds at a time; by default one per core, at most :data:`MOST_JOBS`.
     limit_s : float, optional
-        Seconds after which a seed is stopped, and counts as unroutable: routing does not terminate
-        for some seeds.
+        Seconds after which a seed is stopped and counts as unroutable, because routing does not
+        terminate for some seeds.
 
     Returns
     -------
     Routed
-        The first, in the order of ``seeds``, that closes, or the best of all. The result does not
-        depend on ``jobs``, except for seeds that ``limit_s`` stops.
+        The first seed, in the order of ``seeds``, that closes timing, or else the best of all. The
+        result does not depend on ``jobs``, except for seeds that ``limit_s`` stops.
 
     Raises
     ------
@@ -119,7 +119,7 @@ def route(
     failed: list[BuildError] = []
     close: Routed | None = None
     try:
-        # The first seed in order that closes is taken, even if a later one ends first.
+        # The first seed in order that closes timing is returned, even if a later seed ends first.
         while running or (waiting and close is None):
             while waiting and close is None and len(running) < jobs:
                 running.append(_Run(command, folder, waiting.pop(0), inputs))
@@ -135,7 +135,7 @@ def route(
             try:
                 tried.append(ended.result())
             except BuildError as error:
-                # A placement that cannot be routed; another seed may.
+                # This placement cannot be routed; a different seed may be routable.
                 failed.append(error)
                 sys.stderr.write(f"seed {ended.seed}: {error}\n")
                 continue
@@ -158,7 +158,7 @@ def route(
 
 
 class _Run:
-    """The run of a seed, present or past."""
+    """The current or an earlier run of a seed."""
 
     def __init__(
         self, command: Sequence[str], folder: Path, seed: int, inputs: Sequence[str]
@@ -179,7 +179,7 @@ class _Run:
         self.stamp = Stamp(self.tool, self.arguments, self.folder, inputs, outputs)
 
     def start(self) -> None:
-        """Start the tool, unless it has already done the same."""
+        """Start the tool unless the same run has already been done."""
         if self.stamp.matches():
             return
         for file in self.folder.iterdir():
@@ -192,7 +192,7 @@ class _Run:
         return self.process is None or self.process.poll() is not None
 
     def result(self) -> Routed:
-        """Return the result, once the run has ended."""
+        """Return the result once the run has ended."""
         if self.stopped_after is not None:
             raise BuildError(f"{self.tool} did not terminate within {self.stopped_after:,.0f} s.")
         if self.process is not None:

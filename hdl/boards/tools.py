@@ -1,4 +1,4 @@
-"""Programs that make bitstreams, from the package index or named in the environment."""
+"""Programs that make bitstreams, from the package index or set in the environment."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ __all__ = ["BuildError", "Stamp", "run_tool", "start_tool", "tool_failed", "tool
 
 
 class BuildError(Exception):
-    """No bitstream; the message is one sentence."""
+    """No bitstream could be made; the message is one sentence."""
 
 
 def tool_path(tool: str) -> str:
-    """Return the program that is run as ``tool``, such as ``nextpnr-ecp5``.
+    """Return the program to run as ``tool``, such as ``nextpnr-ecp5``.
 
     Raises
     ------
@@ -38,7 +38,7 @@ def tool_path(tool: str) -> str:
 
 
 class Stamp:
-    """Marker next to the results of a long run, which need not be repeated.
+    """Marker next to the results of a long run, which then need not be repeated.
 
     The mark holds a digest of everything that the results depend on: the program, its arguments,
     and its input files.
@@ -53,7 +53,7 @@ class Stamp:
         Names of the files in ``folder`` that the tool reads, and of the files that it writes.
     """
 
-    #: End of the mark's name, which begins with the tool's.
+    #: Suffix of the mark's name, which begins with the tool's name.
     SUFFIX = ".stamp"
 
     def __init__(
@@ -92,7 +92,7 @@ class Stamp:
 
 
 def start_tool(tool: str, arguments: Sequence[str], folder: Path) -> subprocess.Popen[bytes]:
-    """Start ``tool`` in ``folder``, its output in a log file there."""
+    """Start ``tool`` in ``folder``, with its output in a log file there."""
     with _log(tool, folder).open("wb") as output:
         return subprocess.Popen(
             [tool_path(tool), *arguments], cwd=folder, stdout=output, stderr=subprocess.STDOUT
@@ -100,14 +100,14 @@ def start_tool(tool: str, arguments: Sequence[str], folder: Path) -> subprocess.
 
 
 def tool_failed(tool: str, folder: Path, status: int) -> BuildError:
-    """Return the error of a ``tool`` that failed; show the end of its output."""
+    """Return the error of a failed ``tool``; print the end of its output."""
     log = _log(tool, folder)
     sys.stderr.write("".join(log.read_text(errors="replace").splitlines(True)[-20:]))
     return BuildError(f"{tool} failed with status {status}; its output is in {log}.")
 
 
 def run_tool(tool: str, arguments: Sequence[str], folder: Path) -> None:
-    """Run ``tool`` in ``folder``, its output in a log file there.
+    """Run ``tool`` in ``folder``, with its output in a log file there.
 
     Raises
     ------

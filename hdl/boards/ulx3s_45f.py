@@ -15,19 +15,18 @@ __all__ = ["CHIPS"]
 
 
 class _Platform(ULX3S_45F_Platform):
-    """With the cells of an ECP5."""
+    """Platform with the cells of an ECP5."""
 
     cells = Ecp5Cells()
 
 
 class _PlannerPlatform(_Platform):
-    """With multipliers and block RAMs instead of logic, of which most is taken."""
+    """Platform with multipliers and block RAMs in place of logic, which is nearly used up."""
 
     cells = Ecp5Cells(saves_logic=True)
 
 
-#: Delay of the LUTs on a path in picoseconds, without wires. Paths that are faster are optimized
-#: for area.
+#: Delay of the LUTs on a path in picoseconds, without wires. Faster paths are optimized for area.
 _RELAXED = "scratchpad -set abc9.D 9000"
 
 _PAPER = Board(

@@ -24,13 +24,13 @@ _SIZES = Config(checker=CheckerBuild.PARALLEL, lanes=8)
 
 
 class _Platform(ULX3S_85F_Platform):
-    """With the cells of an ECP5, the map's block RAMs on their sites."""
+    """Platform with the cells of an ECP5 and fixed sites for the map's block RAMs."""
 
     cells = Ecp5Cells(MAP_SITES)
 
 
 class _PlannerPlatform(_Platform):
-    """With the map's block RAMs around the middle of the die."""
+    """Platform with the map's block RAMs around the middle of the die."""
 
     cells = Ecp5Cells(PLANNER_MAP_SITES)
 

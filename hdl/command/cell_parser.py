@@ -16,12 +16,12 @@ __all__ = ["CellParser"]
 
 
 class CellParser(Unit):
-    """Writes the cells of a rectangle, row by row from its south-western cell.
+    """Writes the cells of a rectangle, row by row, starting at its south-western cell.
 
     The parser takes ``gcd(8, altitude_bits)`` bits in a cycle, and one more cycle for each cell: 4
     cycles for a cell of 12 bits, 15 times as fast as the line with its shortest divisor. It is done
-    when the checker accepts writes again after the last cell: from then on the map is as the
-    command says.
+    when the checker accepts writes again after the last cell; from then on, the map is as
+    commanded.
 
     A cell is held until the next cell is complete, so that the last cell is marked even in a
     request that is too short. A request that is too short or too long is refused.
@@ -56,13 +56,13 @@ class CellParser(Unit):
         coordinate_bits, altitude_bits = self.coordinate_bits, self.altitude_bits
         step = gcd(8, altitude_bits)
 
-        # A byte, and the cell that it fills.
+        # A byte, and the cell being filled from it.
         byte = Signal(8)
         left = Signal(range(8 // step + 1))  # Steps left in the byte.
         cell = Signal(altitude_bits)
         steps = altitude_bits // step
         missing = Signal(range(steps + 1), init=steps)
-        # Place of the next cell in the rectangle.
+        # Position of the next cell in the rectangle.
         column = Signal(coordinate_bits)
         row = Signal(coordinate_bits)
         complete = Signal()  # The last cell of the rectangle is held.
@@ -76,10 +76,10 @@ class CellParser(Unit):
         full = Signal()
         move = Signal()
         exhausted = Signal()
-        due = Signal()  # The cell may go in the next cycle.
+        due = Signal()  # The cell may be sent in the next cycle.
         leaves = Signal()
         load = Signal()
-        offered = Signal()  # Or discarded, when repeated.
+        offered = Signal()  # Or discarded if the command is repeated.
         settling = Signal()
         m.d.comb += [
             last_column.eq(self.rectangle.width - 1),
@@ -143,7 +143,7 @@ class CellParser(Unit):
                 settling.eq(0),
             ]
 
-        # A byte is surplus if none of its bits went into the rectangle.
+        # A byte is surplus if none of its bits belong to the rectangle.
         surplus = ~self.ended | (left == 8 // step)
         m.d.comb += [
             self.done.eq(self.on & settling & (self.repeated | self.writes.ready)),

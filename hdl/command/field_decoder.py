@@ -33,12 +33,12 @@ __all__ = ["FieldDecoder", "payload_commands", "request_fields"]
 FOLLOWED = (Command.WRITE, Command.GENERATE, Command.MAP, Command.CHECK)
 #: Commands that are refused during a run, except for a repeated RUN.
 _WAITING = (Command.MAP, Command.PROBLEM, Command.RUN, Command.BEST, Command.BLOCK)
-#: Maximum share of the time for the islands of a RUN, in sixteenths.
+#: Maximum share of time with two islands in a RUN, in sixteenths.
 _MOST_SHARE = 16
 
 
 def request_fields(config: Config) -> dict[Command, Layout]:
-    """Return the fixed fields of every numbered request of the chip, by its command."""
+    """Return the fixed fields of every numbered request of the chip, by command."""
     fields = {
         Command.STATUS: Layout(()),
         Command.COUNTERS: Layout(()),
@@ -48,7 +48,7 @@ def request_fields(config: Config) -> dict[Command, Layout]:
         fields |= {
             Command.START: start_request(config),
             Command.WRITE: write_request(config),
-            # The fields that a GENERATE has in all modes.
+            # The fields of a GENERATE that all modes have.
             Command.GENERATE: Layout((("mode", 8),)),
             Command.READ: read_request(config),
         }
@@ -73,7 +73,7 @@ def request_fields(config: Config) -> dict[Command, Layout]:
 
 
 def payload_commands(config: Config) -> list[Command]:
-    """Return the commands of the chip whose fixed fields a payload follows."""
+    """Return the commands of the chip that have a payload after the fixed fields."""
     return [command for command in FOLLOWED if command in request_fields(config)]
 
 
@@ -88,13 +88,13 @@ class FieldDecoder(Unit):
     code : In(8)
         One of the commands in ``fields``.
     byte, take : In(8), In(1)
-        A byte of its fields, taken in the cycles in which ``take`` is high.
+        A byte of the fields, taken in cycles in which ``take`` is high.
     ended : In(1)
         The last byte of the request has been taken.
     status : Out(8)
         :class:`pathgene.hdl.protocol.Status`: OK, or the error of the fields.
     kind, slot, count : Out(AnswerKind), Out(8), Out(9)
-        Answer to the request if its payload is right: see
+        Answer to the request if its payload is valid: see
         :data:`pathgene.hdl.command.layouts.answer_layout`.
 
     Only with a START among ``fields``:
@@ -114,7 +114,7 @@ class FieldDecoder(Unit):
     Only with a CHECK among ``fields``:
 
     checks : Out(check_layout)
-        Check that a CHECK or CHECK_PATHS asks for.
+        Check requested by a CHECK or CHECK_PATHS.
     checked : In(9)
         Paths of the latest check, whose results may be requested.
 
@@ -127,7 +127,7 @@ class FieldDecoder(Unit):
     repeated : In(1)
         The command has been executed before: the next three members do not affect a RUN.
     running : In(1)
-        A run is in progress, for whose end MAP, PROBLEM, RUN, BEST and BLOCK must wait.
+        A run is in progress; MAP, PROBLEM, RUN, BEST and BLOCK must wait for its end.
     has_problem, has_population : In(1)
         There is a problem; there is a population for a warm run.
     """
@@ -143,7 +143,7 @@ class FieldDecoder(Unit):
 
     def interface(self):
         self.size = max(layout.size for layout in self.fields.values())
-        # The bytes of the fields, the last one highest.
+        # The bytes of the fields, with the last byte highest.
         self._packed = Signal(8 * self.size)
         members = {
             "code": In(8),
@@ -230,7 +230,7 @@ class FieldDecoder(Unit):
             Command.BEST: self._judge_best,
             Command.BLOCK: self._judge_block,
         }
-        # Every command judges the fields; the code chooses the verdict in the next cycle.
+        # The fields are checked for every command; the code selects the verdict in the next cycle.
         wrong = {command: Signal(name=f"{command.name.lower()}_wrong") for command in judges}
         followed = Signal()
         m.d.sync += [self.status.eq(Status.OK), followed.eq(0)]
@@ -265,7 +265,7 @@ class FieldDecoder(Unit):
         with m.If(busy):
             m.d.sync += self.status.eq(Status.BUSY)
 
-    # Each method sets the answer and returns a condition: a value is out of its range.
+    # Each method sets the answer and returns the condition that a value is out of range.
 
     def _judge_status(self, m):
         m.d.comb += self.kind.eq(AnswerKind.STATUS)
@@ -347,7 +347,7 @@ class FieldDecoder(Unit):
 
     def _judge_problem(self, m):
         problem = self.problem
-        # Maximum block size: 32 blocks along an edge cover the map.
+        # Maximum block size, with which 32 blocks along an edge cover the map.
         most_shift = max(exact_log2(self.map_size) - exact_log2(BLOCKS), 0)
         shift = problem.block_shift[: most_shift.bit_length()]
         last_block = (problem.x_limit | problem.y_limit) >> shift

@@ -12,8 +12,8 @@ __all__ = ["HeaderComparator"]
 class HeaderComparator(Unit):
     """Compares a header with the expected one by the rules of :mod:`pathgene.hdl.protocol`.
 
-    Every output is a register and follows its inputs 1 cycle later: the comparison of one byte is
-    done while the next byte comes in.
+    Every output is a register and follows its inputs 1 cycle later: one byte is compared while the
+    next byte arrives.
 
     Members
     -------

@@ -17,18 +17,18 @@ class AnswerKind(enum.Enum, shape=4):
     INFO = 2
     STATUS = 3
     COUNTERS = 4
-    #: Paths of ``count`` slots from ``slot``.
+    #: Paths in ``count`` slots from ``slot`` on.
     PATHS = 5
     #: The survivors' slots, then the children.
     CHILDREN = 6
     RECIPE = 7
     #: Totals of the latest check.
     TOTALS = 8
-    #: The totals, then the results of all its paths.
+    #: The totals, then the results of all paths.
     CHECKED = 9
-    #: Results of ``count`` of its paths from ``slot``.
+    #: Results of ``count`` paths from ``slot`` on.
     RESULTS = 10
-    #: Paths of the latest run: no chip has both.
+    #: Paths of the latest run; shares its value because no chip has both.
     BEST = RESULTS
 
 
@@ -53,14 +53,14 @@ def payload_members() -> dict:
         The command of the parser is being taken, and the fixed fields are steady. While ``on`` is
         low, the parser is in its reset state.
     repeated : In(1)
-        The command has been executed before: nothing may change. Steady while ``on``.
+        The command has been executed before, so nothing may change. Steady while ``on``.
     bytes : In(stream.Signature(8))
         Payload after the fixed fields.
     ended : In(1)
         The last byte of the request has been taken; high from the first cycle if there is no
         payload.
     done : Out(1)
-        The parser has judged the request. If bytes are left, ``status`` is an error.
+        The parser has checked the request. If bytes are left, ``status`` is an error.
     status : Out(8)
         :class:`pathgene.hdl.protocol.Status` of the request; valid with ``done``.
     """
@@ -75,7 +75,7 @@ def payload_members() -> dict:
 
 
 class Request:
-    """Registers of the present request, which the states of the receiver share.
+    """Registers of the current request, which the states of the receiver share.
 
     Parameters
     ----------
@@ -87,9 +87,9 @@ class Request:
         self.taken = Signal()  # A byte is taken in this cycle.
         self.ended = Signal()  # The last byte has been taken.
         self.code = Signal(8)
-        self.repeated = Signal()  # Executed before: the request is only answered.
-        self.collecting = Signal()  # Fixed fields are coming in.
-        self.left = Signal(range(size + 1))  # Bytes of the fixed fields still to come.
+        self.repeated = Signal()  # Executed before, so the request is only answered.
+        self.collecting = Signal()  # Fixed fields are being received.
+        self.left = Signal(range(size + 1))  # Remaining bytes of the fixed fields.
         self.verdict = Signal(8)  # Status that the parser gives.
         self.refused = Signal()
         self.cleared = Signal()

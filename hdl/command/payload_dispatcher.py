@@ -20,10 +20,10 @@ __all__ = ["PayloadDispatcher"]
 
 
 class PayloadDispatcher(Unit):
-    """The parsers of all commands with a payload of variable length, one of which is on at a time.
+    """The parsers of all commands with a variable-length payload; one parser is on at a time.
 
-    The parser is chosen by the code well before it is turned on, and turned on by a separate
-    register: neither the code nor the state of the receiver lies on a path through a parser.
+    The code selects the parser well before it is turned on, and a separate register turns it on, so
+    that neither the code nor the state of the receiver is on a path through a parser.
 
     Members
     -------
@@ -34,7 +34,7 @@ class PayloadDispatcher(Unit):
     repeated, bytes, ended, done, status
         As in a parser: see :func:`pathgene.hdl.command.layouts.payload_members`.
 
-    Only where ``config`` has the paper core:
+    Only if ``config`` has the paper core:
 
     write_slot : In(8)
         First slot of a WRITE.
@@ -44,7 +44,7 @@ class PayloadDispatcher(Unit):
         Members of :class:`pathgene.hdl.command.waypoint_parsers.PathParser` and
         :class:`pathgene.hdl.command.ranking_parser.RankingParser`.
 
-    Only where ``config`` has a checker:
+    Only if ``config`` has a checker:
 
     rectangle : In(struct of map_request)
         Fields of a MAP.
@@ -119,7 +119,7 @@ class PayloadDispatcher(Unit):
         return m
 
     def _parsers(self, m):
-        """Add the parsers, and return each by its command."""
+        """Add the parsers; return them by command."""
         parsers = {}
         config = self.config
         if config.paper_core:

@@ -24,7 +24,7 @@ class RankingParser(Unit):
     on, repeated, bytes, ended, done, status
         See :func:`pathgene.hdl.command.layouts.payload_members`.
     identity : In(1)
-        There is no payload: the slots are in order already.
+        There is no payload, because the slots are already in order.
     ranking : Out(stream of rank, slot)
         The slots from the best path to the worst; registers.
     ranked : In(1)
@@ -52,7 +52,7 @@ class RankingParser(Unit):
         seen = Signal(population)
         too_high = Signal()
         bad_value = Signal()
-        fresh = Signal()  # A slot has come and is not checked yet.
+        fresh = Signal()  # A slot has arrived and is not checked yet.
         complete = Signal()
         idle = Signal()
         take = Signal()

@@ -29,20 +29,20 @@ __all__ = ["CommandReceiver"]
 
 
 class CommandReceiver(Unit):
-    """Takes requests and judges them by the rules of :mod:`pathgene.hdl.protocol`.
+    """Takes requests and checks them by the rules of :mod:`pathgene.hdl.protocol`.
 
     The receiver reads the header, compares it with the open session and the expected sequence
-    number, collects the fixed fields, has them decoded, and hands the payload to the parser of the
-    command. It is turned on while a request is pending and takes one byte per cycle; the docstrings
-    of the parsers say where ranks, waypoints and cells take more. It is done at most 6 cycles after
-    the last byte; after a GENERATE, a MAP or a BLOCK, when the core or the checker is ready again.
-    Whatever the request holds, the receiver takes all of it and is done. ``valid`` of every output
-    stream is a register.
+    number, collects and decodes the fixed fields, and passes the payload to the command's parser.
+    It is turned on while a request is pending and takes one byte per cycle; the docstrings of the
+    parsers say where ranks, waypoints and cells take longer. It is done at most 6 cycles after the
+    last byte, or, after a GENERATE, a MAP or a BLOCK, when the core or the checker is ready again.
+    The receiver consumes any request in full and is then done, whatever its contents. ``valid`` of
+    every output stream is a register.
 
-    A refused WRITE may have changed the slots it names, whose lengths stay within the limits; a
-    refused MAP of a wrong length may have changed cells of its rectangle.
+    A refused WRITE may have changed the slots that it names, but their lengths stay within the
+    limits; a refused MAP of wrong length may have changed cells of its rectangle.
 
-    Source: *allaire-2008*, section 4.3. Differs: the sequence numbers, and the order of the slots
+    Source: *allaire-2008*, section 4.3. Differences: sequence numbers, and the order of the slots
     instead of the population itself.
 
     Members
@@ -63,10 +63,10 @@ class CommandReceiver(Unit):
     errors : Out(8)
         All sticky errors.
 
-    Only where ``config`` has the paper core:
+    Only if ``config`` has the paper core:
 
     generate : Out(1)
-        Valid with ``done``: a generation is to run before the answer.
+        Valid with ``done``: a generation must run before the answer.
     start_requests : Out(stream of seed, x, y, altitude, avoid_ground)
         Seed of the random source, limits of new waypoints.
     writes : Out(stream of slot, index, waypoint, last)
@@ -76,35 +76,36 @@ class CommandReceiver(Unit):
     ranked : In(1)
         The core has applied the ranking.
 
-    Only where ``config`` has a checker:
+    Only if ``config`` has a checker:
 
     cells : Out(stream of x, y, altitude, last)
         Cells of the map; see :class:`pathgene.hdl.command.cell_parser.CellParser`.
 
-    Only where it also checks the paths of commands:
+    Only if it also checks the paths of commands:
 
     forget : Out(1)
-        A check has come in: points passed on before and not yet checked are to be discarded.
+        A check has arrived: points that were passed on before and are not yet checked must be
+        discarded.
     points : Out(stream of x, y, altitude, last)
         Points of one path.
     check : Out(1)
-        Valid with ``done``: ``checks`` is to be executed before the answer.
+        Valid with ``done``: ``checks`` must be executed before the answer.
     checks : Out(check_layout)
         Steady from ``done`` to the next ``on``.
     checked : In(9)
         Paths of the latest check, whose results may be requested.
 
-    Only where ``config`` has the planner core:
+    Only if ``config`` has the planner core:
 
     problems : Out(stream of problem_layout)
     runs : Out(stream of run_request)
     shapes : Out(stream of shape_layout)
-        Fields of a PROBLEM, a RUN and a BLOCK. Ready when the problem is taken, the run has begun,
+        Fields of a PROBLEM, a RUN and a BLOCK. Ready once the problem is taken, the run has begun,
         or the shape is drawn. The payloads are steady.
     stop : Out(1)
-        Pulse: the run is to end.
+        Pulse: the run must end.
     running : In(1)
-        A run is in progress; high starting in the cycle after its transfer.
+        A run is in progress; high from the cycle after its transfer on.
     has_problem, has_population : In(1)
         There is a problem; there is a population for a warm run.
     """
@@ -284,7 +285,7 @@ class CommandReceiver(Unit):
         return m
 
     def _connect(self, m, request, fields, payload):
-        """Connect decoder and parsers to the request and to the units that they feed."""
+        """Connect the decoder and the parsers to the request and to the units that they feed."""
         byte = self.requests.p.data
         m.d.comb += [
             fields.byte.eq(byte),
@@ -325,7 +326,7 @@ class CommandReceiver(Unit):
             ]
 
     def _orders(self):
-        """Return the streams that take the fixed fields of a command, by the command."""
+        """Return the streams that take the fixed fields of a command, by command."""
         if self.config.paper_core:
             return {Command.START: self.start_requests}
         if self.config.planner_core:
@@ -341,13 +342,13 @@ class CommandReceiver(Unit):
         m.d.sync += [self.answer.status.eq(status), self.answer.kind.eq(AnswerKind.EMPTY)]
 
     def _refuse(self, m, request, status):
-        """Refuse the request, for which ``status`` is the reason."""
+        """Refuse the request with ``status`` as the reason."""
         self._answer_with(m, status)
         m.d.sync += request.refused.eq(1)
         m.next = "Drain"
 
     def _take_header(self, m, request):
-        """Add the states in which the three bytes of the header come in."""
+        """Add the states that receive the three bytes of the header."""
         byte = self.requests.p.data
 
         with m.State("Session"):
@@ -374,7 +375,7 @@ class CommandReceiver(Unit):
                 m.next = "Judge header"
 
     def _judge_header(self, m, request, header, expected):
-        """Answer at once, or continue with the fixed fields of a command that is to be executed."""
+        """Answer at once, or continue with the fixed fields of a command to be executed."""
         code = request.code
         m.next = "Drain"
         with m.If(self.answer.plain):

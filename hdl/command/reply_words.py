@@ -12,17 +12,17 @@ from pathgene.hdl.primitives.unit import Given, Unit
 
 __all__ = ["WORD_BYTES", "ReplyWords"]
 
-#: Bytes of a word: the width of a counter, so that every counter is read in one cycle.
+#: Bytes of a word: the width of a counter, so that a counter is read in one cycle.
 WORD_BYTES = 6
-#: Words that the first stage combines.
+#: Number of words that the first stage combines.
 _GROUP = 8
 
 
 class ReplyWords(Unit):
-    """Presents the words of an answer in turn.
+    """Presents the words of an answer one after another.
 
-    The words are many, and their sources are spread over the chip. A shift register with one bit
-    per word therefore chooses the word, and two registered stages combine the candidates.
+    There are many words, and their sources are spread over the chip. Therefore a shift register
+    with one bit per word selects the word, and two registered stages combine the candidates.
 
     Members
     -------
@@ -31,10 +31,10 @@ class ReplyWords(Unit):
     begin : In(1)
         Go to the header.
     next : In(1)
-        Go to the next word. ``begin`` comes before the first ``next``, after a reset, too.
+        Go to the next word. ``begin`` comes before the first ``next``, also after a reset.
     word : Out(48)
-        Bytes of the word, the first lowest, then zeros. The word is valid 3 cycles after ``begin``
-        or ``next``, and follows its sources 2 cycles later.
+        Bytes of the word, first byte lowest, padded with zeros. The word is valid 3 cycles after
+        ``begin`` or ``next``, and follows its sources 2 cycles later.
     size : Out(3)
         Bytes of the word, valid with it.
     final : Out(1)
@@ -76,7 +76,7 @@ class ReplyWords(Unit):
         m = Module()
 
         chosen = Signal(len(self._words), init=1, reset_less=True)
-        bare = Signal()  # The answer is a header only.
+        bare = Signal()  # The answer is only a header.
         with m.If(self.begin):
             m.d.sync += chosen.eq(1)
         with m.Elif(self.next):

@@ -34,7 +34,7 @@ __all__ = ["ReplyTransmitter"]
 
 
 class _After(enum.Enum, shape=3):
-    """Next part of the answer, after the bytes in the register."""
+    """Part of the answer that follows the bytes in the register."""
 
     NOTHING = 0
     FIELDS = 1
@@ -49,13 +49,14 @@ class ReplyTransmitter(Unit):
 
     The first byte is offered 3 cycles after the transmitter is turned on, then one byte per cycle
     while ``replies`` is ready, with one more cycle before every word of up to six bytes of fields
-    and before each waypoint. Registers of the chip are read when their turn comes, a word in one
+    and before each waypoint. Registers of the chip are read when it is their turn, a word per
     cycle, so that a running counter is consistent. The counter of bytes sent is copied when the
-    transmitter is turned on: it does not include the present answer. Paths follow as the core reads
-    them, results of a check as the result store serves them, paths of a run as the planner core
-    does. A recipe waits for the CRC of the population, one cycle per waypoint and a few more.
+    transmitter is turned on, so it does not include the current answer. Paths are sent as the core
+    reads them, results of a check as the result store serves them, and paths of a run as the
+    planner core serves them. A recipe waits for the CRC of the population, one cycle per waypoint
+    and a few more.
 
-    Source: *allaire-2008*, section 4.7. Differs: only the data that the host requested is sent.
+    Source: *allaire-2008*, section 4.7. Difference: only the data that the host requested is sent.
 
     Members
     -------
@@ -66,31 +67,31 @@ class ReplyTransmitter(Unit):
     session : In(8)
         The open session, for ``INFO``.
     status, counters : In
-        Registers of the chip, as the replies of :mod:`pathgene.hdl.protocol` lay them out.
+        Registers of the chip, laid out as in the replies of :mod:`pathgene.hdl.protocol`.
     replies : Out(stream of body_layout)
         The body, byte by byte.
 
-    Only where ``config`` has the paper core:
+    Only if ``config`` has the paper core:
 
     recipe, survivors : In
-        Further registers, laid out as in the replies; ``recipe`` lacks its checksum.
+        More registers, laid out as in the replies; ``recipe`` lacks its checksum.
     reads : Out(stream of slot, count)
         Slots to read.
     waypoints : In(stream of waypoint, last, final)
         Waypoints of these slots. ``last`` ends a path, ``final`` the last path.
 
-    Only where ``config`` has a checker that checks the paths of commands:
+    Only if ``config`` has a checker that checks the paths of commands:
 
     checked : In(9), totals : In, result_reads : Out(stream), records : In(stream)
         Paths of the latest check, and its results: see
         :class:`pathgene.hdl.feasibility.result_store.ResultStore`.
 
-    Only where ``config`` has the planner core:
+    Only if ``config`` has the planner core:
 
     has_best : In(1)
-        A run has left paths. Otherwise a BEST is answered with only the header.
+        A run has left paths. Otherwise, only a header answers a BEST.
     best : Out(1)
-        Pulse: the paths of the latest run are to be served.
+        Pulse: serve the paths of the latest run.
     records : In(stream of record_layout)
         Their bytes, after ``best``.
     """
@@ -149,7 +150,7 @@ class ReplyTransmitter(Unit):
             self._replies(self._counters(m), checksum),
         )
 
-        # The bytes that go out, and the part of the answer after them.
+        # The bytes being sent, and the part of the answer after them.
         word = Signal(8 * WORD_BYTES, reset_less=True)
         left = Signal(range(WORD_BYTES + 1))
         after = Signal(_After)
@@ -188,7 +189,7 @@ class ReplyTransmitter(Unit):
             with m.State("Choose"):
                 m.next = "Fields"
 
-            # The next word is ready before the bytes of this one are sent.
+            # The next word is ready before the bytes of this word are sent.
             with m.State("Fields"):
                 m.d.comb += fields.next.eq(1)
                 m.d.sync += [
@@ -234,7 +235,7 @@ class ReplyTransmitter(Unit):
                 self._pass_records(m)
 
             with m.State("Done"):
-                # The next header is ready even if the next answer comes soon.
+                # The next header is ready even if the next answer follows soon.
                 m.d.comb += [self.done.eq(1), fields.begin.eq(1)]
                 with m.If(~self.on):
                     m.next = "Off"
@@ -254,7 +255,7 @@ class ReplyTransmitter(Unit):
         )
 
     def _replies(self, counters, checksum):
-        """Return the fields of each reply that has any."""
+        """Return the fields of each reply that has fields."""
         config = self.config
         constants = info_values(config)
         info = Cat(
@@ -282,7 +283,7 @@ class ReplyTransmitter(Unit):
         return parts
 
     def _status_parts(self):
-        """Return the status, cut so that no field is in two words."""
+        """Return the status, split so that no field is in two words."""
         parts = [[]]
         for name in self.status_layout.members:
             field = self.status[name]
@@ -292,10 +293,10 @@ class ReplyTransmitter(Unit):
         return [Cat(part) for part in parts]
 
     def _read_out(self, m, checksum, word, left, after):
-        """Add the states in which waypoints are read, for the checksum or to be sent."""
+        """Add the states that read waypoints, for the checksum or to be sent."""
         config, answer, waypoint = self.config, self.answer, self.waypoints.p
         m.submodules.checksum = unit = CRC32_ISO_HDLC(data_width=8 * config.waypoint_bytes).create()
-        summing = Signal()  # The waypoints read are for the checksum.
+        summing = Signal()  # The waypoints are read for the checksum.
         summed = Signal()  # A waypoint for the checksum is in the word.
         m.d.comb += [
             unit.start.eq(~summing),
@@ -337,7 +338,7 @@ class ReplyTransmitter(Unit):
                 m.next = "Send"
 
     def _serve_results(self, m):
-        """Add the states in which results of a check are sent."""
+        """Add the states that send the results of a check."""
         answer = self.answer
         every = answer.kind == AnswerKind.CHECKED
         m.d.comb += [
@@ -352,7 +353,7 @@ class ReplyTransmitter(Unit):
         self._pass_records(m)
 
     def _pass_records(self, m):
-        """Add the state in which the records of an answer are sent as they come."""
+        """Add the state that sends the records of an answer as they arrive."""
         with m.State("Results"):
             m.d.comb += [
                 self.replies.valid.eq(self.records.valid),

@@ -14,7 +14,7 @@ __all__ = ["PathParser", "PointParser", "WaypointAssembler"]
 
 
 class WaypointAssembler(Unit):
-    """Assembles waypoints from bytes: one cycle per byte, and two more for each waypoint.
+    """Assembles waypoints from bytes: one cycle per byte, and two more per waypoint.
 
     In the first of these two cycles the user says whether the waypoint is wrong. In the second, the
     waypoint is offered, so that ``valid`` is a register.
@@ -26,7 +26,7 @@ class WaypointAssembler(Unit):
     bytes : In(stream.Signature(8))
         Whole bytes of each waypoint, lowest first; ``last`` is the bit above its ``waypoint_bits``.
     partial : Out(1)
-        Some bytes of a waypoint have come, but not all.
+        Some bytes of a waypoint have arrived, but not all.
     busy : Out(1)
         A waypoint is complete and has not been passed on.
     judge : Out(1)
@@ -34,7 +34,7 @@ class WaypointAssembler(Unit):
     wrong : In(1)
         The waypoint is discarded.
     repeated : In(1)
-        No waypoint is offered. Steady while ``on``.
+        Offer no waypoint. Steady while ``on``.
     words : Out(stream of waypoint, last)
         The payload is steady while ``busy``.
     passes : Out(1)
@@ -90,8 +90,8 @@ class WaypointAssembler(Unit):
 class PathParser(Unit):
     """Writes paths into consecutive slots.
 
-    The parser is done in the cycle after the last waypoint is written. Paths of a wrong length, or
-    past the last slot, are refused; the waypoints before the error have been written by then.
+    The parser is done in the cycle after the last waypoint is written. Paths of wrong length, or
+    past the last slot, are refused; waypoints before the error have been written by then.
 
     Members
     -------
@@ -100,7 +100,7 @@ class PathParser(Unit):
     slot : In(8)
         The first slot; steady from the cycle before ``on``.
     writes : Out(stream of slot, index, waypoint, last)
-        Waypoints for the present population; ``valid`` is a register.
+        Waypoints for the current population; ``valid`` is a register.
     """
 
     population: Count(2, 256, "Slots.")
@@ -124,7 +124,7 @@ class PathParser(Unit):
         word = words.words
         connect(m, flipped(self.bytes), words.bytes)
 
-        # No reset is needed: `on` is low after a reset, and clears them.
+        # No reset is needed, because `on` is low after a reset and clears them.
         slot = Signal(9, reset_less=True)  # Slot of this path.
         index = Signal(range(self.max_waypoints + 1), reset_less=True)
         any_word = Signal(reset_less=True)
@@ -177,7 +177,8 @@ class PointParser(Unit):
     on, repeated, bytes, ended, done, status
         See :func:`pathgene.hdl.command.layouts.payload_members`.
     points : Out(stream of x, y, altitude, last)
-        At most as many as a path may have, and none after the ``last``; ``valid`` is a register.
+        At most the number that a path may have, and none after the ``last``; ``valid`` is a
+        register.
     """
 
     coordinate_bits: Width(1)

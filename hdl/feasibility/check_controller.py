@@ -1,4 +1,4 @@
-"""Control of the collision checker: runs the checks that the host asks for."""
+"""Control of the collision checker: runs the checks that the host requests."""
 
 from amaranth import *
 from amaranth.lib import data, stream
@@ -38,19 +38,19 @@ class CheckController(Unit):
     """Gives the checker its points, and keeps its results until the next check.
 
     A check is done two cycles after the last verdict and the last of its entries. Neither the link
-    nor the population slows the checker down: it is offered a point in every cycle, and its results
-    are always taken.
+    nor the population slows the checker: it is offered a point in every cycle, and its results are
+    always taken.
 
     Members
     -------
     on, done : In(1), Out(1)
-        Hand-over with the control unit.
+        Handshake with the control unit.
     checks : In(check_layout)
         Check to run, steady while ``on``.
     forget, points
         Points of one path; see :class:`pathgene.hdl.feasibility.path_source.PathSource`.
     reads : Out(stream), waypoints : In(stream)
-        To and from the population, if there is one: paths to read, and their waypoints.
+        Paths to read from the population, if there is one, and their waypoints.
     counting : Out(1)
         Count the colliding cells; steady while the checker is busy.
     paths : Out(stream.Signature(point_layout))
@@ -136,10 +136,10 @@ class CheckController(Unit):
         connect(m, store.records, flipped(self.records))
 
         was_on = Signal()
-        cleared = Signal()  # The store holds results of this check only.
+        cleared = Signal()  # The store only holds results of this check.
         wanted = Signal(9, reset_less=True)
-        # There is time for a register until the first point, so that the checker does not wait for
-        # the command to be decoded.
+        # There is time for a register before the first point, so that the decoding of the command
+        # is not on the checker's path.
         m.d.sync += [
             was_on.eq(self.on),
             cleared.eq(self.on & was_on),
@@ -156,7 +156,7 @@ class CheckController(Unit):
             self.totals.eq(store.totals),
         ]
 
-        # Sums are wide: they add registers, not the checker's outputs.
+        # Sums are wide, so they add registers instead of the checker's outputs.
         came = Signal()
         counters, verdict = self.counters, Signal.like(self.verdicts.p, reset_less=True)
         m.d.sync += [

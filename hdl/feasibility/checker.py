@@ -20,34 +20,34 @@ __all__ = ["Checker"]
 class Checker(Unit):
     """Compares the segments of paths with the map (*allaire two-tier*, section 3).
 
-    A segment has as many cells as its longer side, both ends included. Cell k of n + 1 lies k/n of
-    the way from the start, halves rounded up, and collides unless the exact altitude there is above
-    the ground. A segment within one cell is at the lower of its ends. ``config.checker`` selects
-    the map that a segment is compared with and the cells compared each cycle; see the walkers. A
-    path is followed to its first colliding cell or to its end.
+    A segment has one cell per cell of its longer side, including both ends. Cell k of n + 1 lies
+    k/n of the way from the start, halves rounded up, and collides unless the exact altitude there
+    is above the ground. A segment within one cell has the altitude of its lower end.
+    ``config.checker`` selects the map that a segment is compared with and the number of cells per
+    cycle; see the walkers. A path is followed to its first colliding cell or to its end.
 
-    Paths may follow each other without gaps, and are then checked without gaps; a verdict does not
+    Paths may follow each other without gaps and are then checked without gaps; a verdict does not
     wait for the next path. The verdict is offered one cycle after the walker's step that decides
-    the path. The walkers state their latencies.
+    the path. Latencies are given by the walkers.
 
     Members
     -------
     count : In(1)
-        Also count colliding cells: paths are walked to their end. Steady while ``busy``.
+        Also count colliding cells, so that paths are walked to their end. Steady while ``busy``.
     points : In(stream.Signature(point_layout))
         A path is its 2..max_waypoints + 2 points from the aircraft to the goal; ``last`` marks the
         goal.
     verdicts : Out(stream.Signature(verdict_layout))
-        One for each path, in order. While it is not taken, checks continue for some paths, and no
-        verdict is lost.
+        One for each path, in order. While a verdict is not taken, checks continue for some paths,
+        and no verdict is lost.
     counts : Out(stream.Signature(count_layout))
-        When counting, one for each segment with colliding cells, as many as the path's verdict
-        announces. The first that is not yet transferred is offered no later than the verdict.
+        When counting, one for each segment with colliding cells, in the number announced by the
+        path's verdict. The first one not yet transferred is offered no later than the verdict.
     busy : Out(1)
-        A path has been taken and its verdict has not been transferred, or points of it are still to
-        come, as after an early collision.
+        A path has been taken and its verdict has not been transferred, or more points of it are
+        expected, as after an early collision.
     collision, clear : Out(1)
-        Flags of the paper, for one path at a time. One of them rises in the cycle in which the
+        The paper's flags, for one path at a time. One of them rises in the cycle in which the
         verdict is offered: ``collision`` if the path collides, else ``clear``, which the paper
         calls "over". When counting, ``collision`` rises with the first hit. Both fall with the
         first point of a path.
@@ -56,10 +56,10 @@ class Checker(Unit):
         coarse map. Taken only while not ``busy``. Cells never written are undefined.
     lookup_valid : In(1)
     lookup_x, lookup_y : In(coordinate_bits)
-        With ``lookup_valid``, a cell: one each cycle, but not while ``busy``, nor in the cycle of a
-        write or the next one.
+        With ``lookup_valid``, a cell: one per cycle, but not while ``busy``, nor in the cycle of a
+        write or the cycle after it.
     lookup_altitude : Out(altitude_bits)
-        The ground there, ``config.lookup_latency`` cycles later.
+        Ground of the cell, ``config.lookup_latency`` cycles later.
     """
 
     config: InstanceOf(Config)
@@ -138,11 +138,11 @@ class Checker(Unit):
             self.writes.ready.eq(walker.writes.ready & ~self.busy),
         ]
 
-        # Paths in flight: with a place for their verdict, or about to get one.
+        # Paths in flight, which have a place for their verdict or are about to get one.
         paths, was_first, waited_for = Signal(range(64)), Signal(), Signal()
         transferred = self.verdicts.valid & self.verdicts.ready
         m.d.sync += [
-            # A first point comes late in its cycle, and is counted in the next one.
+            # A first point arrives late in its cycle and is counted in the next cycle.
             was_first.eq(first),
             paths.eq(paths + was_first - transferred),
             waited_for.eq(was_first | Mux(transferred, paths > 1, paths.any())),

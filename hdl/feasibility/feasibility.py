@@ -1,4 +1,4 @@
-"""Feasibility check of a path in memory, with the interface of *allaire two-tier*."""
+"""Feasibility check of a path in a memory, with the interface of *allaire two-tier*."""
 
 from amaranth import *
 from amaranth.lib import data, stream
@@ -32,8 +32,8 @@ class Feasibility(Unit):
     The checker gets the aircraft in the cycle of ``enable`` and a point in each cycle after it. The
     flags therefore rise ``verdict.cycles - 1`` cycles after ``enable``.
 
-    Source: *allaire two-tier*, section 3.1. Differs: the verdict besides the flags, the counts, and
-    a port to write the map.
+    Source: *allaire two-tier*, section 3.1. Differences: a verdict in addition to the flags,
+    counts, and a port to write the map.
 
     Members
     -------
@@ -44,20 +44,20 @@ class Feasibility(Unit):
     waypoint_count : In(length_bits)
         Waypoints between them, 0..max_waypoints.
     path_address : In(address_bits)
-        Address of the first of these.
+        Address of the first waypoint.
     read_address : Out(address_bits)
         To the path memory, of ``population * max_waypoints`` waypoints.
     waypoint : In(place_layout)
         The waypoint at the ``read_address`` of the previous cycle.
     count : In(1)
-        Also count colliding cells: the path is walked to its end. Steady while ``busy``.
+        Also count colliding cells, so that the path is walked to its end. Steady while ``busy``.
     busy : Out(1)
-        A check is in progress: from the cycle after ``enable`` to the one in which a flag rises.
+        A check is in progress, from the cycle after ``enable`` to the cycle in which a flag rises.
     collision, clear : Out(1)
-        The path collides; the path is clear. Each flag stays until the cycle of the next
-        ``enable``, that cycle included.
+        The path collides; the path is clear. Each flag stays up to and including the cycle of the
+        next ``enable``.
     verdict : Out(verdict_layout)
-        From the cycle in which it is offered until the next one is.
+        Valid from the cycle in which it is offered until the next verdict is offered.
     counts : Out(stream.Signature(count_layout))
     writes : In(stream.Signature(cell_layout))
         Cells to write into the map, ``last`` with the last cell of a rectangle. A check that is
@@ -115,7 +115,7 @@ class Feasibility(Unit):
         ]
         m.d.sync += held.eq(self.verdict)
 
-        # The waypoint after `ahead` is at the memory's output, where its address holds it.
+        # The waypoint after `ahead` is at the memory's output, held there by its address.
         point = Signal(place)
         start, finish, ahead = Signal(place), Signal(place), Signal(place)
         fetched = Signal(self.address_bits)
@@ -166,7 +166,7 @@ class Feasibility(Unit):
                     with m.If(~left.any()):
                         m.next = "Checking"
 
-            # An early collision decides a path before all of its points are taken.
+            # An early collision decides a path before all its points are taken.
             with m.State("Checking"):
                 with m.If(~checker.busy | checker.verdicts.valid):
                     m.next = "Idle"

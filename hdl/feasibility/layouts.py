@@ -19,11 +19,11 @@ def verdict_layout(
 ) -> data.StructLayout:
     """Return the layout of the verdict on one path.
 
-    ``collision`` (else the path is clear); ``segment``, ``x``, ``y`` of the first colliding cell,
-    in cells of its map, and ``coarse`` if that is the coarse map: these four are 0 if there is no
-    collision. ``cells`` from the path's first to the colliding one; ``reads``, addresses given to
-    the memory; ``cycles``; and the number of ``entries`` in the stream of counts
-    (:func:`count_layout`).
+    ``collision`` (otherwise the path is clear); ``segment``, ``x``, ``y`` of the first colliding
+    cell, in cells of its map, and ``coarse`` if that is the coarse map: these four are 0 if there
+    is no collision. ``cells``, from the path's first to the colliding one; ``reads``, the number of
+    addresses given to the memory; ``cycles``; and ``entries``, the number of items in the stream of
+    counts (:func:`count_layout`).
     """
     return data.StructLayout(
         {
@@ -43,7 +43,7 @@ def verdict_layout(
 def count_layout(coordinate_bits: int, segment_bits: int) -> data.StructLayout:
     """Return the layout of one segment's counts of colliding cells: terrain and blocked.
 
-    Each is from 0 to the cells along an edge of the map.
+    Each ranges from 0 to the number of cells along an edge of the map.
     """
     return data.StructLayout(
         {"segment": segment_bits, "terrain": coordinate_bits + 1, "nofly": coordinate_bits + 1}
@@ -54,14 +54,14 @@ def step_layout(coordinate_bits: int, segment_bits: int, path_cells_bits: int) -
     """Return the layout of a step, which is the progress of one cycle.
 
     ``valid``
-        There is a step; all other fields are valid only then.
+        There is a step; all other fields are only valid then.
     ``first``, ``ends_segment``, ``ends_path``
         The step is the first of its path, the last of its segment, the last of its path. The last
         step of a path also ends a segment.
     ``segment``
         Number of the segment in its path.
     ``cells``
-        Cells of the path in this step, from 0 to the cells along an edge of the map.
+        Cells of the path in this step, from 0 to the number of cells along an edge of the map.
     ``hit``, ``until``
         One of these cells collides; number of cells up to and including the first colliding one.
     ``x``, ``y``, ``coarse``
@@ -69,8 +69,8 @@ def step_layout(coordinate_bits: int, segment_bits: int, path_cells_bits: int) -
     ``terrain``, ``nofly``
         Number of cells that collide with terrain, and with blocked ground.
     ``reads``
-        Addresses given to the memories for this path, if this is its last step or the cycle of its
-        ``drop``.
+        Number of addresses given to the memories for this path, if this is its last step or the
+        cycle of its ``drop``.
     """
     return data.StructLayout(
         {
@@ -93,7 +93,7 @@ def step_layout(coordinate_bits: int, segment_bits: int, path_cells_bits: int) -
 
 
 def walker_signature(config: Config) -> wiring.Signature:
-    """Return the signature of a walker: it turns paths into reads of its map, and reads into steps.
+    """Return the signature of a walker, which turns paths into map reads and reads into steps.
 
     Members
     -------
@@ -104,21 +104,22 @@ def walker_signature(config: Config) -> wiring.Signature:
     room, segment_room : In(1)
         There is a place for the verdict of one more path, and for the count of one more segment.
     begins, segment_begins : Out(1)
-        That place is taken; only while there is one. Once for each path and segment, no later than
-        the cycle before its first step. All segments of a path that is not dropped begin.
+        A place is taken; only while there is one. It happens once for each path and segment, no
+        later than the cycle before its first step. All segments of a path that is not dropped
+        begin.
     step : Out(step_layout)
         Progress. There is no back-pressure.
     drop : In(1)
-        In the cycle of a step: discard the rest of its path. Steps of it may still come, and are
-        ignored. An address given for it in this cycle counts among ``reads``; no address is given
-        for it later.
+        In the cycle of a step: discard the rest of its path. More steps of the path may follow and
+        are ignored. An address given for it in this cycle counts towards ``reads``; no address is
+        given for it later.
     writes : In(stream.Signature(cell_layout))
-        Cells of the map, see :class:`pathgene.hdl.feasibility.checker.Checker`. They come only
+        Cells of the map, see :class:`pathgene.hdl.feasibility.checker.Checker`. They only arrive
         while no path is in flight.
     lookup_valid : In(1)
     lookup_x, lookup_y : In(coordinate_bits)
-        With ``lookup_valid``, cell to be looked up: while no path is in flight, and nothing is
-        written or was in the previous cycle.
+        With ``lookup_valid``, cell to be looked up: only while no path is in flight, and neither in
+        the cycle of a write nor in the next cycle.
     lookup_altitude : Out(altitude_bits)
         Its altitude, ``config.lookup_latency`` cycles later.
     """

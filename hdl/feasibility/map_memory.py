@@ -1,4 +1,4 @@
-"""Memory of altitudes, for a map or a part of one."""
+"""Memory of altitudes, for a map or part of one."""
 
 from amaranth import *
 from amaranth.utils import ceil_log2
@@ -12,14 +12,14 @@ __all__ = ["MapMemory"]
 
 
 class MapMemory(Unit):
-    """Memory that is read through one or two ports, and written through the first.
+    """Memory with one or two read ports, written through the first.
 
     Rows are read in every cycle. Data read while a row is written are undefined, in all rows; rows
     never written are undefined.
 
-    On a target it is one memory of dual-port block RAMs, none of them doubled: the writer shares a
+    On a target it is one memory of dual-port block RAMs without duplication: the writer shares a
     port with the first reader. With a latency of 2, registers directly follow the block RAMs of up
-    to 16384 rows each; memories of more rows add only a multiplexer of these registers.
+    to 16384 rows each; memories with more rows only add a multiplexer of these registers.
 
     Members
     -------

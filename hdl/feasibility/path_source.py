@@ -1,4 +1,4 @@
-"""Source of points for the collision checker: one path, or paths of the population."""
+"""Source of points for the collision checker: a single path, or paths of the population."""
 
 from amaranth import *
 from amaranth.lib import stream
@@ -15,14 +15,14 @@ __all__ = ["PathSource"]
 class PathSource(Unit):
     """Offers the checker a point in every cycle, from the first to the last of a check.
 
-    Between two paths, the population's reader pauses for a cycle, besides the two for the goal and
-    the next aircraft. The points therefore go through a buffer, which is released when it holds
-    enough points to cover the pauses of the paths still to be read.
+    Between two paths, the population's reader pauses for a cycle in addition to the two for the
+    goal and the next aircraft. The points therefore go through a buffer, which is released once it
+    holds enough points to cover the pauses of the paths still to be read.
 
     The first point of a single path is offered 4 cycles after the unit is turned on, the first
     point of a batch at most ``13 + count * 5 / 4`` cycles after.
 
-    Without a population there is no batch. The buffer is one block RAM on the target.
+    Without a population there are no batches. The buffer is one block RAM on the target.
 
     Attributes
     ----------
@@ -32,15 +32,15 @@ class PathSource(Unit):
     Members
     -------
     forget : In(1)
-        Discard points that were given and not checked. Not while ``on``.
+        Discard points that were given but not checked. Not while ``on``.
     points : In(stream.Signature(point_layout))
         Points of one path. There is room for a path after ``forget``; not taken while ``on``.
     on : In(1)
-        A check is in progress, until the checker has all its points.
+        A check is in progress; high until the checker has all its points.
     checks : In(check_layout)
-        Check to run, steady while ``on``. The points of a single path have been given before.
+        Check to run, steady while ``on``. The points of a single path must have been given before.
     reads : Out(stream.Signature(read_layout))
-        Slots of the population to be read, if there is one.
+        Slots to be read from the population, if there is one.
     waypoints : In(stream.Signature(waypoint_layout))
         Their waypoints.
     paths : Out(stream.Signature(point_layout))
@@ -94,7 +94,7 @@ class PathSource(Unit):
             room.eq(~waiting[-1]),
             put.eq(write & room),
         ]
-        # A point is written a cycle after it is counted, and released no sooner.
+        # A point is written one cycle after it is counted, and not released before that.
         m.d.sync += [
             ring.write_enable.eq(put),
             ring.write_row.eq(tail),
@@ -129,7 +129,7 @@ class PathSource(Unit):
                     m.next = "Off"
 
         if self.population is not None:
-            # Each path still to come may take an extra cycle.
+            # Each remaining path may take an extra cycle.
             flowing = Signal()
             with m.If(~self.on):
                 m.d.sync += flowing.eq(0)

@@ -11,8 +11,8 @@ from pathgene.hdl.primitives.unit import Count, Unit, Width
 
 __all__ = ["VERDICT_PLACES", "ResultCollector"]
 
-#: Verdicts that can wait, paths in flight included: one for each one-cell path that can be in
-#: flight in a walker, so that such paths follow each other at full rate.
+#: Number of verdicts that can wait, including paths in flight: one for each one-cell path that can
+#: be in flight in a walker, so that such paths follow each other at full rate.
 VERDICT_PLACES = 8
 
 
@@ -20,15 +20,15 @@ class ResultCollector(Unit):
     """Sums up the steps of each path, and queues verdicts and counts.
 
     A path is decided by its first step that hits or, when counting, by its last step. Its verdict
-    is offered in the next cycle, if all before it have been transferred. When it is offered, all
-    its counts have been offered or are next in their queue. A place in either queue is reserved
-    before the path or segment begins, so that steps need not wait. With one place for a count, none
-    is reserved, and ``counts`` must always be ready.
+    is offered in the next cycle if all earlier verdicts have been transferred. By then, all its
+    counts have been offered or are next in their queue. A place in either queue is reserved before
+    the path or segment begins, so that steps need not wait. With one place for a count, none is
+    reserved, and ``counts`` must always be ready.
 
-    ``cycles`` of a verdict begin with the one in which the path's first point is taken or, if that
-    is later, with the one after the previous path's last. They end with the one in which the
-    verdict is offered if no earlier one waits. The sum over all verdicts is therefore the number of
-    cycles with a path in flight.
+    The ``cycles`` of a verdict begin with the cycle in which the path's first point is taken or, if
+    later, with the cycle after the previous path's last. They end with the cycle in which the
+    verdict is offered, assuming no earlier verdict waits. The sum over all verdicts is therefore
+    the number of cycles with a path in flight.
 
     Members
     -------
@@ -43,7 +43,7 @@ class ResultCollector(Unit):
         See :func:`pathgene.hdl.feasibility.layouts.walker_signature`. ``drop`` follows
         ``step`` within the cycle.
     hit, free : Out(1)
-        First hit of a path, or its end if it has no hit: in the cycle of the step.
+        First hit of a path, or its end without a hit, in the cycle of the step.
     verdicts : Out(stream.Signature(verdict_layout))
     counts : Out(stream.Signature(count_layout))
     """
@@ -83,7 +83,7 @@ class ResultCollector(Unit):
         with m.If(live):
             m.d.sync += decided.eq(decides)
 
-        # The first hit, for paths that are walked to their end.
+        # The first hit of paths that are walked to their end.
         found = Signal(
             data.StructLayout(
                 {
@@ -105,7 +105,7 @@ class ResultCollector(Unit):
             decides.eq(live & (step.ends_path | (step.hit & ~self.count))),
             self.free.eq(decides & ~step.hit & ~earlier),
             cells.eq(
-                # Not used after an earlier hit.
+                # Not used if there was an earlier hit.
                 Mux(step.first, 0, passed) + Mux(step.hit, step.until, step.cells)
             ),
         ]
@@ -124,8 +124,8 @@ class ResultCollector(Unit):
             ]
 
         # Cycles since the previous verdict was offered or, if that is later, since the first point
-        # was taken. A step decides one cycle before its verdict is offered. Events are counted a
-        # cycle later: their signals come late in their cycle.
+        # was taken. A step decides one cycle before its verdict is offered. Events are counted one
+        # cycle later, because their signals arrive late in their cycle.
         cycles, cycles_before = Signal(CYCLES_BITS), Signal(CYCLES_BITS, init=2)
         was_taken, was_decided, counts = Signal(), Signal(), Signal()
         undecided = Signal(range(64))
@@ -197,7 +197,7 @@ class ResultCollector(Unit):
         m.d.sync += self.room.eq(_promised(m, "places", self.verdict_places, self.begins, freed))
 
         if self.count_places > 1:
-            # Each segment that begins may need a count.
+            # Each new segment may need a count.
             freed = self.counts.valid & self.counts.ready
             unused = live & self.count & step.ends_segment & ~entered
             used = self.segment_begins & self.count
@@ -208,10 +208,10 @@ class ResultCollector(Unit):
 
 
 def _promised(m, name, depth, used, *freed):
-    """Keep ``depth`` places, of which one may be used and some freed in a cycle.
+    """Manage ``depth`` places; in a cycle, one may be used and several freed.
 
-    Return a flag: a place is left in the next cycle. ``used`` and ``freed`` come late in their
-    cycle, so that places are counted in the next one.
+    Return a flag that a place is left in the next cycle. ``used`` and ``freed`` arrive late in
+    their cycle, so places are counted in the next cycle.
     """
     places = Signal(range(depth + 1), init=depth, name=name)
     was_used = Signal(name=f"{name}_used")

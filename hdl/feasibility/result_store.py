@@ -46,29 +46,29 @@ class RecordLayouts:
 class ResultStore(Unit):
     """Keeps the checker's verdicts and counts of a check, and serves them byte by byte.
 
-    Verdicts and counts are taken in every cycle, so that the link never holds the checker up: there
-    is room for an entry of every segment of every path. The number of entries in each verdict
+    Verdicts and counts are taken in every cycle, so that the link never stalls the checker: there
+    is room for an entry for every segment of every path. The number of entries in each verdict
     assigns them to paths, independent of the timing of the two streams.
 
     On a target, counts take a block RAM for each 1024 rows of 18 bits (two for 32 paths of 17
     segments). Verdicts take ``checked_paths`` rows of two to four more block RAMs, or of
-    distributed memory, as synthesis decides.
+    distributed memory, at the choice of synthesis.
 
     Members
     -------
     clear : In(1)
-        A check begins: discard the held results, starting in the second cycle.
+        A check begins: discard the stored results from the second cycle on.
     verdicts : In(stream.Signature(verdict_layout))
     counts : In(stream.Signature(count_layout))
         Always ready.
     paths : Out(9)
-        Verdicts held; all other outputs include a verdict starting in the next cycle.
+        Number of stored verdicts; all other outputs include a verdict from the next cycle on.
     complete : Out(1)
-        All entries of these verdicts have come.
+        All entries of these verdicts have arrived.
     totals : Out(struct of check_reply)
-        Sums over the verdicts held.
+        Sums over the stored verdicts.
     reads : In(stream.Signature(result_read_layout))
-        Paths to serve, of those held: the first, and their number, 1 or more.
+        Stored paths to serve: the first, and their number, 1 or more.
     records : Out(stream.Signature(record_layout))
         Their results in the format of :mod:`pathgene.hdl.protocol.paths`. The first byte is
         offered 3 cycles after a read is taken; then one byte per cycle, with 2 cycles before each
@@ -136,7 +136,8 @@ class ResultStore(Unit):
                 announced_entries.eq(announced_entries + verdict.entries),
             ]
 
-        # The remaining fields are kept a cycle later: they are wide, and far from the checker.
+        # The remaining fields are stored one cycle later, because they are wide and far from the
+        # checker.
         came, kept = Signal(), Signal.like(verdict, reset_less=True)
         kept_row = Signal(verdict_row, reset_less=True)
         kept_at = Signal(range(max(2, self.checked_paths)), reset_less=True)
@@ -153,7 +154,7 @@ class ResultStore(Unit):
             ]
         with m.If(self.counts.valid):
             m.d.sync += received_entries.eq(received_entries + 1)
-        # After a reset, too: a reset of these registers would make `cleared` too slow.
+        # Also after a reset, because a reset of these registers would make `cleared` too slow.
         with m.If(cleared):
             m.d.sync += [paths.eq(0), totals.eq(0), received_entries.eq(0), announced_entries.eq(0)]
 
@@ -164,7 +165,7 @@ class ResultStore(Unit):
         return m
 
     def _keep(self, m, came, at, row, number):
-        """Keep the ``row`` that ``came``; return the row ``number``, a cycle later at most."""
+        """Store the ``row`` that ``came``; return the row ``number``, at most one cycle later."""
         if self.checked_paths == 1:
             only = Signal.like(row)
             with m.If(came):
@@ -188,7 +189,7 @@ class ResultStore(Unit):
         layouts = self.record_layouts
         path, hit, entry = layouts.path, layouts.hit, layouts.entry
 
-        paths = Signal(9, reset_less=True)  # Paths left, the one being sent included.
+        paths = Signal(9, reset_less=True)  # Paths left, including the one being sent.
         entries = Signal(7, reset_less=True)  # Entries of this path left.
         fields = Signal(8 * max(path.size + hit.size, entry.size), reset_less=True)
         # Bytes of the fields.
@@ -199,7 +200,7 @@ class ResultStore(Unit):
             ends.eq((left == 1) & (entries == 0)),
             self.records.p.last.eq(ends & (paths == 1)),
         ]
-        # Rows come out of the memory long before they are needed: there is time for registers.
+        # Rows leave the memory long before they are needed, so there is time for registers.
         row = Signal.like(entry_read.addr, reset_less=True)
         fetched = delay_line(m, Value.cast(entry_read.data), 2, "fetched")
         m.d.comb += entry_read.addr.eq(row)

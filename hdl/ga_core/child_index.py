@@ -1,4 +1,4 @@
-"""Read index of a child, with its pending mutation."""
+"""Read index of a child, including its pending mutation."""
 
 from amaranth import *
 from amaranth.lib.wiring import In, Out
@@ -13,10 +13,10 @@ __all__ = ["ChildIndex"]
 
 
 class ChildIndex(Unit):
-    """Read index of a child: knows its length, its middle and its pending mutation.
+    """Read index of a child, with its length, its middle and its pending mutation.
 
-    The middle of a child is not the middle of its slot, and its mutation is made when it is read,
-    so each child has an index. One index serves all paths that lie in order.
+    Each child has an index, because its middle is not the middle of its slot and its mutation is
+    applied when it is read. All paths stored in order share one index.
 
     Members
     -------
@@ -27,17 +27,17 @@ class ChildIndex(Unit):
     bred_length : In(range(max_waypoints + 1))
         In the cycle before ``update``: length of the child, without its mutation.
     applied : In(len(kinds))
-        In the cycle before ``update``: mutators that have changed this child, at most one.
+        In the cycle before ``update``: the mutators that changed this child, at most one.
     indices : In(range(max_waypoints)).array(len(kinds))
         With ``update``: index of the waypoint of each mutator.
     update : In(1)
         The child becomes the path that is read.
     rewrite : In(1)
-        The host has replaced the path by one of ``rewritten_length`` waypoints, which lies in
-        order. Not with ``update``.
+        The host has replaced the path by a path of ``rewritten_length`` waypoints stored in order.
+        Not with ``update``.
     rewritten_length : In(range(max_waypoints + 1))
     length : Out(range(max_waypoints + 1))
-        Length of the path, with its mutation. ``min_waypoints`` after reset.
+        Length of the path, including its mutation. ``min_waypoints`` after reset.
     """
 
     kinds: Given(
@@ -89,7 +89,7 @@ class ChildIndex(Unit):
         with m.If(self.rewrite):
             m.d.sync += self.length.eq(self.rewritten_length)
         with m.If(self.update):
-            # One less is all ones more.
+            # Adding all ones subtracts one.
             change = bred.insert | bred.delete.replicate(len(self.length))
             m.d.sync += [
                 middle.eq(self.bred_head),

@@ -19,15 +19,15 @@ __all__ = [
 
 
 def place_shape(max_waypoints: int) -> Shape:
-    """Return the shape of the place of a waypoint in its half of a chromosome.
+    """Return the shape of a waypoint's place in its half of a chromosome.
 
-    The tail is the longer half where they differ.
+    If the halves differ, the tail is the longer one.
     """
     return Shape.cast(range(max_waypoints - max_waypoints // 2))
 
 
 def half_signature(waypoint_bits: int, max_waypoints: int) -> wiring.Signature:
-    """Return the signature of a write to one half: its enable, its place and the waypoint."""
+    """Return the signature of a write to one half: enable, place and waypoint."""
     return wiring.Signature(
         {
             "valid": Out(1),
@@ -38,11 +38,11 @@ def half_signature(waypoint_bits: int, max_waypoints: int) -> wiring.Signature:
 
 
 def pending_layout(max_waypoints: int, patch_count: int) -> data.StructLayout:
-    """Return the layout of a mutation that is made when the path is read.
+    """Return the layout of a mutation that is applied when the path is read.
 
-    No more than one of ``perturb``, ``insert`` and ``delete`` is set. ``at`` is the index of the
-    waypoint that is moved or removed, or after which one is added; ``patch`` is the number of the
-    new waypoint.
+    At most one of ``perturb``, ``insert`` and ``delete`` is set. ``at`` is the index of the
+    waypoint that is moved or removed, or after which a waypoint is added; ``patch`` is the number
+    of the new waypoint.
     """
     return data.StructLayout(
         {
@@ -56,9 +56,9 @@ def pending_layout(max_waypoints: int, patch_count: int) -> data.StructLayout:
 
 
 def source_layout(max_waypoints: int, patch_count: int) -> data.StructLayout:
-    """Return the layout of the source of a waypoint: a patch, or place ``at`` in one of the halves.
+    """Return the layout of a waypoint's source: a patch, or place ``at`` in one of the halves.
 
-    One bit is set of ``patches``, ``head`` and ``tail`` together.
+    Exactly one bit of ``patches``, ``head`` and ``tail`` together is set.
     """
     return data.StructLayout(
         {"patches": patch_count, "head": 1, "tail": 1, "at": place_shape(max_waypoints)}
@@ -66,7 +66,7 @@ def source_layout(max_waypoints: int, patch_count: int) -> data.StructLayout:
 
 
 class ReadIndex(Unit):
-    """Finds the source of each waypoint of a path. A pending mutation changes the source only.
+    """Finds the source of each waypoint of a path. A pending mutation only changes the source.
 
     ``source`` belongs to the ``position`` of the latest cycle with ``advance``, and to ``head`` and
     ``pending`` of the previous cycle. It is undefined for positions past the end of the path.
@@ -76,7 +76,7 @@ class ReadIndex(Unit):
     advance : In(1)
     position : In(range(max_waypoints))
     head : In(range(max_waypoints // 2 + 1))
-        Number of waypoints in the head; the remaining ones lie in the tail.
+        Number of waypoints in the head; the rest is in the tail.
     pending : In(pending_layout)
     source : Out(source_layout)
     """
@@ -99,9 +99,9 @@ class ReadIndex(Unit):
         head_size = self.max_waypoints // 2
         place = place_shape(self.max_waypoints)
 
-        # A mutation leaves the waypoints before `mark` as they are. At `mark` is the patch, or from
-        # there on the index is shifted by one. The tail begins at `start`, which is shifted too if
-        # the mutation is in the head.
+        # A mutation does not change the waypoints before `mark`. At `mark` there is the patch, or
+        # the index is shifted by one from there on. The tail begins at `start`, which is shifted
+        # too if the mutation is in the head.
         mark = Signal(range(self.max_waypoints), reset_less=True)
         start = Signal(range(head_size + 2), init=head_size, reset_less=True)
         patches = Signal(self.patch_count, reset_less=True)
@@ -117,8 +117,8 @@ class ReadIndex(Unit):
             shifts.eq(pending.insert | pending.delete),
         ]
 
-        # Places are positions less the start of a half: 0 or the middle, each shifted or not. All
-        # four are computed before it is known which of them holds.
+        # Places are positions minus the start of a half: 0 or the middle, each shifted or not. All
+        # four are computed before it is known which one applies.
         middle = Signal(place, reset_less=True)
         shifted_middle = Signal.like(middle, reset_less=True)
         shifted_start = Signal.like(middle, reset_less=True)
@@ -160,10 +160,10 @@ class ReadIndex(Unit):
 
 
 class Chromosome(Unit):
-    """Holds the waypoints of one slot, in two halves of two banks each: LUT RAM on the target.
+    """Stores the waypoints of one slot in two halves of two banks each: LUT RAM on the target.
 
-    While one bank is read, its twin can be written, both halves at once. ``waypoint`` belongs to
-    the ``source`` of the latest cycle with ``advance``. A write in the same cycle does not show.
+    While one bank is read, the other can be written, both halves at once. ``waypoint`` belongs to
+    the ``source`` of the latest cycle with ``advance``. A write in the same cycle is not visible.
 
     The memories are zero when the chip is configured; a later reset does not change them.
 
@@ -171,13 +171,13 @@ class Chromosome(Unit):
     -------
     advance : In(1)
     bank : In(1)
-        The bank read.
+        The bank to read.
     source : In(source_layout)
     patches : In(waypoint_bits).array(patch_count)
         New waypoints.
     waypoint : Out(waypoint_bits)
     written : In(1)
-        The bank written.
+        The bank to write.
     head, tail : In(half_signature)
         Writes to the halves.
     """

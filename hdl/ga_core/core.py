@@ -27,44 +27,45 @@ __all__ = ["PaperCore"]
 
 
 class PaperCore(Unit):
-    """Paper core. With a control unit, it equals ``PaperCore`` in every cycle.
+    """The paper core. With a control unit, it equals the model's ``PaperCore`` in every cycle.
 
-    A generation takes as many cycles as the longest path kept or bred has waypoints, plus 4: 20 for
-    paths of 16 waypoints. With a map, new waypoints in the ground are rejected, at one lookup per
-    cycle, while the waypoints pass; long paths need no further cycles. Short ones may: a generation
-    takes at least ``n + config.lookup_latency + 6`` cycles, where ``n``, at most ``patches *
-    candidates``, is the number of candidates that decide all new waypoints. In the default sizes
-    that is 13 cycles if no first candidate lies in the ground, and at most 19. (With three redraws
-    it stays within the required 24 cycles; with seven it may take 34.)
+    A generation takes 4 cycles plus one per waypoint of the longest path kept or bred: 20 for paths
+    of 16 waypoints. With a map, new waypoints in the ground are rejected, at one lookup per cycle,
+    while the waypoints pass; long paths need no more cycles. Short paths may: a generation takes at
+    least ``n + config.lookup_latency + 6`` cycles, where ``n``, at most ``patches * candidates``,
+    is the number of candidates until all new waypoints are decided. With the default sizes, that is
+    13 cycles if no first candidate lies in the ground, and at most 19. (With three redraws it stays
+    within the required 24 cycles; with seven it may take 34.)
 
-    ``ranking`` precedes a generation and follows all ``start_requests`` and ``writes``, which
-    discard an earlier ranking, as does a generation. Ranks come upwards from 0, and each slot once.
+    ``ranking`` precedes a generation and follows all ``start_requests`` and ``writes``; these, and
+    a generation, discard an earlier ranking. Ranks arrive in increasing order from 0, and each slot
+    once.
 
-    ``start_requests``, ``writes``, ``ranking`` and ``reads`` are accepted only while no generation
-    runs; besides, ``ranking`` waits for a complete set of draws, and ``writes`` for the end of a
-    read.
+    ``start_requests``, ``writes``, ``ranking`` and ``reads`` are only accepted while no generation
+    runs; in addition, ``ranking`` waits for a complete set of draws, and ``writes`` wait for the
+    end of a read.
 
     Source: *allaire-2008*, section 4.
 
     Members
     -------
     start_requests : In(stream.Signature(start_layout))
-        Seed of the random source, highest values of new waypoints, which must be within the map,
-        and whether those in the ground are rejected, which matters only with a map. The generation
-        becomes number 0. The population stays.
+        Seed of the random source, maximum values of new waypoints, which must be within the map,
+        and whether waypoints in the ground are rejected, which only matters with a map. The
+        generation number becomes 0. The population stays.
     writes : In(stream.Signature(write_layout))
-        A waypoint for a slot of the present population; ``last`` sets the length of the path.
+        A waypoint for a slot of the current population; ``last`` sets the length of the path.
     ranking : In(stream.Signature(ranking_layout))
-        Slot of each rank, 0 the best.
+        Slot of each rank; 0 is the best.
     control : In(generation_signature)
-        Hand-overs with the control unit. ``ready`` means that a whole ranking is processed. It
-        rises ``mutators + 13`` cycles after the last rank, with a map ``mutators + patches + 18``,
-        if no read is in flight.
+        Handshakes with the control unit. ``ready`` means that a whole ranking is processed. It
+        rises ``mutators + 13`` cycles after the last rank, or ``mutators + patches + 18`` with a
+        map, if no read is in flight.
     reads : In(stream.Signature(read_layout))
         Consecutive slots to read.
     waypoints : Out(stream.Signature(waypoint_layout))
-        Their waypoints. The first comes 5 cycles after a read is accepted, then one per cycle, with
-        3 cycles between paths.
+        Their waypoints. The first follows 5 cycles after a read is accepted, then one per cycle,
+        with 3 cycles between paths.
     parents : Out(slot_bits).array(crossovers)
     survivors : Out(slot_bits).array(survivors)
         Slots, before the update, of the parents and of the survivors of the latest generation.
@@ -213,7 +214,7 @@ class PaperCore(Unit):
         """Pass a ranking to the mapping, then to the mutators; later commands discard it."""
         control = self.control
 
-        # Registers drive all that reaches the whole core, since those wires are long.
+        # Registers drive everything that reaches the whole core, because those wires are long.
         superseded = Signal()
         discard = Signal()
         planned = Signal()

@@ -12,27 +12,27 @@ __all__ = ["Crossover", "parent_signature", "parents_of"]
 
 
 def parent_signature(waypoint_bits: int, max_waypoints: int) -> wiring.Signature:
-    """Return the signature of a parent at a port: its present waypoint and its length."""
+    """Return the signature of a parent at a port: its current waypoint and its length."""
     return wiring.Signature(
         {"waypoint": Out(waypoint_bits), "length": Out(range(max_waypoints + 1))}
     )
 
 
 def parents_of(child: int, crossovers: int) -> tuple[int, int]:
-    """Return the parents from which a child has its head and its tail."""
+    """Return the parents that supply a child's head and tail."""
     first = child // 2
     second = (first + 1) % crossovers
     return (second, first) if child % 2 else (first, second)
 
 
 class Crossover(Unit):
-    """Breeds two children of two parents.
+    """Breeds two children from two parents.
 
-    The parents pass in lock step, one waypoint of each per cycle. The waypoints before the middle
-    of a parent, rounded down, go to the head of one child, the remaining ones to the tail of its
-    sibling. The halves of a child are written apart, so both parents are accepted in every cycle,
-    and no half is written twice in a cycle. Children are written while the parents pass, without
-    further cycles.
+    The parents pass in lockstep, one waypoint of each per cycle. The waypoints before the middle of
+    a parent, rounded down, go to the head of one child, the rest to the tail of its sibling. The
+    halves of a child are written separately, so both parents are accepted in every cycle and no
+    half is written twice in a cycle. Children are written while the parents pass, without extra
+    cycles.
 
     Source: *allaire-2008*, section 4.5.
 

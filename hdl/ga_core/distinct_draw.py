@@ -1,4 +1,4 @@
-"""Draws of different numbers, one per cycle, without rejection."""
+"""Draws of distinct numbers, one per cycle, without rejection."""
 
 from amaranth import *
 from amaranth.lib import data
@@ -12,27 +12,28 @@ __all__ = ["DistinctDraw"]
 
 
 class DistinctDraw(Unit):
-    """Draws ``count`` different numbers of ``total``, every ordered choice as likely as any other.
+    """Draws ``count`` distinct numbers of ``total``; all ordered choices are equally likely.
 
-    Draw ``k`` picks ``d``, uniform below ``total - k``, among the numbers left, counted upwards:
-    the number is ``d`` plus the count of earlier numbers at or below it. With ``c_j`` the earlier
-    ones in order, that is the count of ``e_j = c_j - j`` that are at most ``d``. So a register file
-    holds the ``e_j``, compares all with ``d`` at once, and shifts to insert it. Each draw gives a
-    number; none is rejected. Equals :class:`pathgene.sim.model.selection.DistinctDraw`.
+    Draw ``k`` picks the remaining number with index ``d``, uniform below ``total - k``, in
+    increasing order: the number is ``d`` plus the count of earlier numbers at or below it. With the
+    earlier numbers ``c_j`` in order, that is the count of ``e_j = c_j - j`` that are at most ``d``.
+    So a register file holds the ``e_j``, compares all of them with ``d`` at once, and shifts to
+    insert it. Each draw yields a number; none is rejected. Equals
+    :class:`pathgene.sim.model.selection.DistinctDraw`.
 
     One draw is accepted per cycle; its number is the last in ``numbers`` :attr:`LATENCY` cycles
-    later. A reset does not reach this unit: its user clears it after one.
+    later. A reset does not reach this unit; its user clears it after a reset.
 
     Members
     -------
     clear : In(1)
-        Put all numbers back, also of draws in flight. Overrides ``take``. ``numbers`` stays.
+        Put all numbers back, including draws in flight. Overrides ``take``. ``numbers`` stays.
     take : In(1)
         Accept ``bits``, at most ``count`` times between two clears or before the first one.
     bits : In(data.ArrayLayout(draw_bits, best_of))
         Uniform raw draws.
     numbers : Out(data.ArrayLayout(range(first + total), count))
-        The latest ``count`` numbers, the oldest first. Registers.
+        The latest ``count`` numbers, oldest first. Registers.
     """
 
     total: Count(2, text="Numbers to draw from.")
@@ -86,8 +87,8 @@ class DistinctDraw(Unit):
         else:
             m.d.sync += best.eq(Mux(draws[0] < draws[1], *draws))
 
-        # Stage 4. An empty entry is above every draw, and stays so as it shifts and sinks: before
-        # draw k it is at least total - k, and a draw is below that.
+        # Stage 4. An empty entry is above every draw, and stays above as it shifts and decreases:
+        # before draw k it is at least total - k, and a draw is below that.
         lowered = Array(
             Signal(range(self.total + 1), init=self.total, name=f"lowered_{j}", reset_less=True)
             for j in range(self.count - 1)
@@ -121,7 +122,7 @@ class DistinctDraw(Unit):
         return m
 
     def _product(self, m, bits, left, shift, name):
-        """Return ``bits * left >> shift``, a cycle later."""
+        """Return ``bits * left >> shift``, one cycle later."""
         if self.multiplies:
             m.submodules[name] = multiplier = Multiplier(
                 (len(bits), len(left)), shift, (False, False)

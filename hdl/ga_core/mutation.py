@@ -31,16 +31,16 @@ class Mutation(Unit):
     """All mutators of the chip, which work at the same time.
 
     They plan before a generation: ``planned`` is high :attr:`latency` cycles after ``start``. A
-    mutation that a limit on the length forbids is not applied, and counted in ``refused``.
+    mutation that a length limit forbids is not applied, and is counted in ``refused``.
 
-    Without a map, the mutators take their waypoints from the ports during the crossover, and the
+    Without a map, the mutators take their waypoints from the ports during crossover, and the
     mutation takes 2 cycles.
 
     With a map, these waypoints are read ahead after the planning, and :class:`TerrainAwareSampler`
-    looks for new ones above the ground. The mutation takes 2 cycles, or more until ``n +
-    config.lookup_latency + 6`` cycles have passed since ``run`` rose, where ``n`` is the number of
-    candidates that decide all new waypoints. A mutation without a candidate above the ground is not
-    applied, and counted in ``left_out``.
+    looks for new ones above the ground. The mutation takes 2 cycles, or longer until
+    ``n + config.lookup_latency + 6`` cycles have passed since ``run`` rose, where ``n`` is the
+    number of candidates until all new waypoints are decided. A mutation without a candidate above
+    the ground is not applied, and is counted in ``left_out``.
 
     Source: *allaire-2008*, section 4.6.
 
@@ -59,18 +59,18 @@ class Mutation(Unit):
         Pulse: a generation may start.
     limits : In(limits_layout)
     waypoints : In(waypoint_bits).array(crossovers)
-        Present waypoint of each parent.
+        Current waypoint of each parent.
     on : In(1)
     done : Out(1)
-        In the last cycle with ``on``.
+        High in the last cycle with ``on``.
     results : Out(mutation_layout).array(mutators)
         Work of each mutator in this generation. Valid with ``done``.
     mutations : Out(mutation_layout).array(mutators)
-        Work of each mutator in the latest generation, starting in the cycle after ``done``.
+        Work of each mutator in the latest generation, from the cycle after ``done`` on.
     patches : Out(waypoint_bits).array(patches)
-        New waypoints of the latest generation, starting in the same cycle.
+        New waypoints of the latest generation, from the same cycle on.
     refused : Out(range(mutators + 1))
-        Mutations that a limit on the length forbade.
+        Mutations that a length limit forbade.
 
     Without a map:
 
@@ -83,7 +83,7 @@ class Mutation(Unit):
     With a map:
 
     run : In(1)
-        High from the cycle before the first of the crossover to the one before ``done``.
+        High from the cycle before the crossover's first to the cycle before ``done``.
     settled, peeks, peek, peek_position
         See :class:`pathgene.hdl.ga_core.population.Population`.
     offset, offset_taken, avoid, lookup_valid, lookup_x, lookup_y, lookup_altitude
@@ -255,7 +255,7 @@ class Mutation(Unit):
                 mutator.waypoint.eq(sampler.patches[number]),
             ]
 
-        # `allowed` changes with the next plans; the counts of this generation must stay.
+        # `allowed` changes with the next plans, but the counts of this generation must stay.
         forbidden = [~mutator.allowed for mutator in mutators]
         missing = [
             mutator.allowed & ~found for mutator, found in zip(patching, sampler.found, strict=True)

@@ -35,15 +35,15 @@ def plan_layout(crossovers: int, max_waypoints: int) -> data.StructLayout:
 class MutationPlan(Unit):
     """Plans the mutators' work, one mutator per cycle, from the draws and the parents' lengths.
 
-    It is a pipeline, so one multiplier and one multiplexer of lengths serve all mutators. The plan
-    of mutator ``i`` is valid ``i + 8`` cycles after ``start``.
+    It is a pipeline, so that one multiplier and one multiplexer of lengths serve all mutators. The
+    plan of mutator ``i`` is valid ``i + 8`` cycles after ``start``.
 
     Members
     -------
     start : In(1)
         The inputs below are complete. They must stay until the last plan.
     clear : In(1)
-        Stop. Overrides ``start``.
+        Stop planning. Overrides ``start``.
     children : In(ArrayLayout(range(2 * crossovers), mutators))
         Child of each mutator.
     draws : In(ArrayLayout(16, mutators))
@@ -81,7 +81,7 @@ class MutationPlan(Unit):
         m = Module()
 
         def stage(name, valid, **fields):
-            """Register ``fields``, given as values, after a ``valid`` that ``clear`` lowers."""
+            """Register the values ``fields`` with their ``valid``, which ``clear`` clears."""
             registers = {}
             for field, value in {"valid": valid & ~self.clear, **fields}.items():
                 value = Value.cast(value)
@@ -92,7 +92,7 @@ class MutationPlan(Unit):
             return registers
 
         def kept(registers, *names):
-            """Return the ``registers`` of a stage that the next stage passes on unchanged."""
+            """Return the ``registers`` of a stage for the next stage to pass on unchanged."""
             return {name: registers[name] for name in names}
 
         number = Signal(range(self.mutators + 1), init=self.mutators)
@@ -112,15 +112,15 @@ class MutationPlan(Unit):
             draw=multiplex(number, list(self.draws)),
         )
 
-        # The lengths come from the whole population: the child is decoded a cycle earlier.
+        # The lengths come from the whole population, so the child is decoded one cycle earlier.
         decoded = stage(
             "decoded",
             drawn["valid"],
             **kept(drawn, "number", "child", "draw"),
             select=(1 << (drawn["child"] >> 1))[: self.crossovers],
         )
-        # Even children have the head of the first parent of their module, odd children the head of
-        # the second, which is the first of the next module.
+        # Even children get the head of the first parent of their module, odd children the head of
+        # the second, which is the first parent of the next module.
         select = decoded["select"]
         first = (decoded["child"] >> 1)[: ceil_log2(self.crossovers)]
         second = Mux(select[-1], 0, first + 1)[: len(first)]
@@ -198,12 +198,12 @@ class Mutator(Unit):
     Members
     -------
     planned : In(1)
-        ``plan`` belongs to this mutator.
+        ``plan`` is for this mutator.
     plan : In(plan_layout)
     kept : Out(plan_layout)
         Its latest plan.
     allowed : Out(1)
-        The limits on the length allow the plan.
+        The length limits allow the plan.
     made : In(1)
         There is a new waypoint. Ignored unless ``allowed``. A deleting mutator lacks ``made``,
         ``waypoint`` and ``patch``.
@@ -214,9 +214,9 @@ class Mutator(Unit):
     store : In(1)
         Record ``result``, in the last cycle of the mutation.
     record : Out(mutation_layout)
-        Result of the latest mutation. Like ``patch``, it changes with ``store`` only.
+        Result of the latest mutation. Like ``patch``, it only changes with ``store``.
     patch : Out(waypoint_bits)
-        New waypoint of the latest mutation, or 0 if that was not applied.
+        New waypoint of the latest mutation, or 0 if it was not applied.
     """
 
     kind: Given("MutationKind")
@@ -256,7 +256,7 @@ class Mutator(Unit):
         with m.If(self.planned):
             m.d.sync += [self.kept.eq(self.plan), self.allowed.eq(allowed[self.kind])]
 
-        # A register, since it reaches all children.
+        # A register, because it reaches all children.
         applied = Signal()
         m.d.sync += applied.eq(self.allowed)
         m.d.comb += [

@@ -12,13 +12,14 @@ __all__ = ["PathReader"]
 
 
 class PathReader(Unit):
-    """Turns the lock-step reading of the population into a stream of one path after another.
+    """Converts the lockstep reading of the population to a stream of one path after another.
 
-    It rewinds the reading before each path and after the last. A step moves the next waypoint of
-    ``slot`` into the register ``waypoint``. There are 3 cycles between two paths.
+    It rewinds the reading before each path and after the last one. A step moves the next waypoint
+    of ``slot`` to the register ``waypoint``. There are 3 cycles between two paths.
 
-    A waypoint that is not transferred moves aside, so that one more fits. A step thus does not
-    depend on ``waypoints.ready`` of the same cycle, which would have to reach the whole population.
+    A waypoint that is not transferred moves to a second register, which makes room for another.
+    Therefore a step does not depend on ``waypoints.ready`` of the same cycle, which would have to
+    reach the whole population.
 
     Members
     -------
@@ -35,9 +36,9 @@ class PathReader(Unit):
         Length of its path, two cycles after ``slot``.
     rewind : Out(1)
     primes : In(1)
-        The reading is rewound, and can be stepped starting in the next cycle.
+        The reading is rewound and can be stepped from the next cycle on.
     steps : Out(1)
-        It steps in the next cycle.
+        The reading steps in the next cycle.
     waypoint : In(waypoint_bits)
     """
 
@@ -64,7 +65,7 @@ class PathReader(Unit):
         waypoints = self.waypoints
 
         # Flags of the next waypoint: it ends its path (`last`), and the last path (`final`). They
-        # are computed a cycle ahead; `second` is two past its position, as each path has two.
+        # are computed one cycle ahead; `second` is two past its position, which every path allows.
         left = Signal.like(self.reads.p.count)
         second = Signal(len(self.length) + 1)
         last = Signal()
@@ -73,7 +74,7 @@ class PathReader(Unit):
         m.d.sync += only.eq(left == 1)
         m.d.comb += final.eq(last & only)
 
-        # The waypoint in the register, and the one before it, if it has moved aside.
+        # The waypoint in the register, and the previous one if it has moved to the second register.
         loaded = Signal()
         present = Signal.like(waypoints.p)
         ends = Signal()
@@ -106,8 +107,8 @@ class PathReader(Unit):
                 second.eq(second + 1),
             ]
 
-        # A step is decided a cycle ahead. None follows the last waypoint of a path or comes while
-        # the register and the place aside are full.
+        # A step is decided one cycle ahead. There is none after the last waypoint of a path, nor
+        # while both registers are full.
         room = Signal()
         m.d.comb += [
             room.eq(waypoints.ready | ~(full | (loaded & step))),

@@ -1,4 +1,4 @@
-"""The population: all chromosomes, which are read in lock step and updated in one cycle."""
+"""The population: all chromosomes, which are read in lockstep and updated in one cycle."""
 
 from amaranth import *
 from amaranth.lib import stream
@@ -20,24 +20,24 @@ from pathgene.hdl.primitives.unit import InstanceOf, Unit
 
 __all__ = ["Population"]
 
-#: Slots controlled by the same registers. The population is a multiple of it.
+#: Number of slots controlled by the same registers. The population is a multiple of it.
 _SLOTS_OF_PART = 4
 
 
 class Population(Unit):
     """All chromosomes, and the ports through which their waypoints pass.
 
-    The paths are read in lock step. After ``launch``, each port gets the next waypoint of its path
-    in every cycle: ``waypoints`` are the ones at ``position`` while ``carrying``, from the third
-    cycle after ``launch`` to the cycle of ``done``. Elites and survivors are copied to the first
-    slots while they pass; the crossover modules write their children to the last ones. All writes
-    go to the banks that are not read; ``update`` swaps the banks in one cycle (*allaire-2008*,
-    section 4.4). The first waypoints are read ahead, so that no cycle is lost.
+    The paths are read in lockstep. After ``launch``, each port gets the next waypoint of its path
+    in every cycle: ``waypoints`` are the waypoints at ``position`` while ``carrying``, from the
+    third cycle after ``launch`` to the cycle of ``done``. Elites and survivors are copied to the
+    first slots while they pass; the crossover modules write their children to the last slots. All
+    writes go to the banks that are not being read; ``update`` swaps the banks in one cycle
+    (*allaire-2008*, section 4.4). The first waypoints are read ahead, so that no cycle is lost.
 
-    After reset every path has two waypoints, which are 0 when the chip has been configured.
+    After reset every path has two waypoints, which are 0 after configuration of the chip.
 
-    Source: *allaire-2008*, section 4.4. Differs: children are written to their slots while elites
-    and survivors are copied, so that the update is a change of banks.
+    Source: *allaire-2008*, section 4.4. Difference: children are written to their slots while
+    elites and survivors are copied, so that the update only swaps banks.
 
     Members
     -------
@@ -45,37 +45,37 @@ class Population(Unit):
         Slot and length of the path of each port: elites, survivors, parents. Steady from the cycle
         before the crossover begins, and while ``peek``.
     launch : In(1)
-        Pulse: the crossover begins with the second cycle after it. Only while ``settled``.
+        Pulse: the crossover begins in the second cycle after it. Only while ``settled``.
     waypoints : Out(waypoint_bits).array(ports)
     position : Out(index_bits)
     carrying : Out(1)
     done : Out(1)
         Last cycle of the crossover: the last waypoint of the longest path passes.
     patches : In(waypoint_bits).array(patches)
-        New waypoints of the mutators. The waypoints of the present population must stay until its
-        last reading; the waypoints of the next population come before ``update``.
+        New waypoints of the mutators. Those of the current population must stay until it is last
+        read; those of the next population arrive before ``update``.
     mutations : In(mutation_layout).array(mutators)
         In the cycle before ``update``: work of each mutator.
     update : In(1)
-        Make the next population the present one: it can be addressed starting in the next cycle.
+        Make the next population the current one, which can be addressed from the next cycle on.
     lengths : Out(length_bits).array(population)
-        Length of the path in each slot, mutations included.
+        Length of the path in each slot, including mutations.
     settled : Out(1)
         No read or write is in flight, and the first waypoints have been read: at most 4 cycles
         after the latest read, write or ``update``. Undefined from ``launch`` to ``update``.
     allow : In(1)
         ``reads`` and ``writes`` are accepted. Low from the cycle after ``launch`` to ``update``.
     writes : In(stream.Signature(write_layout))
-        Waypoints for the present population.
+        Waypoints for the current population.
     reads : In(stream.Signature(read_layout))
     read_waypoints : Out(stream.Signature(waypoint_layout))
         See :class:`pathgene.hdl.ga_core.path_reader.PathReader`. A waypoint is offered 5 cycles
         after a read is accepted.
     peeks : In(1)
-        Only with a map: ``peek`` may come. No read is accepted while it is high, nor for 3 cycles
-        after the last peek.
+        Only with a map: ``peek`` may be raised. No read is accepted while this is high, nor for 3
+        cycles after the last peek.
     peek : In(1)
-        Only while ``peeks``: pass the waypoints at ``peek_position``, which are in ``waypoints``
+        Only while ``peeks``: pass the waypoints at ``peek_position``, which appear in ``waypoints``
         :data:`pathgene.hdl.ga_core.read_ports.PEEK_LATENCY` cycles later. May rise only while
         ``settled``, and stays high for all positions; the population is ``settled`` again 6 cycles
         after the last.
@@ -121,8 +121,8 @@ class Population(Unit):
         ports = len(self.carried)
         parts = config.population // _SLOTS_OF_PART
 
-        # Host writes pass the ports too, so that each memory has one writer. Every signal that
-        # reaches all slots comes from a register, since wires that long do not leave time for
+        # Host writes go through the ports too, so that each memory has one writer. Every signal
+        # that reaches all slots comes from a register, because such long wires leave no time for
         # logic.
         m.submodules.write_decoder = decoder = WriteDecoder(
             population=config.population,
@@ -170,7 +170,7 @@ class Population(Unit):
                 pointer.peek_position.eq(self.peek_position),
             ]
 
-        # Only the first port, from which the host reads, must hold a waypoint.
+        # Only the first port, which the host reads, must hold a waypoint.
         m.d.comb += [
             crossbar.step.eq(pointer.step),
             assign_each(crossbar.writing, decoder.writing[1:]),
@@ -180,7 +180,7 @@ class Population(Unit):
         ]
         self._read(m, reader, pointer, crossbar)
 
-        # Signals that all slots need have a register for each part of the slots.
+        # Signals that all slots need have a register for each group of slots.
         bank = Signal()
         banks = fanout(m, *[bank ^ self.update] * parts, name="bank")
         m.d.comb += bank.eq(banks[0])
@@ -219,7 +219,7 @@ class Population(Unit):
         return m
 
     def _read(self, m, reader, pointer, crossbar):
-        """Let the host read slots through the first port."""
+        """Add reading of slots by the host, through the first port."""
         slot = Signal(self.config.population, name="read_slot", reset_less=True)
         length = Signal(self.config.length_bits, name="read_length", reset_less=True)
         peeks = Signal()
@@ -244,7 +244,7 @@ class Population(Unit):
         """Copy elites and survivors; yield the source and the writes to the halves of each slot."""
         config = self.config
 
-        # Their paths lie in order: one index serves all of them.
+        # Their paths are stored in order, so one index serves all of them.
         m.submodules.kept_index = index = ReadIndex(
             max_waypoints=config.max_waypoints, patch_count=config.patches
         )

@@ -1,4 +1,4 @@
-"""The random source: Trivium generators side by side, 64 bits of each per step."""
+"""The random source: parallel Trivium generators, each with 64 bits per step."""
 
 from amaranth import *
 from amaranth.lib import data
@@ -15,8 +15,8 @@ __all__ = ["RandomSource", "Trivium"]
 class Trivium(Unit):
     """One generator: 288 bits of state, 64 steps of the cipher at once.
 
-    The first of the 64 bits is the highest of ``word``; a path from state to state or to ``word``
-    is one XOR of five or six bits for any number of bits per step.
+    The first of the 64 bits is the highest bit of ``word``; a path from state to state or to
+    ``word`` is a single XOR of five or six bits, however many bits a step has.
 
     Source: De Canniere and Preneel, *Trivium specifications*, 2005. Equals
     :class:`pathgene.sim.model.random_source.Trivium` except for the warm-up, which is left to the
@@ -27,11 +27,11 @@ class Trivium(Unit):
     load : In(1)
         Load ``key`` and the IV. Overrides ``step``. Before the first load the key is 0.
     key : In(64)
-        The lowest 64 of the cipher's 80 key bits; the remaining bits are 0.
+        The lowest 64 of the cipher's 80 key bits; the rest is 0.
     step : In(1)
         Advance.
     word : Out(64)
-        Word of the step from the present state. Combinational.
+        Word of the step from the current state. Combinational.
     """
 
     iv: Count(0, "2**80 - 1", "Part of the loaded state.", name="IV")
@@ -44,7 +44,7 @@ class Trivium(Unit):
     def elaborate(self, platform):
         m = Module()
 
-        # The newest bit of each register is its lowest.
+        # The newest bit of each register is the lowest.
         a = Signal(93, reset_less=True)
         b = Signal(84, init=self.iv, reset_less=True)
         c = Signal(111, init=0b111 << 108, reset_less=True)
@@ -76,11 +76,11 @@ class Trivium(Unit):
 class RandomSource(Unit):
     """All lanes: lane ``i`` has the seed as its key and ``i`` as its IV.
 
-    After ``load``, the source warms up by itself: it is ``ready`` again ``WARM_UP_STEPS + 1``, that
-    is 19, cycles later. A configured chip starts in the same way, with seed 0. After the warm-up
-    the state advances with ``step`` only, so it is a function of the seed and the number of steps.
-    The update of the state is invertible and no loaded state is 0, so the source never gets stuck.
-    A reset does not reach the state: its wires would span the chip.
+    After ``load``, the source warms up by itself and is ``ready`` again ``WARM_UP_STEPS + 1`` = 19
+    cycles later. A newly configured chip starts in the same way with seed 0. After the warm-up, the
+    state only advances with ``step``, so it is a function of the seed and the number of steps. The
+    update of the state is invertible and no loaded state is 0, so the source never gets stuck. A
+    reset does not reach the state, because its wires would span the chip.
 
     Equals :class:`pathgene.sim.model.random_source.RandomSource`.
 
@@ -93,7 +93,7 @@ class RandomSource(Unit):
     step : In(1)
         Advance by one word of each lane. Ignored while not ``ready``.
     words : Out(data.ArrayLayout(64, LANES))
-        Words of the step from the present state, valid while ``ready``. Combinational.
+        Words of the step from the current state, valid while ``ready``. Combinational.
     ready : Out(1)
         Warmed up.
     """
@@ -107,7 +107,7 @@ class RandomSource(Unit):
     def elaborate(self, platform):
         m = Module()
 
-        # Counts up to its top bit: `ready` enables every register, so it must be early.
+        # It counts up to its top bit, because `ready` enables every register and must be early.
         bits = ceil_log2(WARM_UP_STEPS)
         warm_up = Signal(bits + 1, init=(1 << bits) - WARM_UP_STEPS, reset_less=True)
         m.d.comb += self.ready.eq(warm_up[-1])

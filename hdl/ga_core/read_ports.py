@@ -13,13 +13,13 @@ __all__ = ["PEEK_LATENCY", "PositionCounter", "ReadCrossbar", "ReadPointer"]
 class PositionCounter(Unit):
     """Counts positions until the longest path has passed.
 
-    ``running`` and ``following`` lead the waypoints in the ports by a cycle. All outputs except
-    ``goes_on`` are registers, since they reach the whole population.
+    ``running`` and ``following`` lead the waypoints in the ports by one cycle. All outputs except
+    ``goes_on`` are registers, because they reach the whole population.
 
     Members
     -------
     begin : In(1)
-        Pulse, in the cycle before the first of the crossover. Never during a crossover.
+        Pulse in the cycle before the crossover's first. Never during a crossover.
     lengths : In(range(max_waypoints + 1)).array(ports)
         Length of the path of each port, 2 or more. Steady from ``begin`` to ``done``.
     goes_on : Out(1)
@@ -30,9 +30,9 @@ class PositionCounter(Unit):
     following : Out(range(max_waypoints))
         0, 1, ... while ``running``.
     carrying, position : Out(1), Out(range(max_waypoints))
-        ``running`` and ``following`` of the cycle before: the ports hold those waypoints.
+        ``running`` and ``following`` of the previous cycle: the ports hold those waypoints.
     done : Out(1)
-        High in the cycle after the last of ``running``.
+        High in the cycle after the last with ``running``.
     """
 
     ports: Count(1, text="Paths that pass at once.")
@@ -54,7 +54,7 @@ class PositionCounter(Unit):
         m = Module()
 
         # `last` takes three cycles: each length is compared for a later waypoint, then all results
-        # are combined. So `third` is three past `following`.
+        # are combined. Therefore `third` is three past `following`.
         last = Signal()
         third = Signal(range(self.max_waypoints + 3), init=2)
         ended = Signal(len(self.lengths), reset_less=True)
@@ -81,35 +81,35 @@ PEEK_LATENCY = 4
 class ReadPointer(Unit):
     """Advances the reading of all slots, and rewinds it to their first waypoints.
 
-    ``ahead`` is the position to be read next. The two cycles after a rewind fill the registers
-    after it: when it is 2, the slots have the waypoints of position 0. ``advance`` and ``step``
-    are registers, since they enable the whole population.
+    ``ahead`` is the next position to be read. The two cycles after a rewind fill the registers that
+    follow: when it is 2, the slots have the waypoints of position 0. ``advance`` and ``step`` are
+    registers, because they enable the whole population.
 
     Members
     -------
     taken, writing : In(1)
-        A waypoint for the present population is accepted; and, in the next cycle, written.
+        A waypoint for the current population is accepted; it is written in the next cycle.
     update : In(1)
-        The next population becomes the present one.
+        The next population becomes the current one.
     rewinds : In(1)
-        Rewind. Each of the inputs above also rewinds, starting in the second cycle after it, since
-        the indices of the slots follow a change of a path a cycle after its length.
+        Rewind. Each of the inputs above also rewinds, from the second cycle after it on, because
+        the indices of the slots follow a change of a path one cycle after its length.
     begin : In(1).array(parts)
-        A crossover begins with the next cycle. All are equal.
+        A crossover begins in the next cycle. All bits are equal.
     passes : In(1)
         The ports take waypoints in the next cycle for another reason.
     peek, peek_position : In(1), In(range(max_waypoints))
         Only with ``peeks``: see :class:`pathgene.hdl.ga_core.population.Population`.
     ahead : Out(range(max_waypoints))
     advance : Out(1).array(parts)
-        All slots read. All are equal.
+        All slots read. All bits are equal.
     step : Out(1)
         The ports take the waypoints of the slots.
     primes : Out(1)
-        The slots have the first waypoints starting in the next cycle.
+        The slots have the first waypoints from the next cycle on.
     primed : Out(1)
-        The slots have the first waypoints, or later ones that were passed, and no change or peek is
-        in flight.
+        The slots have the first waypoints, or later ones after a pass, and no change or peek is in
+        flight.
     peeking : Out(1)
         A peek of an earlier cycle is in flight.
     """
@@ -147,8 +147,8 @@ class ReadPointer(Unit):
         looked_last = Signal()
         steps = Signal()
         m.d.comb += [
-            # The rewind may follow an update a cycle late: waypoints read before the next cycle are
-            # discarded, too.
+            # The rewind may follow an update one cycle late, because waypoints read before the next
+            # cycle are discarded too.
             rewind.eq(self.rewinds | changed),
             steps.eq(self.begin[0] | self.passes | looks),
             self.primes.eq(~filling[1]),
@@ -189,22 +189,23 @@ _PORTS_OF_PART = 3
 class ReadCrossbar(Unit):
     """One register per port, with a multiplexer of all slots: the largest unit of the chip.
 
-    A port registers its choice too, since that reaches the whole multiplexer.
+    A port also registers its selection, because the selection reaches the whole multiplexer.
 
     Members
     -------
     selects : In(population).array(ports)
         The slot of each port, decoded: at most one bit is set. It takes effect in the next cycle.
     slots : In(waypoint_bits).array(population)
-        Present waypoint of each slot.
+        Current waypoint of each slot.
     step : In(1)
-        The first port takes its waypoint. All other ports do so in every cycle.
+        The first port takes its waypoint. All other ports take theirs in every cycle.
     writing : In(1).array(parts_of(ports))
-        All ports take ``written`` instead. All are equal; each drives some of the ports. Overrides
-        ``step``.
+        All ports take ``written`` instead. All bits are equal; each drives some of the ports.
+        Overrides ``step``.
     written : In(waypoint_bits)
     waypoints : Out(waypoint_bits).array(ports)
-        Waypoint that each port took in the previous cycle; the first port, at its latest ``step``.
+        Waypoint that each port took in the previous cycle, or the first port at its latest
+        ``step``.
     """
 
     ports: Count(1)
@@ -233,7 +234,7 @@ class ReadCrossbar(Unit):
             chosen = Signal(len(select), name=f"select_{number}", reset_less=True)
             port = Signal(len(waypoint), name=f"port_{number}", reset_less=True)
             m.d.sync += chosen.eq(select)
-            # Outside a condition, which would be one more input of every look-up table.
+            # Not inside a condition, which would add an input to every look-up table.
             passing = one_hot_multiplex_tree(m, chosen, self.slots, f"of_slots_{number}")
             m.d.comb += waypoint.eq(port)
             with m.If(self.writing[number // _PORTS_OF_PART]):

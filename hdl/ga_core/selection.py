@@ -1,4 +1,4 @@
-"""The selection unit: draws a whole set while the generation before it runs."""
+"""The selection unit: draws a whole set while the previous generation runs."""
 
 from amaranth import *
 from amaranth.lib import data
@@ -16,19 +16,19 @@ __all__ = ["Selection"]
 
 
 class Selection(Unit):
-    """Draws everything random about a generation.
+    """Draws all random numbers of a generation.
 
     The draws of a set equal the draws of :class:`pathgene.sim.model.selection.Selection`: crossover
-    ranks independent, P(r) = (2 (N - r) - 1) / N**2; survivors and children different. The random
-    source advances ``config.draw_steps`` steps per set and never otherwise, so the set of
-    generation ``g`` is a function of the seed and ``g``.
+    ranks are independent with P(r) = (2 (N - r) - 1) / N**2; survivors and children are distinct.
+    The random source advances ``config.draw_steps`` steps per set and never otherwise, so the set
+    of generation ``g`` is a function of the seed and ``g``.
 
     A set is ready :attr:`latency` cycles after ``next`` (15 in the default configuration, 18 with a
     map), and ``WARM_UP_STEPS + latency`` cycles after ``load``. After reset, the set of generation
     0 and seed 0 is ready ``WARM_UP_STEPS + latency - 1`` cycles later.
 
-    Source: *allaire-2008*, sections 4.1 and 4.4: a fixed roulette by rank. Differs: the paper's
-    addresses change every cycle; here there is a set for each generation, so that a run can be
+    Source: *allaire-2008*, sections 4.1 and 4.4: a fixed roulette by rank. Difference: the paper's
+    addresses change every cycle; here there is one set per generation, so that a run can be
     repeated. The smaller of two uniform draws has exactly the roulette's distribution.
 
     Members
@@ -40,21 +40,22 @@ class Selection(Unit):
     next : In(1)
         Draw another set. Ignored while not ``ready``.
     ready : Out(1)
-        The outputs below are a whole set. They stay while ``ready`` is high and no offset is taken.
+        The outputs below are a complete set. They stay while ``ready`` is high and no offset is
+        taken.
     parents : Out(data.ArrayLayout(config.slot_bits, config.crossovers))
-        Rank of each parent, 0 the best.
+        Rank of each parent; 0 is the best.
     survivors : Out(data.ArrayLayout(config.slot_bits, config.survivors))
-        Different ranks, ``elites`` to ``population - 1``.
+        Distinct ranks, ``elites`` to ``population - 1``.
     children : Out(data.ArrayLayout(config.child_bits, config.mutators))
-        Different children, one for each mutator.
+        Distinct children, one for each mutator.
     waypoints : Out(data.ArrayLayout(16, config.mutators))
         Fraction of its child's length at which each mutator works.
     offsets : Out(data.ArrayLayout(offset_layout, config.patches * config.candidates))
-        Signed ``x`` and ``y`` in cells and ``altitude`` in steps, each within the mutation box, of
-        the first candidate of every patch, then of the second, and so on.
+        Signed ``x`` and ``y`` in cells and ``altitude`` in steps, each within the mutation box: for
+        the first candidate of every patch, then for the second, and so on.
     offset_taken : In(1)
-        Only with a map: the first of ``offsets`` has been used. The remaining ones move up by one
-        place, until the next set. Only while ``ready``.
+        Only with a map: the first of ``offsets`` has been used. The rest moves up by one place,
+        until the next set. Only while ``ready``.
 
     Attributes
     ----------
@@ -94,13 +95,13 @@ class Selection(Unit):
         m = Module()
         config, at = self.config, self.draw_layout
 
-        # Cycles since `next`, less two: step i of the source is taken in cycle i. `step` enables
-        # the whole state, so it is a register, as is `begin`.
+        # Cycles since `next`, minus two: step i of the source is taken in cycle i. `step` enables
+        # the whole state and is therefore a register, like `begin`.
         cycle = Signal(range(self.latency))
         step = Signal(init=1)
         begins, begin = Signal(), Signal(init=1)
         m.submodules.source = source = RandomSource()
-        # The source has no reset: it is loaded with 0 after a reset.
+        # The source has no reset, so it is loaded with 0 after a reset.
         load, seed = Signal(init=1), Signal(SEED_BITS, reset_less=True)
         m.d.sync += [begin.eq(begins), load.eq(self.load), seed.eq(Mux(self.load, self.seed, 0))]
         m.d.comb += [
@@ -148,7 +149,7 @@ class Selection(Unit):
         with m.If(takes_parent):
             m.d.sync += _append(parents, Mux(first < second, first, second))
 
-        # A cycle after `begin`, to discard a draw that was in the register; and after a reset.
+        # One cycle after `begin`, to discard a draw that was in the register, and after a reset.
         clear = Signal(init=1)
         m.d.sync += clear.eq(begin)
 
@@ -194,7 +195,7 @@ class Selection(Unit):
         m.d.sync += takes_scaled.eq(takes_offset)
         shifts = takes_scaled
         if config.checker is not CheckerBuild.NONE:
-            # The offset that enters at the end is undefined.
+            # The offset shifted in at the end is undefined.
             shifts = takes_scaled | self.offset_taken
         offsets = Signal.like(self.offsets, reset_less=True)
         m.d.comb += self.offsets.eq(offsets)
@@ -205,5 +206,5 @@ class Selection(Unit):
 
 
 def _append(items, item):
-    """Return the assignment that shifts ``item`` in at the end, and the first item out."""
+    """Return the assignment that shifts in ``item`` at the end and shifts out the first item."""
     return items.eq(Cat(items.as_value()[len(item) :], item))

@@ -1,4 +1,4 @@
-"""Mapping of drawn ranks to slots, made while the ranking arrives."""
+"""Mapping of drawn ranks to slots, built while the ranking arrives."""
 
 from amaranth import *
 from amaranth.lib import data, stream
@@ -24,17 +24,17 @@ def carrier_layout(population: int, max_waypoints: int) -> data.StructLayout:
 
 
 class SlotMapping(Unit):
-    """Gives each read port the slot and the length of the path of its rank.
+    """Assigns to each read port the slot and the length of the path of its rank.
 
-    There are ports for the elites, whose ranks are fixed, for the survivors and for the parents.
+    There are ports for the elites, whose ranks are fixed, and for the survivors and the parents.
     One word of the ranking is accepted per cycle, and takes effect 4 cycles later.
 
     Members
     -------
     ranking : In(stream.Signature(ranking_layout))
-        Ranks upwards from 0, each with its slot.
+        Ranks in increasing order from 0, each with its slot.
     allow : In(1)
-        Words of ``ranking`` are accepted: the ranks below are complete.
+        Words of ``ranking`` are accepted, because the ranks below are complete.
     clear : In(1)
         Discard all accepted words.
     parents : In(ArrayLayout(range(population), parent_ports))
@@ -85,7 +85,7 @@ class SlotMapping(Unit):
             taken.eq(self.ranking.valid & self.ranking.ready),
         ]
 
-        # Each port compares the halves of a rank while the word is accepted, combines both results
+        # Each port compares the halves of a rank while the word is accepted, combines the results
         # while the slot is decoded, and takes the word in the cycle after its length is looked up.
         slot = Signal.like(word.slot, reset_less=True)
         select = Signal(self.population, reset_less=True)

@@ -14,7 +14,7 @@ __all__ = ["TerrainAwareSampler"]
 
 
 class TerrainAwareSampler(Unit):
-    """Makes new waypoints that are above the ground, with one lookup in the map per cycle.
+    """Makes new waypoints above the ground, with one lookup in the map per cycle.
 
     Before a generation, as soon as the mutators have planned, their waypoints are read ahead
     through the ports: ``fetched`` is high :meth:`latency_of` cycles after ``fetch`` if the
@@ -23,8 +23,8 @@ class TerrainAwareSampler(Unit):
     While the parents pass, one candidate per cycle is moved, kept within the limits and looked up:
     the first of every patch, then the second of every patch, and so on. A patch becomes its first
     candidate above the ground, that is, higher than its cell. It is *decided* by that candidate, or
-    by its last one. Candidate ``n`` of all, counted from 0, decides ``n + lookup_latency + 5``
-    cycles after ``run`` rose.
+    else by its last one. Candidate ``n``, counted over all from 0, decides
+    ``n + lookup_latency + 5`` cycles after ``run`` rose.
 
     Source: none; *allaire-2008*, section 4.6, ignores the ground in mutations.
 
@@ -46,12 +46,12 @@ class TerrainAwareSampler(Unit):
     fetched : Out(1)
         Pulse: a generation may start.
     run : In(1)
-        A generation runs, starting in the next cycle. The outputs below are valid from two cycles
-        after ``run`` rises to the second cycle after it falls.
+        A generation runs from the next cycle on. The outputs below are valid from two cycles after
+        ``run`` rises to the second cycle after it falls.
     offset : In(offset_layout)
         Offset of the next candidate.
     offset_taken : Out(1)
-        The offset is taken: the following one must be offered in the next cycle.
+        The offset is taken; the next one must be offered in the next cycle.
     limits : In(limits_layout)
     avoid : In(1)
         Reject candidates in the ground. Otherwise every first candidate is taken.
@@ -59,13 +59,13 @@ class TerrainAwareSampler(Unit):
     lookup_x, lookup_y : Out(limits_layout["x"]), Out(limits_layout["y"])
         Cell of a candidate.
     lookup_altitude : In(limits_layout["altitude"])
-        Ground of the cell of ``lookup_latency`` cycles ago.
+        Ground of the cell from ``lookup_latency`` cycles ago.
     decided : Out(1)
-        All patches that are needed have been decided.
+        All needed patches have been decided.
     found : Out(patch_count)
-        Patches that have been made; 0 for one that is not needed.
+        Patches that have been made; 0 for a patch that is not needed.
     patches : Out(waypoint_bits).array(patch_count)
-        The new waypoints that have been found.
+        The new waypoints found.
     redrawn : Out(range(patch_count * candidates))
         Candidates that replaced a candidate in the ground.
     """
@@ -122,7 +122,7 @@ class TerrainAwareSampler(Unit):
         running = Signal()
         m.d.sync += running.eq(self.run)
 
-        # A queue of the waypoints to be moved. The first is moved, and goes to the end.
+        # A queue of the waypoints to be moved. The first waypoint is moved and goes to the end.
         axes = self.limits_layout
         bases = [Signal(axes, name=f"base_{i}", reset_less=True) for i in range(len(self.plans))]
         fetched, waypoint = self._fetch(m)
@@ -138,7 +138,7 @@ class TerrainAwareSampler(Unit):
         return m
 
     def _fetch(self, m):
-        """Read the waypoints ahead; return a flag that the next has arrived, and that waypoint."""
+        """Read the waypoints ahead; return a flag that the next has arrived, and the waypoint."""
         wanted = Signal()
         number = Signal(range(self.patch_count))
         last = number == self.patch_count - 1
@@ -174,7 +174,7 @@ class TerrainAwareSampler(Unit):
     def _candidates(self, m, running, base):
         """Make and look up the candidates; return the one whose altitude arrives.
 
-        Returned are a flag that there is one, its facts (the patch, one-hot, and whether it is the
+        The result is a flag that there is one, its facts (the patch, one-hot, and whether it is the
         last of the patch), and the waypoint. Each step ends in registers.
         """
         axes = self.limits_layout
@@ -185,7 +185,7 @@ class TerrainAwareSampler(Unit):
         last = candidate == self.candidates - 1
         exhausts = Signal()
         m.d.comb += exhausts.eq(exhausted | (self.offset_taken & turn[-1] & last))
-        # A register, since it enables all bases and all offsets.
+        # A register, because it enables all bases and all offsets.
         m.d.sync += self.offset_taken.eq(self.run & ~exhausts)
         with m.If(~running):
             m.d.sync += [turn.eq(1), candidate.eq(0), exhausted.eq(0)]
@@ -231,8 +231,8 @@ class TerrainAwareSampler(Unit):
         return valid, facts, waypoint
 
     def _decide(self, m, running, valid, facts, waypoint):
-        """Compare a candidate with the ground, then take it or not."""
-        # A register before the decision: the altitude comes from many banks of memory.
+        """Compare a candidate with the ground, then accept or reject it."""
+        # A register before the decision, because the altitude comes from many memory banks.
         grounded = Signal()
         judged = Signal.like(valid)
         judged_facts = Signal.like(facts, reset_less=True)

@@ -17,8 +17,8 @@ __all__ = ["PathCopier", "WriteDecoder"]
 class WriteDecoder(Unit):
     """Accepts waypoints for the population, one per cycle, and decodes the place of each.
 
-    All outputs except ``taken`` are registers, since they reach all slots. They belong to the
-    waypoint that was taken in the previous cycle.
+    All outputs except ``taken`` are registers, because they reach all slots. They belong to the
+    waypoint taken in the previous cycle.
 
     Members
     -------
@@ -29,7 +29,7 @@ class WriteDecoder(Unit):
     taken : Out(1)
         A waypoint is accepted in this cycle. Combinational.
     writing : Out(1).array(parts)
-        A waypoint was accepted in the previous cycle. All are equal.
+        A waypoint was accepted in the previous cycle. All bits are equal.
     waypoint : Out(waypoint_bits)
     slots : Out(population)
         The slot, decoded, one-hot.
@@ -99,15 +99,15 @@ class WriteDecoder(Unit):
 
 
 class PathCopier(Unit):
-    """Writes a path that passes through a port to a slot, in order.
+    """Writes a path that passes through a port to a slot, in order of its waypoints.
 
     ``valid`` and ``at`` belong to the next waypoint and depend only on ``on``, ``position`` and
-    ``length``; ``waypoint`` is the one that passes now.
+    ``length``; ``waypoint`` is the waypoint that passes now.
 
     Members
     -------
     on : In(1)
-        Waypoints pass starting in the next cycle.
+        Waypoints pass from the next cycle on.
     position : In(range(max_waypoints))
         Position of the waypoint of the next cycle in its path.
     length : In(range(max_waypoints + 1))

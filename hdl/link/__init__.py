@@ -1,1 +1,1 @@
-"""Both ends of the line on the chip's side: UART, COBS, frames."""
+"""The chip's end of the line, in both directions: UART, COBS, frames."""

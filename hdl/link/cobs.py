@@ -11,7 +11,7 @@ from pathgene.hdl.protocol import DELIMITER
 
 __all__ = ["CobsDecoder", "CobsEncoder"]
 
-# Code of a block that is full and so has no zero after it.
+# Code of a full block, which has no zero after it.
 _FULL = 0xFF
 
 
@@ -27,13 +27,13 @@ class CobsDecoder(Unit):
     Members
     -------
     encoded : In(stream.Signature(8))
-        Bytes off the line, delimiters included. Always ready.
+        Bytes from the line, including delimiters. Always ready.
     decoded : Out(stream.Signature({"data": 8, "delimiter": 1, "broken": 1}, always_ready=True))
         Decoded bytes; after the bytes of each frame, a transfer with ``delimiter`` and no data, in
         which ``broken`` marks a zero inside a block. At least 2 cycles pass between this transfer
         and the first byte of the next frame.
     inside : Out(1)
-        A frame has begun and not ended.
+        A frame has begun but not ended.
     """
 
     def interface(self):
@@ -47,8 +47,8 @@ class CobsDecoder(Unit):
     def elaborate(self, platform):
         m = Module()
 
-        left = Signal(8)  # Bytes of the block still to come.
-        zero = Signal()  # A zero follows the block, unless the frame ends with it.
+        left = Signal(8)  # Bytes left in the block.
+        zero = Signal()  # A zero follows the block unless the frame ends with it.
 
         m.d.comb += self.encoded.ready.eq(1)
         m.d.sync += [
@@ -85,13 +85,13 @@ class CobsDecoder(Unit):
 class CobsEncoder(Unit):
     """Encodes frames of any length, each followed by a delimiter.
 
-    The code of a block is its length, so a block can be sent only when it is complete. The buffer
+    The code of a block is its length, so a block can only be sent once it is complete. The buffer
     holds two whole blocks, so that a block is filled while the previous one is sent. The encoding
-    is the shortest one: no empty block follows a full block that ends its frame.
+    is the shortest possible: no empty block follows a full block that ends its frame.
 
     A byte is accepted every cycle while the buffer has room, except for 1 cycle after each block of
-    254 bytes without a zero and 2 cycles after each frame. The first byte of a frame of one block
-    is offered 4 cycles after its last byte is accepted.
+    254 bytes without a zero and 2 cycles after each frame. The first byte of a one-block frame is
+    offered 4 cycles after its last byte is accepted.
 
     Members
     -------
@@ -121,7 +121,7 @@ class CobsEncoder(Unit):
         start = Signal.like(ring.committed)
         tail = Signal.like(ring.committed, init=1)
         code = Signal(8, init=1)
-        ended = Signal()  # All bytes of the frame have come.
+        ended = Signal()  # All bytes of the frame have arrived.
         used = Signal.like(ring.committed)
         room = Signal(init=1)
 
@@ -133,7 +133,7 @@ class CobsEncoder(Unit):
             ring.words.ready.eq(self.encoded.ready),
         ]
 
-        # One cycle old, hence the margin of a few rows: `tail` may have moved on since.
+        # One cycle old, hence the margin of a few rows: `tail` may have advanced since then.
         m.d.sync += room.eq(~used[-1] & ~used[2:-1].all())
 
         def close_block():

@@ -19,24 +19,24 @@ __all__ = ["FrameReceiver", "FrameTransmitter", "body_layout"]
 body_layout = data.StructLayout({"data": 8, "last": 1, "plain": 1})
 
 
-# XORed with the CRC of every frame that is not plain.
+# XORed with the CRC of every frame except plain ones.
 _VERSION_MASK = frame_crc(b"", plain=False) ^ frame_crc(b"", plain=True)
 
 
 def _residue(*, plain):
-    # The CRC over a body and its own CRC is the same for every body, so also for the empty one.
+    # The CRC over a body and its own CRC is the same for every body, including the empty one.
     return zlib.crc32(frame_crc(b"", plain=plain).to_bytes(CRC_BYTES, "little"))
 
 
 class FrameReceiver(Unit):
-    """Takes frames off the line and passes on the bodies of the undamaged ones.
+    """Receives frames from the line and passes on the bodies of undamaged frames.
 
-    A body is kept in a ring buffer and can be read only after its CRC has been found right, so the
-    user gets only whole, checked bodies. Any other frame is discarded with a pulse, chosen by the
-    first of these rules that the frame breaks:
+    A body is kept in a ring buffer and can only be read after its CRC has been verified, so the
+    user only gets complete, checked bodies. Any other frame is discarded with a pulse for the first
+    of these rules that the frame breaks:
 
-    1. ``malformed``: no zero inside a COBS block; body and CRC of 7 bytes or more;
-    2. ``crc_error``: the CRC of the protocol's version, or the plain one;
+    1. ``malformed``: no zero inside a COBS block, and at least 7 bytes of body and CRC;
+    2. ``crc_error``: the CRC of the protocol's version, or the plain CRC;
     3. ``overrun``: room in the buffer. A body takes one row more than it has bytes, so bodies that
        have ``receive_buffer`` bytes together with their CRCs always fit.
 
@@ -53,14 +53,14 @@ class FrameReceiver(Unit):
     Members
     -------
     bytes : In(stream.Signature(8))
-        Bytes off the line. Always ready.
+        Bytes from the line. Always ready.
     requests : Out(stream.Signature(body_layout))
         Bodies, without CRC; ``last`` marks the last byte of each, ``plain`` every byte of a body
         from a plain frame.
     malformed, crc_error, overrun : Out(1)
         High for one cycle, 2 cycles after the delimiter of a discarded frame.
     line_busy : Out(1)
-        A frame has begun and not ended: bytes have come since the last delimiter.
+        A frame has begun but not ended: bytes have arrived since the last delimiter.
     """
 
     receive_buffer: PowerOfTwo(8, 1 << 15, "Depth of the buffer.")
@@ -78,7 +78,7 @@ class FrameReceiver(Unit):
     def elaborate(self, platform):
         m = Module()
 
-        # A row holds a byte of a body; one row before each body says whether the body is plain.
+        # A row stores a byte of a body; one row before each body says whether the body is plain.
         row_layout = data.StructLayout({"data": 8, "last": 1})
         m.submodules.decoder = decoder = CobsDecoder()
         m.submodules.crc = crc = CRC32_ISO_HDLC().create()
@@ -98,9 +98,9 @@ class FrameReceiver(Unit):
         ]
 
         # The four newest bytes may be the CRC, and the byte before them the last of the body: this
-        # is known when the next byte or the delimiter comes.
+        # is known when the next byte or the delimiter arrives.
         held = Signal(data.ArrayLayout(8, CRC_BYTES + 1))
-        count = Signal(range(BODY_HEADER_BYTES + CRC_BYTES + 1))  # Stops at the shortest frame.
+        count = Signal(range(BODY_HEADER_BYTES + CRC_BYTES + 1))  # Saturates at the shortest frame.
         with m.If(arrives):
             m.d.sync += held.eq(Cat(decoder.decoded.p.data, held.as_value()[:-8]))
             with m.If(count != BODY_HEADER_BYTES + CRC_BYTES):
@@ -187,16 +187,16 @@ class FrameTransmitter(Unit):
     """Sends bodies as frames: adds the CRC, COBS and the delimiter.
 
     A byte of a body is accepted every cycle while the encoder has room, except for 1 cycle after
-    each block of 254 bytes without a zero and 6 cycles after each body. A frame that is one COBS
+    each block of 254 bytes without a zero and 6 cycles after each body. A frame of a single COBS
     block is offered from 8 cycles after the last byte of its body is accepted; a longer frame is
-    offered block by block, without a pause while bodies come faster than ``bytes`` are taken.
+    offered block by block, without pauses while bodies arrive faster than ``bytes`` are taken.
 
     On an ECP5 the transmitter takes one block RAM for the blocks and about 120 flip-flops.
 
     Members
     -------
     replies : In(stream.Signature(body_layout))
-        Bodies of one byte or more; ``last`` marks the last byte of each, where ``plain`` is
+        Bodies of one byte or more; ``last`` marks the last byte of each, with which ``plain`` is
         sampled.
     bytes : Out(stream.Signature(8))
         Bytes for the line.
@@ -219,7 +219,7 @@ class FrameTransmitter(Unit):
         left = Signal(range(CRC_BYTES + 1))  # Bytes of the CRC to send; 0 within a body.
         plain = Signal()
         mask = Signal(8 * CRC_BYTES)
-        rest = Signal(8 * CRC_BYTES)  # Bytes of the CRC after the first, the next one lowest.
+        rest = Signal(8 * CRC_BYTES)  # Bytes of the CRC after the first, next byte lowest.
         now = Signal(8 * CRC_BYTES)
         m.d.comb += mask.eq(Mux(plain, 0, _VERSION_MASK))
 

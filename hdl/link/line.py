@@ -22,14 +22,14 @@ class Line(Unit):
     rx, tx : In(1), Out(1)
         The pins; ``rx`` is asynchronous.
     requests : Out(stream)
-        Bodies of the host: :class:`pathgene.hdl.link.frame.FrameReceiver`.
+        Bodies from the host: :class:`pathgene.hdl.link.frame.FrameReceiver`.
     replies : In(stream)
         Bodies for the host: :class:`pathgene.hdl.link.frame.FrameTransmitter`.
     errors : Out(4)
         Pulses, in the order of :class:`pathgene.hdl.protocol.StickyError`: FRAMING, OVERRUN, CRC,
         MALFORMED.
     busy : Out(1)
-        A frame has begun and not ended.
+        A frame has begun but not ended.
     sending : Out(1)
         A byte is being sent or is waiting.
     bytes_received, bytes_sent : Out(48)
@@ -61,8 +61,8 @@ class Line(Unit):
         m.submodules.frame_receiver = frame_receiver = FrameReceiver(self.receive_buffer)
         m.submodules.frame_transmitter = frame_transmitter = FrameTransmitter()
 
-        # Large units take the requests and make the replies: registers on both sides keep their
-        # `valid` and `ready` off long combinational paths through the line.
+        # Large units consume the requests and produce the replies; registers on both sides keep
+        # their `valid` and `ready` off long combinational paths through the line.
         m.submodules.request_buffer = request_buffer = SkidBuffer(body_layout)
         m.submodules.request_register = request_register = StreamRegister(body_layout)
         m.submodules.reply_buffer = reply_buffer = SkidBuffer(body_layout)

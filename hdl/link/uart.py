@@ -17,10 +17,10 @@ _FRAME_BITS = 10
 class UartReceiver(Unit):
     """Receives bytes from an asynchronous 8N1 line.
 
-    The line passes a synchronizer and a median filter over three cycles, which removes spikes of
-    one cycle. Each bit is sampled in its middle, counted from the edge of the start bit; a start
-    bit that has ended by its middle was noise. The search for the next start bit begins in the
-    middle of the stop bit, so bytes may follow each other without a pause.
+    The line goes through a synchronizer and a median filter over three cycles, which removes
+    one-cycle spikes. Each bit is sampled at its middle, counted from the edge of the start bit; a
+    start bit that has ended by its middle was noise. The search for the next start bit begins in
+    the middle of the stop bit, so bytes may follow each other without pauses.
 
     If the stop bit is low, the byte is discarded, and the line must become high before another
     start bit counts: a break of any length is one error.
@@ -36,8 +36,8 @@ class UartReceiver(Unit):
     rx : In(1)
         The line; asynchronous, high when idle.
     bytes : Out(stream.Signature(8))
-        Received bytes. The line does not wait: a byte that has not been taken is replaced when the
-        next byte is complete, at least ``9 * clocks_per_bit`` cycles later.
+        Received bytes. The line does not wait: a byte that is not taken in time is replaced when
+        the next byte is complete, at least ``9 * clocks_per_bit`` cycles later.
     framing_error : Out(1)
         High for one cycle when a stop bit was low.
     """
@@ -54,11 +54,11 @@ class UartReceiver(Unit):
         line = Signal(init=1)
         past = Signal(2, init=0b11)
         level = Signal()
-        # Bits left to sample, the present one included; 0 between bytes.
+        # Bits left to sample, including the current one; 0 between bytes.
         left = Signal(range(_FRAME_BITS + 1))
         wait = Signal(range(self.clocks_per_bit))
         shift = Signal(8)
-        waiting = Signal()  # For the end of a break.
+        waiting = Signal()  # Waits for the end of a break.
 
         m.submodules.synchronizer = FFSynchronizer(self.rx, line, init=1)
         m.d.sync += past.eq(Cat(line, past[0]))
@@ -126,7 +126,7 @@ class UartTransmitter(Unit):
         m = Module()
 
         bits = Signal(_FRAME_BITS, init=-1)
-        # Bits left to send, the one on the line included; 0 when idle.
+        # Bits left to send, including the one on the line; 0 when idle.
         left = Signal(range(_FRAME_BITS + 1))
         wait = Signal(range(self.clocks_per_bit))
 

@@ -1,1 +1,1 @@
-"""The whole planner core: one child after another is bred, scored, walked and sorted."""
+"""The planner core: one child after another is bred, scored, walked and sorted."""

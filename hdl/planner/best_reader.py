@@ -17,12 +17,12 @@ _KEY_BYTES = 4
 
 
 class BestReader(Unit):
-    """Sends paths of different keys as bytes, the best first.
+    """Sends paths with distinct keys as bytes, best first.
 
     The format is :func:`pathgene.hdl.protocol.runs.pack_best`: the key of each path, then its
     waypoints. Members are read in the order of their ranks, so members with equal keys are
-    adjacent, and only the first of them is sent. Bytes are sent in consecutive cycles, except for a
-    cycle before each key, 3 before each waypoint, 5 for each member read after the first, and 2
+    adjacent, and only the first of them is sent. Bytes are sent in consecutive cycles, except for
+    one cycle before each key, 3 before each waypoint, 5 for each member read after the first, and 2
     more.
 
     Members
@@ -32,14 +32,14 @@ class BestReader(Unit):
     best : In(1)
         Pulse: send the paths. Not while ``busy``.
     busy : Out(1)
-        Until the last byte is taken.
+        High until the last byte is taken.
     rank : Out(range(population))
-        Member to be read; 0 while not ``busy``.
+        Member to read; 0 while not ``busy``.
     member : In(member_layout)
-        The member of ``rank`` of the previous cycle.
+        The member at the ``rank`` of the previous cycle.
     read : Out(place_layout)
     waypoint : In(waypoint_layout)
-        Contents of ``read`` of 2 cycles before.
+        Contents of ``read`` from 2 cycles before.
     records : Out(stream.Signature(record_layout))
         ``last`` ends the paths.
     """
@@ -66,12 +66,12 @@ class BestReader(Unit):
     def elaborate(self, platform):
         m = Module()
 
-        # The path that is sent next, whether it is the last one, and paths sent before.
+        # The path to be sent next, whether it is the last one, and the number of paths sent before.
         path = Signal(self.member.shape(), reset_less=True)
         is_final = Signal()
         sent = Signal(range(RETURNED))
         last_rank = self.rank == self.population - 1
-        # A key or a waypoint, and the number of its bytes after the one on offer.
+        # A key or a waypoint, and the number of its bytes after the one being offered.
         waypoint_bits = 2 * self.coordinate_bits + self.altitude_bits + 1
         waypoint_bytes = (waypoint_bits + 7) // 8
         most = max(_KEY_BYTES, waypoint_bytes)
@@ -99,7 +99,8 @@ class BestReader(Unit):
                 m.d.sync += path.eq(self.member)
                 m.next = "SEEK"
 
-            # Find the next member with another key, which decides whether the path is the last one.
+            # Find the next member with a different key, which decides whether the path is the last
+            # one.
             with m.State("SEEK"):
                 m.d.sync += [self.rank.eq(self.rank + 1), is_final.eq(last_rank)]
                 m.next = "READ"

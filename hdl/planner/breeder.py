@@ -1,4 +1,4 @@
-"""Breeder: the children of a generation, one after another."""
+"""Breeder of the children of a generation, one after another."""
 
 from amaranth import *
 from amaranth.lib import data, stream
@@ -19,45 +19,45 @@ __all__ = ["Breeder"]
 
 
 class Breeder(Unit):
-    """Plans the children of a generation at a constant pace, and builds them as they are taken.
+    """Plans the children of a generation at a constant rate, and builds them as they are taken.
 
-    Planning draws parents, mutations and survivors; each child takes a step of the random source,
+    Planning draws parents, mutations and survivors; each child uses one step of the random source,
     in order. The plan of child j, counted from 0, is ready for the builder 13 + 8 j cycles after
     ``begin``. All n children are planned after 8 n + 5 cycles, when ``planning`` falls. Plans of
-    two generations fit into the queue. Children are built in their order, as slots, children and
-    points are taken: see :class:`pathgene.hdl.planner.child_builder.ChildBuilder`. Equals
+    two generations fit into the queue. Children are built in order, as slots, children and points
+    are taken: see :class:`pathgene.hdl.planner.child_builder.ChildBuilder`. Equals
     :func:`pathgene.sim.model.planner.breeder.breed`.
 
     Members
     -------
     begin : In(1)
         Pulse: breed a generation. Only while ``planning`` is low, and after all children of the
-        generation before the last one have been taken.
+        second-last generation have been taken.
     words : In(stream.Signature(data.ArrayLayout(64, 2)))
-        Steps of the random source: selection word, mutation word. Planning takes longer while there
-        is none.
+        Steps of the random source: selection word, mutation word. Planning waits while there is
+        none.
     rank : Out(config.slot_bits)
-        While ``planning``: member of the population to be read.
+        While ``planning``: member of the population to read.
     parent : In(parent_layout)
-        Slot and length of the member that was at ``rank`` in the previous cycle.
+        Slot and length of the member at the previous cycle's ``rank``.
     planning : Out(1)
-        Not all children are planned.
+        Not all children are planned yet.
     parity : Out(1)
         Changes with each generation, in the cycle after ``begin``.
     survivors : Out(data.ArrayLayout(config.slot_bits, config.survivors))
-        Ranks of the survivors, in the order drawn, from the end of ``planning`` to ``begin``.
+        Ranks of the survivors in the order drawn; valid from the end of ``planning`` to ``begin``.
     slots : In(stream.Signature(range(slot_count)))
         Free slots, one for each child.
     frame : In(frame_layout)
-        Maximum corner and altitude of a waypoint, and the ends of all paths. Steady.
+        Maximum corner and altitude of a waypoint, and the common ends of all paths. Steady.
     read : Out(place_layout)
     waypoint : In(waypoint_layout)
-        Contents of ``read`` of 2 cycles before.
+        Contents of ``read`` from 2 cycles before.
     write : Out(write_layout)
         Waypoints of the children.
     children : Out(stream.Signature(child_layout))
-        Slot of each child, and the ``parity`` of its generation, 9 cycles before its first point at
-        the latest.
+        Slot of each child, and the ``parity`` of its generation, at least 9 cycles before its first
+        point.
     points : Out(stream.Signature(point_layout))
         Points of the children, start and goal included; ``last`` marks the goal.
     """
@@ -130,7 +130,7 @@ class Breeder(Unit):
             self.write.eq(builder.write),
         ]
 
-        # Number of children whose words are taken, and of children whose plans are taken.
+        # Number of children whose words have been taken, and whose plans have been taken.
         drawn = Signal(range(config.children))
         planned = Signal(range(config.children))
         drawing = Signal()

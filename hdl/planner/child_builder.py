@@ -1,4 +1,4 @@
-"""Builder of children: from the plan of a child to its points and waypoints."""
+"""Builder of children: makes the points and waypoints of a child from its plan."""
 
 from amaranth import *
 from amaranth.lib import data, stream
@@ -18,7 +18,7 @@ __all__ = ["ChildBuilder"]
 
 #: Points offered or in flight. Nine are enough for one to be taken in each cycle.
 _POINTS = 16
-#: Cycles from the step of a point until it is put into the queue.
+#: Cycles from the step of a point to its entry into the queue.
 _STAGES = 7
 _AXES = ("x", "y", "altitude")
 
@@ -26,16 +26,16 @@ _AXES = ("x", "y", "altitude")
 class ChildBuilder(Unit):
     """Reads the waypoints of a child's parents, mutates one of them, and writes the child.
 
-    Each cycle makes a point: the start, the child's waypoints, the goal. A child of ``n`` waypoints
-    takes ``n + 2`` cycles while points are taken, and the next child follows without a gap. A
-    point is offered 8 cycles after its cycle, and a waypoint written in the cycle before that;
-    the first cycle of a child is the one after its plan is taken. A plan waits for a free slot, and
-    for ``children``.
+    Each cycle makes one point: the start, the child's waypoints, the goal. A child of ``n``
+    waypoints takes ``n + 2`` cycles while points are taken, and the next child follows without a
+    gap. A point is offered 8 cycles after its cycle, and a waypoint is written one cycle earlier;
+    the first cycle of a child follows the one in which its plan is taken. A plan waits for a free
+    slot and for ``children``.
 
-    A moved waypoint stays within the limits of the frame; its margin is 0. An inserted waypoint,
-    which is moved from the middle between its neighbours, and a settled one have a margin of 0 as
-    well. All other waypoints keep their margins. Equals the waypoints of ``cross`` and ``mutate``
-    of :mod:`pathgene.sim.model.planner.breeder`.
+    A moved waypoint stays within the limits of the frame, and its margin is 0. An inserted
+    waypoint, which is moved from the midpoint of its neighbours, and a settled waypoint also have a
+    margin of 0. All other waypoints keep their margins. Equals the waypoints of ``cross`` and
+    ``mutate`` of :mod:`pathgene.sim.model.planner.breeder`.
 
     Members
     -------
@@ -46,7 +46,7 @@ class ChildBuilder(Unit):
         Steady.
     read : Out(place_layout)
     waypoint : In(waypoint_layout)
-        Contents of ``read`` of 2 cycles before.
+        Contents of ``read`` from 2 cycles before.
     write : Out(write_layout)
         Waypoints of the child. Registers.
     children : Out(stream.Signature(range(slot_count)))
@@ -108,7 +108,7 @@ class ChildBuilder(Unit):
             has_room.eq(frees | (room > 1) | (has_room & ~makes)),
         ]
 
-        # Facts that go with a point through all stages, by the cycles since its step.
+        # Facts that accompany a point through all stages, by the number of cycles since its step.
         valid = [makes]
         steps = [step]
         for stage in range(1, _STAGES):
@@ -138,14 +138,14 @@ class ChildBuilder(Unit):
         return m
 
     def _step(self, m, makes, step, has_room):
-        """Make the step of a point in each cycle; return the plan."""
+        """Make one step of a point per cycle; return the plan."""
         plan = Signal(self.plan_layout, reset_less=True)
         slot = Signal(self.place_layout["slot"].shape, reset_less=True)
         building = Signal()
         takes = Signal()
         ends = Signal()
         # The number of the point in the child before its mutation, start and goal included; the
-        # index of the waypoint in the child; and comparisons of the number, made a step ahead.
+        # index of the waypoint in the child; and comparisons of the number, made one step ahead.
         number = Signal(range(self.max_waypoints + 2))
         index = Signal(range(self.max_waypoints), reset_less=True)
         at_place, is_start, is_goal = (
@@ -201,7 +201,7 @@ class ChildBuilder(Unit):
                 is_goal.eq(0),
             ]
 
-        # The place of the waypoint, if it is one.
+        # The place of the waypoint, if the point is one.
         is_head = Signal()
         m.d.comb += is_head.eq(number <= plan.head)
         m.d.sync += [

@@ -122,14 +122,13 @@ def plan_layout(slot_bits, max_waypoints, box_cells, box_steps):
     """Return the layout of the plan of a child.
 
     ``head_slot``, ``tail_slot`` : its parents. ``head`` : number of waypoints from the first
-    parent, before its cut. ``tail_gain`` : the index in the second parent of a waypoint of the
-    tail, above its index in the child before the mutation. ``length`` : waypoints before the
-    mutation.
+    parent, before its cut. ``tail_gain`` : index of a tail waypoint in the second parent minus its
+    index in the child before the mutation. ``length`` : number of waypoints before the mutation.
 
     ``inserts``, ``deletes``, ``settles``, of which at most one is set; if none is, the mutation
-    moves a waypoint. ``place`` : the waypoint, counted from 1 as the start is point 0; or the
-    point in front of which one is inserted. ``move`` : displacement of a moved waypoint.
-    ``doubles`` : a settled waypoint falls by half its margin, doubled this number of times.
+    moves a waypoint. ``place`` : the waypoint, counted from 1 because the start is point 0, or the
+    point before which one is inserted. ``move`` : displacement of a moved waypoint. ``doubles`` : a
+    settled waypoint descends by half its margin, doubled this number of times.
     """
     length = range(max_waypoints + 1)
     most = max_waypoints * 7 // 8
@@ -160,17 +159,17 @@ class ChildPlanner(Unit):
     """Looks up the parents of a child, and decodes its mutation.
 
     The first parent is read in the first cycle of a draw, the second parent in the next cycle, and
-    the plan is offered 8 cycles after the first. The next draw begins in the cycle in which the
-    plan is taken, so plans follow each other every 8 cycles. Equals ``cross`` and ``mutate`` of
-    :mod:`pathgene.sim.model.planner.breeder`, waypoints apart.
+    the plan is offered 8 cycles after the first parent. The next draw begins in the cycle in which
+    the plan is taken, so plans follow each other every 8 cycles. Equals ``cross`` and ``mutate`` of
+    :mod:`pathgene.sim.model.planner.breeder`, except for the waypoints.
 
     Members
     -------
     draws : In(stream.Signature(draw_layout))
     rank : Out(rank_bits)
-        Member to be read.
+        Member to read.
     parent : In(path_layout)
-        Slot and length of the member that was at ``rank`` in the previous cycle.
+        Slot and length of the member at the previous cycle's ``rank``.
     plans : Out(stream.Signature(plan_layout))
     """
 
@@ -195,8 +194,8 @@ class ChildPlanner(Unit):
     def elaborate(self, platform):
         m = Module()
 
-        # A step of a plan takes a cycle. `second` : the tail's parent is read; each of the bits of
-        # `passed` is set a cycle after the one below.
+        # A step of a plan takes one cycle. `second` : the tail's parent is read; each bit of
+        # `passed` is set one cycle after the bit below it.
         second = Signal()
         busy = Signal()
         passed = Signal(6)
@@ -204,7 +203,7 @@ class ChildPlanner(Unit):
         accepted = Signal()
         draw = self.draws.p
         m.d.comb += [
-            # The next child's first parent is read while this child's plan is taken.
+            # The first parent of the next child is read while this child's plan is taken.
             reads.eq(self.draws.valid & (~busy | (self.plans.valid & self.plans.ready))),
             self.rank.eq(Mux(second, draw.tail, draw.head)),
             accepted.eq(reads & second),
@@ -228,13 +227,14 @@ class ChildPlanner(Unit):
         return m
 
     def _cross(self, m, plan, second, passed):
-        """Measure the child, from the cycles in which the parents arrive."""
+        """Measure the child, starting in the cycles in which the parents arrive."""
         parent = self.parent
         # The length of the second parent, and its waypoints before the tail.
         whole = Signal(range(self.max_waypoints + 1), reset_less=True)
         tail_before = Signal(plan.head.shape(), reset_less=True)
-        # The waypoints of either before its cut, after 1, 3, 5 or 7 eighths of its length: sums,
-        # as a multiplier is far away. The draw stays while the parents are read.
+        # For each parent, the waypoints before its cut, after 1, 3, 5 or 7 eighths of its length:
+        # computed by sums, because a multiplier would be far away. The draw stays while the parents
+        # are read.
         cut = Signal(2, reset_less=True)
         before = Signal(plan.head.shape())
         length = parent.length
@@ -273,8 +273,7 @@ class ChildPlanner(Unit):
                 plan.settles.eq(operator >= _first(SETTLE)),
             ]
 
-        # Free-running: the inputs are steady, so each cycle repeats the results of the previous
-        # one.
+        # Free-running: the inputs are steady, so each cycle repeats the previous results.
         shift = Signal(3, reset_less=True)
         choices = Signal(range(self.max_waypoints + 2), reset_less=True)
         m.submodules.place_product = product = Multiplier((len(place) + 1, len(choices) + 1), 8)
@@ -306,11 +305,11 @@ class ChildPlanner(Unit):
 
 
 def _bits(word, place):
-    """Return the bits of a word at a place: first bit and width."""
+    """Return the bits of a word at a place, given as first bit and width."""
     first, width = place
     return word[first : first + width]
 
 
 def _first(number):
-    """Return the smallest of 256 draws that selects this mutation or a later one."""
+    """Return the smallest of the 256 draw values that selects this mutation or a later one."""
     return -(-number * 256 // MUTATIONS)

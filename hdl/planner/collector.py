@@ -115,25 +115,25 @@ class Ranking(Unit):
 
 
 class Collector(Unit):
-    """Collects populations, sorts them, and holds the population of every island by rank.
+    """Collects populations, sorts them, and stores the population of every island by rank.
 
-    A generation is collected by a pass over the population, and from the children that arrive
-    before or after the pass. The pass goes through the ranks, best first: elites and survivors go
-    to the sorter, and the slots of the remaining members become free. After the pass and the last
-    child the new population is complete and replaces the present one. Among equal keys, members
-    that stay come first, by rank, then children in their order of arrival.
+    A generation is collected by a pass over the population, and from children that arrive before or
+    after the pass. The pass goes through the ranks, best first: elites and survivors go to the
+    sorter, and the slots of all other members become free. After the pass and the last child, the
+    new population is complete and replaces the current one. Among equal keys, members that stay
+    come first, by rank, then children in order of arrival.
 
     A member that passes n members in the sorter occupies the sorter until 2 + n cycles after it was
     taken: ``evaluated`` is not ready in between.
 
     With N members of a population, the pass begins 2 cycles after ``collect``, or when the sorter
-    is free, if that is later. A rank takes a cycle, and a member that stays takes 1 + n more.
+    is free, if that is later. A rank takes one cycle, and a member that stays takes 1 + n more.
     ``evaluated`` is not ready from the second cycle after ``collect`` until the pass is over.
     ``stored`` is high in the first cycle in which the pass is over, the last child has arrived, and
     the sorter is free. ``evaluated`` is not ready from the last child until N + 1 cycles after
     ``stored``, when ``busy`` falls. The same holds for ``merge``, which passes over 2 N ranks.
 
-    First populations come from ``evaluated`` too. The best members stay; when one member too many
+    First populations also come from ``evaluated``. The best members stay; when one member too many
     is taken, a slot becomes free 2 cycles later. ``store`` ends a first population: ``evaluated``
     is ready again, and ``busy`` falls, N cycles after the cycle that follows ``store``, or N cycles
     after the sorter becomes free if that is later.
@@ -141,37 +141,37 @@ class Collector(Unit):
     Members
     -------
     fills : In(1)
-        First populations come. Changes only while not ``busy`` and no child has come that is not
-        collected.
+        First populations are being filled. Only changes while not ``busy`` and while no uncollected
+        child has arrived.
     store : In(1)
         Pulse: the first population of ``island`` is complete. Only with ``fills``, in a cycle after
-        its last member came.
+        its last member arrived.
     collect : In(1)
         Pulse: collect a generation of ``island``. Not with ``fills``, and only while not ``busy``.
     merge : In(1)
         Pulse: make the best halves of both islands the population of island 0, and free the slots
-        of the remaining members. Only where ``collect`` is allowed and no child has arrived; not
-        with one island.
+        of all other members. Only when ``collect`` is allowed and no child has arrived; not with a
+        single island.
     island : In(range(islands))
         Steady with ``store``, and from ``collect`` until ``busy`` falls.
     stay : In(data.ArrayLayout(range(population), survivors))
         Ranks of the survivors; the elites are not among them. Steady during the pass.
     busy : Out(1)
-        A population is collected or moved: starts in the cycle after ``collect`` or ``merge``.
+        A population is being collected or moved; rises in the cycle after ``collect`` or ``merge``.
     sorting : Out(1)
-        A pass is in progress, a member is inserted, or a population is moved.
+        A pass is in progress, a member is being inserted, or a population is being moved.
     stored : Out(1)
-        Pulse: the last child has come, the pass is over, and all are sorted.
+        Pulse: the last child has arrived, the pass is over, and all members are sorted.
     evaluated : In(stream.Signature(member_layout))
         Seeds or children with their keys.
     freed : Out(freed_layout)
         ``valid``: ``slot`` is now free.
     rank : In(range(population))
-        While not ``busy``: member of ``island`` to be read.
+        While not ``busy``: member of ``island`` to read.
     member : Out(member_layout)
-        While not ``busy``: the member that was at ``rank`` in the previous cycle.
+        While not ``busy``: the member at the previous cycle's ``rank``.
     feasible : Out(1)
-        While not ``busy``: the best path of the population that was stored last is feasible.
+        While not ``busy``: the best path of the last stored population is feasible.
     """
 
     population: PowerOfTwo(2, 256, "Members of an island.")
@@ -210,12 +210,12 @@ class Collector(Unit):
         m.submodules.ranking = ranking = Ranking(
             self.population, self.islands, self.slot_bits, self.length_bits
         )
-        # Collecting lasts until all are in the sorter. A pass goes through the ranks of an island,
-        # or of both to merge them.
+        # Collecting lasts until all members are in the sorter. A pass goes through the ranks of one
+        # island, or of both in order to merge them.
         collecting = Signal()
         merging = Signal()
         passing = Signal()
-        # The member of the rank is available: it is passed once the sorter is free.
+        # The member of the rank is available; it is passed on once the sorter is free.
         there = Signal()
         passes = Signal()
         number = Signal(range(self.islands * self.population))
@@ -241,7 +241,7 @@ class Collector(Unit):
         with m.If(passes & ends):
             m.d.sync += [passing.eq(0), there.eq(0), number.eq(0)]
 
-        # Children that have come.
+        # Children that have arrived.
         came = Signal(range(self.children))
         complete = Signal()
         with m.If(self.evaluated.valid & self.evaluated.ready & ~self.fills):

@@ -1,4 +1,4 @@
-"""The planner: map, problem and runs, after the commands."""
+"""The planner core: map, problem and runs, driven by decoded commands."""
 
 from amaranth import *
 from amaranth.lib import stream
@@ -29,10 +29,10 @@ _AXES = "x", "y", "altitude"
 
 
 class PlannerCore(Unit):
-    """Plans paths: a run breeds, scores, walks and sorts by itself, from seeds along routes.
+    """Plans paths: a run breeds, scores, walks and sorts on its own, from seeds along routes.
 
-    Cells, shapes, problems and runs are taken while no run is in progress. A problem voids the
-    paths of the previous run; a warm run can still continue from them. Equals
+    Cells, shapes, problems and runs are taken while no run is in progress. A problem invalidates
+    the paths of the previous run, but a warm run can still continue from them. Equals
     :func:`pathgene.sim.model.planner.run.plan`, cycles included.
 
     Members
@@ -40,17 +40,17 @@ class PlannerCore(Unit):
     cells : In(stream.Signature(cell_layout))
         Corners of the map.
     shapes : In(stream.Signature(shape_layout))
-        Corners that become blocked; a shape is taken when they are. Not while there are ``cells``.
+        Corners to block; a shape is taken once they are blocked. Not while there are ``cells``.
     problems : In(stream.Signature(problem_layout))
     runs : In(stream.Signature(struct(run_request(config))))
-        A run, on the latest problem.
+        A run on the latest problem.
     stop : In(1)
-        Pulse: breed no further generation.
+        Pulse: breed no more generations.
     running : Out(1)
     has_problem, has_population, has_best : Out(1)
         There is a problem to run on; a population for a warm run; and paths to be read.
     bred : Out(1)
-        Pulse: a generation is bred.
+        Pulse: a generation has been bred.
     status : Out(run_status_layout)
         Status of the latest run.
     best : In(1)
@@ -113,7 +113,7 @@ class PlannerCore(Unit):
         config, control = self.config, self._control
         problem = Signal(problem_layout(config))
         taken = Signal()
-        # A run begins some cycles later, when all of these are steady.
+        # A run begins a few cycles later, when all of these are steady.
         sizes = config.coordinate_bits, config.altitude_bits
         limits = Signal(corner_layout(*sizes))
         frame = Signal(frame_layout(*sizes))
@@ -139,7 +139,7 @@ class PlannerCore(Unit):
         m.d.comb += self._status.void.eq(taken)
 
     def _write_map(self, m):
-        """Write cells and shapes to the map, and mark the blocks that they are in."""
+        """Write cells and shapes to the map, and mark their blocks."""
         control, drawer, seeds = self._control, self._drawer, self._seeds
         writes, drawn = self._evaluator.writes, drawer.cells
         m.d.comb += [
@@ -160,14 +160,14 @@ class PlannerCore(Unit):
         ]
 
     def _run(self, m):
-        """Let the control unit go through the steps of a run."""
+        """Connect the control unit, which goes through the steps of a run."""
         control, source, seeds = self._control, self._source, self._seeds
         evolver, evaluator = self._evolver, self._evaluator
         options = control.options
-        # The scorer's own: it lies far from the control unit.
+        # The scorer has its own copy, because it is far from the control unit.
         (phase,) = fanout(m, ~control.phase, name="scorer_phase")
         m.d.comb += [
-            # The memo is made void after a reset.
+            # The memo is cleared after a reset.
             control.runs.p.eq(self.runs.p),
             control.runs.valid.eq(self.runs.valid & ~evaluator.busy),
             self.runs.ready.eq(control.runs.ready & ~evaluator.busy),
@@ -248,7 +248,7 @@ class PlannerCore(Unit):
         ]
 
     def _report(self, m):
-        """Give the status of the run, and its best paths."""
+        """Report the status of the run, and its best paths."""
         control, evolver, evaluator = self._control, self._evolver, self._evaluator
         reader, status = self._reader, self._status
         connect(m, reader.records, flipped(self.records))

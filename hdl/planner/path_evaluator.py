@@ -27,7 +27,7 @@ __all__ = ["KeyMaker", "PathDecider", "PathEvaluator"]
 
 
 class PathDecider(Unit):
-    """Decides by the score and the head of a path; the decision follows by a cycle.
+    """Decides by the score and the head of a path; the decision follows one cycle later.
 
     While the best path of its population is feasible, a path is not walked if it is infeasible by
     its score, or if its value is not below its limit. Every other path is walked.
@@ -73,21 +73,23 @@ class PathDecider(Unit):
 
 
 class KeyMaker(Unit):
-    """Gives each path its key, in the order of the decisions.
+    """Assigns each path its key, in the order of the decisions.
 
     The key of a path follows its decision, or the result of its walk if it is walked, by 3 cycles;
-    or it follows the previous key by a cycle, if that is later. It waits while a key is not taken.
+    or it follows the previous key by one cycle if that is later. It waits while the previous key is
+    not taken.
 
-    A path that is not walked is infeasible or given up, with the value of its score. One that is
-    walked is infeasible if it collides or has a penalty: its value is the penalty plus four cells
-    for each corner that collides, clamped to the maximum value. Else it is feasible, with its cost.
+    A path that is not walked is infeasible or given up, with the value of its score. A walked path
+    is infeasible if it collides or has a penalty: its value is the penalty plus four cells for each
+    colliding corner, clamped to the maximum value. Otherwise it is feasible, and its value is its
+    cost.
 
     Members
     -------
     decision : In(decision_layout)
         At most 16 decisions without a key are pending.
     result : In(result_layout)
-        Walk of each path that is walked, in the order of the decisions, and after its decision.
+        Walk of each walked path, in the order of the decisions and after its decision.
     evaluated : Out(stream.Signature(member_layout))
     """
 
@@ -176,62 +178,63 @@ class KeyMaker(Unit):
         return m
 
 
-#: Heads that wait for the points of their paths. The breeder is ahead by fewer: by 16 points, with
-#: at least four for each path.
+#: Number of heads that can wait for the points of their paths. The breeder is ahead by fewer: by 16
+#: points, at least four per path.
 _HEADS = 8
 #: Members of the walker that are passed on.
 _PASSED = ("clear", "busy", "writes", "row", "corners")
 
 
 class PathEvaluator(Unit):
-    """Scores paths, walks those that are worth it, and gives the keys of all in their order.
+    """Scores paths, walks the promising ones, and outputs all keys in order.
 
-    A path of m points, entry and exit included, takes 2 m cycles, and the next one follows at once.
-    The scorer is never stopped inside a path. Sixteen paths may be inside; the first point of a
-    further one is taken in the cycle after the key of the first is taken, or later.
+    A path of m points, including entry and exit, takes 2 m cycles, and the next path follows
+    immediately. The scorer is never stopped inside a path. Sixteen paths may be inside; the first
+    point of another path is taken at the earliest in the cycle after the key of the first path is
+    taken.
 
-    A path is decided on a cycle after its score. If it is not walked, its key is offered 3 cycles
-    later, or in the cycle after the key before it. If it is walked, its first segment is offered to
+    A path is decided one cycle after its score. If it is not walked, its key is offered 3 cycles
+    later, or in the cycle after the previous key. If it is walked, its first segment is offered to
     the walker 3 cycles after the decision, and its key 3 cycles after the result of the walk, or in
-    the cycle after the key before it is taken. Cycles equal
+    the cycle after the previous key is taken. Cycles equal
     :func:`pathgene.sim.model.planner.cycles.enter`, keys
     :func:`pathgene.sim.model.planner.evaluation.evaluate`.
 
-    3 cycles before the key of a path is offered, or earlier, the path is ``decided``, and its last
-    ``margin`` is given if it is walked.
+    At least 3 cycles before the key of a path is offered, the path is ``decided`` and, if it is
+    walked, its last ``margin`` is output.
 
     Members
     -------
     problem : In(problem_layout)
         Steady while paths are inside.
     phase : In(1)
-        1 in the second cycle of every slot of the scorer: alternates in every cycle.
+        1 in the second cycle of every time slot of the scorer; alternates in every cycle.
     paths : In(stream.Signature(head_layout))
         A head for each path, in order. Up to 8 wait for their points. The first point of a path is
-        taken in a cycle after its head at the earliest.
+        taken at the earliest in the cycle after its head.
     points : In(stream.Signature(point_layout))
         Points of the paths: start corner, waypoints, goal corner; ``last`` marks the goal. A path
-        has two points or more. All that are inside begin at the same corner.
+        has two or more points. All paths inside begin at the same corner.
     evaluated : Out(stream.Signature(member_layout))
         Key, slot and length of each path, in order.
     decided : Out(decided_layout)
-        ``valid``: the path of ``slot`` is decided on, and ``walked`` or not. In the order of paths.
+        ``valid``: the path in ``slot`` is decided, to be ``walked`` or not. In the order of paths.
     margin : Out(margin_layout)
-        ``valid``: the margin of a waypoint. Each path that is walked gives all its margins, in
-        order.
+        ``valid``: the margin of a waypoint. All margins of each walked path are output in order.
     idle : Out(1)
-        No path is inside, and no head waits.
+        No path is inside and no head is waiting.
     clear_counters : In(1)
         Pulse: set both counters to 0 in the cycle after the next. No path is inside.
     score : Out(32)
-        Cycles in which the scorer had a point: two for each, entries and exits included.
+        Cycles in which the scorer had a point: two per point, including entries and exits.
     walk : Out(32)
         Cycles in which the walker was busy with segments: the sum of their costs.
     clear : In(1)
-        Void the memo: the map has changed. Only while no path is inside and ``busy`` is low.
+        Clear the memo, because the map has changed. Only while no path is inside and ``busy`` is
+        low.
     busy : Out(1)
-        The memo's rows are made void, and no path is walked: after a reset, and rarely after
-        ``clear``.
+        The rows of the memo are being cleared and no path is walked: after a reset, and rarely
+        after ``clear``.
     writes : In(stream.Signature(cell_layout))
     row : In(row_layout)
     corners : Out(config.altitude_bits).array(config.lanes)
@@ -298,7 +301,7 @@ class PathEvaluator(Unit):
             *(own.eq(corner) for own, corner in zip(self.corners, walker.corners, strict=True)),
         ]
 
-        # Paths to be walked wait for the source, and their slots for their margins.
+        # Paths to be walked wait for the source, and their slots wait for the margins.
         decision = decider.decision
         goes = decision.valid & decision.walked
         m.submodules.walks = walks = ResultQueue(queued_layout(PLACE_BITS, store.row_bits), PLACES)
@@ -322,7 +325,7 @@ class PathEvaluator(Unit):
             self.margin.margin.eq(walker.margin.margin),
         ]
 
-        # A cycle later, since the pulse arrives late.
+        # One cycle later, because the pulse arrives late.
         clears = Signal()
         m.d.sync += clears.eq(self.clear_counters)
         counted = ((self.score, self.scorer.launcher.valid), (self.walk, walker.launching))
@@ -340,7 +343,7 @@ class PathEvaluator(Unit):
         inside = Signal(range(PLACES + 1))
         begins, may_pass = Signal(init=1), Signal()
         first, taken = Signal(), Signal()
-        left = Signal()  # The head of a path has left: a path has two points, so there is time.
+        left = Signal()  # The head has left; a path has two points, so there is time.
         m.d.comb += [
             paths.ready.eq(waiting != _HEADS),
             heads.put.eq(paths.valid & paths.ready),

@@ -25,18 +25,18 @@ __all__ = [
 ]
 
 
-#: Paths that may be inside, a power of two.
+#: Maximum number of paths inside, a power of two.
 PLACES = 16
 PLACE_BITS = 4
 
 
 def row_bits_of(max_waypoints: int) -> int:
-    """Return the width of a row of a path: its points beginning with the start, and its exit."""
+    """Return the width of a path's row number: points beginning with the start, and the exit."""
     return (max_waypoints + 2).bit_length()
 
 
 def taken_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
-    """Return the layout of a point in the cycle in which it is taken: ``valid``, with the rest."""
+    """Return the layout of a point in the cycle in which it is taken: ``valid`` and the rest."""
     return data.StructLayout({"valid": 1, "point": point_layout(coordinate_bits, altitude_bits)})
 
 
@@ -47,7 +47,7 @@ def stored_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout
 
 
 def kept_layout(slot_bits: int, length_bits: int) -> data.StructLayout:
-    """Return the layout of a path kept: place, head, length, and ``enters``.
+    """Return the layout of a stored path: place, head, length, and ``enters``.
 
     ``enters``: there is a chord at the start.
     """
@@ -62,9 +62,10 @@ def kept_layout(slot_bits: int, length_bits: int) -> data.StructLayout:
 
 
 def decision_layout(slot_bits: int, length_bits: int) -> data.StructLayout:
-    """Return the layout of a decision on a path: ``valid`` for a cycle, with the rest.
+    """Return the layout of a decision on a path: ``valid`` for one cycle, and the rest.
 
-    ``walked``: the path is, and its key waits for it. ``infeasible`` and ``value`` as in its score.
+    ``walked``: the path is walked, and its key waits for that. ``infeasible`` and ``value`` are as
+    in its score.
     """
     return data.StructLayout(
         {
@@ -80,15 +81,15 @@ def decision_layout(slot_bits: int, length_bits: int) -> data.StructLayout:
 class PathStore(Unit):
     """Keeps points, chords and heads of the paths inside, in 16 places used in turn.
 
-    Points come as the scorer takes them, records of chords as it makes them. A place has a row for
-    each point, the start in row 0, and one more, for the record of an exit. A record goes to the
-    row of its point: the first one to row 1, or to row 0 with an entry.
+    Points arrive as the scorer takes them, records of chords as it makes them. A place has a row
+    for each point, with the start in row 0, and one more for the record of an exit. A record goes
+    to the row of its point: the first record to row 1, or to row 0 with an entry.
 
-    A place is used again 16 paths later. Until then its rows can be read, and its head while the
-    path is the one that is scored next.
+    A place is used again 16 paths later. Until then its rows can be read, and its head too while
+    the path is the next to be scored.
 
-    On a target the rows are block RAMs: with 512 rows and 30 bits of a point, one for points and
-    two for chords. They are read and written in the same cycle, but never the same row.
+    On a target the rows are in block RAMs: with 512 rows and 30 bits per point, one for points and
+    two for chords. They are read and written in the same cycle, but never in the same row.
 
     Members
     -------
@@ -99,10 +100,10 @@ class PathStore(Unit):
     taken : In(taken_layout)
     record : In(chord_record_layout)
     path : Out(kept_layout)
-        The path that is scored next, from the second cycle after its goal, and after its first
-        record, until ``scored``.
+        The next path to be scored, from the second cycle after its goal and after its first record
+        until ``scored``.
     scored : In(1)
-        The path is scored, at least 2 cycles after the previous path.
+        The path has been scored, at least 2 cycles after the previous path.
     read : In(read_layout)
     row : Out(stored_layout)
         The row read last, starting in the cycle after ``read.enable``.
@@ -147,7 +148,7 @@ class PathStore(Unit):
             ]
             return rows.write_port()
 
-        # Where the next point and the next record go; rows of a path are counted from 0.
+        # Places of the next point and the next record; rows of a path are counted from 0.
         point = rows_of("point", taken.point.shape())
         place, index = Signal(PLACE_BITS), Signal(self.row_bits)
         m.d.comb += [
@@ -178,7 +179,7 @@ class PathStore(Unit):
         path = Signal(self.path.shape(), reset_less=True)
         m.d.comb += self.path.eq(path)
         m.d.sync += [scored.eq(scored + self.scored), path.place.eq(scored)]
-        # A path has two points: its place stays for a cycle after the first.
+        # A path has at least two points, so its place stays for a cycle after the first.
         opened = Signal()
         m.d.sync += opened.eq(taken.valid & (index == 0))
         for name, enable, at, value in (

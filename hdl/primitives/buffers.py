@@ -91,8 +91,8 @@ class StreamRegister(Unit):
 class ResultQueue(Unit):
     """First-in, first-out queue; a word is offered in the cycle after it is put in.
 
-    ``valid`` and ``payload`` are registers. An incoming word goes to two registers, not to the
-    memory: a word that cannot be offered at once enters the memory a cycle later. This leaves
+    ``valid`` and ``payload`` are registers. An incoming word goes to two registers instead of the
+    memory; a word that cannot be offered at once enters the memory one cycle later. This leaves
     timing slack for a long path into ``word`` and another out of ``words``.
 
     Members
@@ -121,7 +121,7 @@ class ResultQueue(Unit):
                 m.d.sync += [words.valid.eq(self.put), payload.eq(self.word)]
             return m
 
-        # From the oldest: at the output, in the memory, in the register before the memory.
+        # Words from the oldest: at the output, in the memory, in the register before the memory.
         m.submodules.rows = rows = memory.Memory(shape=self.shape, depth=self.depth, init=[])
         write, read = rows.write_port(), rows.read_port(domain="comb")
         late, kept = Signal(self.shape, reset_less=True), Signal()

@@ -89,7 +89,7 @@ class AuvField:
     Attributes
     ----------
     evaluations : int
-        Number of segments measured so far, at the samples of the search.
+        Number of segments measured, at the samples of the search.
 
     Raises
     ------

@@ -165,7 +165,7 @@ def _flown(
 ) -> int:
     """Fly, write the files and print the verdict; return the exit status.
 
-    A signal ends the flight; the part flown so far is written without pictures.
+    A signal ends the flight; the part already flown is written without pictures.
     """
     from pathgene.host.planners.base import Stop
     from pathgene.host.report.run_files import FLIGHT

@@ -102,7 +102,7 @@ class Link:
     patience_s : float
         Seconds of silence after which the link gives up on the board.
     traffic : Traffic
-        Traffic so far.
+        Traffic since the link was made.
     session : int or None
         The open session.
 

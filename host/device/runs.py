@@ -31,7 +31,7 @@ class RunStatus:
     generations, cycles : int
         Generations bred and cycles elapsed since the beginning of the run.
     key : int
-        Key of the best path so far.
+        Key of the best path found.
     breed, score, walk, sort, wavefront : int
         Cycles of the chip's units, which overlap: see :class:`pathgene.hdl.protocol.runs.Outcome`.
     """

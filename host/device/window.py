@@ -92,7 +92,7 @@ class Window:
             self._resend()
 
     def start_again(self) -> None:
-        """Note that no frame sent so far will be answered."""
+        """Note that no frame sent before will be answered."""
         self.in_flight.clear()
         self._resend()
 

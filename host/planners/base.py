@@ -128,7 +128,7 @@ class Stop:
         self._requested = True
 
 
-#: Called after each generation with its number, the best fitness so far and the mean fitness.
+#: Called after each generation with its number, the best fitness found and the mean fitness.
 Progress = Callable[[int, float, float], object]
 
 
@@ -140,7 +140,7 @@ class Observer(Protocol):
         """Receive a generation, like any :data:`Progress`."""
 
     def improved(self, path: Path) -> object:
-        """Receive the best path so far, (n, 3) metres; called before the generation that has it."""
+        """Receive the best path found, (n, 3) metres; called before the generation that has it."""
 
 
 class Replanner(Protocol):
@@ -175,7 +175,7 @@ class Result:
     evaluation : Evaluation
         All its terms.
     history : list of [int, float, float]
-        Generation, best fitness so far, mean fitness of the population; starts at generation 0.
+        Generation, best fitness found, mean fitness of the population; starts at generation 0.
     generations, evaluations : int
         Number of generations and of evaluations.
     stopped_by : str

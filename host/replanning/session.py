@@ -89,11 +89,11 @@ class Session:
     Attributes
     ----------
     pilot : Pilot
-        The flight so far.
+        The flight up to now.
     airspace : Airspace
         Current and past zones, goal and wind.
     changes : list of Change
-        Changes so far.
+        Changes up to now.
     ended : str
         Empty during the flight: ``arrived``, ``holding``, ``crashed`` or ``lost``.
 

@@ -161,7 +161,7 @@ def _captions(summary: Mapping[str, Any]) -> tuple[str, str]:
     board = f" (board {summary['board']})" if summary["board"] else ""
     by = f"{summary['planner']}{board}"
     if summary.get("fallback"):
-        # In a mission, the other legs still come from the planner.
+        # In a mission, the remaining legs still come from the planner.
         by = f"{by}, {'in part by' if summary.get('legs') else 'path by'} {summary['fallback']}"
     subtitle = (
         f"{verdict}, fitness {summary['fitness']:.4f}, {summary['length_m'] / 1000:.2f} km, "

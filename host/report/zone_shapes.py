@@ -164,7 +164,7 @@ def crossed(
     """
     if not zones:
         return
-    # Most zones are not near the track, and their boxes show that quickly.
+    # Usually few zones are near the track, and their boxes show that quickly.
     boxes = np.array([zone.footprint.box for zone in zones])
     lows, highs = boxes[:, :2], boxes[:, 2:]
     near = np.ones((len(zones), -(-len(x) // _STRETCH)), dtype=bool)

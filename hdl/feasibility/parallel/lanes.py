@@ -16,7 +16,7 @@ from pathgene.hdl.primitives.unit import Flag, PowerOfTwo, Unit, Width
 __all__ = ["HitLocator", "Lanes", "Slopes", "group_layout", "motion_layout"]
 
 
-# Bits of a reciprocal that one multiplier takes, besides its sign: 18 x 18 bits signed on a target.
+# Bits of a reciprocal that one multiplier takes, without a sign: 18 x 18 bits signed on a target.
 _PART = 17
 
 
@@ -42,10 +42,10 @@ def motion_layout(
 class Slopes(Unit):
     """Multiplies differences by the reciprocal of the length, one segment per cycle.
 
-    A lane's first cell comes from a separate product, of a multiple of the difference, and so does
-    not need a sum of slopes. ``origins`` and ``step`` follow ``segment`` by 1 cycle, for one cycle:
-    products of registers go to registers, and the sums of their parts to the lanes in the same
-    cycle. On a target, the multipliers contain these registers.
+    A lane's first cell comes from a separate product with a multiple of the difference, so it does
+    not need a sum of slopes. ``origins`` and ``step`` are valid for one cycle, 1 cycle after
+    ``segment``: products of registers are registered, and the sums of their parts reach the lanes
+    in the same cycle. On a target, the multipliers contain these registers.
 
     Members
     -------
@@ -53,7 +53,7 @@ class Slopes(Unit):
     origins : Out(motion_layout).array(lanes)
         First cell of each lane, even if it lies past the end of the segment.
     step : Out(motion_layout)
-        Gain of every lane in a cycle.
+        Gain of every lane per cycle.
     """
 
     lanes: PowerOfTwo(1, "1 << coordinate_bits", "Cells walked in a cycle.")
@@ -102,7 +102,7 @@ class Slopes(Unit):
         return m
 
     def _product(self, m, factor, shift, bias, name):
-        """Return ``bias + floor(factor * reciprocal / 2**shift)``, a cycle later."""
+        """Return ``bias + floor(factor * reciprocal / 2**shift)``, one cycle later."""
         reciprocal = self.segment.reciprocal
         if len(reciprocal) <= _PART:
             return _registered(m, factor, _signed(reciprocal), shift, name) + bias
@@ -114,22 +114,22 @@ class Slopes(Unit):
 
 
 def _registered(m, first, second, shift, name):
-    """Return ``first * second >> shift``, a cycle later."""
+    """Return ``first * second >> shift``, one cycle later."""
     m.submodules[name] = multiplier = Multiplier((len(first), len(second)), shift)
     m.d.comb += [multiplier.first.eq(first), multiplier.second.eq(second)]
     return multiplier.product
 
 
 def _signed(value):
-    """Return an unsigned value as a signed one, as a multiplier of signed numbers takes it."""
+    """Return an unsigned value as a signed one, for a multiplier of signed numbers."""
     return Cat(value, Const(0, 1)).as_signed()
 
 
 def group_layout(lanes: int, coordinate_bits: int) -> data.StructLayout:
     """Return the layout of a group: the cells of one cycle.
 
-    ``steep``, ``descending`` as of its segment; ``major`` (of its first cell), ``minors`` (of all
-    lanes), ``cells`` (how many it has).
+    ``steep`` and ``descending`` of its segment; ``major`` (of its first cell), ``minors`` (of all
+    lanes), ``cells`` (their number).
     """
     return data.StructLayout(
         {
@@ -145,15 +145,16 @@ def group_layout(lanes: int, coordinate_bits: int) -> data.StructLayout:
 class Lanes(Unit):
     """Walks segments, ``lane_count`` cells per cycle.
 
-    Lane c has the cells whose major coordinate is c mod ``lane_count``. Its cell in the first group
-    depends on the start of the segment, so that each group but the last is full: a segment of n
-    cells takes n / ``lane_count`` cycles, rounded up. The following cells are sums: every lane
-    gains the same in a cycle, see :class:`pathgene.hdl.feasibility.parallel.reciprocal.Precision`.
+    Lane c has the cells whose major coordinate is congruent to c mod ``lane_count``. Its cell in
+    the first group depends on the start of the segment, so that each group except the last is full:
+    a segment of n cells takes n / ``lane_count`` cycles, rounded up. The following cells are sums,
+    because every lane gains the same in a cycle; see
+    :class:`pathgene.hdl.feasibility.parallel.reciprocal.Precision`.
 
-    ``group`` and ``lanes`` follow their token in ``launched`` by a cycle.
+    ``group`` and ``lanes`` follow their token in ``launched`` by one cycle.
 
-    Source: *allaire two-tier*, section 5.3. Differs: its reference has several walkers, each with a
-    part of the segment.
+    Source: *allaire two-tier*, section 5.3. Difference: the reference has several walkers, each
+    with a part of the segment.
 
     Members
     -------
@@ -163,7 +164,7 @@ class Lanes(Unit):
     step : In(motion_layout)
         First cells and gain of the segment that ``launched`` starts.
     token : Out(token_layout)
-        ``launched``, a cycle later.
+        ``launched``, one cycle later.
     group : Out(group_layout)
     lanes : Out(lane_layout).array(lane_count)
     """
@@ -227,7 +228,7 @@ class Lanes(Unit):
             self.group.cells.eq(Mux(token.ends_segment, rest + 1, lane_count)),
         ]
 
-        # Both rows of the next group: the row of its first cell, and the row beyond it.
+        # Both rows of the next group: the row of its first cell and the row after it.
         begin = segment.major[lane_bits:]
         beyond = Signal(row_bits)
         next_row, next_beyond = (
@@ -239,7 +240,7 @@ class Lanes(Unit):
             then.eq(Mux(descending, -1, 1)),
             beyond.eq(begin + at_first),
         ]
-        # Sums first: `begins` drives all lanes, and comes late.
+        # Sums come first, because `begins` drives all lanes and arrives late.
         m.d.sync += [
             next_row.eq(Mux(begins, beyond, next_row + then)),
             next_beyond.eq(Mux(begins, beyond + at_first, next_beyond + then)),
@@ -290,7 +291,7 @@ class Lanes(Unit):
         """Give the cell at the lower end of the segment the altitude of that end.
 
         That is the first cell or, if the segment falls, the last one, ``rest`` places after the
-        first of its group.
+        first cell of its group.
         """
         segment, begins = self.segment, self.launched.starts_segment
         lowest = Signal(self.altitude_bits, reset_less=True)
@@ -310,8 +311,8 @@ class Lanes(Unit):
 class HitLocator(Unit):
     """Finds the first colliding cell of a group, and counts all colliding cells, one cycle later.
 
-    Along a segment the lanes follow each other starting with the lane of the group's first cell,
-    wrapping around to the lane before it, or in the opposite order if the segment descends.
+    Along a segment, lanes follow each other from the lane of the group's first cell, wrapping
+    around to the lane before it, in the opposite order if the segment descends.
 
     Members
     -------
@@ -346,8 +347,8 @@ class HitLocator(Unit):
         group, lanes = self.group, self.lanes
         lane_bits = exact_log2(lanes)
 
-        # Mirrored if the segment descends, lane numbers rise along it, except those that have
-        # wrapped around: these come last.
+        # After mirroring for a descending segment, lane numbers rise along it, except lanes that
+        # have wrapped around, which come last.
         start = group.major[:lane_bits]
         mirrored, late = Signal(lanes), Signal(lanes)
         m.d.comb += mirrored.eq(Mux(group.descending, self.hits[::-1], self.hits))
@@ -404,7 +405,7 @@ def _lowest(flags):
 
 
 def _selected(flags, items):
-    """Return the item of the flag that is set, 0 of none."""
+    """Return the item whose flag is set, or 0 if none is."""
     result = Const(0)
     for flag, item in zip(flags, items, strict=True):
         result |= Mux(flag, item, 0)

@@ -16,24 +16,25 @@ from pathgene.hdl.primitives.unit import PowerOfTwo, Unit, Width
 
 __all__ = ["TAG_BITS", "SegmentSetup", "SegmentShaper", "segment_layout", "token_layout"]
 
-#: Width of the number that tells paths in flight apart: there are as many as places for verdicts.
+#: Width of the number that distinguishes paths in flight, of which there are at most as many as
+#: places for verdicts.
 TAG_BITS = 4
 
 
 def segment_layout(
     lanes: int, coordinate_bits: int, altitude_bits: int, half_steps: bool = False
 ) -> data.StructLayout:
-    """Return the layout of a segment as the lanes see it.
+    """Return the layout of a segment for the lanes.
 
-    ``steep`` (the major axis is y), ``descending`` (along it), ``length`` (cells but one),
+    ``steep`` (the major axis is y), ``descending`` (along it), ``length`` (cells minus one),
     ``major``, ``minor``, ``altitude`` (where it starts), ``across`` and ``rise`` (gain of minor
     coordinate and altitude along it), ``places`` (of each lane's first cell along the segment),
     ``across_to`` and ``rise_to`` (their products with ``across`` and ``rise``), ``reciprocal`` (of
     the length).
 
-    With ``half_steps`` the altitudes are the lowest within half a step of each cell: ``rise_to`` is
-    the product with twice the place, minus one if the segment rises, otherwise plus one. ``lowest``
-    is the altitude of the lower end.
+    With ``half_steps``, the altitudes are the lowest within half a step of each cell: ``rise_to``
+    is the product with twice the place, minus one if the segment rises and plus one otherwise.
+    ``lowest`` is the altitude of the lower end.
     """
     xy, z = coordinate_bits, altitude_bits
     lane_bits = exact_log2(lanes)
@@ -58,7 +59,7 @@ def segment_layout(
 
 
 def token_layout(segment_bits: int) -> data.StructLayout:
-    """Return the layout of the data that accompanies a group of cells through all stages.
+    """Return the layout of the data that accompanies a group of cells through the pipeline.
 
     ``valid``; ``starts_segment`` and ``ends_segment`` (the group is the first or last of its
     segment), ``first`` and ``ends_path`` (of its path), ``segment`` (its number), ``tag`` (of its
@@ -80,8 +81,8 @@ def token_layout(segment_bits: int) -> data.StructLayout:
 class SegmentShaper(Unit):
     """Stages that derive a segment's shape from its ends: base class of the launching units.
 
-    First differences, their signs, and the major axis; then small multiples of the differences,
-    alongside the reciprocal of the length.
+    The first stage computes differences, their signs and the major axis; the second, small
+    multiples of the differences, in parallel with the reciprocal of the length.
 
     Attributes
     ----------
@@ -95,7 +96,7 @@ class SegmentShaper(Unit):
     half_steps = False
 
     def _measure(self, m, load, before, point, turns, reciprocals, identity):
-        """Add the first stage; return its registers of a segment from ``before`` to ``point``.
+        """Add the first stage; return its registers for a segment from ``before`` to ``point``.
 
         ``identity`` assigns the identity of the segment in the same cycle.
 
@@ -143,7 +144,7 @@ class SegmentShaper(Unit):
         return _Sides(ends, gains, sides, rise, half, steep, start, descending)
 
     def _shape(self, m, move_on, measured):
-        """Add the second stage; return its registers of a segment, without the reciprocal."""
+        """Add the second stage; return its registers for a segment, without the reciprocal."""
         ends, gains, sides, rise, half, steep, *turned = measured
         lanes, lane_bits = self.lanes, exact_log2(self.lanes)
         across, descending = Signal(signed(self.coordinate_bits + 1)), Signal()
@@ -169,7 +170,7 @@ class SegmentShaper(Unit):
                 shape.minor.eq(Mux(steep, ends[0].x, ends[0].y)),
                 shape.across.eq(across),
                 shape.rise.eq(rise),
-                # Within one cell, the lower end counts; a length of 0 makes it level.
+                # Within one cell the lower end counts, and a length of 0 makes the segment level.
                 shape.altitude.eq(
                     Mux(
                         (rise < 0) & ~Cat(sides).any(),
@@ -182,7 +183,7 @@ class SegmentShaper(Unit):
                 m.d.sync += shape.lowest.eq(ends[rise < 0].altitude)
             for lane in range(lanes):
                 # A table of the distances from the start to the lane's first cell, upwards and
-                # downwards: adders would take longer.
+                # downwards, because adders would be slower.
                 up = [(lane - at) % lanes for at in range(lanes)]
                 down = [(at - lane) % lanes for at in range(lanes)]
                 places = [C(place, lane_bits) for place in (*up, *down)]
@@ -200,15 +201,15 @@ class SegmentShaper(Unit):
 
 
 class SegmentSetup(SegmentShaper):
-    """Makes segments of points, and launches them back to back.
+    """Makes segments from points, and launches them back to back.
 
     A segment waits for its turn in two stages: differences, their signs, and the major axis; then
     small multiples of the differences, and the reciprocal of the length. From the second stage it
     is launched: one group of its cells per cycle, then the next segment. Nothing after this unit
-    waits, and as long as points come no cycle is lost between segments or paths. A segment is
-    launched 2 cycles after its second point is taken, or later if it is not yet its turn. A path
-    begins with its first point, and a segment with its second: points wait for the places of
-    verdict and count.
+    waits, and while points arrive no cycle is lost between segments or paths. A segment is launched
+    2 cycles after its second point is taken, or later if earlier segments are still being launched.
+    A path begins with its first point, and a segment with its second: points wait for a place for
+    the verdict and the count.
 
     In the cycle of ``drop`` the whole path is discarded; its later points are taken and discarded.
 
@@ -220,7 +221,7 @@ class SegmentSetup(SegmentShaper):
         See :func:`pathgene.hdl.feasibility.layouts.walker_signature`.
     drop : In(1)
     drop_tag : In(TAG_BITS)
-        Path to be discarded.
+        Discard this path.
     token : Out(token_layout)
         The group that is launched.
     segment : Out(segment_layout)
@@ -249,9 +250,9 @@ class SegmentSetup(SegmentShaper):
     def elaborate(self, platform):
         m = Module()
 
-        # Whether the stages hold a segment, and whether the last group of one has been launched.
-        # The first stage has separate copies of these registers, as shared ones would arrive too
-        # late.
+        # Whether the stages hold a segment, and whether the last group of a segment has been
+        # launched. The first stage has its own copies of these registers, because shared registers
+        # would arrive too late.
         measured_next, waiting_next, free_next = Signal(), Signal(), Signal()
         has_measured, measured_full = fanout(m, *[measured_next] * 2, name="measured")
         has_waiting, waiting_full = fanout(m, *[waiting_next] * 2, name="waiting")
@@ -301,8 +302,8 @@ class SegmentSetup(SegmentShaper):
 
     def _take_points(self, m, load):
         """Take points; return whether they complete a segment, and their path."""
-        # A point comes in if there is room, and waits in the buffer for its turn: each takes about
-        # half a cycle.
+        # A point enters if there is room, and waits in the buffer for its turn; each of these takes
+        # about half a cycle.
         m.submodules.point_buffer = buffer = SkidBuffer(self.point_layout)
         begun, room, comes = Signal(), Signal(), Signal()
         m.d.comb += [
@@ -337,7 +338,7 @@ class SegmentSetup(SegmentShaper):
         return taken & inside & ~dropped, _Path(taken, before, point, tag, number)
 
     def _turns(self, m, path):
-        """Return the signs of sum and difference of the gains, computed from sums of each point."""
+        """Return the signs of the sum and difference of the gains, computed from sums per point."""
         point = path.point
         sums, sums_before = [point.y + point.x, point.y - point.x], []
         for name, value in zip(("sum", "difference"), sums, strict=True):
@@ -349,7 +350,7 @@ class SegmentSetup(SegmentShaper):
     def _launch(self, m, launch, free, free_next, waiting, shape):
         """Launch the groups of the segment that is ``waiting``, one group per cycle."""
         token = self.token
-        left = Signal(self.coordinate_bits)  # Groups of the segment launched last.
+        left = Signal(self.coordinate_bits)  # Groups left of the segment launched last.
         launched = Signal(self.identity_layout, reset_less=True)
         dropping = Signal()
         groups = shape.length >> exact_log2(self.lanes)
@@ -386,7 +387,7 @@ class SegmentSetup(SegmentShaper):
 
 
 class _Path(NamedTuple):
-    """The path whose points are coming: the latest ones, and the segment that they end."""
+    """The path whose points are arriving: the latest points, and the segment that they end."""
 
     taken: Value
     before: Value
@@ -414,7 +415,7 @@ class _Sides(NamedTuple):
 
 
 def _multiple(value, factor):
-    """Return a product, made of adders: a multiplier for a few bits would be slower."""
+    """Return a product made of adders, because a multiplier for a few bits would be slower."""
     return sum((Mux(bit, value << i, 0) for i, bit in enumerate(factor)), Const(0, signed(1)))
 
 

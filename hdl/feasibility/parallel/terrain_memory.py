@@ -21,7 +21,7 @@ def lane_row_bits(lanes: int, coordinate_bits: int) -> int:
 def lane_layout(lanes: int, coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
     """Return the layout of the cell of one lane.
 
-    ``valid`` (there is one), ``row`` (its major coordinate divided by the number of lanes; the
+    ``valid`` (there is a cell), ``row`` (its major coordinate divided by the number of lanes; the
     remainder is the number of the lane), ``minor`` (its other coordinate), and ``ceiling``: the
     cell collides if the ground is at this altitude or above; with half steps, only if it is above.
     """
@@ -36,23 +36,23 @@ def lane_layout(lanes: int, coordinate_bits: int, altitude_bits: int) -> data.St
 
 
 class TerrainMemory(Unit):
-    """Map in which each lane tests a cell every cycle.
+    """Map in which each lane tests a cell in every cycle.
 
     Cell (x, y) lies in bank (x mod B, y mod B), with B = ``bank_edge``. Lane c has cells whose
-    coordinate along the major axis of the segment is c mod ``lane_count``. In a cycle, the first B
-    lanes use the first port of the banks, each in a different column of banks (or row, if the
-    segment is steep), and the last B lanes use the second port in the same way. Lanes never wait
-    for each other, and each bank port serves one of two lanes.
+    coordinate along the major axis of the segment is congruent to c mod ``lane_count``. In a cycle,
+    the first B lanes use the first port of the banks, each in a different column of banks (or row,
+    if the segment is steep), and the last B lanes use the second port in the same way. Lanes never
+    wait for each other, and each bank port serves one of two lanes.
 
-    A bank compares its data with the altitude of the lane that looks there, if any does. The
-    latency from a cell to ``hits`` is ``memory_latency + 3``: bank, address, comparison, and
-    gathering of each lane's banks. Without comparators the lanes get the ground itself with the
-    same latency: along each axis from the banks where the lane may look, then from the selected
-    axis. Instead of single cells, a row of neighbours can be looked up then, a cell for each lane.
+    A bank compares its data with the altitude of the lane that reads it, if any. The latency from a
+    cell to ``hits`` is ``memory_latency + 3``: bank, address, comparison, and gathering of each
+    lane's banks. Without comparators, the lanes get the ground itself with the same latency: first
+    along each axis from the banks that the lane may read, then from the selected axis. In this case
+    a row of neighbours, one cell per lane, can be looked up instead of single cells.
 
-    The banks are spread over the device; the block RAMs of one lie side by side where the cells of
-    the platform have places for them (:class:`pathgene.hdl.primitives.storage.BlockMemory`).
-    Each bank has registers for its addresses, with only wires from there to its block RAMs.
+    The banks are spread over the device; the block RAMs of a bank lie side by side if the
+    platform's cells assign sites (:class:`pathgene.hdl.primitives.storage.BlockMemory`). Each bank
+    has registers for its addresses, with nothing but wires from them to its block RAMs.
 
     Source: *allaire two-tier*, section 5.3.
 
@@ -67,13 +67,13 @@ class TerrainMemory(Unit):
         The major axis is y, else x.
     lanes : In(lane_layout).array(lane_count)
     walking : In(1)
-        The lanes have cells: writes and look-ups do not reach the memory.
+        The lanes have cells, and writes and look-ups do not reach the memory.
     hits : Out(lane_count)
         With ``compare``: lanes whose cell collides.
     blocked : Out(lane_count)
-        With ``compare``: lanes whose cell holds the top altitude, and so collides, too.
+        With ``compare``: lanes whose cell has the top altitude and therefore also collides.
     grounds : Out(altitude_bits).array(lane_count)
-        Without ``compare``: altitudes of the lanes' cells, or of the row's.
+        Without ``compare``: altitudes of the lanes' cells or of the row's cells.
     row_x : In(lane_row_bits(lane_count, coordinate_bits))
     row_y : In(coordinate_bits)
         Without ``compare``: row of cells to be looked up while not ``walking``, and not in the
@@ -81,12 +81,12 @@ class TerrainMemory(Unit):
     write_enable : In(1)
     write_x, write_y : In(coordinate_bits)
     write_altitude : In(altitude_bits)
-        Cell to be written; reads see it starting in the next cycle.
+        Cell to be written; reads see it from the next cycle on.
     lookup_valid : In(1)
     lookup_x, lookup_y : In(coordinate_bits)
         With ``compare``: cell to be looked up; not in the cycle of a write.
     lookup_altitude : Out(altitude_bits)
-        Its altitude, ``memory_latency + 2`` cycles later, one small multiplexer after
+        Its altitude, ``memory_latency + 2`` cycles later, through one small multiplexer after
         registers. Writes and look-ups reach the memory one cycle after they are given.
     """
 
@@ -136,7 +136,7 @@ class TerrainMemory(Unit):
             asked_x = Mux(self.lookup_valid, self.lookup_x, self.write_x)
             asked_y = Mux(self.lookup_valid, self.lookup_y, self.write_y)
         else:
-            # x of a port's first cell in the row; its other cells lie in the same place in their
+            # x of a port's first cell in the row; its further cells have the same place in their
             # banks.
             firsts = [
                 Cat(Const(port * edge, exact_log2(self.lane_count)), self.row_x)
@@ -147,7 +147,7 @@ class TerrainMemory(Unit):
             asked_y = Mux(self.write_enable, self.write_y, self.row_y)
         access = Cat(asked_x[bank_bits:], asked_y[bank_bits:])
 
-        # Each lane's row in its bank, and its side of the comparison: in time for the last register
+        # Each lane's row in its bank, and its side of the comparison, in time for the last register
         # before the comparison, which is at the bank.
         across, along, ceilings, valids = [], [], [], []
         for number, lane in enumerate(self.lanes):
@@ -162,7 +162,7 @@ class TerrainMemory(Unit):
             steep.append(delay_line(m, steep[-1], 1, f"steep_{cycle}"))
 
         # Outputs of the bank in column x and row y: data of the first port, and the comparisons of
-        # both ports, which are 0 where no lane looks.
+        # both ports, which are 0 if no lane reads there.
         ground = [[None] * edge for _ in range(edge)]
         found = [[[None] * edge for _ in range(edge)] for _ in range(ports)]
         hits, tops = ([[[None] * edge for _ in range(edge)] for _ in range(ports)] for _ in "ht")
@@ -179,7 +179,7 @@ class TerrainMemory(Unit):
                 written = Signal(self.altitude_bits, name=f"altitude_{x}_{y}", reset_less=True)
                 is_here = (self.write_x[:bank_bits] == x) & (self.write_y[:bank_bits] == y)
                 m.d.sync += written_here.eq(self.write_enable & is_here)
-                # A register for each bank, which is near it.
+                # A register near each bank.
                 with m.If(is_here):
                     m.d.sync += written.eq(self.write_altitude)
                 m.d.comb += [bank.a.write_enable.eq(written_here), bank.a.write_data.eq(written)]
@@ -198,7 +198,7 @@ class TerrainMemory(Unit):
                     if not self.compare:
                         continue
 
-                    # Whether the selected one of the two lanes looks here.
+                    # Whether the selected one of the two lanes reads here.
                     would = Mux(
                         self.steep,
                         self.lanes[by_y].minor[:bank_bits] == x,
@@ -242,7 +242,7 @@ class TerrainMemory(Unit):
         return m
 
     def _give_grounds(self, m, found):
-        """Select for each lane from the data that the banks ``found``, by port, x and y."""
+        """Select each lane's data from the banks' data ``found``, indexed by port, x and y."""
         edge, cycles = self.bank_edge, self.memory_latency + 1
         bank_bits = exact_log2(edge)
         # A row of cells is level.

@@ -20,12 +20,12 @@ class ParallelWalker(Unit):
     """Walks all segments in the detailed map, ``lanes`` cells per cycle.
 
     A segment of n cells takes n / ``lanes`` cycles, rounded up. Segments and paths follow each
-    other without a gap as long as the next point is available and no path is dropped. A lone path
-    of G such cycles, its points in successive cycles, is decided ``G + memory_latency + 9`` cycles
-    after its first point is taken, that cycle included. Its verdict is offered in the next one:
+    other without a gap as long as the next point is available and no path is dropped. A single path
+    of G such cycles, with points in successive cycles, is decided ``G + memory_latency + 9`` cycles
+    after its first point is taken, counting that cycle. Its verdict is offered in the next cycle:
     after ``G + 12`` cycles with a latency of 2. A segment's first group follows its second point by
-    5 cycles: two of set-up, two for slopes, one to the banks. A group's step follows it by
-    ``memory_latency + 3``: comparison, bank, first hit.
+    5 cycles: two for set-up, two for slopes, one to the banks. A group's step follows the group by
+    ``memory_latency + 3`` cycles: comparison, bank, first hit.
 
     In the cycle of ``drop``, the group of the path is still read. The remaining points of the path
     are taken, one per cycle.
@@ -84,7 +84,7 @@ class ParallelWalker(Unit):
             *(into.eq(start) for into, start in zip(lanes.origins, slopes.origins, strict=True)),
         ]
 
-        # Writes cross the chip, too.
+        # Writes cross the chip as well.
         writing = Signal()
         m.d.sync += writing.eq(self.writes.valid)
         written = {
@@ -105,7 +105,7 @@ class ParallelWalker(Unit):
             self.lookup_altitude.eq(terrain.lookup_altitude),
         ]
 
-        # Addresses given for each path in flight, the group of this cycle included.
+        # Addresses given for each path in flight, including the group of this cycle.
         m.submodules.reads = reads = memory.Memory(
             shape=config.path_cells_bits + 1, depth=1 << TAG_BITS, init=[]
         )

@@ -15,7 +15,8 @@ def visit_layout(coordinate_bits: int, segment_bits: int) -> data.StructLayout:
     """Return the layout of one visited cell, in cells of its map, and its place in the path.
 
     ``coarse``: its map is the coarse one. ``segment``: number of its segment. ``first``: it is the
-    first cell of its path; ``ends_segment`` and ``ends_path``: it is the last one of these.
+    first cell of its path; ``ends_segment`` and ``ends_path``: it is the last cell of its segment
+    or path.
     """
     return data.StructLayout(
         {
@@ -31,24 +32,25 @@ def visit_layout(coordinate_bits: int, segment_bits: int) -> data.StructLayout:
 
 
 def level_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
-    """Return the layout of an altitude: the exact quotient ``scaled / steps``, ``steps`` not 0."""
+    """Return the layout of an altitude: the exact quotient ``scaled / steps``."""
     return data.StructLayout({"scaled": altitude_bits + coordinate_bits, "steps": coordinate_bits})
 
 
 class CellWalker(Unit):
-    """Visits every cell of segments, both ends included, in walking order.
+    """Visits every cell of segments, including both ends, in walking order.
 
     Cell k of a segment of n steps is ``x0 + floor((2 k dx + n) / (2 n))``, y likewise. Each step
     moves one cell along the longer side. Along the shorter side, an error between -2 n and -1 grows
     by twice that side in each step, and the walker moves one cell when the error reaches 0. Halves
-    are rounded up, not away from the start: towards lower coordinates the error begins one lower.
-    The altitude is the exact ``(z0 n + k dz) / n``, its numerator summed up step by step; a segment
-    without steps counts as a single step, of which only the first cell is visited.
+    are rounded up instead of away from the start: towards lower coordinates, the error begins one
+    lower. The altitude is the exact ``(z0 n + k dz) / n``, whose numerator is accumulated step by
+    step; a segment without steps counts as a single step of which only the first cell is visited.
 
-    The first cell is visited in the cycle after its segment is taken, then one cell per cycle. The
-    next segment is taken in the last of these cycles, so that no cycle is lost.
+    The first cell is visited in the cycle after its segment is taken, then one cell is visited per
+    cycle. The next segment is taken in the last of these cycles, so that no cycle is lost.
 
-    Source: *allaire two-tier*, section 3.2.3. Differs: the next segment is set up during the walk.
+    Source: *allaire two-tier*, section 3.2.3. Difference: the next segment is set up during the
+    walk.
 
     Members
     -------
@@ -62,8 +64,8 @@ class CellWalker(Unit):
     segment_begins : Out(1)
         A segment is taken to be walked.
     drop : In(1)
-        Leave the path of the latest visited cell, starting in the next cycle; that cell must not
-        have been its last. A cell may still be visited in the cycle of ``drop``; it is void. Later
+        Leave the path of the latest visited cell from the next cycle on; that cell must not have
+        been its last. A cell may still be visited in the cycle of ``drop``; it is void. Later
         segments of the path are taken and not walked, one per cycle.
     visiting : Out(1)
         ``visit`` is visited in this cycle.
@@ -98,7 +100,7 @@ class CellWalker(Unit):
         segment = self.segments.p
         active = Signal()
         dropping = Signal()
-        # The present segment.
+        # The current segment.
         last = Signal()
         west = Signal()
         south = Signal()
@@ -153,7 +155,7 @@ class CellWalker(Unit):
                 south.eq(segment.south),
                 steep.eq(segment.steep),
                 left.eq(segment.steps),
-                # n - 2 n, and one lower where steps go towards 0.
+                # n - 2 n, and one lower if steps go towards 0.
                 error.eq(-segment.steps - Mux(segment.steep, segment.west, segment.south)),
                 growth.eq(segment.minor << 1),
                 excess.eq((segment.minor - segment.steps) << 1),
@@ -169,7 +171,7 @@ class CellWalker(Unit):
             with m.If(~steep | across):
                 m.d.sync += visit.x.eq(Mux(west, visit.x - 1, visit.x + 1))
 
-        # The altitude follows a cycle later, so that the product of a new segment has a cycle.
+        # The altitude follows one cycle later, so that the product of a new segment has a cycle.
         steps = Signal(xy)
         climb = Signal(signed(self.altitude_bits + 1))
         scaled_start = Signal(self.level.scaled.shape())
@@ -196,10 +198,10 @@ class CellWalker(Unit):
 def tested_layout(coordinate_bits: int, segment_bits: int, latency: int) -> data.StructLayout:
     """Return the layout of a cell that has been compared.
 
-    ``hit``: the path is not above its ground. ``blocked``: no path may cross that ground.
-    ``reads``: addresses of the same path given to a memory since, including this cycle's. ``open``:
-    neither this cell nor any cell read since is the path's last. ``latency``: cycles from a visit
-    to its test.
+    ``hit``: the path is not above the ground. ``blocked``: no path may cross that ground.
+    ``reads``: number of addresses given to a memory for the same path since then, including this
+    cycle's. ``open``: neither this cell nor any cell read since is the path's last. ``latency``:
+    cycles from a visit to its test.
     """
     return data.StructLayout(
         {
@@ -215,7 +217,7 @@ def tested_layout(coordinate_bits: int, segment_bits: int, latency: int) -> data
 class AltitudeComparator(Unit):
     """Tests one cell per cycle, ``memory_latency + 3`` cycles after it was visited.
 
-    A cell is hit when ``z0 n + k dz <= ground * n``: multiplication and comparison take a cycle
+    A cell is hit when ``z0 n + k dz <= ground * n``: multiplication and comparison take one cycle
     each, and nothing is rounded.
 
     Attributes
@@ -233,7 +235,7 @@ class AltitudeComparator(Unit):
     ground : In(altitude_bits)
         Altitude of the cell visited ``memory_latency + 1`` cycles ago, from a register.
     drop : In(1)
-        Discard cells visited after the tested one, including this cycle's.
+        Discard cells visited after the tested cell, including this cycle's.
     valid : Out(1)
     tested : Out(tested_layout)
     """
@@ -258,7 +260,7 @@ class AltitudeComparator(Unit):
     def elaborate(self, platform):
         m = Module()
 
-        # The youngest first: the cell of this cycle, then those in the pipeline.
+        # Youngest first: the cell of this cycle, then the cells in the pipeline.
         valids, visits = [self.visiting], [self.visit]
         for stage in range(1, self.latency + 1):
             valid = Signal(name=f"valid_{stage}")
@@ -292,7 +294,7 @@ class AltitudeComparator(Unit):
             ended = ended | (valid & visit.ends_path)
         m.d.comb += [
             self.tested.reads.eq(sum(later_reads)),
-            # The cell of this cycle does not count: if its path ends now, a drop is still right.
+            # The cell of this cycle does not count: if its path ends now, a drop is still correct.
             self.tested.open.eq(
                 ~Cat(v & c.ends_path for v, c in zip(valids[1:], visits[1:], strict=True)).any()
             ),

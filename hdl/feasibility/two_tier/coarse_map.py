@@ -16,10 +16,9 @@ class CoarseMap(Unit):
     """Memory of the maxima of square blocks of cells.
 
     Cells written to the detailed map pass through this unit, which records the blocks that they
-    span. After the last cell of a rectangle it reads every cell of those blocks again, one per
-    cycle, and writes their maxima, so that a maximum falls when its cell does. ``busy`` is high for
-    one cycle per cell of these blocks and ``scan_latency + 2`` more, from the cycle after the last
-    cell on.
+    span. After the last cell of a rectangle, it reads every cell of those blocks again, one per
+    cycle, and writes their maxima, so that maxima can also decrease. ``busy`` is high for one cycle
+    per cell of these blocks and ``scan_latency + 2`` more, from the cycle after the last cell on.
 
     Source: *allaire two-tier*, section 3.1.1.
 
@@ -40,8 +39,8 @@ class CoarseMap(Unit):
     x, y : In(coarse_bits)
         Block to be read, not while ``busy``.
     altitude : Out(altitude_bits)
-        Its maximum, ``memory_latency`` cycles later; undefined until the block was scanned. See
-        :class:`pathgene.hdl.feasibility.map_memory.MapMemory`.
+        Maximum of the block, ``memory_latency`` cycles later; undefined until the block has been
+        scanned. See :class:`pathgene.hdl.feasibility.map_memory.MapMemory`.
     """
 
     coordinate_bits: Width(2, text="In cells.")
@@ -121,7 +120,7 @@ class CoarseMap(Unit):
                     with m.If(at_y == north):
                         m.d.sync += self.scanning.eq(0)
 
-        # Answers, with their blocks.
+        # Data read, with their blocks.
         block = {"x": coarse_bits, "y": coarse_bits}
         asked = Signal(data.StructLayout({"valid": 1, "first": 1, "last": 1, **block}))
         m.d.comb += [

@@ -41,21 +41,22 @@ def segment_layout(
 
 
 class TwoTierSegmentSetup(Unit):
-    """Makes segments of points: differences, sides in order of length, and the map.
+    """Makes segments from points: differences, sides in order of length, and the map.
 
     The first ``detailed_segments`` of a path are for the detailed map, all later ones for the
     coarse map: their points become the blocks that they lie in, with their own altitudes (*allaire
     two-tier*, section 3.2).
 
-    A pipeline of two stages, which takes a point and offers a segment every cycle: the segment is
-    offered 2 cycles after its second point is taken. With ``segments`` stalled, two wait here.
+    It is a two-stage pipeline, which takes a point and offers a segment in every cycle: the segment
+    is offered 2 cycles after its second point is taken. If ``segments`` is stalled, two segments
+    wait here.
 
     Members
     -------
     points : In(stream.Signature(point_layout))
-        Paths of two points or more in turn.
+        Paths of two or more points, one after another.
     segments : Out(stream.Signature(segment_layout))
-        One segment fewer than there are points, path by path.
+        Segments of each path, one fewer than its points.
     """
 
     coordinate_bits: Width(2, text="In cells of the detailed map.")

@@ -1,4 +1,4 @@
-"""Walker of the two-tier build: one cell per cycle, in the detailed map, then in the coarse one."""
+"""Walker of the two-tier build: one cell per cycle, in the detailed map, then the coarse map."""
 
 from amaranth import *
 from amaranth.lib.wiring import connect, flipped
@@ -16,22 +16,22 @@ __all__ = ["TwoTierWalker"]
 
 
 class TwoTierWalker(Unit):
-    """Walks the first two segments of a path in the detailed map, all later ones in the coarse map.
+    """Walks the first two segments of a path in the detailed map, the rest in the coarse map.
 
     With a source that always has the next point, the first cell of a path is visited 4 cycles after
     its first point is taken, and then one cell each cycle; segments and paths follow each other
     without a gap. The step of a cell follows its visit by ``memory_latency + 3`` cycles. A path of
     c cells is therefore decided ``c + memory_latency + 6`` cycles after its first point is taken,
-    that cycle included, and its verdict is offered in the next one.
+    counting that cycle, and its verdict is offered in the next cycle.
 
-    In the cycle of ``drop`` one more address is given, and counted. The remaining points of the
+    In the cycle of ``drop``, one more address is given and counted. The remaining points of the
     path are taken, one per cycle.
 
     Points and writes wait while the coarse map is rebuilt: see
     :class:`pathgene.hdl.feasibility.two_tier.coarse_map.CoarseMap`.
 
-    Source: *allaire two-tier*, section 3. Differs: the set-up of segments and paths overlaps the
-    walk, and altitudes are compared exactly.
+    Source: *allaire two-tier*, section 3. Differences: the set-up of segments and paths overlaps
+    the walk, and altitudes are compared exactly.
 
     Members
     -------
@@ -85,7 +85,8 @@ class TwoTierWalker(Unit):
             compare.level.eq(line.level),
         ]
 
-        # All other accesses pass a register, so that the walk has the shortest path to the memory.
+        # All other accesses go through a register, so that the walk has the shortest path to the
+        # memory.
         write = self.writes.p
         connect(m, flipped(self.writes), coarse.writes)
         address = Signal(2 * xy, reset_less=True)
@@ -103,7 +104,8 @@ class TwoTierWalker(Unit):
             coarse.y.eq(visit.y),
         ]
 
-        # The map that answers: for look-ups and scans, which never meet a walk, the detailed one.
+        # The map that is read: for look-ups and scans, which never coincide with a walk, the
+        # detailed map.
         from_coarse = line.visiting & visit.coarse
         for cycle in range(config.memory_latency):
             earlier = Signal(name=f"from_coarse_{cycle}", reset_less=True)

@@ -37,7 +37,7 @@ __all__ = ["AUTOPILOTS", "Uploaded", "upload"]
 AUTOPILOTS = {"ardupilot": ARDUPILOT, "px4": PX4}
 
 # Parameters, counted from 1, in which ArduPilot accepts NaN, by command: waypoint, landing and
-# take-off, vertical take-off and landing. It refuses NaN in all others.
+# take-off, vertical take-off and landing. It refuses NaN everywhere else.
 _NAN_IN = {16: (4,), 21: (4,), 22: (4,), 84: (4,), 85: (3, 4)}
 # Attempts to restore a list; a late answer to the failed upload can spoil the first attempt.
 _ATTEMPTS = 2

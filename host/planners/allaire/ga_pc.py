@@ -42,8 +42,7 @@ class PcGeneticPlanner:
     In each generation, 70 % of the population is replaced by children of parents that are drawn in
     proportion to their fitness and cut at their middles; each child is mutated with a chance of 5
     %, in one of five ways drawn uniformly (perturb, insert, delete, smooth-turn, swap); the best 5
-    % survive, and a roulette without replacement chooses the other survivors from the remaining
-    paths.
+    % survive, and a roulette without replacement chooses the remaining survivors from the rest.
 
     An addition, by default if the first population is not random: some children of a generation,
     the refits, are copies of the best path with one or two waypoints moved slightly and all

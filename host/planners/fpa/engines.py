@@ -39,7 +39,7 @@ class Leader(NamedTuple):
     """The state after one iteration.
 
     ``path`` is the best solution, (n, 3) in metres, ``fitness`` its fitness, and ``mean`` the mean
-    fitness. So far, ``evaluated`` candidates were evaluated to the end and ``cut_short`` were
+    fitness. By then, ``evaluated`` candidates were evaluated to the end and ``cut_short`` were
     abandoned earlier; an engine may report the counts as of the end of the call.
     """
 

@@ -145,7 +145,7 @@ def pollination_kernel(points: int, width: int, threads: int) -> Callable[..., N
         """Write the fitness of each candidate or, if it does not beat its incumbent, a bound.
 
         As in :func:`pathgene.host.evaluation.kernels.fitness_above`, a candidate is not sampled if
-        it cannot be better, and sampling stops once the hits so far rule it out.
+        it cannot be better, and sampling stops once the hits already counted rule it out.
         """
         thread = cuda.threadIdx.x
         for item in range(thread, count * points, threads):

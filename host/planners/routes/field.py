@@ -102,7 +102,7 @@ class Graph:
     """Every segment of a generation: the fitness matrix of section IV as a list.
 
     Start and goal are the points 0 and 1. No segment leads to the start, leaves the goal or has no
-    displacement. A kept segment competes with others between the same points; a route takes the
+    displacement. A kept segment competes with new ones between the same points; a route takes the
     fittest.
 
     Parameters

@@ -42,8 +42,8 @@ def best_by_sum(
 ) -> tuple[Ints, Floats]:
     """Return the best few routes if a route costs the sum of its segments: equation (8).
 
-    The best route is exact. Others may be missed, because each label list keeps only ``keep``
-    routes.
+    The best route is exact. Further routes may be missed, because each label list keeps only
+    ``keep`` routes.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def least_to_go(tails: Ints, heads: Ints, terms: Floats, points: int) -> Floats:
     """Return lower bounds of length, turning and elevation from each point to the goal.
 
     The result is (points, 3) float64; each bound is the minimum over all routes, regardless of the
-    other two terms.
+    remaining two terms.
     """
     bounds = np.full((points, 3), np.inf)
     bounds[GOAL] = 0.0
@@ -146,9 +146,9 @@ def best_by_whole(
     The first term of a route is the sum over its segments, the second and third are maxima over
     them, and the cost is the weighted mean of the three. A route to a point is kept unless another
     route to the point, over no more segments, is at least as good in all three terms: with any
-    continuation, the whole route through the other one is no worse. By the same rule no loop is
-    kept. A route is also discarded if a bound shows that it cannot beat the best known route. The
-    result is exact.
+    continuation, the whole route through that route is no worse. By the same rule no loop is kept.
+    A route is also discarded if a bound shows that it cannot beat the best known route. The result
+    is exact.
 
     Parameters
     ----------

@@ -71,7 +71,7 @@ class Search(Protocol):
 
 
 class _Survivor:
-    """The best route so far, and the graph of its points, new points and all their segments."""
+    """The best route found, and the graph of its points, new points and all their segments."""
 
     def __init__(
         self,

@@ -142,7 +142,7 @@ class FlightJob(Job):
     latest : Flown or None
         The latest update.
     trail, versions, said : list
-        All entries of :class:`pathgene.host.web.desk.flight.Flown` so far; append-only.
+        All entries of :class:`pathgene.host.web.desk.flight.Flown` up to now; append-only.
     news : dict of str to (int, object)
         Current zones, points, path and changes, each with an increasing number.
     speed : float

@@ -1,4 +1,4 @@
-"""The figures of a plan next to those of a kept plan, its files, and the saved plans."""
+"""The figures of a plan next to a kept plan's, its files, and the saved plans."""
 
 from __future__ import annotations
 

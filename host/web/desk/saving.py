@@ -30,7 +30,7 @@ _ANYWHERE = tuple(row.name for row in _ALL if not row.placed)
 
 
 def save(plan: Plan, values: Mapping[str, Any], folder: Path) -> list[str]:
-    """Write the files of a plan except its picture, all or none; return notes on what they lack.
+    """Write the files of a plan except its picture, all or none; return notes on their gaps.
 
     Parameters
     ----------

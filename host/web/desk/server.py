@@ -1,4 +1,4 @@
-"""The server of the desk: NiceGUI behind a guard, and the files of saved plans."""
+"""The server of the desk: NiceGUI protected by a guard, and the files of saved plans."""
 
 from __future__ import annotations
 

@@ -61,8 +61,8 @@ class Sheet:
     terrains : Terrains
         The terrains of the desk.
     board : str, optional
-        The board of the problem file that the user named when starting the desk, which a page may
-        name although others are refused: see :func:`pathgene.host.web.desk.boards.require_board`.
+        The board of the problem file that the user named when starting the desk, the only such
+        board that a page may name: see :func:`pathgene.host.web.desk.boards.require_board`.
 
     Attributes
     ----------
@@ -307,7 +307,7 @@ class Sheet:
         self.board = self.values.get("board")
 
     def _take(self, values: Mapping[str, Any]) -> None:
-        """Replace the values by those of a problem file, converted to the form of this class."""
+        """Replace the values by a problem file's values, converted to the form of this class."""
         taken = {
             name: value
             for name, value in values.items()

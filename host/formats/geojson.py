@@ -25,6 +25,7 @@ from pathgene.host.formats.features import (
     Reference,
     label,
 )
+from pathgene.host.formats.limits import limit_text, stated_limits
 from pathgene.host.formats.places import DEGREE_DECIMALS
 from pathgene.host.formats.shapes import Ring, Shape, wound
 from pathgene.host.formats.track import Point, Track
@@ -41,9 +42,9 @@ _OWN_KINDS = {
     "Point": ("start", "via", "goal", "return"),
 }
 # Properties of a zone that are numbers, and all that are read.
-_NUMBERS = ("radius_m", "lower", "upper", "t0", "t1")
+_NUMBERS = ("radius_m", "t0", "t1")
 _NAMES = ("name", "Name", "NAME", "title")
-_READ = (*_NUMBERS, *_NAMES, "kind")
+_READ = (*_NUMBERS, "lower", "upper", *_NAMES, "kind")
 
 
 def write(track: Track) -> bytes:
@@ -261,7 +262,8 @@ def _read(number: int, feature: Any, placing: Placing, is_own: bool) -> Iterator
         return
     try:
         found, others = areas(geometry, placing, is_circle=properties.get("radius_m") is not None)
-        common = _limits(properties)
+        common = _numbers(properties)
+        lower, upper, heights = _heights(properties)
     except InputError as error:
         yield Bad(tag, str(error))
         return
@@ -274,13 +276,13 @@ def _read(number: int, feature: Any, placing: Placing, is_own: bool) -> Iterator
             name,
             rings,
             radius_m=common["radius_m"] if is_circle else None,
-            lower=_limit(common["lower"]),
-            upper=_limit(common["upper"]),
+            lower=lower,
+            upper=upper,
             edges=Edges.FRAME if is_own and properties.get("kind") == "zone" else Edges.DEGREES,
             t0_s=common["t0"],
             t1_s=common["t1"],
             is_local=placing.is_local,
-            unread=unread(properties, _READ),
+            unread=unread(properties, (*_READ, *heights)),
         )
 
 
@@ -300,8 +302,8 @@ def _name(properties: dict[str, Any]) -> str:
     return " ".join(str(found).split())[:MOST_NAME] if isinstance(found, str | int | float) else ""
 
 
-def _limits(properties: dict[str, Any]) -> dict[str, float | None]:
-    """Return radius, heights and times of a feature; None where there is no limit."""
+def _numbers(properties: dict[str, Any]) -> dict[str, float | None]:
+    """Return radius and times of a feature; None where there is no limit."""
     values: dict[str, float | None] = {}
     for key in _NUMBERS:
         value = properties.get(key)
@@ -311,8 +313,27 @@ def _limits(properties: dict[str, Any]) -> dict[str, float | None]:
     return values
 
 
-def _limit(height_m: float | None) -> Limit | None:
-    return None if height_m is None else Limit(height_m, Reference.AMSL)
+def _heights(properties: dict[str, Any]) -> tuple[Limit | None, Limit | None, tuple[str, ...]]:
+    """Return the limits: ours in metres AMSL, else as properties of other programs state them.
+
+    The third value has the names of the other programs' properties that are read.
+    """
+    own = [_height(key, properties.get(key)) for key in ("lower", "upper")]
+    lower, upper, read = stated_limits(properties)
+    if any(properties.get(key) is not None for key in ("lower", "upper")):
+        return own[0], own[1], ()
+    return lower, upper, read
+
+
+def _height(key: str, value: Any) -> Limit | None:
+    if isinstance(value, str):
+        try:
+            return limit_text(value)
+        except ValueError:
+            pass
+    if value is not None and not is_number(value):
+        raise InputError(f"{key} must be a finite number, not {value!r}.")
+    return None if value is None else Limit(float(value), Reference.AMSL)
 
 
 def _is_own(geometry: dict[str, Any], properties: dict[str, Any]) -> bool:

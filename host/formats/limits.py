@@ -1,0 +1,133 @@
+"""Limits of height as files of zones state them: numbers with unit and reference, and texts."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from pathgene.host.errors import InputError
+from pathgene.host.formats.features import Limit, Reference
+from pathgene.host.numeric import is_number
+
+
+__all__ = ["FOOT_M", "limit", "limit_text", "stated_limits"]
+
+FOOT_M = 0.3048
+_FLIGHT_LEVEL_M = 100 * FOOT_M
+
+_UNITS_M = {
+    **dict.fromkeys(("M", "MT", "MTR", "METER", "METERS", "METRE", "METRES"), 1.0),
+    **dict.fromkeys(("FT", "FEET", "FOOT"), FOOT_M),
+    "FL": _FLIGHT_LEVEL_M,
+}
+_REFERENCES = {
+    **dict.fromkeys(("AMSL", "MSL", "ASL", "ALT", "QNH"), Reference.AMSL),
+    **dict.fromkeys(("AGL", "ASFC", "GND", "GROUND", "SFC", "SURFACE"), Reference.AGL),
+    **dict.fromkeys(("WGS84", "WGS"), Reference.WGS84),
+    "STD": Reference.STANDARD,
+}
+_GROUND = frozenset({"GND", "GROUND", "SFC", "SURFACE"})
+_UNLIMITED = frozenset({"UNL", "UNLIM", "UNLIMITED", "UNLTD"})
+_WORD = re.compile(r"WGS84|[A-Z]+|[-+]?\d[\d.,]*")
+_NUMBER = re.compile(r"[-+]?(?:\d+|\d{1,3}(?:,\d{3})+)(?:\.\d{1,2}|\.\d{4,}|\.0*)?")
+
+# Properties that state a lower and an upper limit; the first of each that is there is read.
+_LOWER = ("lowerLimit", "lower_limit", "lowerCeiling", "lowerAltitude", "floor", "bottom", "base")
+_UPPER = ("upperLimit", "upper_limit", "upperCeiling", "upperAltitude", "ceiling", "top")
+
+
+def limit(value: Any, unit: Any, reference: Any) -> Limit:
+    """Return a limit of a number, a word for its unit and a word for its reference.
+
+    Raises
+    ------
+    InputError
+        If one of the three is none of these.
+    """
+    if not is_number(value):
+        raise InputError(f"a limit of height must be a number, not {value!r}.")
+    metres = _UNITS_M.get(str(unit).strip().upper())
+    if metres is None:
+        raise InputError(f"the unit of a limit of height must be m, ft or FL, not {unit!r}.")
+    surface = _REFERENCES.get(str(reference).strip().upper())
+    if surface is None:
+        raise InputError(
+            "the reference of a limit of height must be AGL, AMSL, WGS84 or STD, not "
+            f"{reference!r}."
+        )
+    if metres == _FLIGHT_LEVEL_M:
+        surface = Reference.STANDARD
+    return Limit(float(value) * metres, surface)
+
+
+def limit_text(text: str, unit: str | None = None, reference: str | None = None) -> Limit | None:
+    """Return the limit that a text states, such as ``4500 ft AMSL``, or None for no limit.
+
+    Parameters
+    ----------
+    text : str
+        The text.
+    unit, reference : str, optional
+        Unit and reference that the format assumes where the text has none.
+
+    Raises
+    ------
+    ValueError
+        If the text states no limit, or more than one, or could mean several.
+    """
+    upper = text.upper().replace("WGS-84", "WGS84")
+    words = _WORD.findall(upper)
+    if not words or re.sub(r"[\s+.]", "", _WORD.sub("", upper)):
+        raise ValueError(text)
+    if len(words) == 1 and words[0] in _UNLIMITED:
+        return None
+    if len(words) == 1 and words[0] in _GROUND:
+        return Limit(0.0, Reference.AGL)
+    numbers = [word for word in words if word[-1] in "0123456789.," and not word.startswith("WGS")]
+    units = [word for word in words if word in _UNITS_M]
+    stated = [word for word in words if word in _REFERENCES]
+    surfaces = {_REFERENCES[word] for word in stated}
+    # A point before three digits may be a decimal point or part thousands from hundreds.
+    is_number_clear = len(numbers) == 1 and _NUMBER.fullmatch(numbers[0]) is not None
+    is_all_known = len(numbers) + len(units) + len(stated) == len(words)
+    if not is_number_clear or not is_all_known or len(units) > 1 or len(surfaces) > 1:
+        raise ValueError(text)
+    chosen_unit = units[0] if units else unit
+    if chosen_unit == "FL":
+        surfaces = surfaces or {Reference.STANDARD}
+    surface = next(iter(surfaces)) if surfaces else _REFERENCES.get(reference or "")
+    if chosen_unit is None or surface is None:
+        raise ValueError(text)
+    return limit(float(numbers[0].replace(",", "")), chosen_unit, surface)
+
+
+def stated_limits(
+    properties: Mapping[str, Any],
+) -> tuple[Limit | None, Limit | None, tuple[str, ...]]:
+    """Return lower and upper limit of properties, and the names of the properties that are read.
+
+    A limit is read where its value says number, unit and reference: a text such as ``FL 95``, or an
+    object with ``value``, ``unit`` and ``reference``.
+    """
+    lower, upper = (
+        next((name for name in names if name in properties), "") for names in (_LOWER, _UPPER)
+    )
+    limits: dict[str, Limit | None] = {}
+    for name in (lower, upper):
+        try:
+            limits[name] = _limit_of(properties[name])
+        except (KeyError, ValueError, InputError):
+            continue
+    return limits.get(lower), limits.get(upper), tuple(limits)
+
+
+def _limit_of(value: Any) -> Limit | None:
+    if isinstance(value, str):
+        return limit_text(value)
+    if not isinstance(value, dict):
+        raise ValueError
+    reference = value.get("referenceDatum", value.get("reference"))
+    if isinstance(reference, int):
+        raise ValueError
+    return limit(value.get("value"), value.get("unit", value.get("uom")), reference)

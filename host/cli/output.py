@@ -86,7 +86,7 @@ def _limit_pairs(summary: dict[str, Any]) -> list[tuple[str, str]]:
         *pairs,
         (
             "nearest limit" if summary["feasible"] else "worst limit",
-            f"{worst['limit']}: {_short(worst['worst'])} {unit}, "
+            f"{worst['limit']}: {_worst(worst['worst'], unit)}, "
             f"allowed {_short(worst['allowed'])} {unit}, "
             f"{worst['at_m'] / 1000:.2f} km from the start",
         ),
@@ -108,6 +108,11 @@ def _duration(time_s: float | None) -> str:
         return "unknown"
     minutes, seconds = divmod(round(time_s), 60)
     return f"{minutes} min {seconds:02} s"
+
+
+def _worst(value: float | None, unit: str) -> str:
+    """Return the worst value of a limit as text; a clearance is unknown over a void."""
+    return "unknown over a void" if value is None else _shown(value, ".4g", unit)
 
 
 def _short(value: float | None) -> str:

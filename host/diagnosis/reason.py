@@ -172,6 +172,9 @@ def broken_limit(limits: Sequence[Mapping[str, Any]] | None) -> str | None:
     if not limits:
         return None
     name, worst, allowed = str(limits[0]["limit"]), limits[0]["worst"], limits[0]["allowed"]
+    place = f"{limits[0]['at_m']:.0f} m from the start"
+    if worst is None:
+        return f"breaks the limit {name} over a void, {place}"
     # Loads the kernels, which a reason alone does not need.
     from pathgene.host.evaluation.aircraft_limits import limit_named
 
@@ -181,10 +184,7 @@ def broken_limit(limits: Sequence[Mapping[str, Any]] | None) -> str | None:
         return None
     texts = ((f"{worst:.{digits}g}", f"{allowed:.{digits}g}") for digits in _DIGITS)
     reached, bound = next((pair for pair in texts if pair[0] != pair[1]), (worst, allowed))
-    return (
-        f"breaks the limit {name}, {reached} where {bound} is allowed, {limits[0]['at_m']:.0f} m "
-        "from the start"
-    )
+    return f"breaks the limit {name}, {reached} where {bound} is allowed, {place}"
 
 
 def listed(names: Iterable[str]) -> str:

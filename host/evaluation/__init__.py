@@ -7,7 +7,7 @@ is the same, compiled, and is loaded with the first evaluator.
 
 from pathgene.host.evaluation.evaluator import Evaluator
 from pathgene.host.evaluation.geometry import Arc, Straight
-from pathgene.host.evaluation.reference import problem_utopia, utopia
+from pathgene.host.evaluation.reference import line_utopia, problem_utopia, utopia
 from pathgene.host.evaluation.terms import Evaluation
 from pathgene.host.evaluation.track import Samples, SmoothedTrack
 
@@ -19,6 +19,7 @@ __all__ = [
     "Samples",
     "SmoothedTrack",
     "Straight",
+    "line_utopia",
     "problem_utopia",
     "utopia",
 ]

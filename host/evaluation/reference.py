@@ -5,6 +5,7 @@ Source: Roberge and Tarbouchi, sections 3.1 and 3.2, equations (1) to (3).
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -18,14 +19,25 @@ from pathgene.host.evaluation.fuel import air_distance, fuel_burned, thrust_need
 from pathgene.host.evaluation.geometry import Piece, Straight, smooth
 from pathgene.host.evaluation.track import SmoothedTrack
 from pathgene.host.problem.aircraft import Aircraft
+from pathgene.host.problem.ends import Point
 from pathgene.host.problem.problem import Problem
 
 
-__all__ = ["Terms", "Utopia", "evaluate", "problem_utopia", "too_steep", "utopia"]
+__all__ = [
+    "Terms",
+    "Utopia",
+    "evaluate",
+    "line_utopia",
+    "problem_utopia",
+    "too_steep",
+    "utopia",
+]
 
 Direction = tuple[float, float, float]
 
 _FUEL_WEIGHT = _ALTITUDE_WEIGHT = 0.5
+# A line is a glide if it needs less than this share of the thrust of level flight.
+_GLIDE = 0.25
 
 
 @dataclass(frozen=True)
@@ -218,17 +230,42 @@ def utopia(
     return Utopia(altitude, line.length_m, fuel)
 
 
-def problem_utopia(problem: Problem) -> Utopia:
-    """Return altitude, length and fuel of the straight lines that join the points of a problem.
+def line_utopia(problem: Problem, start: Point, stop: Point) -> Utopia:
+    """Return altitude, length and fuel that the costs between two points are relative to.
 
-    Every line starts with the full weight.
+    They are the values of the straight line. A glide burns little fuel or none: a level line at its
+    mean altitude and of its horizontal length takes its place, or of its height if it is vertical.
+    The evaluation of the papers uses the straight line alone.
+
+    Raises
+    ------
+    InputError
+        As :func:`utopia` does.
+    """
+    (x0, y0, z0), (x1, y1, z1) = start, stop
+    aircraft = problem.aircraft
+    run_m = math.hypot(x1 - x0, y1 - y0)
+    if problem.rules is not None and z1 < z0:
+        thrust = thrust_needed(aircraft, aircraft.weight_N, run_m, z1 - z0)
+        level_thrust = thrust_needed(aircraft, aircraft.weight_N, 1.0, 0.0)
+        if thrust < _GLIDE * level_thrust:
+            z0 = z1 = 0.5 * (z0 + z1)
+            if run_m == 0.0:
+                x1 += start[2] - stop[2]
+    return utopia((x0, y0, z0), (x1, y1, z1), aircraft, problem.wind)
+
+
+def problem_utopia(problem: Problem) -> Utopia:
+    """Return altitude, length and fuel that the costs of a problem are relative to.
+
+    Every line between two points of its way starts with the full weight.
 
     Raises
     ------
     InputError
         As :func:`utopia` does, for any of the lines.
     """
-    lines = [utopia(start, stop, problem.aircraft, problem.wind) for start, stop in problem.lines]
+    lines = [line_utopia(problem, start, stop) for start, stop in itertools.pairwise(problem.way)]
     if len(lines) == 1:
         return lines[0]
     length_m = sum(line.length_m for line in lines)

@@ -19,6 +19,7 @@ from pathgene.host.evaluation.terrain_rule import STACK_SHAPE, Required, Surface
 from pathgene.host.evaluation.zones import zone_intrusions
 from pathgene.host.problem.problem import Problem
 from pathgene.host.terrain import Terrain
+from pathgene.host.terrain.surface import ANY_VOID_M
 
 
 __all__ = ["Limit", "StrictRule"]
@@ -151,7 +152,8 @@ class StrictRule:
         """Return the least and the greatest height over the surface, and the limits of a track.
 
         Heights are in metres, the least one that within the corridor. A limit is broken where its
-        ``worst`` is beyond its ``allowed``; the worst come first.
+        ``worst`` is beyond its ``allowed``; the worst come first. Over a void the least height is
+        NaN, and the worst clearance is minus infinity.
         """
         lowest = self._extreme(track, self._lowest)
         highest = self._extreme(track, self._highest)
@@ -161,7 +163,8 @@ class StrictRule:
             *self._figures(track, self._aircraft_limits()[1]),
         ]
         limits = [limit for _, limit in sorted(found, key=lambda item: -item[0])]
-        return -lowest[0], highest[0], limits
+        least_m = -lowest[0]
+        return (least_m if least_m > -ANY_VOID_M else math.nan), highest[0], limits
 
     def _extreme(self, track: LaidTrack, required: Required, known: float = _NONE) -> _Extreme:
         """Return the greatest excess over ``required``; ``known`` if none is greater than that."""
@@ -218,7 +221,8 @@ class StrictRule:
         if excess_below > known:
             excess, at = excess_below, at_below
             allowed = self._required_m(track, at, beside=False)
-        yield _least("clearance", allowed - excess, allowed, track.flown_m(*at))
+        worst = allowed - excess if excess < ANY_VOID_M else -math.inf
+        yield _least("clearance", worst, allowed, track.flown_m(*at))
         if math.isfinite(self._high.height_m):
             height, at = highest
             yield _most("ceiling-agl", height, self._high.height_m, track.flown_m(*at))

@@ -42,7 +42,8 @@ class Evaluation:
     Under the rules of safe flight, the strict rule gives ``feasible``, ``penalty``, ``fitness`` and
     the distances; ``feasible_at_ds`` is true if the path is feasible by the strict rule or by the
     search surface, and ``penalty_fine`` equals ``penalty``. ``minimum_clearance_m`` is then exact
-    to a centimetre and counts the whole corridor. The following are None with ``as_paper``.
+    to a centimetre and counts the whole corridor, NaN where that covers a void. The following are
+    None with ``as_paper``.
 
     clearance_m : float
         Clearance asked for.

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from pathgene.host.errors import InputError, NoPathError
-from pathgene.host.evaluation import utopia
+from pathgene.host.evaluation import line_utopia, utopia
 from pathgene.host.problem.ends import Point, check_above_ground, end_point
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.way import WayProblem
@@ -239,16 +239,16 @@ class Mission:
     def _check_lines(self) -> None:
         """Refuse a leg whose straight line cannot be a reference for costs.
 
-        If the line is too steep a glide, the leg may have no path at all; the error then gives the
-        reason for that.
+        A leg whose line is too steep a glide may have no path; then the error gives the reason.
         """
+        problem = self.problem
         for index, (start, stop) in enumerate(itertools.pairwise(self.way)):
+            single = self.legs == 1
+            name = "" if single else f"{_upper(self.name_of(index))}: "
             try:
-                utopia(start, stop, self.problem.aircraft, self.problem.wind)
+                utopia(start, stop, problem.aircraft, problem.wind)
             except InputError as error:
-                single = self.legs == 1
-                name = "" if single else f"{_upper(self.name_of(index))}: "
-                if not self.problem.as_paper:
+                if not problem.as_paper:
                     # Loads SciPy.
                     from pathgene.host.diagnosis import diagnose
 
@@ -256,7 +256,10 @@ class Mission:
                     if reason.code != "not-found":
                         raise NoPathError(
                             f"{name}{reason.sentence}", reason, None if single else index + 1
-                        ) from None
+                        ) from error
+            try:
+                line_utopia(problem, start, stop)
+            except InputError as error:
                 raise InputError(f"{name}{error}") from None
 
 

@@ -172,11 +172,6 @@ class Problem:
         return self.start, self.goal
 
     @property
-    def lines(self) -> list[tuple[Point, Point]]:
-        """Straight lines between the points of the way, the reference of costs."""
-        return list(itertools.pairwise(self.way))
-
-    @property
     def as_paper(self) -> bool:
         """True if the evaluation of the papers holds, without the rules of safe flight."""
         return self.rules is None

@@ -10,16 +10,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from pathgene.host.evaluation.fuel import thrust_needed
 from pathgene.host.evaluation.geometry import Straight
 from pathgene.host.problem.aircraft import Aircraft
-from pathgene.host.problem.ends import Point
 from pathgene.host.problem.problem import Problem
 from pathgene.host.replanning.present import Present
 from pathgene.host.replanning.tracks import Pose, Track, is_smooth, part, pose_at
 
 
-__all__ = ["Departure", "RestOfFlight", "depart", "fault_of"]
+__all__ = ["Departure", "depart", "fault_of"]
 
 # Straights that lead to a start: length in turn radii, and share of the steepest climb; the first
 # safe one is used. Half of a climbing straight may be the tangent of a turn, where its climb is
@@ -28,29 +26,6 @@ _LEADS = (1.1, 0.0), (2.0, 0.25), (2.0, 0.45)
 # Distance in metres from a new track's beginning to the aircraft, so that the guidance finds its
 # place on the track.
 _BACK_M = 60.0
-# A line is a glide if it needs less than this share of the thrust of level flight.
-_GLIDE = 0.25
-
-
-class RestOfFlight(Problem):
-    """The problem of the rest of a flight, which may begin high above a near goal.
-
-    Costs are relative to the straight line from start to goal. If that line is a glide that burns
-    little fuel or none, they are relative to a level line at its mean altitude instead.
-    """
-
-    @property
-    def lines(self) -> list[tuple[Point, Point]]:
-        """The line that costs are relative to."""
-        (x0, y0, z0), (x1, y1, z1) = self.start, self.goal
-        run_m = math.hypot(x1 - x0, y1 - y0)
-        thrust, level = (
-            thrust_needed(self.aircraft, self.aircraft.weight_N, run_m or 1.0, rise_m)
-            for rise_m in (z1 - z0, 0.0)
-        )
-        if run_m > 0 and thrust < _GLIDE * level:
-            z0 = z1 = 0.5 * (z0 + z1)
-        return [((x0, y0, z0), (x1, y1, z1))]
 
 
 @dataclass(frozen=True)
@@ -77,7 +52,7 @@ class Departure:
         pose = pose_at(self.track, self.leaves_m)
         return pose if self.lead is None else pose_at((self.lead,), self.lead.run_m)
 
-    def problem(self, present: Present, aircraft: Aircraft) -> RestOfFlight:
+    def problem(self, present: Present, aircraft: Aircraft) -> Problem:
         """Return the problem of the rest of the flight; a new goal has no heading.
 
         Raises
@@ -87,7 +62,7 @@ class Departure:
         """
         start, mission = self.start, present.mission
         is_goal = present.goal == mission.goal
-        return RestOfFlight(
+        return Problem(
             mission.terrain,
             start.point,
             present.goal,

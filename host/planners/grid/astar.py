@@ -199,6 +199,9 @@ def _paths(
     most -= sum(map(len, way))
     ends = np.array([problem.start[:2]]), np.array([problem.goal[:2]])
     points = thinned(route, None if lattice is None else lattice.scale_m[:2])
+    if len(points) < 2:
+        # The goal is straight above or below the start.
+        return []
     lines = polylines(points, grid, surface, most)
     steps = {} if lattice is None else {"base_m": lattice.base_m, "step_m": lattice.step_m}
     found = []

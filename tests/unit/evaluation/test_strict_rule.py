@@ -7,11 +7,13 @@ from collections import Counter
 import numpy as np
 import pytest
 
+from pathgene.host.diagnosis.reason import broken_limit
 from pathgene.host.errors import InputError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.evaluation.pieces import fastest_over_ground
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
+from pathgene.host.report.summary import terms
 from pathgene.host.terrain import Terrain
 from tests.support.host.flight_cases import random_case
 from tests.support.host.flight_oracle import examine
@@ -120,6 +122,18 @@ def test_end_beside_a_void_excuses_nothing():
     clear, path = straight(elevation, (100.0, 100.0, 60.0), (560.0, 560.0, 60.0))
     terms = Evaluator(clear, threads=1).evaluate(np.array(path))
     assert evaluation.distance_under_terrain_m > terms.distance_under_terrain_m > 30
+
+
+def test_a_clearance_over_a_void_is_unknown():
+    elevation = np.full((21, 21), 10.0)
+    elevation[:, 10] = np.nan
+    problem, path = straight(elevation, (80.0, 80.0, 60.0), (560.0, 560.0, 60.0))
+    evaluation = Evaluator(problem, threads=1).evaluate(np.array(path))
+    summary = terms(evaluation)
+    assert (evaluation.feasible, summary["minimum_clearance_m"]) == (False, None)
+    worst = summary["limits"][0]
+    assert (worst["limit"], worst["worst"], worst["allowed"]) == ("clearance", None, 30.0)
+    assert broken_limit(summary["limits"]).startswith("breaks the limit clearance over a void, ")
 
 
 def test_greatest_ground_speed_of_an_arc_is_exact():

@@ -123,6 +123,21 @@ def test_flies_straight_over_level_ground(make_evaluator):
     )
 
 
+def test_plans_to_a_goal_five_degrees_below_the_start():
+    level = Terrain("level", np.full((41, 61), 100.0), 100.0, 100.0)
+    evaluator = Evaluator(Problem(level, (500, 700, 600), (5500, 700, 163)), threads=1)
+    result = AstarPlanner().plan(evaluator, ALL)
+    assert result.evaluation.feasible
+    assert 1 < result.evaluation.fitness < 2
+
+
+def test_has_no_route_to_a_goal_straight_above_the_start():
+    level = Terrain("level", np.full((41, 61), 100.0), 100.0, 100.0)
+    evaluator = Evaluator(Problem(level, (3000, 2000, 200), (3000, 2000, 320)), threads=1)
+    result = AstarPlanner().plan(evaluator, ALL)
+    assert not result.evaluation.feasible
+
+
 def test_returns_the_straight_line_without_a_way(make_evaluator):
     walls = tuple(Circle(3000, y, 300) for y in range(0, 4001, 400))
     evaluator = make_evaluator(zones=walls)

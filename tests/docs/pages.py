@@ -1,6 +1,8 @@
 """Pages of the documentation, their fences, and a folder in which their commands run."""
 
 import re
+import shutil
+import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -80,3 +82,14 @@ def link_sources(folder):
     for entry in ROOT.iterdir():
         if entry.name not in {".git", "build", "dist", "out"}:
             (folder / entry.name).symlink_to(entry)
+
+
+def copy_sources(folder):
+    """Copy the files that git knows or would add into ``folder``, links as links."""
+    command = ["git", "-C", ROOT, "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
+    listed = subprocess.run(command, stdout=subprocess.PIPE, check=True).stdout.decode()
+    for name in listed.split("\0"):
+        source = ROOT / name
+        if name and (source.is_file() or source.is_symlink()):
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(source, folder / name, follow_symlinks=False)

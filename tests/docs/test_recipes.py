@@ -2,11 +2,12 @@
 """Recipes of CONTRIBUTING.md: each is followed as it stands there."""
 
 import inspect
+import os
 import re
+import subprocess
 import sys
 import textwrap
 import types
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,18 +16,53 @@ from pathgene import Problem, Terrain, plan
 from pathgene.host.cli import main
 from pathgene.host.compare.entrants import parse_entrants
 from pathgene.host.planners import PLANNERS, registry
+from tests.docs.pages import ROOT, copy_sources
 from tests.support.gateware.unit_pool import unit_classes
 from tests.unit.test_documented_ports import compare, documented
 
 
-PAGE = (Path(__file__).resolve().parents[2] / "CONTRIBUTING.md").read_text("utf-8")
+PAGE = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
 
 
-def recipe(title):
-    """Return the Python of a chapter, a text for each fence."""
+def recipe(title, language="python"):
+    """Return the fences of a chapter in a language."""
     chapter = re.search(rf"^## {title}\n(.*?)^## ", PAGE, re.DOTALL | re.MULTILINE)[1]
-    found = re.findall(r"^ *```python\n(.*?)^ *```$", chapter, re.DOTALL | re.MULTILINE)
+    found = re.findall(rf"^ *```{language}\n(.*?)^ *```$", chapter, re.DOTALL | re.MULTILINE)
     return [textwrap.dedent(text) for text in found]
+
+
+def follow(places, folder):
+    """Write the lines of a recipe into the files that its headings name."""
+    headings = r"^(\S+), (?:(after|before) `(.+)`|instead of the comment at the top of (\S+)):\n"
+    _, *parts = re.split(headings, places, flags=re.MULTILINE)
+    for file, side, anchor, model, lines in zip(*(parts[at::5] for at in range(5)), strict=True):
+        text = (folder / (model or file)).read_text("utf-8")
+        if model:
+            text = lines + re.sub(r"\A(#.*\n)+", "", text)
+        else:
+            anchor = anchor.replace("\\`", "`")
+            (found,) = re.finditer(rf"^.*{re.escape(anchor)}.*\n", text, re.MULTILINE)
+            at = found.end() if side == "after" else found.start()
+            text = text[:at] + lines + text[at:]
+        (folder / file).write_text(text, "utf-8")
+
+
+PYTEST = "pytest", "-n", "0", "-p", "no:cacheprovider", "-v"
+
+
+def run(folder, *command):
+    """Run a module of the copy in ``folder``."""
+    done = subprocess.run(
+        [sys.executable, "-m", *command],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(folder)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout[-4000:]
+    return done.stdout
 
 
 @pytest.fixture
@@ -95,3 +131,58 @@ def test_ports_of_a_unit_are_compared_with_its_docstring(unit):
     assert compare(members, documented(kind), names)[0] == [("count", "Out(count_bits + 1)")]
     kind.__doc__ = inspect.getdoc(kind).replace("pulse : In(1)\n", "")
     assert set(members) - documented(kind).keys() == {"pulse"}
+
+
+@pytest.mark.ci
+def test_a_board_is_a_file_and_its_rows(tmp_path):
+    copy_sources(tmp_path)
+    (source,), (places,) = recipe("Add a board"), recipe("Add a board", "text")
+    (tmp_path / "hdl" / "boards" / "ulx3s_25f.py").write_text(source)
+    follow(places, tmp_path)
+    chosen = "[ulx3s-25f or default_chip or every_file or only_chips or unknown_board"
+    told = run(tmp_path, *PYTEST, "-k", chosen, "tests/unit/boards")
+    assert told.count("ulx3s-25f") >= 6
+    run(tmp_path, "pathgene.hdl.boards.build", "ulx3s-25f", "--sources")
+    folder = tmp_path / "build" / "bitstream" / "ulx3s-25f" / "paper"
+    assert "--25k" in (folder / "build_chip.sh").read_text()
+    assert 'LOCATE COMP "uart_0__rx__io" SITE "M1"' in (folder / "chip.lpf").read_text()
+    # Tables of boards are no gateware, which the mutation tester alters.
+    assert "ulx3s_25f" not in run(tmp_path, "tools.mutate", "--list", "--count", "4000")
+
+
+# A host of the message: the model takes a value and refuses 0.
+HOST = """
+from pathgene.host.device.boards import open_board
+from pathgene.host.device.link import RefusedError
+with open_board("model:?checker=none") as chip:
+    chip.ping(5)
+    try:
+        chip.ping(0)
+    except RefusedError as error:
+        print(error)
+"""
+
+
+@pytest.mark.ci
+def test_a_message_is_a_row_of_each_part(tmp_path):
+    copy_sources(tmp_path)
+    (places,) = recipe("Add a message", "text")
+    follow(places, tmp_path)
+    for file in tmp_path.rglob("*.py"):
+        text = file.read_text("utf-8")
+        if "ping_request" in text or file == tmp_path / "hdl/protocol/__init__.py":
+            imported = r"\1ping_request\2\n\g<0>"
+            text = re.sub(r'^( {4}"?)read_request("?,)$', imported, text, flags=re.MULTILINE)
+            file.write_text(text, "utf-8")
+    (tmp_path / "use_ping.py").write_text(HOST)
+    assert "BAD_VALUE" in run(tmp_path, "use_ping")
+    run(tmp_path, "tools.protocol_page")
+    page = (tmp_path / "docs" / "protocol.md").read_text("utf-8")
+    assert "| 19 | [PING](#ping) | send a value | fields | none |" in page
+    assert "| 0 | 8 | `value` | 1 … 255 | Any value but 0 |" in page
+    tests = ("tools/test_protocol_page", "command/test_receiver", "command/test_receiver_runs")
+    files = [f"tests/unit/{name}.py" for name in (*tests, "model/test_chip")]
+    chosen = "[19- or every_command or committed or golden"
+    told = run(tmp_path, *PYTEST, "-k", chosen, *files)
+    # Each refused value, by receiver and model.
+    assert len(re.findall(r"\[19-.*PASSED", told)) >= 4

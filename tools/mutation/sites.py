@@ -9,25 +9,23 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from pathgene.hdl.boards import BOARDS
+
 
 __all__ = ["EXCLUDED", "Alteration", "Site", "draw", "gateware_files", "sites_of"]
 
 #: Files of ``hdl/`` that are not gateware: board tables, build and routing tools, writers of files.
 EXCLUDED = frozenset(
     {
+        *(f"{module.removeprefix('pathgene.').replace('.', '/')}.py" for module in BOARDS.values()),
         "hdl/boards/__init__.py",
-        "hdl/boards/arty_a7_100.py",
         "hdl/boards/board.py",
         "hdl/boards/build.py",
         "hdl/boards/ecp5.py",
-        "hdl/boards/ecpix5_85f.py",
         "hdl/boards/harness.py",
-        "hdl/boards/icebreaker.py",
         "hdl/boards/pll.py",
         "hdl/boards/route.py",
         "hdl/boards/tools.py",
-        "hdl/boards/ulx3s_45f.py",
-        "hdl/boards/ulx3s_85f.py",
         "hdl/verilog.py",
     }
 )

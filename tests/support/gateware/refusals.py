@@ -106,8 +106,9 @@ def run_refusals(config):
         {"warm": 1, "islands": 1},
         {"warm": 1, "islands": 2},
     ]
+    unknown = 0, max(Command) + 1, 200, *unknown
     return [
-        *((code, bytes(5), Status.UNKNOWN_COMMAND) for code in (0, 19, 200, *unknown)),
+        *((code, bytes(5), Status.UNKNOWN_COMMAND) for code in unknown),
         *(
             (code, payload, Status.BAD_LENGTH)
             for code, whole in (

@@ -2,6 +2,8 @@
 """Every board: its chip, its PLL, and the sources for its tools."""
 
 import dataclasses
+import re
+from pathlib import Path
 
 import pytest
 from amaranth import *
@@ -87,12 +89,30 @@ def test_planners(name, lanes, map_size, clock_hz):
     assert config.clock_hz >= clock_hz
 
 
-def test_default_chip_is_the_planner_where_there_is_room():
-    defaults = {name: find_board(name).chip for name in BOARDS}
-    assert defaults.pop("icebreaker") is ChipKind.PAPER
-    assert set(defaults.values()) == {ChipKind.PLANNER}
-    for name in defaults:
-        assert [board.chip for board in chips_of(name)] == list(ChipKind)
+@pytest.mark.parametrize("name", BOARDS)
+def test_default_chip_is_the_planner_where_there_is_room(name):
+    kinds = [board.chip for board in chips_of(name)]
+    has_a_core = find_board(name, ChipKind.PAPER).sizes.core is not GeneticCore.NONE
+    assert kinds == (list(ChipKind) if has_a_core else [ChipKind.PAPER])
+
+
+@pytest.mark.parametrize("name", BOARDS)
+def test_page_has_a_row_with_the_sizes_of_each_chip(name):
+    page = (Path(__file__).parents[3] / "docs" / "boards.md").read_text("utf-8")
+    (row,) = re.findall(rf"^\| `{name}` \|(.*)\|$", page, re.MULTILINE)
+    device, planner, paper, _ = (cell.strip() for cell in row.split(" | "))
+    platform = find_board(name).platform()
+    assert device.replace(" ", "").startswith((platform.device, "XC7A100T"))
+    chips = {board.chip: board.config for board in chips_of(name)}
+    for cell, config in ((planner, chips.get("planner")), (paper, chips["paper"])):
+        if config is None:
+            assert cell == "none"
+            continue
+        assert f"map of {config.map_size} x {config.map_size}" in cell
+        if config.core is not GeneticCore.NONE:
+            assert f"{config.lanes} lanes" in cell
+        if name in DEVICES:
+            assert f"; {config.clock_hz / 1e6:g} MHz" in cell
 
 
 def test_refuses_a_chip_without_room():

@@ -1,1 +1,12 @@
 """Bit-exact software model of the chip, and simulated boards that run its Verilog."""
+
+from __future__ import annotations
+
+from pathgene.hdl.config import Config
+
+
+__all__ = ["DEFAULT_CONFIG"]
+
+#: Sizes of the chips of ``sim:`` and ``model:``, unless the URL says otherwise. The UART divisor is
+#: the smallest that the receiver allows, so that a byte takes few cycles to simulate.
+DEFAULT_CONFIG = Config(clocks_per_bit=4)

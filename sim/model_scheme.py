@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathgene.hdl.config import Config
 from pathgene.host.device.schemes import CONFIG_FIELDS, BoardScheme, OpenPort, split_config
 from pathgene.host.errors import InputError
-from pathgene.sim.default_config import DEFAULT_CONFIG
-from pathgene.sim.model.chip import Chip
-from pathgene.sim.model.port import ModelPort
+from pathgene.sim import DEFAULT_CONFIG
+from pathgene.sim.model.chip import Chip, ModelPort
 
 
 __all__ = ["SCHEME", "ModelScheme"]

@@ -25,7 +25,7 @@ from pathgene.sim.model.checker import TerrainModel
 from pathgene.sim.model.checker_cycles import batch_cycles
 from pathgene.sim.model.checker_kernels import check_paths
 from pathgene.sim.model.chip import Chip as ChipModel
-from pathgene.sim.model.port import ModelPort
+from pathgene.sim.model.chip import ModelPort
 
 
 __all__ = ["checksum", "record_generations", "record_paths"]

@@ -30,7 +30,7 @@ class MemberReader(Unit):
 
     With ``lifts``, a waypoint with a negative margin is raised by it, up to the limit of altitudes.
     Otherwise the first waypoints are dropped if the start has passed them, except the last two of a
-    path: the remaining waypoints equal :func:`pathgene.sim.model.planner.warm.ahead`.
+    path: the remaining waypoints equal :func:`pathgene.sim.model.planner.seeds.ahead`.
 
     Members
     -------
@@ -156,7 +156,7 @@ class FirstPaths(Unit):
     start, the waypoints, each of which is written, and the goal. A path begins when the goal of the
     previous one is taken. Its first point is offered a constant number of cycles later, plus one
     for each waypoint that a revived path loses; each further point in the cycle after the previous
-    point is taken. :mod:`pathgene.sim.model.planner.first_paths_cycles` has the numbers.
+    point is taken. :mod:`pathgene.sim.model.planner.run_cycles` has the numbers.
 
     Members
     -------

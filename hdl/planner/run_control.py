@@ -145,7 +145,7 @@ class RunControl(Unit):
 
     A generation begins the cycle after ``evolver_ready``, unless a limit was reached in that cycle,
     or the run had been stopped; then the last generation is finished instead. All other numbers of
-    cycles are in :mod:`pathgene.sim.model.planner.run_control_cycles`. A run ends if the units do:
+    cycles are in :mod:`pathgene.sim.model.planner.run_cycles`. A run ends if the units do:
     ``make formal PROOF=run_control``.
 
     Members

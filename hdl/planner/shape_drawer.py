@@ -17,7 +17,7 @@ __all__ = ["ShapeDrawer"]
 class ShapeDrawer(Unit):
     """Visits the corners of a shape's box, one per cycle, and writes each that is in the shape.
 
-    The corners written equal :func:`pathgene.sim.model.planner.no_fly.block`, by rows; every other
+    The corners written equal :func:`pathgene.sim.model.run_commands.block`, by rows; every other
     row is drawn backwards, so that the next corner is always a neighbour. The value of an edge
     gains the edge's fall towards it, which for the first edge, as that bends, loses twice the bend
     in each step. A corner is in the shape unless the value of an edge is negative.

@@ -137,26 +137,6 @@ class SimulatedBoard:
         self._order("")
         return int(self._answer("cycles ").split()[1])
 
-    def reset_chip(self, after_bytes: int, after_cycles: int = 0) -> None:
-        """Reset the chip for one cycle, in the middle of its work.
-
-        Parameters
-        ----------
-        after_bytes : int
-            Number of bytes from now, 1 or more: the reset counts from the start bit of the last
-            of them on the line to the chip. 0 cancels a pending reset, as every call
-            does.
-        after_cycles : int
-            Cycles from there to the reset.
-
-        Raises
-        ------
-        JobError
-            As :meth:`cycles`.
-        """
-        self._order(f"reset {after_bytes} {after_cycles}")
-        self._answer("armed")
-
     def check(self) -> None:
         """Raise an error with the reason if the simulator has ended.
 

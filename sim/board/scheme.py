@@ -15,8 +15,8 @@ from pathgene.host.device.schemes import (
     split_config,
 )
 from pathgene.host.errors import InputError
+from pathgene.sim import DEFAULT_CONFIG
 from pathgene.sim.board import BoardOptions, SimulatedBoard, open_simulated, parse_board_url
-from pathgene.sim.default_config import DEFAULT_CONFIG
 from pathgene.sim.exported import exported_verilog
 
 

@@ -21,7 +21,7 @@ from pathgene.hdl.protocol import (
 from pathgene.sim.model.checker import Point, TerrainModel, Verdict
 from pathgene.sim.model.checker_cycles import batch_cycles
 from pathgene.sim.model.checker_kernels import check_paths
-from pathgene.sim.model.refusal import expect
+from pathgene.sim.model.requests import expect
 
 
 __all__ = ["CheckingModel"]

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.sim.model.checker import Heights, Point, TerrainModel, Verdict, check_points
+from pathgene.sim.model.compiled import compiled
 
 
 __all__ = ["Batch", "Verdicts", "check_batch", "check_paths"]
@@ -165,7 +165,7 @@ def check_paths(
     return verdicts
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _check(
     heights: Heights,
     maxima: Heights,

@@ -1,4 +1,4 @@
-"""Model of the whole chip at its UART, byte for byte: the board of the URL ``model:``."""
+"""Model of the whole chip at its UART, byte for byte, and its serial port: the board ``model:``."""
 
 from __future__ import annotations
 
@@ -31,16 +31,16 @@ from pathgene.hdl.protocol import (
 from pathgene.hdl.protocol.breeding import Recipe
 from pathgene.hdl.protocol.codec import encode_frame
 from pathgene.sim.model.core import Generation, PaperCore
-from pathgene.sim.model.frames import FrameReceiverModel
 from pathgene.sim.model.mutation import Limits
-from pathgene.sim.model.refusal import RefusedError, expect
+from pathgene.sim.model.requests import FrameReceiverModel, RefusedError, expect
+
+
+__all__ = ["Chip", "ModelPort"]
 
 
 if TYPE_CHECKING:
     from pathgene.sim.model.check_commands import CheckingModel
     from pathgene.sim.model.run_commands import RunningModel
-
-__all__ = ["Chip"]
 
 
 class Chip:
@@ -322,3 +322,44 @@ def _checking(config: Config) -> CheckingModel | None:
     from pathgene.sim.model.check_commands import CheckingModel
 
     return CheckingModel(config)
+
+
+class ModelPort:
+    """The methods of :class:`serial.Serial` that a link uses, over a :class:`Chip`.
+
+    The model answers during a write, so a read never waits: bytes that are not there yet come only
+    after another write.
+
+    Parameters
+    ----------
+    chip : Chip
+    """
+
+    def __init__(self, chip: Chip) -> None:
+        self.chip = chip
+        self.timeout: float | None = None
+        self.write_timeout: float | None = None  # A write never waits.
+        self._received = bytearray()
+
+    @property
+    def in_waiting(self) -> int:
+        """Bytes that :meth:`read` would return."""
+        return len(self._received)
+
+    def read(self, size: int = 1) -> bytes:
+        """Return at most ``size`` of the bytes that the chip has sent."""
+        part = bytes(self._received[:size])
+        del self._received[:size]
+        return part
+
+    def write(self, data: bytes | bytearray | memoryview) -> int:
+        """Pass ``data`` to the chip and return its length."""
+        self._received += self.chip.feed(bytes(data))
+        return len(data)
+
+    def flush(self) -> None:
+        """Do nothing: all written bytes have arrived."""
+
+    def close(self) -> None:
+        """End the work of the model."""
+        self.chip.close()

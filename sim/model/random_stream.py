@@ -12,18 +12,14 @@ import sys
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
-from numba import njit
 
-from pathgene.hdl.protocol.random_words import LANES, WORD_BITS
-from pathgene.sim.model.random_source import Trivium, check_seed
+from pathgene.hdl.protocol.random_words import LANES
+from pathgene.sim.model.compiled import compiled
+from pathgene.sim.model.planner.random_words import Words, source, tap
 
 
 __all__ = ["RandomStream", "main"]
 
-Words = npt.NDArray[np.uint64]
-
-_WORD = (1 << WORD_BITS) - 1
 #: Steps between two writes to standard output: 256 KiB of words, which stay in the cache.
 _BLOCK_STEPS = 1 << 14
 
@@ -38,15 +34,7 @@ class RandomStream:
     """
 
     def __init__(self, seed: int) -> None:
-        check_seed(seed)
-        # Each register in two words, the newest bits in the first.
-        self._state = np.array(
-            [
-                [half for bits in Trivium(seed, lane).state for half in (bits & _WORD, bits >> 64)]
-                for lane in range(LANES)
-            ],
-            dtype=np.uint64,
-        )
+        self._state = source(seed)
 
     def words(self, steps: int) -> Words:
         """Return the words of the next ``steps`` steps: ``(steps, LANES)``."""
@@ -55,29 +43,20 @@ class RandomStream:
         return words
 
 
-@njit(cache=True, nogil=True, inline="always")
-def _tap(low: np.uint64, high: np.uint64, shift: np.uint64) -> np.uint64:
-    """Return the 64 bits of a register from bit ``shift``, 1..63, upwards."""
-    return low >> shift | high << (np.uint64(64) - shift)
-
-
-@njit(cache=True, nogil=True)
+@compiled
 def _fill(state: Words, words: Words) -> None:
-    """Step every lane of ``state`` and store the words; see :meth:`Trivium.step`."""
-    for lane in range(words.shape[1]):
-        a, a_high, b, b_high, c, c_high = state[lane]
-        for i in range(words.shape[0]):
-            t1 = _tap(a, a_high, np.uint64(2)) ^ _tap(a, a_high, np.uint64(29))
-            t2 = _tap(b, b_high, np.uint64(5)) ^ _tap(b, b_high, np.uint64(20))
-            t3 = _tap(c, c_high, np.uint64(2)) ^ _tap(c, c_high, np.uint64(47))
+    """Step every lane of ``state`` for each row of ``words``, as ``step``, and store the words."""
+    for lane in range(len(state)):
+        a, a_high, b, b_high, c, c_high, _ = state[lane]
+        for i in range(len(words)):
+            t1 = tap(a, a_high, 2) ^ tap(a, a_high, 29)
+            t2 = tap(b, b_high, 5) ^ tap(b, b_high, 20)
+            t3 = tap(c, c_high, 2) ^ tap(c, c_high, 47)
             words[i, lane] = t1 ^ t2 ^ t3
 
-            t1 ^= _tap(a, a_high, np.uint64(27)) & _tap(a, a_high, np.uint64(28))
-            t2 ^= _tap(b, b_high, np.uint64(18)) & _tap(b, b_high, np.uint64(19))
-            t3 ^= _tap(c, c_high, np.uint64(45)) & _tap(c, c_high, np.uint64(46))
-            t1 ^= _tap(b, b_high, np.uint64(14))
-            t2 ^= _tap(c, c_high, np.uint64(23))
-            t3 ^= _tap(a, a_high, np.uint64(5))
+            t1 ^= tap(a, a_high, 27) & tap(a, a_high, 28) ^ tap(b, b_high, 14)
+            t2 ^= tap(b, b_high, 18) & tap(b, b_high, 19) ^ tap(c, c_high, 23)
+            t3 ^= tap(c, c_high, 45) & tap(c, c_high, 46) ^ tap(a, a_high, 5)
             # Bits shifted past a register's end are never tapped, so they need no masking.
             a, a_high, b, b_high, c, c_high = t3, a, t1, b, t2, c
         state[lane, 0], state[lane, 1] = a, a_high

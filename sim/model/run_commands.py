@@ -8,12 +8,14 @@ import threading
 from collections.abc import Callable
 
 import numpy as np
+import numpy.typing as npt
 from numpy.typing import NDArray
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.protocol import Status
 from pathgene.hdl.protocol.codes import UNITS
 from pathgene.hdl.protocol.planner import (
+    BLOCKS,
     VALUE_BITS,
     NoFlyShape,
     PathClass,
@@ -22,9 +24,7 @@ from pathgene.hdl.protocol.planner import (
     problem_request,
 )
 from pathgene.hdl.protocol.runs import Outcome, RunOptions, pack_best, run_request
-from pathgene.sim.model.block_marks import BlockMarks
 from pathgene.sim.model.checker import TerrainModel
-from pathgene.sim.model.planner import no_fly
 from pathgene.sim.model.planner.run import (
     WATCHED,
     WATCHED_CYCLES,
@@ -32,10 +32,71 @@ from pathgene.sim.model.planner.run import (
     WATCHED_STOP,
     plan,
 )
-from pathgene.sim.model.refusal import expect
+from pathgene.sim.model.planner.walk import Ground
+from pathgene.sim.model.requests import expect
 
 
-__all__ = ["RunningModel"]
+__all__ = ["BlockMarks", "RunningModel", "block"]
+
+
+Corners = npt.NDArray[np.integer]
+
+
+class BlockMarks:
+    """Which blocks a run scans: the marks of ``BlockMap``.
+
+    A corner that is written marks its block; corners beyond the blocks mark none. All blocks are
+    scanned the first time, and where a corner was written, or a scan begins, with another size of
+    blocks than the previous scan.
+
+    Attributes
+    ----------
+    shift : int
+        The size of blocks in force: ``2**shift`` corners along each edge.
+    """
+
+    def __init__(self) -> None:
+        self.shift = 0
+        self._marks = np.zeros((BLOCKS, BLOCKS), dtype=bool)
+        self._scanned_shift: int | None = None
+
+    def write(self, x: Corners, y: Corners) -> None:
+        """Mark the blocks of corners.
+
+        Parameters
+        ----------
+        x, y : ndarray
+            Integers of shapes that broadcast: each pair is a corner.
+        """
+        if x.size == 0 or y.size == 0:
+            return
+        if self.shift != self._scanned_shift:
+            self._scanned_shift = None
+        x, y = np.broadcast_arrays(x >> self.shift, y >> self.shift)
+        on_blocks = np.maximum(x, y) < BLOCKS
+        self._marks[y[on_blocks], x[on_blocks]] = True
+
+    def scan(self) -> int:
+        """Return the number of blocks that a scan reads, and take the marks away."""
+        is_known = self._scanned_shift == self.shift
+        marked = int(self._marks.sum()) if is_known else self._marks.size
+        self._marks[:] = False
+        self._scanned_shift = self.shift
+        return marked
+
+
+def block(ground: Ground, blocked: int, shape: NoFlyShape) -> None:
+    """Block the corners of ``ground`` that lie in ``shape``."""
+    rows = slice(shape.first_y, shape.last_y + 1)
+    columns = slice(shape.first_x, shape.last_x + 1)
+    box = ground[rows, columns]
+    v, u = np.indices(box.shape)
+    is_inside = np.ones(box.shape, dtype=bool)
+    for i, (at, east, north) in enumerate(shape.edges):
+        bend_x, bend_y = (0, 0) if i else (shape.bend_x, shape.bend_y)
+        is_inside &= at + (east - bend_x * u) * u + (north - bend_y * v) * v >= 0
+    box[is_inside] = blocked
+
 
 _NONE = Outcome([], [], [])
 #: Minimum number of generations before RUN is answered, unless the run is over.
@@ -171,7 +232,7 @@ class RunningModel:
         in_box = dataclasses.replace(
             shape, first_x=0, first_y=0, last_x=columns - 1, last_y=rows - 1
         )
-        no_fly.block(box, 1, in_box)
+        block(box, 1, in_box)
         drawn_y, drawn_x = np.nonzero(box)
         self._terrain.block(x, y, box != 0)
         self._marks.write(x + drawn_x, y + drawn_y)

@@ -22,7 +22,7 @@ from pathgene.hdl.protocol.codec import encode_frame
 from pathgene.host.device.chip import Chip
 from pathgene.host.device.link import Link, LinkError
 from pathgene.sim.model.chip import Chip as ChipModel
-from pathgene.sim.model.port import ModelPort
+from pathgene.sim.model.chip import ModelPort
 from tests.support.gateware.chips import CHECKING, Pair, random_path, without_line_cycles
 
 

@@ -24,7 +24,7 @@ from pathgene.hdl.protocol import (
 )
 from pathgene.hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
 from pathgene.sim.model.chip import Chip
-from pathgene.sim.model.frames import FrameReceiverModel
+from pathgene.sim.model.requests import FrameReceiverModel
 from tests.support.gateware.fuzz import Fuzz
 
 

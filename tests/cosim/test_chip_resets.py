@@ -107,6 +107,12 @@ def interrupted(port, job):
 
 
 @pytest.mark.ci
+def reset(board, after_bytes, after_cycles=0):
+    """Reset the chip for one cycle, or cancel that with 0 bytes: see ``sim/board/bridge.hpp``."""
+    board._order(f"reset {after_bytes} {after_cycles}")
+    board._answer("armed")
+
+
 @pytest.mark.parametrize(
     ("config", "job", "resets"),
     [
@@ -129,12 +135,12 @@ def test_a_reset_at_any_moment(config, job, resets):
         for _ in range(resets):
             last = rng.choice((OPENING_BYTES, size, size, size))
             moment = rng.randint(1, last), rng.randrange(rng.choice(FAR))
-            board.reset_chip(*moment)
+            reset(board, *moment)
             results, cut = interrupted(port, job)
             assert results == expected[: len(results)], moment
             assert cut or len(results) == len(expected), moment
             noticed += cut
-            board.reset_chip(0)
+            reset(board, 0)
             assert list(job(session(port))) == expected, moment
     assert noticed > resets // 2
 
@@ -152,7 +158,7 @@ def test_a_reset_ends_a_plan_with_a_sentence(tmp_path, capsys, config, planner, 
         command = ["plan", "--terrain", terrain, "--agl", "--start", "100,100,50", "--goal",
                    "1900,1900,50", "--board", board.url, "--planner", *planner,
                    "--out", tmp_path / "out"]  # fmt: skip
-        board.reset_chip(after_bytes)
+        reset(board, after_bytes)
         assert main(list(map(str, command))) == 1
     assert capsys.readouterr().err.splitlines()[-1].startswith(f"pathgene: {RESET[:-1]}")
 
@@ -164,11 +170,11 @@ def test_a_reset_happens_once_and_can_be_taken_back():
     ):
         for number in range(3):
             assert session(port).info["session"] == number
-        board.reset_chip(1000)
-        board.reset_chip(0)
+        reset(board, 1000)
+        reset(board, 0)
         chip = session(port)
         for _ in range(200):
             chip.status()
-        board.reset_chip(1)  # In the start bit of the first byte, a delimiter.
+        reset(board, 1)  # In the start bit of the first byte, a delimiter.
         assert error_of(chip.status) == RESET
         assert session(port).info["session"] == 0

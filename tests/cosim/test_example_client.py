@@ -19,7 +19,7 @@ from pathgene.hdl.protocol import DELIMITER, pack_paths
 from pathgene.hdl.protocol.planner import NoFlyShape, ProblemRecord
 from pathgene.hdl.protocol.runs import RunOptions, pack_best
 from pathgene.host.device.boards import open_board
-from pathgene.sim.default_config import DEFAULT_CONFIG
+from pathgene.sim import DEFAULT_CONFIG
 from pathgene.sim.model.chip import Chip
 from tests.support.gateware.chips import SMALL, board_url
 

@@ -13,7 +13,7 @@ from pathgene.hdl.protocol.codec import encode_frame
 from pathgene.hdl.verilog import convert
 from pathgene.sim.cache import BuildCache, build_root
 from pathgene.sim.exported import cached_verilog
-from pathgene.sim.model.frames import FrameReceiverModel
+from pathgene.sim.model.requests import FrameReceiverModel
 from pathgene.sim.verilator import build_verilator
 from tests.support.gateware.faults import ByteFaults
 

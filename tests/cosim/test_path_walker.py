@@ -13,8 +13,8 @@ from pathgene.hdl.planner.walker.path_walker import PathWalker
 from pathgene.hdl.verilog import convert
 from pathgene.sim.cache import BuildCache, build_root
 from pathgene.sim.exported import cached_verilog
+from pathgene.sim.model.planner.evaluator_cycles import back, cost, walked
 from pathgene.sim.model.planner.walk import walk
-from pathgene.sim.model.planner.walker_cycles import back, cost, walked
 from pathgene.sim.verilator import build_verilator
 from tests.support.planner.cases import USUAL, ground
 from tests.support.planner.plain import Memo

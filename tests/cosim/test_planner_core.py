@@ -16,8 +16,8 @@ from pathgene.hdl.protocol.runs import RunOptions
 from pathgene.hdl.verilog import convert
 from pathgene.sim.cache import BuildCache, build_root
 from pathgene.sim.exported import cached_verilog
-from pathgene.sim.model.block_marks import BlockMarks
 from pathgene.sim.model.planner.run import plan
+from pathgene.sim.model.run_commands import BlockMarks
 from pathgene.sim.verilator import build_verilator
 from tests.support.planner.cases import SMALL, USUAL
 from tests.support.planner.flight import (

@@ -11,7 +11,7 @@ from pathgene.hdl.planner.layouts import problem_layout
 from pathgene.hdl.planner.scorer.scorer import chord_record_layout, score_layout
 from pathgene.sim.cache import BuildCache, build_root
 from pathgene.sim.exported import exported_verilog
-from pathgene.sim.model.planner.scorer_cycles import ScorerCycles, freed
+from pathgene.sim.model.planner.evaluator_cycles import ScorerCycles, freed
 from pathgene.sim.verilator import build_verilator
 from tests.support.planner.cases import LARGE, SMALL, USUAL
 from tests.support.planner.scorer_cases import (

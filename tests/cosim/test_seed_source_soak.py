@@ -13,7 +13,7 @@ from pathgene.hdl.planner.wavefront.layouts import block_layout, found_layout, p
 from pathgene.hdl.protocol.planner import BLOCKS, FAR, seed_waypoints
 from pathgene.sim.cache import BuildCache, build_root
 from pathgene.sim.exported import exported_verilog
-from pathgene.sim.model.planner import wavefront_cycles
+from pathgene.sim.model.planner import run_cycles
 from pathgene.sim.model.planner.definition import wavefront
 from pathgene.sim.model.planner.definition.score import corner_of
 from pathgene.sim.verilator import build_verilator
@@ -200,14 +200,14 @@ def check(config, job, expected, raw):
         for i, waypoint in enumerate(path)
     ]
 
-    assert scanned == wavefront_cycles.scanned(
+    assert scanned == run_cycles.scanned(
         job.marked, record.block_shift, config.lanes, config.lookup_latency
     )
     is_straight = blocks.start not in expected.field
-    assert ran == wavefront_cycles.launched(*expected.passes, length, is_straight)
+    assert ran == run_cycles.launched(*expected.passes, length, is_straight)
     if job.pause == 0:
         _, longest = seed_waypoints(config.max_waypoints)
-        assert seeded == job.paths * wavefront_cycles.seeded(longest)
+        assert seeded == job.paths * run_cycles.seeded(longest)
     return raw[sum(sizes) :]
 
 

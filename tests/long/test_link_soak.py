@@ -10,7 +10,7 @@ from pathgene.hdl.protocol.codec import encode_frame
 from pathgene.host.device.link import Link
 from pathgene.sim.model.chip import Chip
 from pathgene.sim.model.core import Limits
-from pathgene.sim.model.frames import FrameReceiverModel
+from pathgene.sim.model.requests import FrameReceiverModel
 from tests.support.gateware.faults import ByteFaults, FaultyTransport, FrameFaults, VirtualClock
 
 

@@ -78,7 +78,7 @@ class Scorer(Unit):
     segment j, counted from 0, is given in cycle ``L + chord_latency + 2 j``, and the score
     ``score_latency`` cycles after the record of the last segment. In the default sizes these are 87
     and 56 cycles: a path of m points is scored in cycle ``L + 2 m + 139``. A late point delays its
-    slot and all after it by two cycles or a multiple. ``sim/model/planner/scorer_cycles.py`` has
+    slot and all after it by two cycles or a multiple. ``sim/model/planner/evaluator_cycles.py`` has
     the same counts.
 
     A score and a walk are all that :func:`pathgene.sim.model.planner.evaluation.evaluate` needs.

@@ -115,7 +115,7 @@ class PathWalker(Unit):
 
     A segment is launched 5 cycles after it is offered, or later if segments before it are still
     being launched. ``result`` follows the last group of a path by ``latency`` cycles. See
-    :mod:`pathgene.sim.model.planner.walker_cycles`.
+    :mod:`pathgene.sim.model.planner.evaluator_cycles`.
 
     Attributes
     ----------

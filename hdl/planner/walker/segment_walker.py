@@ -252,7 +252,7 @@ class SegmentWalker(Unit):
     """Walks segments over the lattice of corners, ``lanes`` corners a cycle.
 
     Corners, altitudes, hits and margin equal
-    :func:`pathgene.sim.model.planner.definition.walk.walk`. A segment of n corners takes n /
+    :func:`pathgene.sim.model.planner.definition.score.walk`. A segment of n corners takes n /
     ``lanes`` cycles, rounded up, and one that the memo has answered takes a cycle and reaches no
     corner; the next one follows right after. A segment is launched 2 cycles after it is taken, or
     later if segments before it are still being launched. ``walked`` follows the cycle of its last

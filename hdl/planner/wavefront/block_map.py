@@ -100,7 +100,7 @@ class BlockMap(Unit):
     A write to the map marks its block. A scan reads the marked blocks, a row of ``lanes`` corners
     per cycle, and skips unmarked blocks, one per cycle. If ``block_shift`` differs from the scan
     before, all blocks count as marked. ``busy`` is high for as many cycles as
-    :func:`pathgene.sim.model.planner.wavefront_cycles.scanning` says. Equals ``least`` and
+    :func:`pathgene.sim.model.planner.run_cycles.scanning` says. Equals ``least`` and
     ``lowest`` of :func:`pathgene.sim.model.planner.definition.wavefront.blocks_of`; corners beyond
     the map are blocked.
 

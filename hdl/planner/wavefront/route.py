@@ -35,7 +35,7 @@ class Route(Unit):
     The next block is the first of the eight neighbours, by rows, that has the minimum cost; one
     neighbour is read per cycle. If the start has no route to the goal, the result is a straight
     line of 64 blocks. ``busy`` is high for as many cycles as
-    :func:`pathgene.sim.model.planner.wavefront_cycles.routing` says. Equals ``descend`` of
+    :func:`pathgene.sim.model.planner.run_cycles.routing` says. Equals ``descend`` of
     :mod:`pathgene.sim.model.planner.definition.wavefront`.
 
     Members

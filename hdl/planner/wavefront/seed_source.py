@@ -22,7 +22,7 @@ class SeedSource(Unit):
     The blocks are scanned before the first ``launch`` of a run; every further launch takes another
     limit of slopes. A launch is a wavefront, then a route, then a path for each ``begin``. ``busy``
     is high for as many cycles as ``scanned``, ``launched`` and ``seeded`` of
-    :mod:`pathgene.sim.model.planner.wavefront_cycles` say.
+    :mod:`pathgene.sim.model.planner.run_cycles` say.
 
     Members
     -------

@@ -31,7 +31,7 @@ class Wavefront(Unit):
 
     2 and 4 end with the first two passes that change nothing, forwards and backwards, or with 128.
     ``busy`` is high for as many cycles as
-    :func:`pathgene.sim.model.planner.wavefront_cycles.spreading` says. Equals
+    :func:`pathgene.sim.model.planner.run_cycles.spreading` says. Equals
     ``limit_slopes`` and ``spread`` of :mod:`pathgene.sim.model.planner.definition.wavefront`; costs
     beyond 2**30 are none.
 

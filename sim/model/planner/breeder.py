@@ -22,7 +22,7 @@ from pathgene.hdl.protocol.breeding import (
     SIZE,
     SURVIVOR_BITS,
 )
-from pathgene.sim.model.planner.compiled import compiled, inlined
+from pathgene.sim.model.compiled import compiled, inlined
 from pathgene.sim.model.planner.course import Course, Members
 from pathgene.sim.model.planner.problem import ALTITUDE_LIMIT as TOP
 from pathgene.sim.model.planner.problem import (

@@ -18,8 +18,18 @@ import numpy as np
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.protocol.codes import UNITS
-from pathgene.sim.model.planner.compiled import compiled, inlined
-from pathgene.sim.model.planner.evaluator_cycles import DECISION, KEY, PLACES, QUEUE
+from pathgene.sim.model.compiled import compiled, inlined
+from pathgene.sim.model.planner.evaluator_cycles import (
+    DECISION,
+    FRONT,
+    KEY,
+    PLACES,
+    QUEUE,
+    ScorerCycles,
+    back,
+    freed,
+    launched,
+)
 from pathgene.sim.model.planner.evolver_cycles import begun as child_begun
 from pathgene.sim.model.planner.evolver_cycles import (
     inserted,
@@ -33,8 +43,7 @@ from pathgene.sim.model.planner.evolver_cycles import (
     settled,
 )
 from pathgene.sim.model.planner.evolver_cycles import offered as point_offered
-from pathgene.sim.model.planner.first_paths_cycles import member_offered, seed_offered
-from pathgene.sim.model.planner.run_control_cycles import (
+from pathgene.sim.model.planner.run_cycles import (
     AIMED,
     BEGIN,
     END,
@@ -43,10 +52,10 @@ from pathgene.sim.model.planner.run_control_cycles import (
     NEXT_ISLAND,
     POPULATION,
     SPLIT_TO_AIM,
+    member_offered,
+    seed_offered,
 )
-from pathgene.sim.model.planner.scorer_cycles import ScorerCycles, freed, launched
 from pathgene.sim.model.planner.walk import Integers
-from pathgene.sim.model.planner.walker_cycles import FRONT, back
 
 
 __all__ = [
@@ -79,7 +88,6 @@ __all__ = [
     "spread",
     "take",
     "totals",
-    "vacate",
 ]
 
 #: Places of the counters. CYCLES: in which the next step of the run begins; then generations, and
@@ -183,11 +191,6 @@ def take(counters: Integers, key: int, passed: int) -> int:
 def goal(counters: Integers) -> int:
     """Return the cycle in which the scorer takes the goal of the latest path."""
     return int(counters[_GOAL])
-
-
-def vacate(counters: Integers) -> None:
-    """Accept a path without delay, whatever the number of paths inside."""
-    counters[_KEYS:] = -1
 
 
 @compiled

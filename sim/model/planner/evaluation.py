@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from pathgene.hdl.protocol.planner import HIT_BITS, VALUE_BITS, PathClass
-from pathgene.sim.model.planner.compiled import compiled
+from pathgene.sim.model.compiled import compiled
 from pathgene.sim.model.planner.course import Course, Scratch
 from pathgene.sim.model.planner.cycles import WALK
-from pathgene.sim.model.planner.memo import HITS, MARGIN, START, STOP, packed, row_of
+from pathgene.sim.model.planner.evaluator_cycles import MEMO_HIT, walking
 from pathgene.sim.model.planner.problem import (
     BLOCKED,
     COORDINATE_BITS,
@@ -26,8 +26,16 @@ from pathgene.sim.model.planner.score import (
     TO_Y,
     score,
 )
-from pathgene.sim.model.planner.walk import Integers, walk
-from pathgene.sim.model.planner.walker_cycles import MEMO_HIT, walking
+from pathgene.sim.model.planner.walk import (
+    HITS,
+    MARGIN,
+    START,
+    STOP,
+    Integers,
+    packed,
+    row_of,
+    walk,
+)
 
 
 __all__ = ["GIVEN_UP", "NO_LIMIT", "evaluate"]

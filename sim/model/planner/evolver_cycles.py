@@ -37,7 +37,7 @@ from T. It must have room for five children of which no point has arrived.
 
 from __future__ import annotations
 
-from pathgene.sim.model.planner.compiled import inlined
+from pathgene.sim.model.compiled import inlined
 
 
 __all__ = [

@@ -6,11 +6,11 @@ import numpy as np
 import numpy.typing as npt
 
 from pathgene.hdl.protocol.random_words import LANES, WARM_UP_STEPS
-from pathgene.sim.model.planner.compiled import compiled, inlined
+from pathgene.sim.model.compiled import compiled, inlined
 from pathgene.sim.model.random_source import check_seed
 
 
-__all__ = ["WORD", "Words", "draw", "field", "source", "step"]
+__all__ = ["WORD", "Words", "draw", "field", "source", "step", "tap"]
 
 #: ``(LANES, 7)`` uint64: registers a, b and c of each lane as low and high halves, then its word.
 Words = npt.NDArray[np.uint64]
@@ -46,20 +46,20 @@ def step(words: Words) -> None:
         one = words[lane]
         a, b, c = one[_A_LOW], one[_B_LOW], one[_C_LOW]
         a_up, b_up, c_up = one[_A_HIGH], one[_B_HIGH], one[_C_HIGH]
-        t1 = _tap(a, a_up, 2) ^ _tap(a, a_up, 29)
-        t2 = _tap(b, b_up, 5) ^ _tap(b, b_up, 20)
-        t3 = _tap(c, c_up, 2) ^ _tap(c, c_up, 47)
+        t1 = tap(a, a_up, 2) ^ tap(a, a_up, 29)
+        t2 = tap(b, b_up, 5) ^ tap(b, b_up, 20)
+        t3 = tap(c, c_up, 2) ^ tap(c, c_up, 47)
         one[WORD] = t1 ^ t2 ^ t3
-        one[_B_LOW] = t1 ^ (_tap(a, a_up, 27) & _tap(a, a_up, 28)) ^ _tap(b, b_up, 14)
-        one[_C_LOW] = t2 ^ (_tap(b, b_up, 18) & _tap(b, b_up, 19)) ^ _tap(c, c_up, 23)
-        one[_A_LOW] = t3 ^ (_tap(c, c_up, 45) & _tap(c, c_up, 46)) ^ _tap(a, a_up, 5)
+        one[_B_LOW] = t1 ^ (tap(a, a_up, 27) & tap(a, a_up, 28)) ^ tap(b, b_up, 14)
+        one[_C_LOW] = t2 ^ (tap(b, b_up, 18) & tap(b, b_up, 19)) ^ tap(c, c_up, 23)
+        one[_A_LOW] = t3 ^ (tap(c, c_up, 45) & tap(c, c_up, 46)) ^ tap(a, a_up, 5)
         one[_A_HIGH] = a & np.uint64(_A_MASK)
         one[_B_HIGH] = b & np.uint64(_B_MASK)
         one[_C_HIGH] = c & np.uint64(_C_MASK)
 
 
 @inlined
-def _tap(low: np.uint64, high: np.uint64, bit: int) -> np.uint64:
+def tap(low: np.uint64, high: np.uint64, bit: int) -> np.uint64:
     """Return 64 bits of a register, starting at ``bit``."""
     return low >> np.uint64(bit) | high << np.uint64(64 - bit)
 

@@ -12,14 +12,13 @@ import numpy as np
 from pathgene.hdl.config import Config
 from pathgene.hdl.protocol.planner import BLOCKS, FAR, ProblemRecord
 from pathgene.hdl.protocol.runs import ISLANDS, Outcome, Population, RunOptions
+from pathgene.sim.model.compiled import allocating, compiled
 from pathgene.sim.model.planner import cycles
 from pathgene.sim.model.planner.breeder import breed
-from pathgene.sim.model.planner.compiled import allocating, compiled
 from pathgene.sim.model.planner.course import Course, Members, Route, Scratch, Surroundings
 from pathgene.sim.model.planner.cycles import CYCLES, GENERATIONS, WALK
 from pathgene.sim.model.planner.definition.score import corner_of
 from pathgene.sim.model.planner.evaluation import GIVEN_UP, NO_LIMIT, evaluate
-from pathgene.sim.model.planner.memo import empty_memo
 from pathgene.sim.model.planner.problem import (
     BLOCK_SHIFT,
     BLOCKED,
@@ -33,12 +32,11 @@ from pathgene.sim.model.planner.problem import (
     sizes_vector,
 )
 from pathgene.sim.model.planner.random_words import source
-from pathgene.sim.model.planner.run_control_cycles import ROUTED, SCANNED
+from pathgene.sim.model.planner.run_cycles import ROUTED, SCANNED, launched, scanned
 from pathgene.sim.model.planner.score import WORK_ROWS
-from pathgene.sim.model.planner.seeds import lift, seed_path
+from pathgene.sim.model.planner.seeds import ahead, lift, seed_path
 from pathgene.sim.model.planner.sorting import join, merge, place
-from pathgene.sim.model.planner.walk import Ground, Integers
-from pathgene.sim.model.planner.warm import ahead
+from pathgene.sim.model.planner.walk import Ground, Integers, empty_memo
 from pathgene.sim.model.planner.wavefront import (
     LEAST,
     PRICES,
@@ -49,7 +47,6 @@ from pathgene.sim.model.planner.wavefront import (
     measure_prices,
     spread,
 )
-from pathgene.sim.model.planner.wavefront_cycles import launched, scanned
 
 
 __all__ = [

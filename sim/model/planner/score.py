@@ -29,7 +29,7 @@ from pathgene.hdl.protocol.planner import (
     TURN_FRACTION,
     turn_table,
 )
-from pathgene.sim.model.planner.compiled import compiled, inlined
+from pathgene.sim.model.compiled import compiled, inlined
 from pathgene.sim.model.planner.problem import (
     BASE,
     CLIMB,
@@ -99,7 +99,7 @@ def scaled(difference: int, scale: int) -> int:
 def _root(square: int) -> int:
     """Return the square root of ``square``, 0..2**52 - 1, rounded down.
 
-    See :func:`pathgene.sim.model.planner.root.root`.
+    See :func:`pathgene.sim.model.planner.wavefront.root`.
     """
     return int(math.sqrt(square))
 

@@ -1,11 +1,15 @@
-"""First paths of an island, compiled: points along its route."""
+"""First paths of an island: points along its route, compiled, and the rest of earlier paths."""
 
 from __future__ import annotations
 
-from pathgene.hdl.protocol.planner import SEED_WAYPOINTS
+from collections.abc import Sequence
+
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol.planner import SEED_WAYPOINTS, ProblemRecord
+from pathgene.sim.model.compiled import compiled
 from pathgene.sim.model.planner.breeder import clamp
-from pathgene.sim.model.planner.compiled import compiled
 from pathgene.sim.model.planner.course import Course, Route
+from pathgene.sim.model.planner.definition.score import Point, corner_of
 from pathgene.sim.model.planner.problem import (
     ALTITUDE_LIMIT,
     BOX_STEPS,
@@ -18,7 +22,8 @@ from pathgene.sim.model.planner.walk import Integers
 from pathgene.sim.model.planner.wavefront import LOWEST_X, LOWEST_Y
 
 
-__all__ = ["lift", "seed_path"]
+__all__ = ["ahead", "lift", "seed_path"]
+
 
 _FEWEST, _MOST = SEED_WAYPOINTS
 
@@ -66,3 +71,18 @@ def lift(problem: Integers, path: Integers, points: int) -> None:
     """Raise each waypoint of ``path`` by its margin, if that is negative."""
     for k in range(1, points - 1):
         path[k, 2] = clamp(path[k, 2] - min(path[k, 3], 0), problem[ALTITUDE_LIMIT])
+
+
+def ahead(config: Config, record: ProblemRecord, path: Sequence[Point]) -> list[Point]:
+    """Return ``path`` without the first waypoints that the start has passed.
+
+    A corner has been passed unless it lies on the goal's side of the line through the start that is
+    perpendicular to the direction of the goal. The minimum number of waypoints is kept.
+    """
+    start, goal = corner_of(record, "start"), corner_of(record, "goal")
+    passed = 0
+    for x, y, _ in path[: -config.MIN_WAYPOINTS]:
+        if (x - start[0]) * (goal[0] - start[0]) + (y - start[1]) * (goal[1] - start[1]) > 0:
+            break
+        passed += 1
+    return list(path[passed:])

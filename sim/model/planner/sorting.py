@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pathgene.sim.model.planner.compiled import allocating, compiled
+from pathgene.sim.model.compiled import allocating, compiled
 from pathgene.sim.model.planner.walk import Integers
 
 

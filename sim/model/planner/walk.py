@@ -1,10 +1,13 @@
 """Walk of a segment over the lattice of corners, compiled.
 
-:func:`pathgene.sim.model.planner.definition.walk.walk` without a division per corner: x, y and the
+:func:`pathgene.sim.model.planner.definition.score.walk` without a division per corner: x, y and the
 altitude advance by steps with 32 more bits. Each step is a little too large, by at most 2**-32.
 After at most 4095 steps x, y and the altitude are too large by less than 2**-20. The definition
 rounds multiples of 1 / (2 n) down, where n is at most 4095: these are rounded down to the same
 numbers.
+
+The memo has hits and margins of segments walked before, by their ends: a direct-mapped table with
+whole tags, which never answers for another segment.
 """
 
 from __future__ import annotations
@@ -12,10 +15,23 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from pathgene.sim.model.planner.compiled import compiled
+from pathgene.sim.model.compiled import compiled, inlined
 
 
-__all__ = ["Ground", "Integers", "walk"]
+__all__ = [
+    "HITS",
+    "MARGIN",
+    "NO_ROW",
+    "START",
+    "STOP",
+    "Ground",
+    "Integers",
+    "empty_memo",
+    "packed",
+    "row_of",
+    "walk",
+]
+
 
 Ground = npt.NDArray[np.uint16]
 Integers = npt.NDArray[np.int64]
@@ -61,3 +77,38 @@ def walk(
         y += step_y
         z += step_z
     return hits, margin
+
+
+#: Columns of a row: the two ends packed, hits, margin.
+START, STOP, HITS, MARGIN = range(4)
+#: Row of a memo of size 0.
+NO_ROW = -1
+
+
+def empty_memo(size: int) -> Integers:
+    """Return an empty memo of ``size`` rows, 0 or a power of two: (size, 4) int64."""
+    return np.full((size, 4), -1, dtype=np.int64)
+
+
+@inlined
+def packed(bits: int, x: int, y: int, z: int) -> int:
+    """Return an end of a segment in one number; ``bits`` is the width of a coordinate."""
+    return x | y << bits | z << 2 * bits
+
+
+@inlined
+def row_of(rows: int, width: int, start: int, stop: int) -> int:
+    """Return the row of a segment in a memo of ``rows`` rows; :data:`NO_ROW` if there are none.
+
+    ``width`` is the width of a row's number, ``start`` and ``stop`` are the ends, :func:`packed`.
+    The row holds the segment if its first two columns equal the ends.
+    """
+    if rows == 0:
+        return NO_ROW
+    row = start ^ stop << 3
+    # The exclusive or of parts of ``width`` bits: the upper half on the lower one, and again.
+    for halving in range(5, -1, -1):
+        shift = width << halving
+        if shift < 63:
+            row ^= row >> shift
+    return row & rows - 1

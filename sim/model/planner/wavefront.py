@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from pathgene.hdl.protocol.planner import (
@@ -13,7 +15,7 @@ from pathgene.hdl.protocol.planner import (
     SWEEPS,
     VALUE_BITS,
 )
-from pathgene.sim.model.planner.compiled import compiled, inlined
+from pathgene.sim.model.compiled import compiled, inlined
 from pathgene.sim.model.planner.problem import (
     ALTITUDE_BITS,
     BASE,
@@ -28,7 +30,6 @@ from pathgene.sim.model.planner.problem import (
     X_SCALE,
     Y_SCALE,
 )
-from pathgene.sim.model.planner.root import root
 from pathgene.sim.model.planner.score import scaled
 from pathgene.sim.model.planner.walk import Ground, Integers
 
@@ -43,8 +44,25 @@ __all__ = [
     "measure_blocks",
     "measure_distances",
     "measure_prices",
+    "root",
     "spread",
 ]
+
+
+@inlined
+def root(square: int) -> int:
+    """Return the square root of ``square``, 0..2**60, rounded down.
+
+    A processor's root is rounded to the nearest, on every machine alike: below 2**52 its whole part
+    is the root already, above it may be one off.
+    """
+    whole = int(math.sqrt(square))
+    while whole * whole > square:
+        whole -= 1
+    while (whole + 1) * (whole + 1) <= square:
+        whole += 1
+    return whole
+
 
 #: Layers of the blocks: least altitude, -1 where blocked; corner of the least.
 LEAST, LOWEST_X, LOWEST_Y = range(3)

@@ -21,7 +21,7 @@ from pathgene.hdl.protocol.codec import FrameSplitter, decode_frame, encode_fram
 from pathgene.host.device.map_frames import map_frames
 from pathgene.sim.board.scheme import start_simulated
 from pathgene.sim.model.chip import Chip
-from pathgene.sim.model.frames import FrameReceiverModel
+from pathgene.sim.model.requests import FrameReceiverModel
 from tests.support.gateware.chips import LINE_CYCLES, board_url
 from tests.support.gateware.faults import ByteFaults
 from tests.support.gateware.random_requests import RandomRequests

@@ -10,11 +10,10 @@ from pathgene.sim.model.planner.cycles import (
     enter,
     goal,
     take,
-    vacate,
 )
 from pathgene.sim.model.planner.definition.score import score
 from pathgene.sim.model.planner.evaluation import NO_LIMIT
-from pathgene.sim.model.planner.walker_cycles import cost
+from pathgene.sim.model.planner.evaluator_cycles import PLACES, cost
 from tests.support.planner.cases import path, record
 from tests.support.planner.plain import Evaluator, Memo
 from tests.support.planner.walker_cases import segments_of
@@ -167,7 +166,7 @@ def check_cycles(evaluator, paths, found, expected):
         entering = offered, points, sum(each.costs or ()), record.has_exit
         # Where it would be if no place was taken.
         free = counters.copy()
-        vacate(free)
+        free[-PLACES:] = -1
         enter(delays, free, *entering)
         # Keys are taken in every cycle, one more than if none passes another in the sorter.
         key = take(counters, enter(delays, counters, *entering), -1)

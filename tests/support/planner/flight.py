@@ -8,8 +8,8 @@ from pathgene.hdl.planner.run_status import run_status_layout
 from pathgene.hdl.protocol.codes import UNITS
 from pathgene.hdl.protocol.planner import VALUE_BITS, NoFlyShape, PathClass
 from pathgene.hdl.protocol.runs import ISLANDS, RETURNED, RunOptions, pack_best, run_request
-from pathgene.sim.model.block_marks import BlockMarks
 from pathgene.sim.model.planner.run import NEVER, plan
+from pathgene.sim.model.run_commands import BlockMarks
 from tests.support.planner import cases as planner_cases
 from tests.support.planner.plain import drawn
 

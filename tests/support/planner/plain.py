@@ -11,7 +11,7 @@ from unittest import mock
 import numpy as np
 
 from pathgene.hdl.protocol.random_words import LANES
-from pathgene.sim.model.planner import breeder, memo, no_fly, random_words, seeds
+from pathgene.sim.model.planner import breeder, random_words, seeds, walk
 from pathgene.sim.model.planner.course import Course, Members, Route, Scratch
 from pathgene.sim.model.planner.cycles import WALK, counters_vector, delays_vector
 from pathgene.sim.model.planner.definition.score import corner_of
@@ -19,6 +19,7 @@ from pathgene.sim.model.planner.evaluation import evaluate
 from pathgene.sim.model.planner.problem import problem_vector, sizes_vector
 from pathgene.sim.model.planner.random_words import WORD
 from pathgene.sim.model.planner.score import WORK_ROWS
+from pathgene.sim.model.run_commands import block
 
 
 __all__ = [
@@ -177,7 +178,7 @@ def drawn(shape):
     """Return the corners in ``shape``, by rows."""
     size = max(shape.last_x, shape.last_y) + 1
     ground = np.zeros((size, size), dtype=np.uint16)
-    no_fly.block(ground, 1, shape)
+    block(ground, 1, shape)
     return [(x, y) for y, x in np.argwhere(ground).tolist()]
 
 
@@ -194,24 +195,24 @@ class Memo:
     def __init__(self, config, size):
         self._bits = config.coordinate_bits
         self._width = max(size.bit_length() - 1, 0)
-        self.rows = memo.empty_memo(size)
+        self.rows = walk.empty_memo(size)
 
     def get(self, start, stop):
         """Return hits and margin of a segment, or None."""
         row, ends = self._place(start, stop)
-        if row == memo.NO_ROW or self.rows[row, [memo.START, memo.STOP]].tolist() != ends:
+        if row == walk.NO_ROW or self.rows[row, [walk.START, walk.STOP]].tolist() != ends:
             return None
-        return tuple(self.rows[row, [memo.HITS, memo.MARGIN]].tolist())
+        return tuple(self.rows[row, [walk.HITS, walk.MARGIN]].tolist())
 
     def put(self, start, stop, walked):
         """Keep hits and margin of a segment."""
         row, ends = self._place(start, stop)
-        if row != memo.NO_ROW:
-            self.rows[row, [memo.START, memo.STOP, memo.HITS, memo.MARGIN]] = *ends, *walked
+        if row != walk.NO_ROW:
+            self.rows[row, [walk.START, walk.STOP, walk.HITS, walk.MARGIN]] = *ends, *walked
 
     def _place(self, start, stop):
-        ends = [memo.packed(self._bits, *end) for end in (start, stop)]
-        return memo.row_of(len(self.rows), self._width, *ends), ends
+        ends = [walk.packed(self._bits, *end) for end in (start, stop)]
+        return walk.row_of(len(self.rows), self._width, *ends), ends
 
 
 class Evaluator:
@@ -231,7 +232,7 @@ class Evaluator:
         self._course = Course(problem_vector(config, record), sizes_vector(config, rows), ground)
         # One work space for all paths, as in a run, with remains of other paths.
         work = np.full((WORK_ROWS, config.max_waypoints + 4), 1 << 40, dtype=np.int64)
-        memory = memo.empty_memo(rows)
+        memory = walk.empty_memo(rows)
         self._scratch = Scratch(memory, delays_vector(config), counters_vector(), work)
 
     @property

@@ -13,7 +13,7 @@ from pathgene.hdl.protocol.codec import FrameSplitter, decode_frame, encode_fram
 from pathgene.hdl.protocol.planner import EDGES, NoFlyShape, no_fly_request, problem_request
 from pathgene.hdl.protocol.runs import RunOptions, run_request
 from pathgene.sim.model.chip import Chip as ChipModel
-from pathgene.sim.model.frames import FrameReceiverModel
+from pathgene.sim.model.requests import FrameReceiverModel
 from tests.support.gateware.fuzz import Fuzz
 from tests.support.gateware.refusals import run_refusals
 from tests.support.planner.cases import LARGE, SMALL, USUAL, any_record, headed, record, shape

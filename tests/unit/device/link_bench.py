@@ -4,7 +4,7 @@ from pathgene.hdl.config import Config
 from pathgene.hdl.protocol import Command, Status
 from pathgene.hdl.protocol.codec import encode_frame
 from pathgene.host.device.link import Link
-from pathgene.sim.model.frames import FrameReceiverModel
+from pathgene.sim.model.requests import FrameReceiverModel
 from tests.support.gateware.faults import FaultyTransport, VirtualClock
 
 

@@ -13,7 +13,7 @@ from pathgene.host.device.chip import Chip
 from pathgene.host.device.link import Link, RefusedError
 from pathgene.host.errors import InputError
 from pathgene.sim.model.chip import Chip as ChipModel
-from pathgene.sim.model.port import ModelPort
+from pathgene.sim.model.chip import ModelPort
 from tests.support.gateware.chips import CHECKING, random_path
 from tests.unit.command.receiver_bench import CHECKING as BENCH
 from tests.unit.command.receiver_bench import Chip as Bench

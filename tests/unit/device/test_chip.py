@@ -24,9 +24,9 @@ from pathgene.host.device.link import Link, RefusedError
 from pathgene.host.device.waypoints import pack_waypoints, unpack_waypoints
 from pathgene.host.errors import InputError
 from pathgene.sim.model.chip import Chip as ChipModel
+from pathgene.sim.model.chip import ModelPort
 from pathgene.sim.model.core import PaperCore
 from pathgene.sim.model.mutation import Limits
-from pathgene.sim.model.port import ModelPort
 from tests.support.gateware.chips import SMALL, random_paths
 
 

@@ -9,7 +9,7 @@ from pathgene.hdl.protocol import LinkMode
 from pathgene.host.device.chip import Chip
 from pathgene.host.device.link import Link
 from pathgene.sim.model.chip import Chip as ChipModel
-from pathgene.sim.model.port import ModelPort
+from pathgene.sim.model.chip import ModelPort
 from tests.support.gateware.faults import ByteFaults, FaultyTransport, VirtualClock
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from pathgene.hdl.protocol import CRC_BYTES, Command, Status
 from pathgene.host.device.link import Link, LinkError, LinkTimeoutError, RefusedError
-from pathgene.sim.model.frames import FrameReceiverModel
+from pathgene.sim.model.requests import FrameReceiverModel
 from tests.support.gateware.faults import FaultyTransport, VirtualClock
 from tests.unit.device.link_bench import (
     CONFIG,

@@ -12,7 +12,7 @@ from pathgene.host.device.link import Link, LinkError, LinkTimeoutError, Refused
 from pathgene.host.device.orders import Orders
 from pathgene.host.device.runs import Runs
 from pathgene.sim.model.chip import Chip as ChipModel
-from pathgene.sim.model.port import ModelPort
+from pathgene.sim.model.chip import ModelPort
 from tests.support.planner.cases import SMALL, ground, record, shape
 from tests.unit.device.link_bench import FIRST, Script, connect, lose
 

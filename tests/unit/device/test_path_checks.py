@@ -21,7 +21,7 @@ from pathgene.host.device.map_frames import map_frames
 from pathgene.host.errors import InputError
 from pathgene.sim.model.checker import check_path
 from pathgene.sim.model.chip import Chip as ChipModel
-from pathgene.sim.model.port import ModelPort
+from pathgene.sim.model.chip import ModelPort
 from tests.support.gateware.chips import CHECKING, SMALL, random_path, random_paths
 from tests.support.gateware.faults import ByteFaults
 from tests.unit.device.test_chip import SpyPort

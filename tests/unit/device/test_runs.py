@@ -14,11 +14,11 @@ from pathgene.host.device.link import Link, LinkError, LinkTimeoutError, Refused
 from pathgene.host.device.runs import Runs, RunStatus
 from pathgene.host.device.waypoints import unpack_waypoints
 from pathgene.host.errors import InputError
-from pathgene.sim.model import refusal
+from pathgene.sim.model import requests
 from pathgene.sim.model.chip import Chip as ChipModel
-from pathgene.sim.model.planner.no_fly import block
+from pathgene.sim.model.chip import ModelPort
 from pathgene.sim.model.planner.run import plan
-from pathgene.sim.model.port import ModelPort
+from pathgene.sim.model.run_commands import block
 from tests.support.gateware.refusals import run_refusals
 from tests.support.planner.cases import SMALL, ground, record, shape
 
@@ -258,7 +258,7 @@ def test_a_busy_board_is_named(chip, monkeypatch):
     """The model's runs are over at once, so the refusal is made here."""
 
     def busy(*_):
-        raise refusal.RefusedError(Status.BUSY)
+        raise requests.RefusedError(Status.BUSY)
 
     model = chip.link._transport.chip
     monkeypatch.setitem(model._commands, Command.BEST, busy)
@@ -286,7 +286,7 @@ def test_paths_are_there_when_the_run_is_over(chip, problem, monkeypatch):
     assert best.paths
 
     def refuse(payload, repeated):
-        raise refusal.RefusedError(Status.BAD_LENGTH)
+        raise requests.RefusedError(Status.BAD_LENGTH)
 
     monkeypatch.setitem(chip.link._transport.chip._commands, Command.BEST, refuse)
     with pytest.raises(RefusedError, match="refused the command BEST with BAD_LENGTH"):

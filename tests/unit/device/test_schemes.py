@@ -20,7 +20,7 @@ PROBE = """
 from pathgene.host.device.schemes import BoardScheme, OpenPort, split_config
 from pathgene.hdl.config import Config
 from pathgene.sim.model.chip import Chip
-from pathgene.sim.model.port import ModelPort
+from pathgene.sim.model.chip import ModelPort
 
 
 class ProbeScheme(BoardScheme):

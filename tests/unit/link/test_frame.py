@@ -10,7 +10,7 @@ from pathgene.hdl.config import Config
 from pathgene.hdl.link.frame import FrameReceiver, FrameTransmitter
 from pathgene.hdl.protocol import StickyError, frame_crc
 from pathgene.hdl.protocol.codec import encode_frame
-from pathgene.sim.model.frames import FrameReceiverModel
+from pathgene.sim.model.requests import FrameReceiverModel
 from tests.support.gateware.streams import simulate
 from tests.unit.link.drive import drive, watch
 

@@ -6,8 +6,8 @@ import pytest
 
 from pathgene.hdl.planner.wavefront.block_map import BlockMap
 from pathgene.hdl.protocol.planner import BLOCKS
-from pathgene.sim.model.block_marks import BlockMarks
-from pathgene.sim.model.planner.wavefront_cycles import scanning
+from pathgene.sim.model.planner.run_cycles import scanning
+from pathgene.sim.model.run_commands import BlockMarks
 from tests.support.gateware.streams import simulate
 
 

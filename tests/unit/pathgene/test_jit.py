@@ -31,7 +31,7 @@ def outer(x):
 """
 
 
-@pytest.fixture(params=["pathgene.host.evaluation.jit", "pathgene.sim.model.planner.compiled"])
+@pytest.fixture(params=["pathgene.host.evaluation.jit", "pathgene.sim.model.compiled"])
 def load(tmp_path, monkeypatch, request):
     """Function that writes and imports both modules as a new process would."""
     # Python takes bytecode of the same second and length for the file's own.

@@ -10,14 +10,15 @@ import pytest
 from pathgene.hdl.planner.first_paths import FirstPathKind, FirstPaths
 from pathgene.hdl.protocol.planner import seed_waypoints
 from pathgene.sim.model.planner.definition.score import corner_of
-from pathgene.sim.model.planner.first_paths_cycles import (
+from pathgene.sim.model.planner.run_cycles import (
     MEMBER,
     SEED,
+    WAYPOINT,
     member_offered,
     seed_offered,
+    seeded,
 )
-from pathgene.sim.model.planner.warm import ahead
-from pathgene.sim.model.planner.wavefront_cycles import WAYPOINT, seeded
+from pathgene.sim.model.planner.seeds import ahead
 from tests.support.gateware.streams import simulate
 from tests.support.planner import cases as planner_cases
 from tests.support.planner.cases import LARGE, SMALL, USUAL

@@ -8,7 +8,7 @@ import pytest
 
 from pathgene.hdl.planner.first_paths import FirstPathKind
 from pathgene.hdl.planner.run_control import RunControl
-from pathgene.sim.model.planner import run_control_cycles as steps
+from pathgene.sim.model.planner import run_cycles as steps
 from tests.support.gateware.streams import simulate
 from tests.support.planner.cases import SMALL
 

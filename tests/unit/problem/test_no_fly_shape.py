@@ -10,7 +10,7 @@ from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
 from pathgene.host.problem.zones import Zone
 from pathgene.host.terrain import Terrain
-from pathgene.sim.model.planner.no_fly import block
+from pathgene.sim.model.run_commands import block
 
 
 CONFIG = Config()

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from pathgene.hdl.config import Config
 from pathgene.hdl.protocol import StickyError
 from pathgene.hdl.protocol.codec import FrameError, FrameSplitter, decode_frame, encode_frame
-from pathgene.sim.model.frames import FrameReceiverModel
+from pathgene.sim.model.requests import FrameReceiverModel
 
 
 BODIES = st.binary(min_size=3, max_size=600)

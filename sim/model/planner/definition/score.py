@@ -1,16 +1,20 @@
-"""Score of a path: its cost, and all that makes it unflyable apart from the ground.
+"""Walk of a segment over the lattice of corners, and score of a path.
 
-Lengths are in units of 2**-8 of the longer side of a cell, altitudes in sixteenths of a step. Every
-root is rounded down but the roots of lengths that cost, which are rounded to the nearest, or
-cutting a path into more pieces would shorten it.
+The score has the cost of a path, and all that makes it unflyable apart from the ground. Lengths are
+in units of 2**-8 of the longer side of a cell, altitudes in sixteenths of a step. Every root is
+rounded down but the roots of lengths that cost, which are rounded to the nearest, or cutting a path
+into more pieces would shorten it.
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import isqrt
+
+import numpy as np
+import numpy.typing as npt
 
 from pathgene.hdl.protocol.planner import (
     ALTITUDE_FRACTION,
@@ -27,10 +31,63 @@ from pathgene.hdl.protocol.planner import (
     ProblemRecord,
     turn_table,
 )
-from pathgene.sim.model.planner.definition.walk import Point
 
 
-__all__ = ["Arc", "Score", "corner_of", "piece_cost", "scaled", "score"]
+__all__ = [
+    "Arc",
+    "Corner",
+    "Ground",
+    "Point",
+    "Score",
+    "corner_of",
+    "passed",
+    "piece_cost",
+    "scaled",
+    "score",
+    "walk",
+]
+
+
+#: Highest cells around each corner, [y, x].
+Ground = npt.NDArray[np.uint16]
+Corner = tuple[int, int]
+#: Corner and altitude step.
+Point = tuple[int, int, int]
+
+
+def walk(ground: Ground, blocked: int, start: Point, stop: Point) -> tuple[int, int]:
+    """Return how many corners of a segment collide, and the segment's least margin.
+
+    A corner collides where the segment is below its ground, or where it is blocked. The margin is
+    the altitude above the ground, in steps; blocked corners do not count in it, and a segment over
+    nothing else has ``blocked``.
+    """
+    hits, margin = 0, blocked
+    for x, y, altitude in passed(start, stop):
+        height = int(ground[y, x])
+        if height == blocked:
+            hits += 1
+            continue
+        hits += altitude < height
+        margin = min(margin, altitude - height)
+    return hits, margin
+
+
+def passed(start: Point, stop: Point) -> Iterator[tuple[int, int, int]]:
+    """Yield the corners of a segment and its lowest altitude within half a step of each.
+
+    The altitude is rounded down, and never below the lower end of the segment.
+    """
+    (x, y, z), (dx, dy, dz) = start, (b - a for a, b in zip(start, stop, strict=True))
+    n = max(abs(dx), abs(dy))
+    if n == 0:
+        yield x, y, min(z, z + dz)
+        return
+    for k in range(n + 1):
+        across, along = (2 * k * dx + n) // (2 * n), (2 * k * dy + n) // (2 * n)
+        lowest = (2 * n * z + 2 * k * dz - abs(dz)) // (2 * n)
+        yield x + across, y + along, max(lowest, min(z, z + dz))
+
 
 #: A length of one cell: arcs with longer tangents have their chord walked, and an arc that is too
 #: steep counts at least this length.

@@ -22,8 +22,7 @@ from pathgene.hdl.protocol.planner import (
     VALUE_BITS,
     ProblemRecord,
 )
-from pathgene.sim.model.planner.definition.score import corner_of, scaled
-from pathgene.sim.model.planner.definition.walk import Corner, Ground
+from pathgene.sim.model.planner.definition.score import Corner, Ground, corner_of, scaled
 
 
 __all__ = [

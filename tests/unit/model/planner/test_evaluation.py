@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
-from pathgene.sim.model.planner.definition.score import score
-from pathgene.sim.model.planner.definition.walk import walk
+from pathgene.sim.model.planner.definition.score import score, walk
 from pathgene.sim.model.planner.evaluation import NO_LIMIT
 from tests.support.planner.cases import SMALL, USUAL, ground, headed, path, record
 from tests.support.planner.plain import Evaluator

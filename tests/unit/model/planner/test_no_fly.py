@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pathgene.hdl.protocol.planner import NoFlyShape
-from pathgene.sim.model.planner.no_fly import block
+from pathgene.sim.model.run_commands import block
 from tests.support.planner.cases import SMALL, USUAL, shape
 from tests.support.planner.plain import drawn
 

@@ -10,8 +10,8 @@ from pathgene.hdl.protocol.planner import ALTITUDE_FRACTION, POSITION_FRACTION
 from pathgene.sim.model.planner.definition.score import corner_of
 from pathgene.sim.model.planner.definition.score import score as defined
 from pathgene.sim.model.planner.problem import problem_vector
-from pathgene.sim.model.planner.root import root
 from pathgene.sim.model.planner.score import WORK_ROWS, score
+from pathgene.sim.model.planner.wavefront import root
 from tests.support.planner.cases import LARGE, SMALL, USUAL, any_record, headed, path, record, rows
 from tests.support.planner.scorer_cases import compiled_chords
 

@@ -6,8 +6,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from pathgene.sim.model.planner.definition.walk import passed
-from pathgene.sim.model.planner.definition.walk import walk as defined
+from pathgene.sim.model.planner.definition.score import passed
+from pathgene.sim.model.planner.definition.score import walk as defined
 from pathgene.sim.model.planner.walk import walk
 from tests.support.planner.cases import LARGE, SMALL, USUAL, ground, path
 

@@ -8,7 +8,7 @@ import pytest
 from pathgene.hdl.protocol.planner import POSITION_FRACTION, PathClass
 from pathgene.hdl.protocol.runs import WARM_SLOPES, RunOptions
 from pathgene.sim.model.planner.run import plan
-from pathgene.sim.model.planner.warm import ahead
+from pathgene.sim.model.planner.seeds import ahead
 from tests.support.planner.cases import SMALL, USUAL, ground, headed, record
 from tests.support.planner.plain import interpreted_plan
 

@@ -13,7 +13,7 @@ from amaranth.sim import Simulator
 from pathgene.hdl.planner.scorer.scorer import Scorer
 from pathgene.hdl.protocol.planner import POSITION_FRACTION, SCALE_FRACTION, VALUE_BITS
 from pathgene.sim.model.planner.definition.score import score
-from pathgene.sim.model.planner.scorer_cycles import ScorerCycles, freed, launched
+from pathgene.sim.model.planner.evaluator_cycles import ScorerCycles, freed, launched
 from tests.support.planner.cases import SMALL, USUAL, headed, path, record
 from tests.support.planner.scorer_cases import (
     defined_score,

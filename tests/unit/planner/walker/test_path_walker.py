@@ -15,7 +15,7 @@ from pathgene.hdl.planner.walker.path_walker import PathWalker
 from pathgene.hdl.protocol.planner import POSITION_FRACTION, SLOPE_BITS, VALUE_BITS, PathClass
 from pathgene.sim.model.planner.definition.score import score
 from pathgene.sim.model.planner.evaluation import NO_LIMIT
-from pathgene.sim.model.planner.walker_cycles import back, cost, walked
+from pathgene.sim.model.planner.evaluator_cycles import back, cost, walked
 from tests.support.gateware.streams import put, simulate
 from tests.support.planner.cases import ground, path, record
 from tests.support.planner.plain import Evaluator

@@ -12,8 +12,8 @@ from amaranth.hdl import Cat
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.planner.walker.segment_walker import SegmentWalker
-from pathgene.sim.model.planner.definition.walk import walk
-from pathgene.sim.model.planner.walker_cycles import walking
+from pathgene.sim.model.planner.definition.score import walk
+from pathgene.sim.model.planner.evaluator_cycles import walking
 from tests.support.gateware.streams import put, simulate
 from tests.support.planner.walker_cases import any_point, corner, heights_of, upload
 

@@ -10,7 +10,7 @@ from pathgene.hdl.planner.wavefront.block_map import BlockMap
 from pathgene.hdl.protocol.planner import BLOCKS
 from pathgene.sim.model.planner.definition import wavefront
 from pathgene.sim.model.planner.definition.score import corner_of
-from pathgene.sim.model.planner.wavefront_cycles import scanning
+from pathgene.sim.model.planner.run_cycles import scanning
 from tests.support.gateware.streams import put, simulate
 from tests.support.planner.cases import SMALL
 from tests.support.planner.walker_cases import upload

@@ -8,7 +8,7 @@ from pathgene.hdl.planner.wavefront.relaxer import Relaxer
 from pathgene.hdl.planner.wavefront.steps import StepPricer
 from pathgene.hdl.planner.wavefront.wavefront import Wavefront
 from pathgene.hdl.protocol.planner import BLOCKS, FAR, VALUE_BITS
-from pathgene.sim.model.planner import wavefront_cycles
+from pathgene.sim.model.planner import run_cycles
 from pathgene.sim.model.planner.definition.wavefront import prices_of
 from tests.support.gateware.streams import simulate
 from tests.support.planner.cases import USUAL
@@ -90,7 +90,7 @@ def test_passes(config):
             assert np.array_equal(found, expected)
             assert written == BLOCKS**2
             assert ctx.get(dut.changed) == changes[-1]
-            assert cycles == Relaxer.pass_cycles == wavefront_cycles.PASS
+            assert cycles == Relaxer.pass_cycles == run_cycles.PASS
 
             # Steps between passes, with the current constants.
             steps = rng.integers(top + 1, size=(20, 2)).tolist()
@@ -111,5 +111,5 @@ def test_passes(config):
 
 
 def test_cycles_are_those_of_the_model():
-    fills = wavefront_cycles.spreading(0, 0) - 1
+    fills = run_cycles.spreading(0, 0) - 1
     assert fills == 2 * Wavefront.fill_cycles

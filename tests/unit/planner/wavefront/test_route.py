@@ -7,7 +7,7 @@ import pytest
 from pathgene.hdl.planner.wavefront.route import Route
 from pathgene.hdl.planner.wavefront.steps import StepPricer
 from pathgene.hdl.protocol.planner import BLOCKS, FAR
-from pathgene.sim.model.planner.wavefront_cycles import routing
+from pathgene.sim.model.planner.run_cycles import routing
 from tests.support.gateware.streams import simulate
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from pathgene.hdl.planner.wavefront.seeder import Seeder
 from pathgene.hdl.protocol.planner import seed_waypoints
-from pathgene.sim.model.planner.wavefront_cycles import WAYPOINT, seeding
+from pathgene.sim.model.planner.run_cycles import WAYPOINT, seeding
 from tests.support.gateware.streams import simulate
 from tests.support.planner.cases import LARGE, SMALL, USUAL
 from tests.support.planner.plain import seed_path

@@ -18,8 +18,8 @@ from pathgene.host.planners.chip.schedule import ChipSchedule
 from pathgene.host.problem.corner_map import CornerMap
 from pathgene.host.problem.rules import Rules
 from pathgene.sim.model.chip import Chip as ChipModel
+from pathgene.sim.model.chip import ModelPort
 from pathgene.sim.model.planner.run import plan
-from pathgene.sim.model.port import ModelPort
 
 
 GENERATIONS = Options(generations=1_000_000, seed=3)

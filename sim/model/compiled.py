@@ -1,4 +1,4 @@
-"""The compiler of this package's kernels, which share numbers with the gateware."""
+"""The compiler of the kernels of the model, which share numbers with the gateware."""
 
 from pathlib import Path
 
@@ -7,6 +7,6 @@ from pathgene.jit import Compiler
 
 __all__ = ["allocating", "compiled", "inlined"]
 
-_HDL = Path(__file__).resolve().parents[3] / "hdl"
+_HDL = Path(__file__).resolve().parents[2] / "hdl"
 _COMPILER = Compiler(_HDL, _HDL / "protocol")
 allocating, compiled, inlined = _COMPILER.allocating, _COMPILER.compiled, _COMPILER.inlined

@@ -1,4 +1,4 @@
-"""Model of the frame receiver and transmitter of the chip, as functions of bytes.
+"""Requests in the model: the chip's receiver of frames, as a function of bytes, and refusals.
 
 :mod:`pathgene.hdl.link.frame` is tested against this model: for any bytes it yields the same bodies
 and the same errors, as long as the chip takes bodies out of its buffer as fast as they come.
@@ -7,11 +7,24 @@ and the same errors, as long as the chip takes bodies out of its buffer as fast 
 from __future__ import annotations
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol import StickyError
+from pathgene.hdl.protocol import Status, StickyError
 from pathgene.hdl.protocol.codec import Frame, FrameError, FrameSplitter, decode_frame, encode_frame
 
 
-__all__ = ["FrameReceiverModel", "encode_frame"]
+__all__ = ["FrameReceiverModel", "RefusedError", "encode_frame", "expect"]
+
+
+class RefusedError(Exception):
+    """A refused command: it is answered with ``status`` and changes nothing else."""
+
+    def __init__(self, status: Status) -> None:
+        self.status = status
+
+
+def expect(holds: bool, status: Status) -> None:
+    """Refuse the command with ``status`` unless ``holds``."""
+    if not holds:
+        raise RefusedError(status)
 
 
 class FrameReceiverModel:

@@ -1,0 +1,147 @@
+"""Cycles of the steps of a run, of the wavefront and of first paths, as in the gateware.
+
+The scan of the blocks begins in cycle 0. Random source and memo are ready long before the scan
+ends. A unit of the wavefront takes the cycles in which it is ``busy``. All first paths are made one
+by one: each begins when the goal of the previous one is taken, the first when they are launched.
+The words of a seed, at most 17, are taken by then: its first point is not even offered before.
+"""
+
+from __future__ import annotations
+
+from pathgene.hdl.protocol.planner import BLOCKS
+from pathgene.sim.model.compiled import inlined
+
+
+__all__ = [
+    "AIMED",
+    "BEGIN",
+    "END",
+    "EVALUATED",
+    "MEMBER",
+    "MERGED",
+    "NEXT_ISLAND",
+    "PASS",
+    "POPULATION",
+    "ROUTED",
+    "SCANNED",
+    "SEED",
+    "SPLIT",
+    "SPLIT_TO_AIM",
+    "WAYPOINT",
+    "launched",
+    "member_offered",
+    "routing",
+    "scanned",
+    "scanning",
+    "seed_offered",
+    "seeded",
+    "seeding",
+    "spreading",
+]
+
+
+#: Cycles of a pass over the blocks: a block a cycle, and the pipeline.
+PASS = BLOCKS**2 + 15
+#: Cycles to fill the memories of surface and costs.
+_FILL = BLOCKS**2 + 2
+#: Cycles for a block of a route, and for a straight line.
+_ROUTE_STEP, _STRAIGHT = 20, 4 + 64
+#: Cycles from the word of a waypoint of a seed to the waypoint.
+WAYPOINT = 18
+
+
+def scanning(marked: int, shift: int, lanes: int, latency: int) -> int:
+    """Return the cycles of a scan of ``marked`` blocks of ``2**shift`` corners along each edge.
+
+    ``latency`` is the latency of the map's memory.
+    """
+    rows = max(1, (1 << shift) // lanes) << shift
+    return BLOCKS**2 + marked * (rows - 1) + BLOCKS + latency + lanes.bit_length() + 3
+
+
+@inlined
+def spreading(limit_passes: int, passes: int) -> int:
+    """Return the cycles of a wavefront; ``limit_passes`` is 0 if slopes are not limited."""
+    return 2 * _FILL + (limit_passes + passes) * PASS + 1 + (limit_passes > 0)
+
+
+@inlined
+def routing(blocks: int, is_straight: bool) -> int:
+    """Return the cycles of a route."""
+    return _STRAIGHT if is_straight else blocks * _ROUTE_STEP
+
+
+@inlined
+def seeding(longest: int) -> int:
+    """Return the cycles in which the words of a path are taken, if there always is one.
+
+    ``longest`` is the maximum number of waypoints of a seed.
+    """
+    return longest + 1
+
+
+def scanned(marked: int, shift: int, lanes: int, latency: int) -> int:
+    """Return the cycles in which the source of seeds is busy with a scan: see :func:`scanning`."""
+    return scanning(marked, shift, lanes, latency) + 1
+
+
+@inlined
+def launched(limit_passes: int, passes: int, blocks: int, is_straight: bool) -> int:
+    """Return the cycles of a wavefront and its route: see :func:`spreading` and :func:`routing`."""
+    return spreading(limit_passes, passes) + routing(blocks, is_straight) + 2
+
+
+@inlined
+def seeded(longest: int) -> int:
+    """Return the cycles of a path: see :func:`seeding`."""
+    return seeding(longest) + 1
+
+
+#: Cycles from the launch, or from the goal of the previous path, to the offer of a member's first
+#: point.
+MEMBER = 9
+#: The same of a seed: a cycle until it begins, two words, then a waypoint and its queue.
+SEED = 1 + 2 + WAYPOINT + 1
+
+
+@inlined
+def member_offered(free: int, dropped: int) -> int:
+    """Return the cycle from which the points of a member are offered.
+
+    Parameters
+    ----------
+    free : int
+        Cycle of the launch, or in which the goal of the previous path is taken.
+    dropped : int
+        Waypoints that it loses.
+    """
+    return free + MEMBER + dropped
+
+
+@inlined
+def seed_offered(free: int) -> int:
+    """Return the same of a seed."""
+    return free + SEED
+
+
+#: From cycle 0 to the begin of the first route, or of the paths of a warm run, without the cycles
+#: of the scan.
+SCANNED = 2
+#: From the begin of a route to the begin of its seeds, without the cycles of the route.
+ROUTED = 2
+#: From the first cycle without a path that is made or evaluated to the store of the population.
+EVALUATED = 1
+#: From the first cycle with a whole first population to the begin of the next paths or route; with
+#: the last one, to the split, or to the aim if there is only one island.
+POPULATION = 1
+#: From the split, whose cycle is the one that parts are computed from, to the first aim.
+SPLIT, SPLIT_TO_AIM = POPULATION, 7
+#: From an aim, whose cycle an island's limit is counted from, to the first cycle in which a
+#: generation may be ready to begin.
+AIMED = 1
+#: From the first cycle of a ready population, which limits are compared with, to the begin of a
+#: generation, or to the finish of the last one.
+BEGIN = 1
+#: From that cycle without a generation to finish: to the aim of the next island, to the merge, and
+#: from there to the aim; and to the number of cycles of the run.
+NEXT_ISLAND, MERGED, END = 2, (2, 1), 3

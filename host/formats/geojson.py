@@ -314,9 +314,9 @@ def _numbers(properties: dict[str, Any]) -> dict[str, float | None]:
 
 
 def _heights(properties: dict[str, Any]) -> tuple[Limit | None, Limit | None, tuple[str, ...]]:
-    """Return the limits: ours in metres AMSL, else as properties of other programs state them.
+    """Return the limits: our own in metres AMSL, else as foreign properties state them.
 
-    The third value has the names of the other programs' properties that are read.
+    The third value has the names of the properties that state the limits.
     """
     own = [_height(key, properties.get(key)) for key in ("lower", "upper")]
     lower, upper, read = stated_limits(properties)

@@ -114,6 +114,7 @@ FORMATS = (
         usual=True,
         flown=True,
     ),
+    Format("openair", zones="OpenAir", suffixes=(".openair", ".txt")),
     Format(
         "kml",
         "Google Earth and other viewers",

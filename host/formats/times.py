@@ -1,0 +1,156 @@
+"""Times of zones as files state them: moments, days of the week, times of day, the sun."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from datetime import UTC, datetime, time, timedelta
+from typing import Any
+
+from pathgene.host.errors import InputError
+from pathgene.host.formats.features import Period, SunEvent
+
+
+__all__ = ["applicability", "daily", "moment"]
+
+_DAYS = ("MON", "TUE", "WED", "THU", "FRI", "SAT", "SUN")
+_DAY = timedelta(days=1)
+# A Monday in UTC, on which times of day are placed.
+_MONDAY = datetime(2024, 1, 1, tzinfo=UTC)
+
+
+def moment(text: Any) -> datetime:
+    """Return the moment of a text in ISO 8601; one without a time zone is UTC.
+
+    Raises
+    ------
+    InputError
+        If the text is none.
+    """
+    midnight = str(text).replace("T24:00", "T00:00")
+    try:
+        # A date alone leaves open which end of the day it means.
+        if "T" not in midnight:
+            raise ValueError
+        found = datetime.fromisoformat(midnight)
+    except ValueError:
+        raise InputError(f"{text!r} is no date and time, such as 2026-05-01T06:00:00Z.") from None
+    if midnight != str(text):
+        found += _DAY
+    return found if found.tzinfo else found.replace(tzinfo=UTC)
+
+
+def daily(
+    days: frozenset[int],
+    first: str | SunEvent | None,
+    last: str | SunEvent | None,
+    start: datetime | None = None,
+    end: datetime | None = None,
+) -> Period:
+    """Return the period of a time of day, which may be in another zone than UTC.
+
+    Parameters
+    ----------
+    days : frozenset of int
+        Days of the week on which the period begins, Monday is 0; empty for every day.
+    first, last : str or SunEvent, optional
+        Bounds; a text is a time in ISO 8601, UTC without a zone. None for the bound of the day.
+    start, end : datetime, optional
+        Moments between which the period counts.
+
+    Raises
+    ------
+    InputError
+        If a text is no time of day.
+    """
+    begin, finish = _on_monday(first), _on_monday(last)
+    if isinstance(begin, datetime):
+        shift = (begin.astimezone(UTC).date() - _MONDAY.date()).days
+        days = frozenset((day + shift) % 7 for day in days)
+    first_time = begin.astimezone(UTC).time() if isinstance(begin, datetime) else begin
+    last_time = finish.astimezone(UTC).time() if isinstance(finish, datetime) else finish
+    if first_time is None and last_time is not None:
+        first_time = time(0)
+    if last_time is None and first_time is not None:
+        last_time = time(0)
+    if first_time == last_time:
+        if isinstance(first_time, time) and first_time != time(0):
+            # From a time to the same on the next day.
+            days |= frozenset((day + 1) % 7 for day in days)
+        first_time = last_time = None
+    return Period(start, end, frozenset() if len(days) == 7 else days, first_time, last_time)
+
+
+def _on_monday(text: str | SunEvent | None) -> datetime | SunEvent | None:
+    if text is None or isinstance(text, SunEvent):
+        return text
+    try:
+        if text.startswith("24:00"):
+            return _MONDAY + _DAY
+        of_day = time.fromisoformat(text)
+    except ValueError:
+        raise InputError(f"{text!r} is no time of day, such as 06:00:00Z.") from None
+    return datetime.combine(_MONDAY.date(), of_day, of_day.tzinfo or UTC)
+
+
+def applicability(value: Any) -> tuple[Period, ...]:
+    """Return the periods of ED-269's ``applicability`` or ED-318's ``limitedApplicability``.
+
+    Raises
+    ------
+    InputError
+        If a period is bad.
+    """
+    found: list[Period] = []
+    for part in value if isinstance(value, list) else [value]:
+        if part is None:
+            continue
+        if not isinstance(part, dict):
+            raise InputError(f"a period of its applicability must be an object, not {part!r}.")
+        periods = list(_periods(part))
+        if Period() in periods:
+            return ()
+        found += periods
+    return tuple(found)
+
+
+def _periods(part: dict[str, Any]) -> Iterator[Period]:
+    if str(part.get("permanent", "NO")).upper() in ("YES", "TRUE"):
+        yield Period()
+        return
+    start, end = (
+        moment(part[name]) if part.get(name) else None for name in ("startDateTime", "endDateTime")
+    )
+    if start and end and end < start:
+        raise InputError(f"its period ends on {end.isoformat()}, before its start.")
+    schedule = part.get("schedule")
+    if not schedule:
+        yield Period(start, end)
+        return
+    for each in schedule if isinstance(schedule, list) else [schedule]:
+        if not isinstance(each, dict):
+            raise InputError(f"a daily period must be an object, not {each!r}.")
+        bounds = (_bound(each, "start"), _bound(each, "end"))
+        yield daily(_weekdays(each.get("day")), *bounds, start, end)
+
+
+def _weekdays(value: Any) -> frozenset[int]:
+    names = value if isinstance(value, list) else [value]
+    upper = [str(name).upper() for name in names]
+    if value is None or "ANY" in upper:
+        return frozenset()
+    for name in upper:
+        if name not in _DAYS:
+            raise InputError(f"{name!r} is no day of the week; it must be MON to SUN or ANY.")
+    return frozenset(map(_DAYS.index, upper))
+
+
+def _bound(part: dict[str, Any], side: str) -> str | SunEvent | None:
+    event, clock = part.get(f"{side}Event"), part.get(f"{side}Time")
+    if event is None:
+        return None if clock is None else str(clock)
+    if clock is not None:
+        raise InputError(f"a daily period has both {side}Time and {side}Event; give one.")
+    try:
+        return SunEvent(str(event).upper())
+    except ValueError:
+        raise InputError(f"{event!r} is no event of the sun: BMCT, SR, SS or EECT.") from None

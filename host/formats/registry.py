@@ -115,6 +115,7 @@ FORMATS = (
         flown=True,
     ),
     Format("openair", zones="OpenAir", suffixes=(".openair", ".txt")),
+    Format("ed269", zones="ED-269"),
     Format(
         "kml",
         "Google Earth and other viewers",

@@ -1,0 +1,118 @@
+"""Members of a JSON list of zones: each is read on its own, so a bad one hides no good one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pathgene.host.errors import InputError
+from pathgene.host.formats.areas import MOST_NAME
+from pathgene.host.formats.features import Bad, Limit, Read, label
+
+
+__all__ = ["Member", "check_order", "members", "plain_text", "read_members", "sized"]
+
+
+@dataclass(frozen=True)
+class Member:
+    """A member of a list: a GeoJSON Feature, or an object with its geometry among its properties.
+
+    Parameters
+    ----------
+    number : int
+        Place in the list, from 1.
+    name : str
+        Name or identifier; empty for none.
+    properties : mapping
+        The properties.
+    geometry : object
+        The geometry as the file has it.
+    """
+
+    number: int
+    name: str
+    properties: Mapping[str, Any]
+    geometry: Any
+
+    @property
+    def label(self) -> str:
+        """Number and name in the file."""
+        return label("feature", self.number, self.name)
+
+
+def members(document: Any) -> list[Any]:
+    """Return the members of a FeatureCollection, a list or a page of a service, or the document."""
+    if isinstance(document, list):
+        return document
+    if not isinstance(document, dict):
+        return []
+    listed = next((document[key] for key in ("features", "items") if key in document), None)
+    return listed if isinstance(listed, list) else [document]
+
+
+def properties_of(value: Any) -> Mapping[str, Any]:
+    """Return the properties of a member, or of an object that is none."""
+    if not isinstance(value, dict):
+        return {}
+    if value.get("type") != "Feature":
+        return value
+    properties = value.get("properties")
+    return properties if isinstance(properties, dict) else {}
+
+
+def read_members(document: Any, reader: Callable[[Member], Iterator[Read]]) -> Iterator[Read]:
+    """Yield the parts that a reader makes of each member; an InputError makes the member bad."""
+    for number, value in enumerate(members(document), start=1):
+        properties = properties_of(value)
+        name = next(filter(None, map(plain_text, map(properties.get, _NAMES))), "")
+        member = Member(number, name, properties, value.get("geometry") if properties else None)
+        try:
+            if not isinstance(value, dict):
+                raise InputError("it is not an object.")
+            if value.get("type") == "Feature" and not isinstance(value.get("properties"), dict):
+                raise InputError("its properties must be an object.")
+            parts = list(reader(member))
+        except InputError as error:
+            parts = [Bad(member.label, str(error))]
+        yield from parts
+
+
+_NAMES = ("name", "Name", "identifier", "designator", "id", "_id")
+
+
+def plain_text(value: Any) -> str:
+    """Return a text, the English one of a list of texts with languages, or a number."""
+    if isinstance(value, list):
+        texts = [each for each in value if isinstance(each, dict) and each.get("text")]
+        english = (each for each in texts if str(each.get("lang", "")).startswith("en"))
+        value = next(english, texts[0] if texts else {}).get("text", "")
+    is_plain = isinstance(value, str | int | float) and not isinstance(value, bool)
+    return " ".join(str(value).split())[:MOST_NAME] if is_plain else ""
+
+
+def sized(value: Any) -> float:
+    """Return the radius of a circle, metres.
+
+    Raises
+    ------
+    InputError
+        If it is no number above 0.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < 1e8:
+        raise InputError(f"the radius of a circle must be a number above 0, not {value!r}.")
+    return float(value)
+
+
+def check_order(lower: Limit | None, upper: Limit | None) -> None:
+    """Check that a lower limit does not lie above the upper limit of the same reference.
+
+    Raises
+    ------
+    InputError
+        If it does.
+    """
+    if lower and upper and lower.reference is upper.reference and lower.height_m > upper.height_m:
+        raise InputError(
+            f"its lower limit, {lower.height_m:g} m, lies above its upper, {upper.height_m:g} m."
+        )

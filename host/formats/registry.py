@@ -117,6 +117,7 @@ FORMATS = (
     Format("openair", zones="OpenAir", suffixes=(".openair", ".txt")),
     Format("ed269", zones="ED-269"),
     Format("ed318", zones="ED-318"),
+    Format("openaip", zones="openAIP"),
     Format(
         "kml",
         "Google Earth and other viewers",

@@ -1,0 +1,153 @@
+"""openAIP: airspaces as GeoJSON or as the JSON of its service, with numbers for types and units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from pathgene.host.errors import InputError
+from pathgene.host.formats import classes
+from pathgene.host.formats.areas import Placing, areas
+from pathgene.host.formats.collection import (
+    Member,
+    check_order,
+    members,
+    properties_of,
+    read_members,
+)
+from pathgene.host.formats.content import Content
+from pathgene.host.formats.features import Feature, LeftOut, Limit, Period, Read, SunEvent
+from pathgene.host.formats.limits import limit, limit_text
+from pathgene.host.formats.times import daily, moment
+
+
+__all__ = ["features", "recognises"]
+
+# The numbers of openAIP.
+_UNITS = {0: "M", 1: "FT", 6: "FL"}
+_REFERENCES = {0: "AGL", 1: "AMSL", 2: "STD"}
+# openAIP's reader of OpenAir writes the second pair.
+_LIMITS = (("lowerLimit", "upperLimit"), ("lowerCeiling", "upperCeiling"))
+# Activations that have no fixed time: the airspace counts as always active.
+_AT_ANY_TIME = ("byNotam", "onDemand", "onRequest")
+
+
+def recognises(content: Content) -> bool:
+    """Return whether a member has a limit that is an object with unit and reference."""
+    return any(
+        isinstance(value, dict) and ("referenceDatum" in value or value.get("unlimited") is True)
+        for member in members(content.json)
+        for pair in _LIMITS
+        for value in map(properties_of(member).get, pair)
+    )
+
+
+def features(content: Content) -> Iterator[Read]:
+    """Yield the airspaces."""
+    return read_members(content.json, _airspace)
+
+
+def _airspace(member: Member) -> Iterator[Read]:
+    if member.geometry is None:
+        yield LeftOut(member.label, "it has no geometry")
+        return
+    facts = member.properties
+    category = _category(facts)
+    forbids = classes.forbids(category)
+    names = next((pair for pair in _LIMITS if any(name in facts for name in pair)), _LIMITS[0])
+    unread: list[str] = []
+    lower, upper = (_limit(facts, name, unread) for name in names)
+    check_order(lower, upper)
+    periods = _periods(facts, unread)
+    found, others = areas(member.geometry, Placing(), is_circle=False)
+    if any(len(set(ring)) < 3 for rings in found for ring in rings):
+        raise InputError("a ring must have three corners or more.")
+    for kind in others:
+        yield LeftOut(member.label, f"a {kind} is not an area", forbids)
+    for rings in found:
+        yield Feature(
+            member.number,
+            member.name,
+            rings,
+            None,
+            lower,
+            upper,
+            periods,
+            category,
+            forbids=forbids,
+            unread=tuple(unread),
+        )
+
+
+def _category(facts: Mapping[str, Any]) -> str:
+    """Return the class: of the type's number, else of its word, else of the class of ICAO."""
+    kind = facts.get("type", 0)
+    icao = facts.get("icaoClass", facts.get("class"))
+    if isinstance(kind, int) and not isinstance(kind, bool) and not isinstance(icao, str):
+        return classes.of_openaip(kind, icao)
+    word = classes.of_word(kind) if isinstance(kind, str) and kind != "Feature" else "OTHER"
+    return classes.of_word(icao) if word == "OTHER" and isinstance(icao, str) else word
+
+
+def _limit(facts: Mapping[str, Any], name: str, unread: list[str]) -> Limit | None:
+    value = facts.get(name)
+    if isinstance(value, str):
+        try:
+            return limit_text(value)
+        except ValueError:
+            unread.append(name)
+            return None
+    if value is None:
+        return None
+    if not isinstance(value, dict):
+        raise InputError(f"{name} must be an object with value, unit and referenceDatum.")
+    if value.get("unlimited") is True:
+        return None
+    unit, reference = value.get("unit"), value.get("referenceDatum")
+    return limit(
+        value.get("value"),
+        _UNITS.get(unit, unit) if isinstance(unit, int) else unit,
+        _REFERENCES.get(reference, reference) if isinstance(reference, int) else reference,
+    )
+
+
+def _periods(facts: Mapping[str, Any], unread: list[str]) -> tuple[Period, ...]:
+    """Return the times of activity, UTC; none for an airspace that may be active at any time."""
+    if any(facts.get(name) is True for name in _AT_ANY_TIME):
+        return ()
+    start, end = (
+        moment(facts[name]) if facts.get(name) else None for name in ("activeFrom", "activeUntil")
+    )
+    if start and end and end < start:
+        raise InputError("its activeUntil lies before its activeFrom.")
+    hours = facts.get("hoursOfOperation") or {}
+    listed = hours.get("operatingHours") if isinstance(hours, dict) else None
+    if not listed:
+        return (Period(start, end),) if start or end else ()
+    if not isinstance(listed, list) or not all(isinstance(each, dict) for each in listed):
+        raise InputError("its operatingHours must be a list of objects.")
+    if "local" in str(hours.get("remarks", "")).lower():
+        unread.append("hoursOfOperation")
+        return ()
+    if any(each.get("byNotam") is True for each in listed):
+        return ()
+    periods: dict[Any, Period] = {}
+    for each in listed:
+        day = each.get("dayOfWeek")
+        if isinstance(day, bool) or not isinstance(day, int) or not 0 <= day <= 6:
+            raise InputError(f"a dayOfWeek must be 0 to 6, not {day!r}.")
+        period = daily(frozenset({day}), *_bounds(each), start, end)
+        same = (period.first, period.last)
+        days = periods[same].days if same in periods else frozenset()
+        periods[same] = Period(start, end, days | period.days, *same)
+    joined = [
+        Period(start, end, frozenset() if len(each.days) == 7 else each.days, each.first, each.last)
+        for each in periods.values()
+    ]
+    return () if Period() in joined else tuple(joined)
+
+
+def _bounds(each: Mapping[str, Any]) -> tuple[str | SunEvent | None, str | SunEvent | None]:
+    first = SunEvent.SUNRISE if each.get("sunrise") is True else each.get("startTime")
+    last = SunEvent.SUNSET if each.get("sunset") is True else each.get("endTime")
+    return first, last

@@ -1,0 +1,174 @@
+"""openAIP: limits, types, classes and times of airspaces in GeoJSON and JSON."""
+
+import json
+from datetime import UTC, datetime, time
+
+import pytest
+
+from pathgene.host.formats import openaip
+from pathgene.host.formats.content import Content
+from pathgene.host.formats.features import Bad, LeftOut, Limit, Period, Reference, SunEvent
+
+
+RING = [[10.0, 60.0], [10.1, 60.0], [10.1, 60.1], [10.0, 60.0]]
+POLYGON = {"type": "Polygon", "coordinates": [RING]}
+FACTS = {
+    "_id": "5f6",
+    "name": "TMA",
+    "type": 7,
+    "icaoClass": 2,
+    "lowerLimit": {"value": 4500, "unit": 1, "referenceDatum": 1},
+    "upperLimit": {"value": 95, "unit": 6, "referenceDatum": 2},
+}
+MONDAY = {"dayOfWeek": 0, "startTime": "08:00", "endTime": "16:00", "sunrise": False}
+
+
+def read(*airspaces, geometry=POLYGON):
+    features = [{"type": "Feature", "properties": each, "geometry": geometry} for each in airspaces]
+    content = Content(json.dumps({"type": "FeatureCollection", "features": features}).encode())
+    assert openaip.recognises(content)
+    return list(openaip.features(content))
+
+
+def hours(*operating, **more):
+    return {"hoursOfOperation": {"operatingHours": list(operating), **more}}
+
+
+def periods(**facts):
+    (found,) = read(FACTS | facts)
+    return found.periods
+
+
+@pytest.mark.parametrize("wrapped", [True, False])
+def test_reads_the_json_of_the_service(wrapped):
+    airspace = FACTS | {"geometry": POLYGON}
+    document = {"items": [airspace], "page": 1} if wrapped else [airspace]
+    content = Content(json.dumps(document).encode())
+    assert openaip.recognises(content)
+    (found,) = openaip.features(content)
+    assert found.lower == Limit(4500 * 0.3048, Reference.AMSL)
+    assert found.upper == Limit(95 * 30.48, Reference.STANDARD)
+    assert (found.name, found.category, found.forbids) == ("TMA", "TMA", True)
+
+
+def test_reads_limits_of_any_spelling():
+    lower = {"value": 300, "unit": "M", "referenceDatum": "GND"}
+    (found,) = read(FACTS | {"lowerLimit": lower, "upperLimit": "FL 95"})
+    assert (found.lower, found.upper) == (
+        Limit(300, Reference.AGL),
+        Limit(95 * 30.48, Reference.STANDARD),
+    )
+    (found,) = read(FACTS | {"upperLimit": {"unlimited": True}})
+    assert (found.upper, found.unread) == (None, ())
+    (found,) = read(FACTS | {"upperLimit": "by NOTAM"})
+    assert (found.upper, found.unread) == (None, ("upperLimit",))
+
+
+def test_reads_what_the_parser_of_openaip_writes_from_openair():
+    facts = {
+        "name": "CTR",
+        "class": "D",
+        "type": "CTR",
+        "lowerCeiling": {"value": 0, "unit": "FT", "referenceDatum": "GND"},
+        "upperCeiling": {"value": 2500, "unit": "FT", "referenceDatum": "MSL"},
+    }
+    (found,) = read(facts)
+    assert (found.category, found.upper) == ("CTR", Limit(2500 * 0.3048, Reference.AMSL))
+    facts["type"] = "UNCLASSIFIED"
+    assert read(facts)[0].category == "D"
+    del facts["type"]
+    assert read(facts | {"class": "R"})[0].category == "RESTRICTED"
+
+
+@pytest.mark.parametrize(
+    ("number", "icao_class", "category", "forbids"),
+    [
+        (1, 8, "RESTRICTED", True),
+        (2, 8, "DANGER", True),
+        (3, 8, "PROHIBITED", True),
+        (4, 3, "CTR", True),
+        (10, 6, "FIR", False),
+        (21, 4, "GLIDING", False),
+        (0, 3, "D", True),
+        (0, 4, "E", False),
+        (0, 8, "OTHER", True),
+    ],
+)
+def test_the_type_decides_and_the_class_where_the_type_says_nothing(
+    number, icao_class, category, forbids
+):
+    (found,) = read(FACTS | {"type": number, "icaoClass": icao_class})
+    assert (found.category, found.forbids) == (category, forbids)
+
+
+def test_reads_hours_of_operation():
+    assert periods() == ()
+    assert periods(**hours(MONDAY, {**MONDAY, "dayOfWeek": 2})) == (
+        Period(days=frozenset({0, 2}), first=time(8), last=time(16)),
+    )
+    by_sun = {**MONDAY, "sunrise": True, "sunset": True}
+    assert periods(**hours(by_sun)) == (
+        Period(days=frozenset({0}), first=SunEvent.SUNRISE, last=SunEvent.SUNSET),
+    )
+    every_day = [{**MONDAY, "dayOfWeek": day} for day in range(7)]
+    assert periods(**hours(*every_day)) == (Period(first=time(8), last=time(16)),)
+    whole = [{**each, "startTime": "00:00", "endTime": "00:00"} for each in every_day]
+    assert periods(**hours(*whole)) == ()
+    start = datetime(2026, 5, 1, tzinfo=UTC)
+    assert periods(activeFrom="2026-05-01T00:00:00Z") == (Period(start),)
+    assert periods(activeFrom="2026-05-01T00:00:00Z", **hours(*whole)) == (Period(start),)
+
+
+@pytest.mark.parametrize("name", ["byNotam", "onDemand", "onRequest"])
+def test_an_airspace_that_somebody_may_activate_counts_as_always_active(name):
+    assert periods(**{name: True}, **hours(MONDAY)) == ()
+    assert periods(**hours(MONDAY, {**MONDAY, "byNotam": True})) == ()
+
+
+def test_hours_in_local_time_are_not_read():
+    (found,) = read(FACTS | hours(MONDAY, remarks="Times are LOCAL"))
+    assert (found.periods, found.unread) == ((), ("hoursOfOperation",))
+
+
+def test_leaves_out_points_and_lines():
+    line = {"type": "LineString", "coordinates": RING[:2]}
+    assert read(FACTS, geometry=line) == [
+        LeftOut('feature 1, "TMA"', "a LineString is not an area", True)
+    ]
+    assert read(FACTS, geometry=None) == [LeftOut('feature 1, "TMA"', "it has no geometry")]
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"type": 99}, "99 is no type of openAIP, which has 0 to 36."),
+        ({"upperLimit": 95}, "upperLimit must be an object with value, unit and referenceDatum."),
+        (
+            {"upperLimit": {"value": "95", "unit": 6, "referenceDatum": 2}},
+            "a limit of height must be a number, not '95'.",
+        ),
+        (
+            {"upperLimit": {"value": 95, "unit": 3, "referenceDatum": 2}},
+            "the unit of a limit of height must be m, ft or FL, not 3.",
+        ),
+        (
+            {"upperLimit": {"value": 95, "unit": 6, "referenceDatum": 7}},
+            "the reference of a limit of height must be AGL, AMSL, WGS84 or STD, not 7.",
+        ),
+        (
+            {"upperLimit": {"value": 4000, "unit": 1, "referenceDatum": 1}},
+            "its lower limit, 1371.6 m, lies above its upper, 1219.2 m.",
+        ),
+        (hours({**MONDAY, "dayOfWeek": 7}), "a dayOfWeek must be 0 to 6, not 7."),
+        (hours({**MONDAY, "startTime": "8"}), "'8' is no time of day, such as 06:00:00Z."),
+        (hours("MON"), "its operatingHours must be a list of objects."),
+        (
+            {"activeFrom": "2026-05-01T00:00:00Z", "activeUntil": "2026-04-01T00:00:00Z"},
+            "its activeUntil lies before its activeFrom.",
+        ),
+    ],
+)
+def test_names_a_bad_airspace_and_reads_the_others(change, reason):
+    first, second = read(FACTS | change, FACTS)
+    assert first == Bad('feature 1, "TMA"', reason)
+    assert second.number == 2

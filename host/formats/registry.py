@@ -118,6 +118,7 @@ FORMATS = (
     Format("ed269", zones="ED-269"),
     Format("ed318", zones="ED-318"),
     Format("openaip", zones="openAIP"),
+    Format("inav", zones="INAV"),
     Format(
         "kml",
         "Google Earth and other viewers",

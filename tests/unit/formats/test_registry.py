@@ -29,7 +29,7 @@ def test_texts_are_made_of_the_rows():
     )
     assert extra_names() == "plan, waypoints, kml and html"
     assert zone_files() == (
-        "GeoJSON, KML, openAIP, ED-318, ED-269, OpenAir or the fences of a .plan"
+        "GeoJSON, KML, INAV, openAIP, ED-318, ED-269, OpenAir or the fences of a .plan"
     )
     assert sorted(zone_suffixes()) == [".geojson", ".json", ".kml", ".openair", ".plan", ".txt"]
     assert set(DATA) == {GRID, *files().values()}
@@ -56,5 +56,14 @@ def test_the_page_has_each_written_format():
 def test_the_page_has_each_format_of_zones():
     table = PAGE.read_text().partition("| file | zones |\n")[2].partition("\n\n")[0]
     names = [line.split(" | ")[0].strip("| `") for line in table.splitlines()[1:]]
-    assert sorted(names) == [".plan", "ED-269", "ED-318", "GeoJSON", "KML", "OpenAir", "openAIP"]
+    assert sorted(names) == [
+        ".plan",
+        "ED-269",
+        "ED-318",
+        "GeoJSON",
+        "INAV",
+        "KML",
+        "OpenAir",
+        "openAIP",
+    ]
     assert len(names) == sum(bool(row.zones) for row in FORMATS)

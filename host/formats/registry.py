@@ -119,6 +119,7 @@ FORMATS = (
     Format("ed318", zones="ED-318"),
     Format("openaip", zones="openAIP"),
     Format("inav", zones="INAV"),
+    Format("kmz", zones="KMZ", suffixes=(".kmz",)),
     Format(
         "kml",
         "Google Earth and other viewers",

@@ -29,9 +29,17 @@ def test_texts_are_made_of_the_rows():
     )
     assert extra_names() == "plan, waypoints, kml and html"
     assert zone_files() == (
-        "GeoJSON, KML, INAV, openAIP, ED-318, ED-269, OpenAir or the fences of a .plan"
+        "GeoJSON, KML, KMZ, INAV, openAIP, ED-318, ED-269, OpenAir or the fences of a .plan"
     )
-    assert sorted(zone_suffixes()) == [".geojson", ".json", ".kml", ".openair", ".plan", ".txt"]
+    assert sorted(zone_suffixes()) == [
+        ".geojson",
+        ".json",
+        ".kml",
+        ".kmz",
+        ".openair",
+        ".plan",
+        ".txt",
+    ]
     assert set(DATA) == {GRID, *files().values()}
 
 
@@ -63,6 +71,7 @@ def test_the_page_has_each_format_of_zones():
         "GeoJSON",
         "INAV",
         "KML",
+        "KMZ",
         "OpenAir",
         "openAIP",
     ]

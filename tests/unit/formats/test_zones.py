@@ -228,7 +228,7 @@ def test_needs_a_place_on_earth(tmp_path, text):
 
 
 def test_refuses_an_archive(tmp_path):
-    file = tmp_path / "zones.kmz"
+    file = tmp_path / "zones.zip"
     file.write_bytes(b"PK\x03\x04\xff\xfe")
-    with pytest.raises(InputError, match=r"looks like a ZIP or KMZ archive; give GeoJSON, KML or"):
+    with pytest.raises(InputError, match=r"looks like a ZIP or KMZ archive; give GeoJSON, KML,"):
         read_zones(file, TERRAIN)

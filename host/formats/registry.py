@@ -114,6 +114,7 @@ FORMATS = (
         usual=True,
         flown=True,
     ),
+    Format("fen", zones="a .fen", suffixes=(".fen",)),
     Format("openair", zones="OpenAir", suffixes=(".openair", ".txt")),
     Format("ed269", zones="ED-269"),
     Format("ed318", zones="ED-318"),

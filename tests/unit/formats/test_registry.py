@@ -29,9 +29,10 @@ def test_texts_are_made_of_the_rows():
     )
     assert extra_names() == "plan, waypoints, kml and html"
     assert zone_files() == (
-        "GeoJSON, KML, KMZ, INAV, openAIP, ED-318, ED-269, OpenAir or the fences of a .plan"
+        "GeoJSON, KML, KMZ, INAV, openAIP, ED-318, ED-269, OpenAir, a .fen or the fences of a .plan"
     )
     assert sorted(zone_suffixes()) == [
+        ".fen",
         ".geojson",
         ".json",
         ".kml",
@@ -65,6 +66,7 @@ def test_the_page_has_each_format_of_zones():
     table = PAGE.read_text().partition("| file | zones |\n")[2].partition("\n\n")[0]
     names = [line.split(" | ")[0].strip("| `") for line in table.splitlines()[1:]]
     assert sorted(names) == [
+        ".fen",
         ".plan",
         "ED-269",
         "ED-318",

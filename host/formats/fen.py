@@ -1,0 +1,58 @@
+"""``.fen``, the old fence of Mission Planner: a return point, then the polygon to stay in."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from pathgene.host.errors import InputError
+from pathgene.host.formats.areas import check_degrees
+from pathgene.host.formats.content import Content
+from pathgene.host.formats.features import Bad, Feature, Position, Read, label
+
+
+__all__ = ["features", "recognises"]
+
+_PAIR = re.compile(r"[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?")
+# A return point and a closed triangle.
+_FEWEST_ROWS = 5
+
+
+def recognises(content: Content) -> bool:
+    """Return whether a text is rows of two numbers, or is named ``.fen``."""
+    if content.name.lower().endswith(".fen"):
+        return content.is_text
+    rows = _rows(content)
+    return len(rows) >= _FEWEST_ROWS and all(
+        len(words) == 2 and all(map(_PAIR.fullmatch, words)) for _, words in rows
+    )
+
+
+def features(content: Content) -> Iterator[Read]:
+    """Yield the polygon to stay in."""
+    try:
+        positions = [_position(number, words) for number, words in _rows(content)]
+        if len(positions) < _FEWEST_ROWS - 1:
+            raise InputError("a fence must have a return point and three corners or more.")
+        ring = tuple(positions[1:])
+        ring = ring[:-1] if ring[0] == ring[-1] else ring
+        if len(set(ring)) < 3:
+            raise InputError("a fence must have a return point and three corners or more.")
+        check_degrees(positions, "latitude comes first.")
+    except InputError as error:
+        yield Bad(label("fence", 1), str(error))
+        return
+    yield Feature(1, "", (ring,), kind="fence", keeps_in=True)
+
+
+def _rows(content: Content) -> list[tuple[int, list[str]]]:
+    """Return the rows that are no comments, with their numbers."""
+    lines = enumerate(content.text.splitlines(), start=1)
+    split = ((number, line.replace(",", " ").split()) for number, line in lines)
+    return [(number, words) for number, words in split if words and not words[0].startswith("#")]
+
+
+def _position(number: int, words: list[str]) -> Position:
+    if len(words) != 2 or not all(map(_PAIR.fullmatch, words)):
+        raise InputError(f"line {number} must be a latitude and a longitude.")
+    return float(words[1]), float(words[0])

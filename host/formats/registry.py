@@ -113,6 +113,8 @@ FORMATS = (
         "path.waypoints",
         usual=True,
         flown=True,
+        zones="the fences of a .waypoints",
+        suffixes=(".waypoints",),
     ),
     Format("fen", zones="a .fen", suffixes=(".fen",)),
     Format("openair", zones="OpenAir", suffixes=(".openair", ".txt")),

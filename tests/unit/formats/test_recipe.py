@@ -108,5 +108,5 @@ main(["plan", "--help"])
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=PAGE.parent
     )
     text = " ".join(done.stdout.split())
-    assert "a .fen, the fences of a .plan or well-known text" in text
+    assert "the fences of a .waypoints, the fences of a .plan or well-known text" in text
     assert "wkt (databases), plan (QGroundControl, MAVSDK), waypoints" in text

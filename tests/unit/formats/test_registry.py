@@ -29,7 +29,8 @@ def test_texts_are_made_of_the_rows():
     )
     assert extra_names() == "plan, waypoints, kml and html"
     assert zone_files() == (
-        "GeoJSON, KML, KMZ, INAV, openAIP, ED-318, ED-269, OpenAir, a .fen or the fences of a .plan"
+        "GeoJSON, KML, KMZ, INAV, openAIP, ED-318, ED-269, OpenAir, a .fen, the fences "
+        "of a .waypoints or the fences of a .plan"
     )
     assert sorted(zone_suffixes()) == [
         ".fen",
@@ -40,6 +41,7 @@ def test_texts_are_made_of_the_rows():
         ".openair",
         ".plan",
         ".txt",
+        ".waypoints",
     ]
     assert set(DATA) == {GRID, *files().values()}
 
@@ -68,6 +70,7 @@ def test_the_page_has_each_format_of_zones():
     assert sorted(names) == [
         ".fen",
         ".plan",
+        ".waypoints",
         "ED-269",
         "ED-318",
         "GeoJSON",

@@ -9,27 +9,10 @@ from pathgene.host.formats import geojson
 from pathgene.host.formats.content import Content
 from pathgene.host.formats.features import Limit, Reference
 from pathgene.host.formats.limits import limit, limit_text, stated_limits
+from tests.support.host.zone_files import LIMIT_TEXTS
 
 
-# Texts, their metres and references; None for no limit.
-TEXTS = {
-    "GND": (0.0, "AGL"),
-    "SFC": (0.0, "AGL"),
-    "FL 95": (9500 * 0.3048, "STD"),
-    "FL065": (6500 * 0.3048, "STD"),
-    "4500 ft AMSL": (4500 * 0.3048, "AMSL"),
-    "4500ft MSL": (4500 * 0.3048, "AMSL"),
-    "1000 ft AGL": (1000 * 0.3048, "AGL"),
-    "300m AGL": (300.0, "AGL"),
-    "1,500 ft AMSL": (1500 * 0.3048, "AMSL"),
-    "1200.5 m MSL": (1200.5, "AMSL"),
-    "2500FT GND": (2500 * 0.3048, "AGL"),
-    "UNL": None,
-    "UNLIMITED": None,
-}
-
-
-@pytest.mark.parametrize(("text", "expected"), TEXTS.items())
+@pytest.mark.parametrize(("text", "expected"), LIMIT_TEXTS.items())
 @pytest.mark.parametrize("change", [str, str.lower, "  {} ".format])
 def test_reads_texts(text, expected, change):
     found = limit_text(change(text))

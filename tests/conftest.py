@@ -2,6 +2,7 @@
 
 import shutil
 import signal
+import warnings
 
 import pytest
 from hypothesis import settings
@@ -20,6 +21,10 @@ settings.load_profile("repeatable")
 signal.signal(signal.SIGINT, signal.default_int_handler)
 for _number in (signal.SIGQUIT, signal.SIGHUP):
     signal.signal(_number, signal.SIG_DFL)
+
+
+# Most units that a test makes are not elaborated.
+warnings.filterwarnings("ignore", message=".* created but never used")
 
 
 @pytest.fixture

@@ -1,8 +1,8 @@
 """Proofs of claims about the gateware, with Yosys and the solver Z3.
 
 A claim is an Amaranth design around the units under test, with ``Assume``, ``Assert`` and
-``Cover``. Each claim has a file ``proof_NAME.py`` in ``tests/formal`` with a module-level ``PROOF``
-and is checked in four ways:
+``Cover``. The claim ``NAME`` is ``PROOF`` in ``tests/formal/proof_NAME.py``, or an entry of
+``PROOFS`` in a file with several claims. It is checked in four ways:
 
 ``holds``
     From reset, no assertion fails in the first ``depth`` cycles, for any inputs.
@@ -32,6 +32,7 @@ import time
 import types
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +40,7 @@ from pathgene.host.errors import InputError, JobError, PathgeneError
 from pathgene.sim.cache import build_root
 
 
-__all__ = ["PROOFS", "Proof", "ProofError", "altered", "check", "load", "proofs"]
+__all__ = ["PROOFS", "Proof", "ProofError", "altered", "check", "proofs"]
 
 _ROOT = Path(__file__).resolve().parents[1]
 
@@ -134,17 +135,17 @@ def altered(component: Any, *changes: Change) -> Any:
     return getattr(copy, component.__name__)
 
 
-def proofs() -> dict[str, Path]:
+@cache
+def proofs() -> dict[str, Proof]:
     """Return the project's proofs by name."""
-    return {path.stem.removeprefix("proof_"): path for path in sorted(PROOFS.glob("proof_*.py"))}
-
-
-def load(name: str) -> Proof:
-    """Return one of the project's proofs."""
     if str(_ROOT) not in sys.path:
         sys.path.insert(0, str(_ROOT))
-    proof: Proof = importlib.import_module(f"tests.formal.proof_{name}").PROOF
-    return proof
+    found: dict[str, Proof] = {}
+    for path in sorted(PROOFS.glob("proof_*.py")):
+        module = importlib.import_module(f"tests.formal.{path.stem}")
+        own = {path.stem.removeprefix("proof_"): getattr(module, "PROOF", None)}
+        found |= getattr(module, "PROOFS", own)
+    return found
 
 
 def check(name: str, proof: Proof, what: str, *, timeout_s: float = 3600.0) -> float:
@@ -258,7 +259,7 @@ def main(arguments: list[str] | None = None) -> int:
         if options.proof is not None and options.proof not in found:
             raise InputError(f"No proof {options.proof!r}; choose from {', '.join(found)}.")
         for name in [options.proof] if options.proof else found:
-            proof = load(name)
+            proof = found[name]
             for what in proof.checks:
                 seconds = check(name, proof, what)
                 kind = "fault noticed: " if what in proof.faults else ""

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Driver of the genetic core and its model for cocotb benches."""
 
 import collections

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The exported command receiver against the model: every kind of request, whole or broken."""
 
 import random

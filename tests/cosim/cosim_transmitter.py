@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The exported reply transmitter: bodies of every kind, at the widths of the default chip."""
 
 import itertools

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The exported source of seeds in Verilator against the definition: all that it finds."""
 
 import subprocess

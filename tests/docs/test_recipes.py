@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Recipes of CONTRIBUTING.md: each is followed as it stands there."""
 
 import inspect

@@ -3,7 +3,7 @@
 from amaranth import *
 from amaranth.hdl import Assert, Assume, Cover
 
-from pathgene.hdl.config import Config
+from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.hdl.control import Control
 from pathgene.hdl.protocol import ChipState
 from tests.formal.parts import Opened, any_constant, comes_back, free
@@ -151,7 +151,7 @@ class Returns(Elaboratable):
         return m
 
 
-PROOF = Proof(
+CONTROL = Proof(
     claim=Returns,
     depth=2,
     reached=14,
@@ -178,3 +178,46 @@ PROOF = Proof(
         ),
     },
 )
+
+
+class ReturnsFromChecks(Returns):
+    """Proved for all time, by induction, as there, for a chip without a core.
+
+    After the receiving unit comes the check, if the command asks for one, and the answer; the state
+    is LISTEN again at most ``3 * limit`` cycles after it has left LISTEN.
+    """
+
+    CONFIG = Config(core="none", checker=CheckerBuild.TWO_TIER, lanes=1)
+    MOST_UNITS = 3
+
+
+CHECK_CONTROL = Proof(
+    claim=ReturnsFromChecks,
+    depth=2,
+    reached=10,
+    induction=2,
+    faults={
+        "the answer does not end": (
+            Control,
+            ("LISTEN] = self.transmit_done", "LISTEN] = self.transmit_done & self.line_busy"),
+        ),
+        "no answer after a check": (
+            Control,
+            ("[ChipState.CHECK, ChipState.TRANSMIT]", "[ChipState.CHECK, ChipState.LISTEN]"),
+        ),
+        "a check that nobody asked for": (
+            Control,
+            ("= received & self.check", "= received"),
+        ),
+        "two units on": (
+            Control,
+            (
+                "self.check_on.eq(on.check)",
+                "self.check_on.eq(on.check | self.pending)",
+            ),
+        ),
+    },
+)
+
+
+PROOFS = {"control": CONTROL, "check_control": CHECK_CONTROL}

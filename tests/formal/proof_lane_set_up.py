@@ -10,8 +10,7 @@ from pathgene.hdl.feasibility.parallel.reciprocal import Precision
 from pathgene.hdl.feasibility.parallel.segment_setup import SegmentSetup
 from pathgene.hdl.feasibility.parallel.walker import ParallelWalker
 from pathgene.hdl.layouts import point_layout
-from tests.formal.cells import Segment
-from tests.formal.parts import Opened, any_constant, free, made_of
+from tests.formal.parts import Opened, Segment, any_constant, free, made_of
 from tools.formal import Proof
 
 

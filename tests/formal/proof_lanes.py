@@ -15,8 +15,6 @@ from tools.formal import Proof
 class Together(Elaboratable):
     """Proved for all time, by induction, for 4 lanes on a map of 8 x 8 cells.
 
-    (For 2 lanes there, and for 8 on a map of 16 x 16, see ``lanes_2`` and ``lanes_8``.)
-
     Segments between any two cells arrive at any time, with and without cycles between. Assumed are
     the claims of the proof ``lane_set_up``: length, start, direction, place of
     each lane's first cell, and a token for each group. The lanes may start anywhere and go any
@@ -133,7 +131,19 @@ def _at(start, descending, k):
     return Mux(descending, start - k, start + k)
 
 
-PROOF = Proof(
+class TwoTogether(Together):
+    """Proved for all time, by induction, as there, for 2 lanes on a map of 8 x 8 cells."""
+
+    LANES, MAP_SIZE = 2, 8
+
+
+class EightTogether(Together):
+    """Proved for all time, by induction, as there, for 8 lanes on a map of 16 x 16 cells."""
+
+    LANES, MAP_SIZE = 8, 16
+
+
+FOUR = Proof(
     claim=Together,
     depth=4,
     induction=4,
@@ -157,3 +167,10 @@ PROOF = Proof(
         "a step of the segment before": (Lanes, ("step.eq(self.step)", "step.eq(step)")),
     },
 )
+
+
+PROOFS = {
+    "lanes": FOUR,
+    "lanes_2": Proof(TwoTogether, depth=6, reached=8, long=True, induction=6, faults=FOUR.faults),
+    "lanes_8": Proof(EightTogether, depth=4, reached=8, long=True, induction=4, faults=FOUR.faults),
+}

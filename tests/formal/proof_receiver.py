@@ -283,7 +283,7 @@ PROOF = Proof(
         ),
         "bytes of a dropped frame stay": (
             FrameReceiver,
-            ("with m.If(~(whole & right & room)):", "with m.If(~(whole & room)):"),
+            ("tail.eq(committed + 1)", "tail.eq(tail)"),
         ),
         "a body without room for all of it passes": (
             FrameReceiver,

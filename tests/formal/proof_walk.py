@@ -6,8 +6,7 @@ from amaranth.hdl import Assert, Assume, Cover
 from pathgene.hdl.config import Config
 from pathgene.hdl.feasibility.two_tier.cell_walker import CellWalker
 from pathgene.hdl.layouts import point_layout
-from tests.formal.cells import Segment
-from tests.formal.parts import Opened, free
+from tests.formal.parts import Opened, Segment, free
 from tools.formal import Proof
 
 

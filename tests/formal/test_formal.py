@@ -3,7 +3,7 @@
 import pytest
 
 from pathgene.hdl.primitives.buffers import SkidBuffer
-from tools.formal import Proof, altered, check, load, main, proofs
+from tools.formal import Proof, altered, check, main, proofs
 
 
 def marks(proof, what):
@@ -19,19 +19,18 @@ CHECKS = [
         id=f"{name}-{what}",
         marks=marks(proof, what),
     )
-    for name in proofs()
-    for proof in [load(name)]
+    for name, proof in proofs().items()
     for what in proof.checks
 ]
 
 
 @pytest.mark.parametrize(("name", "what"), CHECKS)
 def test_proof(name, what):
-    check(name, load(name), what)
+    check(name, proofs()[name], what)
 
 
 def test_a_claim_that_does_not_hold_is_refuted():
-    proof = load("skid")
+    proof = proofs()["skid"]
     ((_, *changes), *_) = proof.faults.values()
 
     def claim(unit):
@@ -44,18 +43,20 @@ def test_a_claim_that_does_not_hold_is_refuted():
 
 def test_a_fault_that_breaks_nothing_is_told():
     harmless = {"none": (SkidBuffer, ("empty.eq(1)", "empty.eq(1 | empty)"))}
-    proof = Proof(claim=load("skid").claim, depth=4, faults=harmless)
+    proof = Proof(claim=proofs()["skid"].claim, depth=4, faults=harmless)
     with pytest.raises(AssertionError, match="'none' is not noticed"):
         check("skid-harmless", proof, "none")
 
 
 def test_proofs_that_are_incomplete_are_refused():
     with pytest.raises(ValueError, match=r"^A proof must have at least one fault$"):
-        Proof(claim=load("skid").claim, depth=4, faults={})
+        Proof(claim=proofs()["skid"].claim, depth=4, faults={})
     with pytest.raises(ValueError, match=r"^Long checks must be checks of the proof$"):
-        Proof(claim=load("skid").claim, depth=4, faults=load("skid").faults, long=("nothing",))
+        Proof(
+            claim=proofs()["skid"].claim, depth=4, faults=proofs()["skid"].faults, long=("nothing",)
+        )
     with pytest.raises(ValueError, match=r"^Depth must be at least the length of the induction$"):
-        Proof(claim=load("skid").claim, depth=1, induction=2, faults=load("skid").faults)
+        Proof(claim=proofs()["skid"].claim, depth=1, induction=2, faults=proofs()["skid"].faults)
 
 
 def test_only_text_that_occurs_once_is_altered():

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The control unit: order of the units, hand-overs without a cycle between, and counters."""
 
 import random

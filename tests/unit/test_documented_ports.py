@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Docstrings of components list their ports: all of them, with their directions and widths."""
 
 import inspect

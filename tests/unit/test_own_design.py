@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The example of a design with our units: it is elaborated, simulated and exported."""
 
 import random

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Parameters of all units: kept, checked and documented as they are declared."""
 
 import gc
@@ -13,9 +12,6 @@ from pathgene.hdl.primitives.buffers import SkidBuffer
 from pathgene.hdl.primitives.unit import Choice, Count, InstanceOf, PowerOfTwo, Unit
 from tests.support.gateware.unit_pool import CHIPS, components_of_chips, unit_classes
 
-
-# Units are built to be looked at, and inner units with them.
-pytestmark = pytest.mark.filterwarnings("ignore::amaranth.hdl.UnusedElaboratable")
 
 #: Rules of the parameters by name, for the units that the next table does not list.
 RULES = {

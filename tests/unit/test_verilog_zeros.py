@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Verilog without the zeros of memories that are written before they are read."""
 
 import difflib

@@ -1,11 +1,11 @@
-"""Drivers of streams for test benches in the Amaranth simulator."""
+"""Drivers of streams and of pipelines for test benches in the Amaranth simulator."""
 
 import itertools
 
 from amaranth.sim import Simulator
 
 
-__all__ = ["collect", "put", "simulate"]
+__all__ = ["collect", "drive", "outputs", "pass_through", "put", "simulate", "watch"]
 
 
 async def put(ctx, stream, payload, limit=10_000):
@@ -43,3 +43,67 @@ def simulate(dut, *benches, background=()):
     for bench in background:
         simulator.add_testbench(bench, background=True)
     simulator.run()
+
+
+def outputs(dut, output, inputs):
+    """Return the output that each of ``inputs``, ports with their values, has ``latency`` later."""
+    seen = []
+
+    async def bench(ctx):
+        for ports in inputs:
+            for port, value in ports.items():
+                ctx.set(getattr(dut, port), value)
+            seen.append(ctx.get(getattr(dut, output)))
+            await ctx.tick()
+        for _ in range(dut.latency):
+            seen.append(ctx.get(getattr(dut, output)))
+            await ctx.tick()
+
+    simulate(dut, bench)
+    return seen[dut.latency :]
+
+
+async def drive(ctx, stream, words, pauses=(0,), limit=100_000):
+    """Offer ``words`` one by one, each after the next of ``pauses`` in idle cycles."""
+    for word, pause in zip(words, itertools.cycle(pauses), strict=False):
+        if pause:
+            await ctx.tick().repeat(pause)
+        await put(ctx, stream, word, limit)
+
+
+def watch(stream, words, pauses=(0,)):
+    """Return a background process that appends every word to ``words``, with its cycle.
+
+    It checks that an offer stays until it is accepted.
+    """
+
+    async def process(ctx):
+        pause = itertools.cycle(pauses)
+        left = next(pause)
+        offered = None
+        cycle = 0
+        while True:
+            ctx.set(stream.ready, left == 0)
+            *_, valid, word = await ctx.tick().sample(stream.valid, stream.payload)
+            assert offered is None or (valid and word == offered), "an offer was taken back"
+            offered = word if valid and left else None
+            if valid and left == 0:
+                words.append((cycle, word))
+                left = next(pause)
+            elif left:
+                left -= 1
+            cycle += 1
+
+    return process
+
+
+def pass_through(dut, words, drive_pauses, watch_pauses):
+    """Send ``words`` through a unit with one stream in and out; return each with its cycle."""
+    passed = []
+
+    async def feed(ctx):
+        await drive(ctx, dut.words, words, drive_pauses)
+        await ctx.tick().repeat(6)
+
+    simulate(dut, feed, background=[watch(dut.passed, passed, watch_pauses)])
+    return passed

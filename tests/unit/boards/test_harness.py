@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The registers around a unit reach every input and observe every output."""
 
 import itertools

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Bench of the command receiver, which drives it as the control unit does."""
 
 from pathgene.hdl.command.receiver import CommandReceiver

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Parser of the cells of a MAP: places of the cells, and payloads of a wrong length."""
 
 import random

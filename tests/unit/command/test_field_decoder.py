@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Members of the decoder, which the receiver around it tests otherwise."""
 
 import pytest

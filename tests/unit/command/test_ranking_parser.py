@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Parser of the order of a GENERATE: permutations pass, and nothing is done before they apply."""
 
 import random

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Command receiver: every command, whole or broken."""
 
 import pytest

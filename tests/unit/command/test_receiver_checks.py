@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Command receiver: the commands of the collision checker, whole or broken."""
 
 import pytest

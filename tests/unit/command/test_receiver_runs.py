@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Command receiver: the commands of the planner core, whole or broken."""
 
 import dataclasses

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Reply transmitter: the body of every answer, byte by byte."""
 
 import random

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """A chip without a genetic core: its commands in gateware and model."""
 
 import random

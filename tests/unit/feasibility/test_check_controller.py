@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The checking unit with a checker: its answers to the host, byte for byte the model's."""
 
 import random

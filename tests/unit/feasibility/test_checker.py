@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Behaviour that all builds of the checker share."""
 
 import numpy as np

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The check with the paper's interface: a path memory, enable, flags."""
 
 import itertools

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """A bank of the map: both ports, both latencies, one block RAM deep and more."""
 
 import random

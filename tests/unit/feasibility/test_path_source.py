@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The points that the checker is offered: all of them, in order, and one in every cycle."""
 
 import random

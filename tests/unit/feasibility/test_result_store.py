@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Results of a check: the kept part, and its way over the link."""
 
 import random

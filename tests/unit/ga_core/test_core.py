@@ -1,7 +1,7 @@
-# amaranth: UnusedElaboratable=no
 """The whole core against the model: populations, slots, mutations and cycles.
 
-``tests/cosim/cosim_core.py`` runs the paper's population, compiled.
+``tests/cosim/cosim_core.py`` runs the paper's population, compiled. On a chip with a map, no new
+waypoint lies in the ground.
 """
 
 import random
@@ -9,8 +9,9 @@ import random
 import pytest
 from amaranth.hdl import Value
 
-from pathgene.hdl.config import SurvivorSelection
+from pathgene.hdl.config import CheckerBuild, Config, MutationKind, SurvivorSelection
 from pathgene.hdl.protocol import ChipState, Counter
+from pathgene.sim.model.mutation import Limits
 from tests.support.gateware.chips import TINY
 from tests.support.gateware.core_driver import Driver, fill, ranked_after, shuffled, simulate
 
@@ -160,3 +161,175 @@ def test_nothing_is_accepted_during_a_generation():
         assert ctx.get(dut.start_requests.ready)
 
     simulate(TINY, bench)
+
+
+SMALL = TINY.replace(checker=CheckerBuild.PARALLEL, box_percent=60)
+MAP_CONFIGS = {
+    "small": SMALL,
+    "no_redraws": SMALL.replace(redraws=0),
+    "most_redraws": SMALL.replace(redraws=7, max_waypoints=5),
+    "near_memory": SMALL.replace(memory_latency=1),
+    "longest": SMALL.replace(max_waypoints=20, checker=CheckerBuild.TWO_TIER, lanes=1),
+    "more_patches": SMALL.replace(max_waypoints=5, survivors=1, elites=1, children=6, inserts=3),
+}
+
+
+def highest(config):
+    """Return limits that keep new waypoints on the map, and nothing else."""
+    return Limits(config.map_size - 1, config.map_size - 1, config.blocked_altitude - 1)
+
+
+@pytest.mark.parametrize("name", MAP_CONFIGS)
+def test_matches_model_with_a_map(name):
+    """Maps that hit often, with and without regard to the ground, loads and reads in between."""
+    config = MAP_CONFIGS[name]
+
+    async def bench(ctx, dut):
+        rng = random.Random(name)
+        driver = Driver(ctx, dut, rng, (0, 2, 0, 1) if name == "more_patches" else (0,))
+        left_out = redrawn = waited = refused = 0
+        await fill(driver)
+        for generation in range(18):
+            if generation % 6 == 0:
+                driver.survey(highest=rng.choice((4, 9, 15)))
+                # At first the ground does not matter.
+                avoids = generation > 0
+                limits = rng.choice((None, highest(config)))
+                await driver.start(rng.getrandbits(64), limits=limits, avoid_ground=avoids)
+            done = await driver.generate(shuffled(rng, config))
+            if not avoids:
+                assert not done.left_out
+                assert not done.redrawn
+            left_out += done.left_out
+            redrawn += done.redrawn
+            refused += done.refused
+            waited += done.mutation_cycles > 2
+            if generation % 4 == 1:
+                await driver.load(rng.randrange(config.population), driver.path())
+            if generation % 6 == 2:
+                slot = rng.randrange(config.population)
+                count = rng.randint(1, config.population - slot)
+                assert await driver.read(slot, count) == driver.model.paths[slot : slot + count]
+        await driver.check_population()
+        counters = ctx.get(dut.counters)
+        assert (counters[Counter.LEFT_OUT], counters[Counter.REDRAWN]) == (left_out, redrawn)
+        assert counters[Counter.REFUSED_MUTATIONS] == refused
+        assert left_out > 0
+        assert (refused > 0) == (name != "longest")
+        assert (redrawn > 0) == (config.redraws > 0)
+        assert waited > 0
+
+    simulate(config, bench)
+
+
+def test_new_waypoints_are_above_the_ground():
+    """Judged only by the results: the cell of each is lower, and was looked up at its turn."""
+    config = SMALL.replace(redraws=1)
+
+    async def bench(ctx, dut):
+        rng = random.Random(11)
+        driver = Driver(ctx, dut, rng)
+        driver.survey(lowest=3, highest=12)
+        await driver.start(1, limits=highest(config), avoid_ground=True)
+        kinds = []
+        for generation in range(20):
+            if generation % 3 == 0:
+                await fill(driver, 3)
+            done = await driver.generate(shuffled(rng, config))
+            heights = driver.terrain.heights
+            for number, mutated in enumerate(done.mutations[: config.patches]):
+                x, y = mutated.waypoint & 15, mutated.waypoint >> 4 & 15
+                tried = driver.lookups[number :: config.patches]
+                if mutated.applied:
+                    assert mutated.waypoint >> 8 > heights[y, x]
+                    assert tried[mutated.redraws] == (x, y)
+                elif mutated.left_out:
+                    assert len(tried) == config.candidates
+                kinds.append((mutated.kind, mutated.applied, mutated.redraws))
+        for kind in (MutationKind.PERTURB, MutationKind.INSERT):
+            assert {(kind, True, 0), (kind, True, 1), (kind, False, 1)} <= set(kinds)
+
+    simulate(config, bench)
+
+
+@pytest.mark.ci
+@pytest.mark.parametrize(("memory_latency", "redraws"), [(2, 0), (2, 2), (2, 7), (1, 2)])
+def test_cycles_of_a_generation(memory_latency, redraws):
+    """All above the ground, then all in it; the shortest paths, then the longest."""
+    config = SMALL.replace(max_waypoints=20, memory_latency=memory_latency, redraws=redraws)
+    lookup = 2 + memory_latency
+    assert config.lookup_latency == lookup
+
+    async def bench(ctx, dut):
+        rng = random.Random(12)
+        driver = Driver(ctx, dut, rng)
+        for ground, candidates in ((0, 2), (config.blocked_altitude, 2 * (1 + redraws))):
+            driver.survey(ground, ground)
+            for length in (2, 20):
+                # A candidate at altitude 0 would not be above the ground there.
+                await driver.start(5, limits=highest(config), avoid_ground=ground > 0)
+                await fill(driver, length)
+                await driver.generate(shuffled(rng, config))
+                needed = candidates
+                if length == 20:
+                    # No path has room to insert: the last candidate is the perturbing mutator's.
+                    needed = candidates - 1
+                expected = max(length + 4, needed + lookup + 6)
+                assert ctx.get(dut.counters)[Counter.LONGEST] == expected
+
+    simulate(config, bench)
+
+
+def test_all_redraws_hide_behind_the_longest_paths():
+    """With the default sizes; the requirement is ``max_waypoints + 8`` cycles."""
+    config = Config(checker=CheckerBuild.PARALLEL)
+    needed = config.patches * config.candidates
+    assert needed + config.lookup_latency + 6 == 19 <= config.max_waypoints + 4
+
+
+def test_cycles_of_a_ranking_with_a_map():
+    async def bench(ctx, dut):
+        driver = Driver(ctx, dut, random.Random(4))
+        await driver.rank(range(SMALL.population))
+        assert await ranked_after(driver) == SMALL.mutators + SMALL.patches + 18
+
+    simulate(SMALL, bench)
+
+
+@pytest.mark.ci
+@pytest.mark.parametrize("event", ["start", "write", "rank", "generation", "read"])
+def test_event_while_waypoints_are_read_ahead(event):
+    """In every cycle of it. All but a read discard the ranking; a read only delays it."""
+    cycles = SMALL.mutators + SMALL.patches + 22
+
+    async def bench(ctx, dut):
+        rng = random.Random(5)
+        driver = Driver(ctx, dut, rng)
+        driver.survey(highest=9)
+        await driver.start(3, limits=highest(SMALL), avoid_ground=True)
+        order = shuffled(rng, SMALL)
+        for wait in range(cycles):
+            await driver.rank(order)
+            for _ in range(wait):
+                await driver.tick()
+            match event:
+                case "start":
+                    await driver.start(wait, limits=highest(SMALL), avoid_ground=True)
+                case "write":
+                    await driver.load(1, driver.path())
+                case "rank":
+                    await driver.rank([3])
+                case "generation":
+                    await driver.generate(order)
+                case "read":
+                    assert await driver.read(1, 2) == driver.model.paths[1:3]
+                    await ranked_after(driver)
+                    await driver.generate(shuffled(rng, SMALL))
+                    continue
+            for _ in range(cycles):
+                assert not ctx.get(dut.ranked)
+                await driver.tick()
+        await driver.generate(order)
+        await driver.check_population()
+
+    simulate(SMALL, bench)

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The crossover module against the model: every pair of lengths."""
 
 import itertools

@@ -1,5 +1,3 @@
-# amaranth: UnusedElaboratable=no
-
 """Draws of different numbers against the model."""
 
 import itertools

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The mutation unit against the model: plans, captured waypoints, limits, cycles."""
 
 import random

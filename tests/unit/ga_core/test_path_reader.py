@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Paths as a stream, from a population that is read in lock step."""
 
 import random

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The population: host access, lock-step reading, copies, the update, pending mutations."""
 
 import itertools

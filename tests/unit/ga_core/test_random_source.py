@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The random source's gateware against the model."""
 
 import random

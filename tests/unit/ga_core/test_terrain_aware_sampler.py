@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The sampler of waypoints above the ground: reading ahead, candidates, decisions, cycles."""
 
 import collections

@@ -7,8 +7,7 @@ import pytest
 from cobs import cobs
 
 from pathgene.hdl.link.cobs import CobsDecoder, CobsEncoder
-from tests.support.gateware.streams import simulate
-from tests.unit.link.drive import drive, watch
+from tests.support.gateware.streams import drive, simulate, watch
 
 
 # Every string of up to four of the relevant bytes, then lengths around a full block.

@@ -11,8 +11,7 @@ from pathgene.hdl.link.frame import FrameReceiver, FrameTransmitter
 from pathgene.hdl.protocol import StickyError, frame_crc
 from pathgene.hdl.protocol.codec import encode_frame
 from pathgene.sim.model.requests import FrameReceiverModel
-from tests.support.gateware.streams import simulate
-from tests.unit.link.drive import drive, watch
+from tests.support.gateware.streams import drive, simulate, watch
 
 
 CONFIG = Config(receive_buffer=256)

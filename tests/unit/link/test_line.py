@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The line counts bytes in both directions and raises `sending` during a reply."""
 
 from pathgene.hdl.link.line import Line

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """UART on a line with a different clock."""
 
 import itertools
@@ -7,8 +6,7 @@ import math
 import pytest
 
 from pathgene.hdl.link.uart import Uart, UartReceiver, UartTransmitter
-from tests.support.gateware.streams import simulate
-from tests.unit.link.drive import drive, watch
+from tests.support.gateware.streams import drive, simulate, watch
 
 
 # Every pair of successive bits, single bits, and the extremes.

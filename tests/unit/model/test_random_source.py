@@ -1,4 +1,4 @@
-"""The model of the random source, and its compiled twin."""
+"""The model of the random source, and its compiled twins."""
 
 import re
 import subprocess
@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pathgene.hdl.protocol.random_words import LANES, WARM_UP_STEPS, WORD_BITS
+from pathgene.sim.model.planner.random_words import draw, field, source, step
 from pathgene.sim.model.random_source import RandomSource, Trivium
 from pathgene.sim.model.random_stream import RandomStream, main
 
@@ -159,3 +160,22 @@ def test_stream_refuses_a_bad_seed(capsys):
         main(["--seed", "-1"])
     assert exit_info.value.code == 2
     assert re.search(r"Seed must be from 0 to 2\*\*64 - 1, not -1\n$", capsys.readouterr().err)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2**64 - 1])
+def test_words_are_those_of_the_random_source(seed):
+    words, expected = source(seed), RandomSource(seed)
+    for _ in range(200):
+        step(words)
+        first, second = expected.step()
+        assert (field(words, 0, 0, 32), field(words, 0, 32, 32)) == (
+            first & 0xFFFFFFFF,
+            first >> 32,
+        )
+        assert field(words, 1, 7, 9) == second >> 7 & 511
+        assert draw(words, 1, 16, 24, 22) == (second >> 16 & 0xFFFFFF) * 22 >> 24
+
+
+def test_seed_is_checked():
+    with pytest.raises(ValueError, match=r"^Seed must be from 0 to 2\*\*64 - 1, not -1$"):
+        source(-1)

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Best paths as bytes of the protocol, the first members of each key."""
 
 import numpy as np

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The breeder against the definition: children, margins, survivors, and its cycles."""
 
 import numpy as np

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The builder of children: its cycles and its waits; more children in ``test_breeder``."""
 
 import numpy as np

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The evolver against the definition, generation by generation, and all its cycles."""
 
 import itertools

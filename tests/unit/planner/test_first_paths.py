@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """First paths: their points and writes, by the definition, and the cycles of both."""
 
 import itertools

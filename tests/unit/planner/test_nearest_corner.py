@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Corners nearest to the ends of problems, by the definition."""
 
 import numpy as np

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The memory of waypoints against a dictionary."""
 
 import random

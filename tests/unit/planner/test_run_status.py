@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Status of runs: counters, and the key of the best path, cycle by cycle."""
 
 import random

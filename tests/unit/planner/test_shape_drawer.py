@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The drawer of shapes against the definition: corners, their order, and cycles."""
 
 import itertools

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The pool of slots: it hands out free slots, and loses none."""
 
 import random

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The sorter against Python's stable sort, and its cycles."""
 
 import bisect

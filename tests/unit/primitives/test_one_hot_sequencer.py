@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The one-hot sequencer: only a state's steps leave it, and the history has every entry."""
 
 import random

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Declared parameters of a unit: arguments, attributes, messages and docstring."""
 
 import inspect

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Fraction bits of the slopes: every length, difference and cell."""
 
 import dataclasses

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The parallel build in Amaranth's simulator: small maps, 1 to 4 lanes.
 
 8 and 16 lanes run compiled, in ``tests/cosim/test_parallel_checker.py``.
@@ -12,6 +11,7 @@ import pytest
 
 from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.hdl.feasibility.checker import Checker
+from pathgene.hdl.feasibility.parallel.terrain_memory import TerrainMemory
 from pathgene.sim.model.checker import TerrainModel, check_path, segment_cells
 from pathgene.sim.model.checker_cycles import batch_cycles
 from tests.support.gateware.checker_cases import ground, paths_of, random_batch
@@ -354,3 +354,8 @@ def test_wrong_config():
         Checker("big")
     with pytest.raises(ValueError, match=r"^Config.checker must name a build, not 'none'$"):
         Checker(Config(checker="none"))
+
+
+@pytest.mark.parametrize(("lanes", "edge"), [(1, 1), (2, 1), (4, 2), (8, 4), (16, 8)])
+def test_banks_along_an_edge(lanes, edge):
+    assert TerrainMemory(lanes, 5, 4, 1).bank_edge == edge

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Set-up and walker of the two-tier build: cells, exact altitudes, and the cycles between them."""
 
 import itertools
@@ -11,7 +10,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.feasibility.two_tier.cell_walker import CellWalker
+from pathgene.hdl.feasibility.two_tier.cell_walker import AltitudeComparator, CellWalker
 from pathgene.hdl.feasibility.two_tier.segment_setup import TwoTierSegmentSetup
 from pathgene.hdl.layouts import point_layout
 from pathgene.sim.model.checker import to_coarse, walk
@@ -157,3 +156,8 @@ def test_loses_no_cycle():
         seen, taken = visits(CONFIG, [path])
         first = taken[1] + FIRST - 1
         assert [cycle for cycle, _ in seen] == list(range(first, first + len(seen)))
+
+
+@pytest.mark.parametrize("memory_latency", [1, 2])
+def test_latency_of_a_comparison(memory_latency):
+    assert AltitudeComparator(5, 4, 3, memory_latency).latency == memory_latency + 3

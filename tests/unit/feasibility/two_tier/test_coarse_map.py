@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The coarse map: maxima that rise and fall with rectangles, and how long that takes."""
 
 import itertools

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The schedule: values of different times and kinds meet after a fixed number of cycles."""
 
 import pytest

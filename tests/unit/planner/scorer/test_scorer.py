@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The scorer: scores and chords of its model, cycle by cycle, with pauses, after a reset."""
 
 import dataclasses

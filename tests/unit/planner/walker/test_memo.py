@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The memo against the definition: answers, values, epochs, and cycles."""
 
 import itertools

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The walker of paths against the evaluation of paths, chords of their turns included.
 
 Cycles, and many paths: ``tests/cosim/test_path_walker.py``.

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The source of segments: order, marks, and not a gap."""
 
 import itertools

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The walker of segments against the definition, in Amaranth's simulator: small maps, 1 to 4 lanes.
 
 More lanes, and all segments of a small map, run compiled, in ``tests/cosim/test_path_walker.py``.

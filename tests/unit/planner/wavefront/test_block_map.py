@@ -1,12 +1,13 @@
-# amaranth: UnusedElaboratable=no
-"""Blocks of the map: scans of all and of marked blocks, their cycles, and the ends'."""
+"""Blocks of the map: scans of all and of marked blocks, their cycles, and the lowest corners."""
+
+import random
 
 import numpy as np
 import pytest
 from amaranth.hdl import Elaboratable, Module
 
 from pathgene.hdl.planner.walker.segment_walker import SegmentWalker
-from pathgene.hdl.planner.wavefront.block_map import BlockMap
+from pathgene.hdl.planner.wavefront.block_map import BlockMap, LowestCorner
 from pathgene.hdl.protocol.planner import BLOCKS
 from pathgene.sim.model.planner.definition import wavefront
 from pathgene.sim.model.planner.definition.score import corner_of
@@ -197,3 +198,28 @@ def test_map_of_a_walker(config, lanes, latency):
 def test_lanes_are_within_the_map():
     with pytest.raises(ValueError, match=r"^Lanes must be a power of two from 1 to 4, not 8$"):
         BlockMap(8, 2, 4, 1)
+
+
+@pytest.mark.parametrize("lanes", [1, 2, 8])
+def test_random_rows(lanes):
+    rng, dut = random.Random(lanes), LowestCorner(lanes, 3)
+    rows = [([rng.randrange(8) for _ in range(lanes)], rng.getrandbits(lanes)) for _ in range(500)]
+    found = []
+
+    async def bench(ctx):
+        for cycle in range(len(rows) + dut.latency):
+            corners, counts = rows[min(cycle, len(rows) - 1)]
+            for port, value in zip(dut.corners, corners, strict=True):
+                ctx.set(port, value)
+            ctx.set(dut.counts, counts)
+            if cycle >= dut.latency:
+                found.append(ctx.get(dut.lowest))
+            await ctx.tick()
+
+    simulate(dut, bench)
+    for (corners, counts), lowest in zip(rows, found, strict=True):
+        counted = [(corner, lane) for lane, corner in enumerate(corners) if counts >> lane & 1]
+        assert lowest.none == (not counted)
+        assert lowest.blocked == any(corner == 7 for corner, _ in counted)
+        if counted:
+            assert (lowest.altitude, lowest.lane) == min(counted)

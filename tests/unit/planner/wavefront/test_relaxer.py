@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Single passes over the blocks: costs and falls, forwards and backwards."""
 
 import numpy as np

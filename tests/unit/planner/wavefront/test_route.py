@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Routes over random costs and steps: the first of the least, and the straight line."""
 
 import numpy as np

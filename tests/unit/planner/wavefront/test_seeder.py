@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Seeds: the definition's paths and words, a word a cycle, and with pauses."""
 
 import random

@@ -1,23 +1,185 @@
-# amaranth: UnusedElaboratable=no
-"""The ECP5's memory equals the simulated one in every cycle, and boards use it."""
+"""Cells of the ECP5 equal the primitives in every cycle; Yosys proves the maps for arithmetic."""
 
 import functools
+import json
 import re
+from itertools import product
 from types import SimpleNamespace
 
 import pytest
 from amaranth.back import verilog
 
-from pathgene.hdl.boards.ecp5 import MAP_SITES
+from pathgene.hdl.boards.ecp5 import ARITHMETIC, MAP_SITES, PLANNER_OVERRIDES
 from pathgene.hdl.boards.ecp5_cells import Ecp5Cells, Ecp5Memory
+from pathgene.hdl.boards.tools import BuildError, run_tool
 from pathgene.hdl.config import Config
 from pathgene.hdl.feasibility.map_memory import MapMemory
 from pathgene.hdl.feasibility.parallel.terrain_memory import TerrainMemory
+from pathgene.hdl.primitives.arithmetic import AddSubtract, Multiplier
 from pathgene.hdl.primitives.storage import BlockMemory
 from tests.support.gateware.ecp5_twins import ECP5, twins_of
 
 
-def primitive():
+#: Odd and even widths, factors with and without a sign, as wide as the result and shorter.
+SIZES = list(product((7, 8, 9, 16), (0, 1), (3, 16)))
+
+
+def prove(folder, maps, *, width, sign, first_width):
+    """Prove that a mapped ``$alu`` equals the simple one, whatever comes into its first cell."""
+    first_width = min(first_width, width)
+    (folder / "maps.v").write_text(maps)
+    (folder / "alu.v").write_text(
+        f"module simple(input [{first_width - 1}:0] A, input [{width - 1}:0] B, input CI, BI,"
+        f" output [{width - 1}:0] X, Y, CO);"
+        f"\\$alu #(.A_SIGNED({sign}), .B_SIGNED({sign}), .A_WIDTH({first_width}),"
+        f" .B_WIDTH({width}), .Y_WIDTH({width})) alu (.A, .B, .CI, .BI, .X, .Y, .CO);"
+        " endmodule"
+    )
+    script = [
+        "read_verilog -sv -icells alu.v; copy simple mapped; design -stash both",
+        "design -copy-from both mapped; techmap -map maps.v t:$alu",
+        "select -assert-none t:$alu",
+        "read_verilog -nooverwrite +/lattice/cells_sim_ecp5.v; hierarchy -top mapped; proc",
+        "flatten; setundef -undriven -anyconst; opt_clean; select -assert-any t:$anyconst",
+        "design -stash flat; design -copy-from both simple; design -copy-from flat mapped",
+        "miter -equiv -flatten -make_assert simple mapped proof",
+        "sat -verify -prove-asserts proof",
+    ]
+    run_tool("yosys", ["-q", "-p", "; ".join(script)], folder)
+
+
+@pytest.mark.ci
+@pytest.mark.parametrize(("width", "sign", "first_width"), SIZES)
+def test_a_chain_is_the_sum(width, sign, first_width, tmp_path):
+    prove(tmp_path, ARITHMETIC.read_text(), width=width, sign=sign, first_width=first_width)
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [("{A_buf, CI}", "{A_buf, 1'b0}"), ("sum[i+2]", "sum[i+1]"), ("carry[i/2+1]", "carry[i/2]")],
+)
+def test_a_wrong_chain_is_noticed(right, wrong, tmp_path):
+    maps = ARITHMETIC.read_text()
+    assert right in maps
+    with pytest.raises(BuildError):
+        prove(tmp_path, maps.replace(right, wrong), width=8, sign=0, first_width=8)
+
+
+class Platform:
+    """A platform of the family."""
+
+    cells = Ecp5Cells()
+
+
+def test_a_chain_has_no_cell_before_it(tmp_path):
+    """Both kinds of sums take one chain; only its first bit feeds it."""
+    text = verilog.convert(
+        AddSubtract(8), name="chip", platform=Platform(), strip_internal_attrs=True
+    )
+    (tmp_path / "chip.v").write_text(text)
+    script = "\n".join(
+        [
+            "read_verilog chip.v",
+            PLANNER_OVERRIDES["script_after_read"],
+            f"synth_ecp5 {PLANNER_OVERRIDES['synth_opts']} -top chip",
+            PLANNER_OVERRIDES["script_after_synth"],
+            "write_json chip.json",
+        ]
+    )
+    (tmp_path / "chip.ys").write_text(script)
+    run_tool("yosys", ["-q", "chip.ys"], tmp_path)
+    cells = json.loads((tmp_path / "chip.json").read_text())["modules"]["chip"]["cells"].values()
+    cells = [cell for cell in cells if cell["type"] != "$scopeinfo"]
+    chain = [cell["connections"]["CIN"][0] for cell in cells if cell["type"] == "CCU2C"]
+    # A bit to begin with, and eight; the last cell's other bit would be the carry out.
+    assert len(chain) == 5
+    assert chain.count("x") == 1
+    assert len(cells) == len(chain)
+
+
+def multiplier():
+    """Return a Verilog model of MULT18X18D, after its data sheet, for the options in use."""
+    first, second, third = (
+        ", ".join(f"{name}{i}" for i in reversed(range(18))) for name in ("A", "B", "C")
+    )
+    product = ", ".join(f"P{i}" for i in reversed(range(36)))
+    names = ["INPUTA_CLK", "INPUTB_CLK", "INPUTC_CLK", "PIPELINE_CLK"]
+    names += ["OUTPUT_CLK", "OUTPUT_CE", "OUTPUT_RST"]
+    parameters = [f"parameter REG_{name} = 0" for name in names]
+    parameters += [
+        f"parameter {name} = 0" for name in ("SOURCEB_MODE", "MULT_BYPASS", "RESETMODE", "GSR")
+    ]
+    return f"""
+        module MULT18X18D #({", ".join(parameters)}) (
+            input CLK0, CE0, RST0, SIGNEDA, SIGNEDB, SOURCEA, SOURCEB,
+            input {first}, {second}, {third}, output {product});
+            wire signed [18:0] first = {{SIGNEDA & A17, {first}}};
+            wire signed [18:0] second = {{SIGNEDB & B17, {second}}};
+            wire [35:0] now = first * second;
+            reg [35:0] then;
+            wire plain = REG_INPUTA_CLK == "NONE" && REG_INPUTB_CLK == "NONE"
+                && REG_PIPELINE_CLK == "NONE" && MULT_BYPASS == "DISABLED" && !SOURCEA && !SOURCEB;
+            assign {{{product}}} = !plain ? 36'bx : REG_OUTPUT_CLK == "CLK0" ? then : now;
+            always @(posedge CLK0) if (RST0) then <= 0; else if (CE0) then <= now;
+        endmodule
+        """
+
+
+MULTIPLIER_BENCH = """
+module bench;
+    reg clk = 0;
+    reg [{first}:0] first = 0;
+    reg [{second}:0] second = 0;
+    wire [{top}:0] simulated, built;
+    simulated one(.clk(clk), .rst(1'b0), .first(first), .second(second), .product(simulated));
+    built other(.clk(clk), .rst(1'b0), .first(first), .second(second), .product(built));
+    integer cycle, seed = 7, differing = 0, seen = 0;
+    initial begin
+        for (cycle = 0; cycle < 5000; cycle = cycle + 1) begin
+            first = cycle % 3 ? $random(seed) : cycle % 2 ? 0 : {{(1 + {first}){{1'b1}}}};
+            second = cycle % 5 ? $random(seed) : {{1'b1, {second}'b0}};
+            #1 clk = 1;
+            #1 clk = 0;
+            #1 if (simulated !== built) differing = differing + 1;
+            if (^built !== 1'bx && built != 0) seen = seen + 1;
+        end
+        $display("%0d differ, %0d seen", differing, seen);
+    end
+endmodule
+"""
+
+
+@pytest.mark.parametrize(
+    ("bits", "shift", "signs"),
+    [
+        ((13, 18), 17, (True, True)),
+        ((16, 16), 0, (True, True)),
+        ((18, 18), 5, (True, True)),
+        ((18, 18), 0, (False, False)),
+        ((18, 18), 0, (True, False)),
+        ((17, 18), 1, (False, True)),
+    ],
+)
+def test_equals_the_simulated_product(bits, shift, signs, tmp_path, icarus):
+    bench = MULTIPLIER_BENCH.format(
+        first=bits[0] - 1, second=bits[1] - 1, top=sum(bits) - shift - 1
+    )
+    simulated, built = twins_of(
+        lambda: Multiplier(bits, shift, signs), multiplier(), bench, tmp_path
+    )
+    assert built.count("MULT18X18D") == 1
+    assert "always @(posedge" not in built
+    assert "MULT18X18D" not in simulated
+
+
+@pytest.mark.parametrize("bits", [(13, 19), (18, 3)], ids=["wide", "narrow"])
+def test_other_factors_use_the_generic_product(bits):
+    built = verilog.convert(Multiplier(bits), platform=ECP5, emit_src=False)
+    assert built == verilog.convert(Multiplier(bits), emit_src=False)
+    assert "MULT18X18D" not in built
+
+
+def memory_primitive():
     """Return a Verilog model of DP16KD, after its data sheet, for the options in use."""
     pins, behaviour = ["input CLKA, CLKB"], []
     for port in "AB":
@@ -57,7 +219,7 @@ def primitive():
     )
 
 
-BENCH = """
+MEMORY_BENCH = """
 module bench;
     reg clk = 0, write = 0;
     reg [{bits}:0] address_a = 0, address_b = 0;
@@ -103,7 +265,7 @@ endmodule
     ],
 )
 def test_equals_the_simulated_memory(rows, width, ports, tmp_path, icarus):
-    bench = BENCH.format(
+    bench = MEMORY_BENCH.format(
         rows=rows,
         bits=rows.bit_length() - 2,
         top=width - 1,
@@ -112,7 +274,7 @@ def test_equals_the_simulated_memory(rows, width, ports, tmp_path, icarus):
         differs_b="simulated_b !== built_b" if ports == 2 else "0",
     )
     make = functools.partial(BlockMemory, rows=rows, width=width, latency=2, ports=ports)
-    simulated, built = twins_of(make, primitive(), bench, tmp_path)
+    simulated, built = twins_of(make, memory_primitive(), bench, tmp_path)
     assert "DP16KD" in built
     assert "DP16KD" not in simulated
 

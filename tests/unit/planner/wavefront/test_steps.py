@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Costs of steps, and the constants that they take, against the definition."""
 
 import dataclasses

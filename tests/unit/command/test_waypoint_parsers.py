@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Parser of the points of a CHECK: the allowed numbers of points."""
 
 import random

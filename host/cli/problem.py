@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pathgene.host.cli.arguments import Commands, add_command, add_command_group
 from pathgene.host.cli.output import print_json, print_pairs
@@ -13,6 +14,9 @@ from pathgene.host.files.output import output_file, prepare_file
 from pathgene.host.files.special import is_special
 from pathgene.host.planners import DEFAULT
 
+
+if TYPE_CHECKING:
+    from pathgene.host.remarks import Reading
 
 __all__ = ["add", "check", "new"]
 
@@ -84,6 +88,7 @@ def check(args: argparse.Namespace) -> int:
         "terrain": problem.terrain.describe(),
         "uav": problem.aircraft.name,
         "zones": len(problem.zones),
+        "read": {"zones": mission.zones_reading.to_dict()},
         "points": [list(point) for point in mission.way],
         "legs": mission.legs,
         "straight_m": mission.straight_m,
@@ -105,6 +110,7 @@ def check(args: argparse.Namespace) -> int:
                 ("terrain", problem.terrain.name),
                 ("aircraft", problem.aircraft.name),
                 ("no-fly zones", str(len(problem.zones))),
+                *_read(mission.zones_reading),
                 *((name, f"{x:.1f}, {y:.1f}, altitude {z:.1f} m") for name, (x, y, z) in names),
                 ("straight lines", f"{report['straight_m']:.1f} m"),
                 ("rules", rules),
@@ -112,3 +118,14 @@ def check(args: argparse.Namespace) -> int:
             ]
         )
     return 0
+
+
+def _read(reading: Reading) -> Iterator[tuple[str, str]]:
+    """Yield what was read from the files of zones: each zone on the map, and the remarks."""
+    for file in reading.facts.get("files", ()):
+        for zone in file["zones"]:
+            limits = f"{zone['lower'] or 'ground'} to {zone['upper'] or 'the sky'}"
+            parts = (zone["part"], limits, zone["times"], zone["reason"])
+            yield "  zone", ", ".join(part for part in parts if part)
+    for remark in reading.remarks:
+        yield f"  {remark.grade}", remark.text

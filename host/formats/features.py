@@ -70,10 +70,18 @@ class Limit:
         Metres above the reference; of a flight level, in the standard atmosphere.
     reference : Reference
         Surface that the height is measured from.
+    text : str
+        The limit as the file states it, such as ``FL 95``; empty for metres.
     """
 
     height_m: float
     reference: Reference
+    text: str = ""
+
+    @property
+    def described(self) -> str:
+        """The limit in words."""
+        return self.text or f"{self.height_m:g} m {self.reference}"
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -48,6 +49,9 @@ __all__ = [
 
 Values = Mapping[str, Any]
 
+# Pressures at sea level that the weather has had, hPa, with some room.
+_PRESSURES_HPA = (850.0, 1100.0)
+
 
 def load_mission(file: str | Path) -> Mission:
     """Return the mission of a problem file; it has one leg without via points and a return.
@@ -83,18 +87,24 @@ def mission_of(values: Values, terrain: Terrain | None = None) -> Mission:
     aircraft = aircraft_of(values)
     terrain = terrain_of(values) if terrain is None else terrain
     start, goal = (_needed(values, name, terrain) for name in ("start", "goal"))
+    read = read_zones_of(values, terrain)
     problem = Problem(
         terrain,
         start,
         goal,
         aircraft,
-        zones_of(values, terrain),
+        read.zones,
         values.get("wind") or (0.0, 0.0),
         values.get("ds"),
         agl=bool(values.get("agl")),
         **rules_of(values),
     )
-    return Mission(problem, via_of(values, terrain), bool(values.get("return_to_start")))
+    return Mission(
+        problem,
+        via_of(values, terrain),
+        bool(values.get("return_to_start")),
+        zones_reading=read.reading,
+    )
 
 
 def search_of(values: Values) -> Search:
@@ -194,7 +204,8 @@ def read_zones_of(values: Values, terrain: Terrain) -> ReadZones:
     InputError
         If one is bad.
     """
-    options = ZoneOptions(skip_bad=bool(values.get("skip_bad_zones")))
+    has_files = values.get("nofly") or any("file" in each for each in values.get("zones") or ())
+    options = _zone_options(values, aircraft_of(values) if has_files else None)
     files: list[tuple[str, ReadZones]] = []
     zones: list[Zone] = []
 
@@ -221,6 +232,46 @@ def read_zones_of(values: Values, terrain: Terrain) -> ReadZones:
             tuple(remark for _, each in files for remark in each.reading.remarks),
         ),
     )
+
+
+def _zone_options(values: Values, aircraft: Aircraft | None) -> ZoneOptions:
+    """Return the choices on how zones are read, for the flight of an aircraft.
+
+    Raises
+    ------
+    InputError
+        If one is bad.
+    """
+    forbid = values.get("forbid")
+    ceilings = [values.get("ceiling"), aircraft.service_ceiling_m if aircraft else None]
+    qnh_hpa = values.get("qnh")
+    if qnh_hpa is not None and not _PRESSURES_HPA[0] <= qnh_hpa <= _PRESSURES_HPA[1]:
+        raise InputError(
+            f"The pressure at sea level must be {_PRESSURES_HPA[0]:g} to {_PRESSURES_HPA[1]:g} "
+            f"hPa, not {qnh_hpa:g} (--qnh)."
+        )
+    return ZoneOptions(
+        skip_bad=bool(values.get("skip_bad_zones")),
+        forbid=None if forbid is None else tuple(forbid.split(",")),
+        departure=_departure(values.get("departure")),
+        qnh_hpa=qnh_hpa,
+        ceiling_m=min((each for each in ceilings if each is not None), default=None),
+    )
+
+
+def _departure(text: str | None) -> datetime | None:
+    if text is None:
+        return None
+    try:
+        moment = datetime.fromisoformat(text)
+    except ValueError:
+        moment = None
+    if moment is None or moment.tzinfo is None:
+        raise InputError(
+            f"The departure must be a date and time with a time zone, as in "
+            f"2026-05-01T09:00+02:00 or 2026-05-01T07:00Z, not {text!r} (--departure)."
+        )
+    return moment
 
 
 def end_of(values: Values, name: str, terrain: Terrain) -> Point | None:

@@ -18,10 +18,13 @@ from pathgene.host.problem.ends import Point, check_above_ground, end_point
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.way import WayProblem
 from pathgene.host.problem.zones import Zone
+from pathgene.host.remarks import Reading
 from pathgene.host.terrain.surface import surface_below
 
 
 __all__ = ["Mission"]
+
+_NOT_READ = Reading()
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -44,6 +47,8 @@ class Mission:
         a via point.
     agl, geo : bool
         As for :class:`Problem`, of the via points.
+    zones_reading : Reading
+        The report on the files of zones.
 
     Raises
     ------
@@ -57,6 +62,7 @@ class Mission:
     problem: Problem
     via: tuple[Point, ...]
     return_to_start: bool
+    zones_reading: Reading
 
     def __init__(
         self,
@@ -66,6 +72,7 @@ class Mission:
         *,
         agl: bool = False,
         geo: bool = False,
+        zones_reading: Reading = _NOT_READ,
     ) -> None:
         points = tuple(
             end_point(f"via point {number}", point, problem.terrain, agl=agl, geo=geo)
@@ -75,6 +82,7 @@ class Mission:
             ("problem", problem),
             ("via", points),
             ("return_to_start", bool(return_to_start)),
+            ("zones_reading", zones_reading),
         ):
             object.__setattr__(self, name, value)
         for name, point in zip(self.names[1:], self.way[1:], strict=True):
@@ -219,10 +227,9 @@ class Mission:
         problem = self.problem
         check_above_ground(name.removeprefix("the "), problem.terrain, point)
         x, y, z = point
-        if problem.is_in_zone(point):
+        if zone := problem.zone_at(point):
             raise InputError(
-                f"{_upper(name)} at ({x:.10g}, {y:.10g}) is inside a no-fly zone; move it or the "
-                "zone."
+                f"{_upper(name)} at ({x:.10g}, {y:.10g}) is inside {zone}; move it or the zone."
             )
         if problem.rules is None:
             return

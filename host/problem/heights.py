@@ -1,54 +1,226 @@
-"""Limits of height as files state them, in metres of the terrain's datum, on the safe side."""
+"""Limits of height as files state them, in metres of the terrain's datum, on the safe side.
+
+A limit above the ground follows the ground: the zone is divided into tiles until the ground under
+each is nearly level, or there are enough of them. In each tile the upper limit counts above the
+highest ground, the lower limit above the lowest.
+"""
 
 from __future__ import annotations
 
+import heapq
+import itertools
 import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
-from pathgene.host.formats.features import Limit, Reference
+from pathgene.host.formats.features import Feature, Limit, Reference
+from pathgene.host.problem.edges import clipped
 from pathgene.host.problem.placing import Placed
 from pathgene.host.terrain import Terrain
 
 
-__all__ = ["metres"]
+__all__ = ["Band", "Heights", "ground_under"]
+
+# Ground within these metres is level.
+_LEVEL_M = 10.0
+# Tiles of one zone, and of all zones of a file.
+_TILES, _ALL_TILES = 48, 384
+# Metres around the map that tiles cover.
+_BEYOND_M = 1000.0
+# Corners of the polygon around a circle that is divided.
+_CIRCLE_CORNERS = 180
+# Heights of the geoid over the ellipsoid anywhere on Earth.
+_GEOID_M = (-107.0, 86.0)
+# Pressures at sea level, hPa, between which the weather stays nearly always.
+_PRESSURES_HPA = (950.0, 1050.0)
+_STANDARD_HPA = 1013.25
+# Standard atmosphere: height of an altimeter's scale, metres, and the exponent of its pressure.
+_SCALE_M, _EXPONENT = 44_330.77, 0.190263
 
 
-def metres(
-    lower: Limit | None, upper: Limit | None, part: Placed, terrain: Terrain
-) -> tuple[float | None, float | None]:
-    """Return the lower and the upper limit of a zone in metres of the terrain's datum.
+@dataclass(frozen=True)
+class Band:
+    """A part of a zone with its limits in metres of the terrain's datum; None for no limit."""
 
-    A limit above the ground counts above the lowest ground under the zone if it is the lower one,
-    above the highest if it is the upper one.
+    part: Placed
+    lower_m: float | None = None
+    upper_m: float | None = None
+
+    @property
+    def is_empty(self) -> bool:
+        """True if there is nothing between the limits."""
+        return (
+            self.lower_m is not None and self.upper_m is not None and self.lower_m >= self.upper_m
+        )
+
+
+@dataclass(frozen=True)
+class Heights:
+    """Conversion of limits to metres of a terrain's datum.
+
+    Parameters
+    ----------
+    terrain : Terrain
+        The terrain.
+    qnh_hpa : float, optional
+        Pressure at sea level; None for any that the weather has.
+    zones : int
+        Number of zones with limits above the ground, which share the tiles.
     """
-    if not any(each and each.reference is Reference.AGL for each in (lower, upper)):
-        return _plain(lower), _plain(upper)
-    lowest, highest = _ground(part, terrain)
-    return _plain(lower, lowest), _plain(upper, highest)
+
+    terrain: Terrain
+    qnh_hpa: float | None = None
+    zones: int = 1
+
+    def bands(self, feature: Feature, part: Placed) -> list[Band]:
+        """Return a part of a feature, or its tiles, with limits in metres."""
+        lower, upper = feature.lower, feature.upper
+        if not any(each and each.reference is Reference.AGL for each in (lower, upper)):
+            return [self._band(feature, part, 0.0, 0.0)]
+        tiles = _tiles(part, self.terrain, max(min(_ALL_TILES // max(self.zones, 1), _TILES), 1))
+        return [self._band(feature, *tile) for tile in tiles]
+
+    def _band(self, feature: Feature, part: Placed, lowest_m: float, highest_m: float) -> Band:
+        lower, upper = feature.lower, feature.upper
+        if lower is not None and lower.reference is Reference.AGL and lower.height_m <= 0:
+            # From the ground, and so from below it.
+            lower = None
+        return Band(
+            part,
+            None if lower is None else lower.height_m + self._shift(lower, lowest_m, 0),
+            None if upper is None else upper.height_m + self._shift(upper, highest_m, 1),
+        )
+
+    def _shift(self, limit: Limit, ground_m: float, side: int) -> float:
+        """Return the metres to add to a limit: the least for a lower one, the most for an upper."""
+        if limit.reference is Reference.AGL:
+            return ground_m
+        if limit.reference is Reference.WGS84:
+            return -geoid_m(self.terrain)[1 - side]
+        if limit.reference is Reference.STANDARD:
+            pressure = _PRESSURES_HPA[side] if self.qnh_hpa is None else self.qnh_hpa
+            return float(_SCALE_M * ((pressure / _STANDARD_HPA) ** _EXPONENT - 1.0))
+        return 0.0
 
 
-def _plain(limit: Limit | None, ground_m: float = 0.0) -> float | None:
-    if limit is None:
-        return None
-    return limit.height_m + (ground_m if limit.reference is Reference.AGL else 0.0)
+def geoid_m(terrain: Terrain) -> tuple[float, float]:
+    """Return the least and the greatest height of the geoid over the ellipsoid, on a map.
+
+    Without a grid of the geoid, these are the heights anywhere on Earth.
+    """
+    if terrain.crs is None or terrain.origin is None:
+        return _GEOID_M
+    x, y = np.meshgrid(np.linspace(0, terrain.width_m, 9), np.linspace(0, terrain.height_m, 9))
+    lat, lon = terrain.to_geographic(x.ravel(), y.ravel())
+    geoid = _geoid()
+    if geoid is None:
+        return _GEOID_M
+    _, _, below = geoid.transform(lon, lat, np.zeros(lon.shape))
+    # The geoid changes by less than this between the points.
+    return (float(-below.max()) - 1.0, float(-below.min()) + 1.0)
 
 
-def _ground(part: Placed, terrain: Terrain) -> tuple[float, float]:
+@lru_cache(maxsize=1)
+def _geoid():  # type: ignore[no-untyped-def]  # The transformer's module loads PROJ.
+    """Return PROJ's conversion of ellipsoidal heights, None without its grid."""
+    import warnings
+
+    from pyproj.transformer import TransformerGroup
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        group = TransformerGroup("EPSG:4979", "EPSG:4326+5773", always_xy=True)
+    return group.transformers[0] if group.best_available else None
+
+
+def ground_under(part: Placed, terrain: Terrain) -> tuple[float, float]:
     """Return the lowest and the highest ground under the box of a zone; voids may be anything."""
     x, y = np.array(part.rings[0]).T
     reach = part.radius_m or 0.0
+    return _ground(
+        (
+            float(x.min()) - reach,
+            float(y.min()) - reach,
+            float(x.max()) + reach,
+            float(y.max()) + reach,
+        ),
+        terrain,
+    )
+
+
+_Box = tuple[float, float, float, float]
+
+
+def _ground(box: _Box, terrain: Terrain) -> tuple[float, float]:
+    west, south, east, north = box
     rows, columns = (
         slice(
-            min(max(math.floor((low - reach) / side), 0), count - 1),
-            min(max(math.ceil((high + reach) / side), 0), count - 1) + 1,
+            min(max(math.floor(low / side), 0), count - 1),
+            min(max(math.ceil(high / side), 0), count - 1) + 1,
         )
         for low, high, side, count in (
-            (y.min(), y.max(), terrain.dy_m, terrain.shape[0]),
-            (x.min(), x.max(), terrain.dx_m, terrain.shape[1]),
+            (south, north, terrain.dy_m, terrain.shape[0]),
+            (west, east, terrain.dx_m, terrain.shape[1]),
         )
     )
     ground = terrain.elevation[rows, columns]
     if np.isnan(ground).any():
         return terrain.lowest, terrain.highest
     return float(ground.min()), float(ground.max())
+
+
+def _tiles(part: Placed, terrain: Terrain, most: int) -> Iterator[tuple[Placed, float, float]]:
+    """Yield tiles of a part with the lowest and the highest ground under each."""
+    lowest, highest = ground_under(part, terrain)
+    if highest - lowest <= _LEVEL_M or most == 1:
+        yield part, lowest, highest
+        return
+    rings = part.rings if part.radius_m is None else (_around(part),)
+    x, y = np.array(rings[0]).T
+    box = (
+        max(float(x.min()), -_BEYOND_M),
+        max(float(y.min()), -_BEYOND_M),
+        min(float(x.max()), terrain.width_m + _BEYOND_M),
+        min(float(y.max()), terrain.height_m + _BEYOND_M),
+    )
+    order = itertools.count()
+    # The tile with the steepest ground is divided first.
+    heap = [(lowest - highest, next(order), box, rings, lowest, highest)]
+    level: list[tuple[tuple[tuple[tuple[float, float], ...], ...], float, float]] = []
+    while heap:
+        _, _, box, rings, lowest, highest = heapq.heappop(heap)
+        sides = box[2] - box[0], box[3] - box[1]
+        is_small = sides[0] <= terrain.dx_m and sides[1] <= terrain.dy_m
+        if len(heap) + len(level) + 2 > most or highest - lowest <= _LEVEL_M or is_small:
+            level.append((rings, lowest, highest))
+            continue
+        for half in _halves(box, 0 if sides[0] >= sides[1] else 1):
+            cut = tuple(clipped(ring, half) for ring in rings)
+            if len(cut[0]) < 3:
+                continue
+            kept = tuple(ring for ring in cut if len(ring) >= 3)
+            low, high = _ground(half, terrain)
+            heapq.heappush(heap, (low - high, next(order), half, kept, low, high))
+    for rings, lowest, highest in level:
+        yield Placed(rings), lowest, highest
+
+
+def _halves(box: _Box, axis: int) -> tuple[_Box, _Box]:
+    west, south, east, north = box
+    if axis == 0:
+        middle = 0.5 * (west + east)
+        return (west, south, middle, north), (middle, south, east, north)
+    middle = 0.5 * (south + north)
+    return (west, south, east, middle), (west, middle, east, north)
+
+
+def _around(part: Placed) -> tuple[tuple[float, float], ...]:
+    """Return a polygon around a circle."""
+    angles = np.linspace(0, 2 * np.pi, _CIRCLE_CORNERS, endpoint=False)
+    reach = (part.radius_m or 0.0) / math.cos(math.pi / _CIRCLE_CORNERS)
+    ((x, y),) = part.rings[0]
+    corners = np.stack((x + reach * np.cos(angles), y + reach * np.sin(angles)), axis=1)
+    return tuple((east, north) for east, north in corners.tolist())

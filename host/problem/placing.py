@@ -20,7 +20,7 @@ from pathgene.host.problem.edges import clipped, densified, lined, unwrapped
 from pathgene.host.terrain import Terrain
 
 
-__all__ = ["Placed", "place"]
+__all__ = ["Placed", "place", "swapped_on_map"]
 
 Floats = NDArray[np.float64]
 
@@ -137,6 +137,20 @@ def place(features: Sequence[Feature], terrain: Terrain) -> list[tuple[Placed, .
     return placed
 
 
+def swapped_on_map(features: Sequence[Feature], terrain: Terrain) -> list[Feature]:
+    """Return the features that are on the map with longitude and latitude swapped."""
+    if terrain.crs is None or terrain.origin is None:
+        return []
+    around = _box_around(terrain, 0.0)
+    found = []
+    for feature in features:
+        swapped = [(lat, lon) for lon, lat in feature.rings[0]]
+        if all(abs(lat) <= 90 for _, lat in swapped):
+            box = _box_of(unwrapped(swapped))
+            found += [feature] if next(around.turns(box), None) is not None else []
+    return found
+
+
 _Part = tuple[tuple[tuple[Position, ...], ...], float | None]
 
 
@@ -226,13 +240,16 @@ def _box_of(ring: Sequence[Position]) -> _Box:
     return _Box(min(longitudes), min(latitudes), max(longitudes), max(latitudes))
 
 
-def _box_around(terrain: Terrain) -> _Box:
-    """Return the box of the map in degrees, widened; all longitudes where a pole is near."""
+def _box_around(terrain: Terrain, beyond: float = 1.0) -> _Box:
+    """Return the box of the map in degrees, widened; all longitudes where a pole is near.
+
+    ``beyond`` is a share of the usual width around the map.
+    """
     steps = np.linspace(0.0, 1.0, _BORDER_POINTS)
     x = terrain.width_m * np.concatenate((steps, np.ones(33), steps[::-1], np.zeros(33)))
     y = terrain.height_m * np.concatenate((np.zeros(33), steps, np.ones(33), steps[::-1]))
     latitudes, longitudes = terrain.to_geographic(x, y)
-    margin_m = max(_AROUND * max(terrain.width_m, terrain.height_m), _AROUND_M)
+    margin_m = beyond * max(_AROUND * max(terrain.width_m, terrain.height_m), _AROUND_M)
     high = margin_m / _DEGREE_M
     south, north = float(latitudes.min()) - high, float(latitudes.max()) + high
     turns = np.unwrap(longitudes, period=360.0)

@@ -272,30 +272,34 @@ class Problem:
 
         return SearchRasters(self.terrain, self.demand, self.zones, self.rules, self._fastest_m_s)
 
-    def is_in_zone(self, point: Point, *, at_start: bool = False) -> bool:
-        """Return whether a point, x, y and altitude, is in a zone, ignoring margins.
+    def zone_at(self, point: Point, *, at_start: bool = False) -> str:
+        """Return the zone that holds a point, x, y and altitude, in words; empty for none.
+
+        Margins are ignored.
 
         A zone with times counts only at the start of the path, where the time is known.
         """
         x, y, z = point
         if self.rules is None:
-            return bool(self.nofly_raster[self.terrain.nearest_nodes(x, y)])
-        return any(
-            bool(zone.covers(np.array([x]), np.array([y]))[0, 0])
-            and (zone.lower_m is None or zone.lower_m <= z)
-            and (zone.upper_m is None or z <= zone.upper_m)
-            and (zone.t0_s is None or (at_start and zone.t0_s == 0))
-            and (zone.t1_s is None or at_start)
-            for zone in self.zones
-        )
+            row, column = map(int, self.terrain.nearest_nodes(x, y))
+            x, y = column * self.terrain.dx_m, row * self.terrain.dy_m
+        for zone in self.zones:
+            if not bool(zone.covers(np.array([x]), np.array([y]))[0, 0]):
+                continue
+            if self.rules is None or (
+                (zone.lower_m is None or zone.lower_m <= z)
+                and (zone.upper_m is None or z <= zone.upper_m)
+                and (zone.t0_s is None or (at_start and zone.t0_s == 0))
+                and (zone.t1_s is None or at_start)
+            ):
+                return f"the no-fly zone {zone.name}" if zone.name else "a no-fly zone"
+        return ""
 
     def _check_place(self, name: str, point: Point) -> None:
         check_above_ground(name, self.terrain, point)
         x, y, _ = point
-        if self.is_in_zone(point, at_start=name == "start"):
-            raise InputError(
-                f"The {name} at ({x:g}, {y:g}) is inside a no-fly zone; move it or the zone."
-            )
+        if zone := self.zone_at(point, at_start=name == "start"):
+            raise InputError(f"The {name} at ({x:g}, {y:g}) is inside {zone}; move it or the zone.")
 
 
 def _rules(rules: Rules | None, as_paper: bool) -> Rules | None:

@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from pathlib import Path
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any, Generic, TypeVar
 
 from pathgene.host.errors import InputError
-from pathgene.host.formats.features import Bad, Feature, LeftOut
+from pathgene.host.formats.features import Bad, Feature, LeftOut, Reference
 from pathgene.host.formats.registry import read_features
 from pathgene.host.formats.shapes import Shape
-from pathgene.host.problem.footprints import Footprint
-from pathgene.host.problem.heights import metres
-from pathgene.host.problem.placing import Placed, place
-from pathgene.host.remarks import Grade, Reading, Remark
+from pathgene.host.problem.active_times import Interval, intervals
+from pathgene.host.problem.heights import Band, Heights
+from pathgene.host.problem.placing import Placed, place, swapped_on_map
+from pathgene.host.problem.zone_report import Record, report, touches
+from pathgene.host.remarks import Reading
 from pathgene.host.terrain import Terrain
 
 
 __all__ = ["Intake", "ZoneOptions", "intake"]
+
+# Degrees between a place and the one with its coordinates swapped, at which the two are neighbours.
+_NEIGHBOURS_DEG = 2.0
 
 
 @dataclass(frozen=True)
@@ -47,14 +51,7 @@ class ZoneOptions:
     ceiling_m: float | None = None
 
 
-class _Zone(Protocol):
-    """The fields of a zone that the report needs."""
-
-    @property
-    def footprint(self) -> Footprint: ...
-
-
-Z = TypeVar("Z", bound=_Zone)
+Z = TypeVar("Z")
 
 
 @dataclass
@@ -82,12 +79,13 @@ def intake(
     """
     kind, items = read_features(path)
     try:
-        return _taken(kind, list(items), terrain, options, make)
+        return _taken(Path(path).name, kind, list(items), terrain, options, make)
     except InputError as error:
         raise InputError(f"No-fly file {str(path)!r}: {error}") from None
 
 
 def _taken(
+    name: str,
     kind: str,
     items: Sequence[Feature | LeftOut | Bad],
     terrain: Terrain,
@@ -105,29 +103,83 @@ def _taken(
         elif (fault := _fault(item)) is not None:
             bad.append(Bad(item.label, fault))
         else:
-            features.append(item)
+            features.append(_chosen(item, options.forbid))
     if terrain.crs is None and not all(feature.is_local for feature in features):
         raise InputError(
             f"the terrain has no coordinate reference system, so {kind} has no place on it; give "
             "--origin LAT,LON, or origin under [terrain] in a problem file, or zones in local "
             'metres as GeoJSON with the member "crs_local": true.'
         )
-    for feature, parts in zip(features, place(features, terrain), strict=True):
+    placed = place(features, terrain)
+    swapped = _swapped(features, placed, terrain)
+    tiled = sum(
+        any(limit and limit.reference is Reference.AGL for limit in (f.lower, f.upper))
+        for f, parts in zip(features, placed, strict=True)
+        if f.forbids and parts
+    )
+    heights = Heights(terrain, options.qnh_hpa, tiled)
+    records: list[Record] = []
+    for feature, parts in zip(features, placed, strict=True):
         try:
-            taken.zones += [make(_shape(feature, part, terrain)) for part in parts]
+            if feature in swapped:
+                raise InputError(swapped[feature])
+            record, zones = _zones(feature, parts, heights, options, make)
         except InputError as error:
             bad.append(Bad(feature.label, str(error)))
+        else:
+            records.append(record)
+            taken.zones += zones
     if bad and not options.skip_bad:
         raise InputError(_refusal(bad, len(items)))
     taken.left_out += [LeftOut(each.label, each.reason.rstrip("."), True) for each in bad]
-    taken.reading = Reading(
-        {
-            "features": len(features),
-            "left_out": [{"part": each.label, "reason": each.reason} for each in taken.left_out],
-        },
-        tuple(_remarks(taken.left_out)),
+    taken.reading = report(
+        name,
+        kind,
+        records,
+        taken.left_out,
+        terrain,
+        ceiling_m=options.ceiling_m,
+        has_departure=options.departure is not None,
+        has_qnh=options.qnh_hpa is not None,
     )
     return taken
+
+
+def _chosen(feature: Feature, forbid: tuple[str, ...] | None) -> Feature:
+    """Return a feature that forbids as the user chose, if it has a category."""
+    if forbid is None or not feature.category:
+        return feature
+    chosen = {category.strip().lower() for category in forbid}
+    return replace(feature, forbids=feature.category.lower() in chosen)
+
+
+def _zones(
+    feature: Feature,
+    parts: tuple[Placed, ...],
+    heights: Heights,
+    options: ZoneOptions,
+    make: Callable[[Shape], Z],
+) -> tuple[Record, list[Z]]:
+    """Return the record of a feature, and its zones: one for each tile and time."""
+    bands = tuple(band for part in parts for band in heights.bands(feature, part))
+    times: Sequence[Interval] = [(feature.t0_s, feature.t1_s)]
+    if feature.periods and options.departure is not None:
+        corners = [corner for ring in feature.rings for corner in ring]
+        times = intervals(feature.periods, options.departure, corners)
+    if not feature.forbids:
+        return Record(feature, parts, bands, bool(times)), []
+    converted = any(
+        limit is not None and limit.reference is not Reference.AMSL
+        for limit in (feature.lower, feature.upper)
+    )
+    zones = [
+        make(_shape(feature, band, interval))
+        for band in bands
+        # Limits of one reference that leave nothing between them are a fault of the file.
+        if not (converted and band.is_empty)
+        for interval in times
+    ]
+    return Record(feature, parts, bands, bool(times)), zones
 
 
 def _fault(feature: Feature) -> str | None:
@@ -141,33 +193,47 @@ def _fault(feature: Feature) -> str | None:
 def _refusal(bad: Sequence[Bad], total: int) -> str:
     """Return the sentence on bad features: the first one, and the option that skips them."""
     text = f"{bad[0].label}: {bad[0].reason}"
+    if bad[0].reason.endswith("swap them in the file."):
+        return f"{text.rstrip('.')}, or leave it out by --skip-bad-zones."
     if len(bad) < total:
         others = f" and {len(bad) - 1} more are bad" if len(bad) > 1 else ""
         text = f"{text.rstrip('.')}{others}; --skip-bad-zones reads the other {total - len(bad)}."
     return text
 
 
-def _shape(feature: Feature, part: Placed, terrain: Terrain) -> Shape:
+def _swapped(
+    features: Sequence[Feature], placed: Sequence[tuple[Placed, ...]], terrain: Terrain
+) -> dict[Feature, str]:
+    """Return the fault of features off the map that are on it with their coordinates swapped."""
+    off = [
+        feature
+        for feature, parts in zip(features, placed, strict=True)
+        if not (feature.is_local or feature.keeps_in)
+        and not any(touches(part, terrain) for part in parts)
+    ]
+    some_on_map = any(touches(part, terrain) for parts in placed for part in parts)
+    found = {}
+    for feature in swapped_on_map(off, terrain):
+        longitude, latitude = feature.rings[0][0]
+        if some_on_map and abs(longitude - latitude) < _NEIGHBOURS_DEG:
+            continue
+        found[feature] = (
+            f"it lies off the map, at latitude {latitude:g} and longitude {longitude:g}, and on "
+            "the map with the two swapped; swap them in the file."
+        )
+    return found
+
+
+def _shape(feature: Feature, band: Band, interval: Interval) -> Shape:
     """Return a part of a feature with the properties of a zone."""
-    lower_m, upper_m = metres(feature.lower, feature.upper, part, terrain)
     properties: dict[str, Any] = {
         "name": feature.name,
-        "lower": lower_m,
-        "upper": upper_m,
-        "t0": feature.t0_s,
-        "t1": feature.t1_s,
+        "lower": band.lower_m,
+        "upper": band.upper_m,
+        "t0": interval[0],
+        "t1": interval[1],
     }
+    part = band.part
     if part.radius_m is not None:
         return Shape("Point", part.rings, {**properties, "radius_m": part.radius_m})
     return Shape("Polygon", part.rings, properties)
-
-
-def _remarks(left_out: Iterable[LeftOut]) -> Iterable[Remark]:
-    """Yield one remark for each reason."""
-    by_reason: dict[tuple[str, bool], list[str]] = {}
-    for each in left_out:
-        by_reason.setdefault((each.reason, each.is_suspicious), []).append(each.label)
-    for (reason, is_suspicious), labels in by_reason.items():
-        more = f" and {len(labels) - 3} more" if len(labels) > 3 else ""
-        grade = Grade.WARNING if is_suspicious else Grade.NOTE
-        yield Remark(grade, f"Left out: {', '.join(labels[:3])}{more}: {reason}.")

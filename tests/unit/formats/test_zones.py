@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from shapely.geometry import Point
 from shapely.geometry import Polygon as Shape
 
 from pathgene.host.errors import InputError
@@ -105,7 +106,6 @@ EXTRUDED = "<extrude>1</extrude><altitudeMode>{}</altitudeMode>"
         ("<altitudeMode>absolute</altitudeMode>", (300,), None),
         (EXTRUDED.format("absolute"), (300,), 300.0),
         (EXTRUDED.format("absolute"), (0,), None),
-        (EXTRUDED.format("relativeToGround"), (120,), 200.0),  # Above the highest ground, 80 m.
         (EXTRUDED.format("clampToGround"), (120,), None),
     ],
 )
@@ -113,6 +113,19 @@ def test_heights_of_other_programs(tmp_path, inside, height, upper):
     (zone,) = read(tmp_path, polygon(inside, height=height))
     assert np.allclose(zone.ring, SQUARE, atol=1e-3)
     assert (zone.name, zone.lower_m, zone.upper_m) == ("R-1", None, upper)
+
+
+def test_a_height_above_the_ground_follows_the_ground(tmp_path):
+    """The ground is 0 m west of a step at x = 2000 m, 80 m east of it."""
+    ring = ((1000.0, 1000.0), (3000.0, 1000.0), (3000.0, 2000.0), (1000.0, 2000.0))
+    text = polygon(EXTRUDED.format("relativeToGround"), ring=ring, height=(120,))
+    zones = read(tmp_path, text)
+    assert {zone.name for zone in zones} == {"R-1"}
+    shapes = [(Shape(zone.ring), zone.upper_m) for zone in zones]
+    assert sum(shape.area for shape, _ in shapes) == pytest.approx(2e6, rel=1e-5)
+    for x, least, most in ((1500, 120, 120), (1850, 120, 200), (1950, 200, 200), (2500, 200, 200)):
+        (upper,) = {upper for shape, upper in shapes if shape.covers(Point(x, 1444.0))}
+        assert least <= upper <= most, x
 
 
 def test_extended_data_prevail(tmp_path):

@@ -331,7 +331,7 @@ def test_read_geographic_zones(tmp_path):
 @pytest.mark.parametrize(
     ("document", "message"),
     [
-        ("{", r"is not JSON: .+; give GeoJSON, KML or the fences of a \.plan\.$"),
+        ("{", r"is not JSON: .+; give GeoJSON, .+\.$"),
         ("[]", r": not a GeoJSON object\.$"),
         (collection(crs_local="yes"), r': "crs_local" must be true or false, not \'yes\'\.$'),
         (
@@ -355,8 +355,8 @@ def test_read_geographic_zones(tmp_path):
             r": feature 1: radius_m is negative, -5\.$",
         ),
         (
-            collection(feature("Point", [1, 2], radius_m=5, upper="FL95"), crs_local=True),
-            r": feature 1: upper must be a finite number, not 'FL95'\.$",
+            collection(feature("Point", [1, 2], radius_m=5, upper="high"), crs_local=True),
+            r": feature 1: upper must be a finite number, not 'high'\.$",
         ),
         (
             collection(feature("Point", [1], radius_m=5), crs_local=True),

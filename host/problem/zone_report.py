@@ -1,0 +1,313 @@
+"""The report on a file of zones: which touch the map, which can forbid, and what was left out."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from pathgene.host.formats.features import Feature, LeftOut, Reference
+from pathgene.host.formats.shapes import Ring
+from pathgene.host.problem.active_times import described
+from pathgene.host.problem.edges import clipped
+from pathgene.host.problem.heights import Band, ground_under
+from pathgene.host.problem.placing import Placed
+from pathgene.host.remarks import Grade, Reading, Remark
+from pathgene.host.terrain import Terrain
+
+
+__all__ = ["OFF_THE_MAP", "Record", "report", "touches"]
+
+# Names in one sentence.
+_NAMES = 5
+# Square metres of a zone without a size.
+_NO_AREA_M2 = 1e-6
+# Reason of features that lie elsewhere, which are counted and rarely named.
+OFF_THE_MAP = "it lies off the map"
+
+
+@dataclass(frozen=True)
+class Record:
+    """A feature with its zones.
+
+    Parameters
+    ----------
+    feature : Feature
+        The feature.
+    parts : tuple of Placed
+        Its parts near the map.
+    bands : tuple of Band
+        The parts, or their tiles, with limits.
+    is_active : bool
+        False if its times are over before the flight or begin after it.
+    """
+
+    feature: Feature
+    parts: tuple[Placed, ...] = ()
+    bands: tuple[Band, ...] = field(default=())
+    is_active: bool = True
+
+    def reason(self, terrain: Terrain, ceiling_m: float | None) -> str:
+        """Return the reason why the feature cannot forbid anything; empty if it can."""
+        if not any(touches(part, terrain) for part in self.parts):
+            return OFF_THE_MAP
+        if all(_area_m2(part) < _NO_AREA_M2 for part in self.parts):
+            return "it has no size"
+        if not self.is_active:
+            return "it is not active during the flight"
+        if all(band.is_empty for band in self.bands):
+            return "its lower limit is not below its upper limit"
+        if all(_is_below(band, terrain) for band in self.bands):
+            return "its upper limit is under the ground everywhere"
+        lowest = [-math.inf if band.lower_m is None else band.lower_m for band in self.bands]
+        if ceiling_m is not None and min(lowest) >= ceiling_m:
+            return f"its lower limit is over the ceiling of {ceiling_m:g} m everywhere"
+        return ""
+
+    def to_dict(self, reason: str) -> dict[str, Any]:
+        """The feature as in ``summary.json``."""
+        feature = self.feature
+        lows = [band.lower_m for band in self.bands]
+        highs = [band.upper_m for band in self.bands]
+        return {
+            "part": feature.label,
+            "name": feature.name,
+            "category": feature.category,
+            "lower": None if feature.lower is None else feature.lower.described,
+            "upper": None if feature.upper is None else feature.upper.described,
+            "lower_m": _outermost(lows, min),
+            "upper_m": _outermost(highs, max),
+            "times": described(feature.periods),
+            "forbids": not reason,
+            "reason": reason,
+        }
+
+
+def _outermost(
+    limits: Sequence[float | None], choose: Callable[[Iterable[float]], float]
+) -> float | None:
+    """Return the outermost limit of tiles; None if one has no limit."""
+    known = [limit for limit in limits if limit is not None]
+    return choose(known) if known and len(known) == len(limits) else None
+
+
+def touches(part: Placed, terrain: Terrain) -> bool:
+    """Return whether a part has a point in common with the map."""
+    if part.radius_m is not None:
+        ((x, y),) = part.rings[0]
+        away = math.hypot(max(-x, x - terrain.width_m, 0.0), max(-y, y - terrain.height_m, 0.0))
+        return away <= part.radius_m
+    return len(clipped(part.rings[0], (0.0, 0.0, terrain.width_m, terrain.height_m))) > 0
+
+
+def _area_m2(part: Placed) -> float:
+    if part.radius_m is not None:
+        return math.pi * part.radius_m**2
+    return abs(_signed_area_m2(part.rings[0]))
+
+
+def _signed_area_m2(ring: Ring) -> float:
+    """Return the area of a ring, or its extent if it crosses itself so that its halves cancel."""
+    x0, y0 = ring[0]
+    moved = [(x - x0, y - y0) for x, y in ring]
+    # Triangles one by one: a figure of eight has an area.
+    return sum(abs(xa * yb - xb * ya) for (xa, ya), (xb, yb) in itertools.pairwise(moved))
+
+
+def _is_below(band: Band, terrain: Terrain) -> bool:
+    """Return whether the upper limit lies under the ground everywhere."""
+    return band.upper_m is not None and band.upper_m <= ground_under(band.part, terrain)[0]
+
+
+def report(
+    name: str,
+    kind: str,
+    records: Sequence[Record],
+    left_out: Sequence[LeftOut],
+    terrain: Terrain,
+    *,
+    ceiling_m: float | None,
+    has_departure: bool,
+    has_qnh: bool,
+) -> Reading:
+    """Return the facts of a file and the remarks on them."""
+    reasons = [
+        record.reason(terrain, ceiling_m) if record.feature.forbids else "" for record in records
+    ]
+    forbidding = [record for record in records if record.feature.forbids]
+    on_map = [
+        record
+        for record, reason in zip(records, reasons, strict=True)
+        if reason != OFF_THE_MAP and any(touches(part, terrain) for part in record.parts)
+    ]
+    able = [
+        record
+        for record, reason in zip(records, reasons, strict=True)
+        if record.feature.forbids and not reason
+    ]
+    facts: dict[str, Any] = {
+        "format": kind,
+        "read": len(records),
+        "on_map": len(on_map),
+        "can_forbid": len(able),
+        "zones": [
+            record.to_dict(reason if record.feature.forbids else "its category does not forbid")
+            for record, reason in zip(records, reasons, strict=True)
+            if record in on_map
+        ],
+        "left_out": [{"part": each.label, "reason": each.reason} for each in left_out],
+    }
+    categories = dict.fromkeys(record.feature.category for record in records)
+    if any(categories):
+        facts["categories"] = {
+            category or "none": {
+                "read": sum(r.feature.category == category for r in records),
+                "forbid": sum(r.feature.category == category for r in forbidding),
+            }
+            for category in categories
+        }
+    remarks = [
+        *_counts(name, kind, len(records), len(on_map), len(able)),
+        *_categories(name, records),
+        *_powerless(name, records, reasons, bool(on_map)),
+        *_left_out(name, left_out),
+        *_unread(name, [record for record in on_map if record.feature.forbids]),
+        *_assumed(name, able, terrain, has_departure=has_departure, has_qnh=has_qnh),
+    ]
+    return Reading(facts, tuple(remarks))
+
+
+def _counts(name: str, kind: str, read: int, on_map: int, able: int) -> Iterator[Remark]:
+    touching = "touches" if on_map == 1 else "touch"
+    yield Remark(
+        Grade.NOTE,
+        f"{name}: {_count(read, 'zone')} read as {kind}; {on_map} {touching} the map, "
+        f"{able} can forbid flight.",
+    )
+
+
+def _categories(name: str, records: Sequence[Record]) -> Iterator[Remark]:
+    """Yield the note on features that inform only."""
+    open_ = [record.feature for record in records if not record.feature.forbids]
+    if open_:
+        kinds = ", ".join(sorted({feature.category or "none" for feature in open_}))
+        yield Remark(
+            Grade.NOTE,
+            f"{name}: {_count(len(open_), 'zone')} of a category that does not forbid ({kinds}): "
+            f"{_labels(feature.label for feature in open_)}; --forbid changes this.",
+        )
+
+
+def _powerless(
+    name: str, records: Sequence[Record], reasons: Sequence[str], some_on_map: bool
+) -> Iterator[Remark]:
+    """Yield a warning for each reason why zones forbid nothing."""
+    by_reason: dict[str, list[str]] = {}
+    for record, reason in zip(records, reasons, strict=True):
+        if reason:
+            by_reason.setdefault(reason, []).append(record.feature.label)
+    for reason, labels in by_reason.items():
+        # Files of a whole country have many zones elsewhere.
+        grade = Grade.NOTE if reason == OFF_THE_MAP and some_on_map else Grade.WARNING
+        verb = "forbids" if len(labels) == 1 else "forbid"
+        why = reason if len(labels) == 1 else _plural(reason)
+        yield Remark(grade, f"{name}: {_labels(labels)} {verb} nothing: {why}.")
+
+
+def _plural(reason: str) -> str:
+    """Return a reason for several zones."""
+    for one, many in (
+        ("it lies", "they lie"),
+        ("it has", "they have"),
+        ("it is", "they are"),
+        ("its lower limit is", "their lower limits are"),
+        ("its upper limit is", "their upper limits are"),
+        ("its upper limit", "their upper limits"),
+    ):
+        reason = reason.replace(one, many)
+    return reason
+
+
+def _left_out(name: str, left_out: Iterable[LeftOut]) -> Iterator[Remark]:
+    """Yield one remark for each reason why parts of the file are not zones."""
+    by_reason: dict[tuple[str, bool], list[str]] = {}
+    for each in left_out:
+        by_reason.setdefault((each.reason, each.is_suspicious), []).append(each.label)
+    for (reason, is_suspicious), labels in by_reason.items():
+        grade = Grade.WARNING if is_suspicious else Grade.NOTE
+        yield Remark(grade, f"{name}: {_labels(labels)} left out: {reason}.")
+
+
+def _unread(name: str, records: Iterable[Record]) -> Iterator[Remark]:
+    """Yield a warning for each set of properties that may limit zones and are not read."""
+    by_names: dict[tuple[str, ...], list[str]] = {}
+    for record in records:
+        if record.feature.unread:
+            by_names.setdefault(record.feature.unread, []).append(record.feature.label)
+    for names, labels in by_names.items():
+        verb = "is" if len(names) == 1 else "are"
+        yield Remark(
+            Grade.WARNING,
+            f"{name}: {', '.join(names)} of {_labels(labels)} {verb} not read, so nothing is "
+            "limited by it.",
+        )
+
+
+def _assumed(
+    name: str,
+    records: Sequence[Record],
+    terrain: Terrain,
+    *,
+    has_departure: bool,
+    has_qnh: bool,
+) -> Iterator[Remark]:
+    """Yield notes on the conversion of heights and times."""
+    above_ground = [r.feature.label for r in records if _refers(r.feature, Reference.AGL)]
+    if above_ground:
+        yield Remark(
+            Grade.NOTE,
+            f"{name}: limits above the ground follow the ground tile by tile, on the safe side: "
+            f"{_labels(above_ground)}.",
+        )
+    levels = [r.feature.label for r in records if _refers(r.feature, Reference.STANDARD)]
+    if levels and not has_qnh:
+        yield Remark(
+            Grade.NOTE,
+            f"{name}: flight levels count for any pressure at sea level from 950 to 1050 hPa; give "
+            f"the pressure by --qnh: {_labels(levels)}.",
+        )
+    ellipsoidal = [r.feature.label for r in records if _refers(r.feature, Reference.WGS84)]
+    if ellipsoidal:
+        from pathgene.host.problem.heights import geoid_m
+
+        low, high = geoid_m(terrain)
+        yield Remark(
+            Grade.NOTE,
+            f"{name}: heights above the ellipsoid count with a geoid from {low:g} to {high:g} m "
+            f"above it: {_labels(ellipsoidal)}.",
+        )
+    timed = [r.feature.label for r in records if r.feature.periods]
+    if timed and not has_departure:
+        yield Remark(
+            Grade.NOTE,
+            f"{name}: zones that are active at times count as always active without --departure: "
+            f"{_labels(timed)}.",
+        )
+
+
+def _refers(feature: Feature, reference: Reference) -> bool:
+    limits = (feature.lower, feature.upper)
+    return any(limit is not None and limit.reference is reference for limit in limits)
+
+
+def _count(count: int, word: str) -> str:
+    return f"{count} {word}" if count == 1 else f"{count} {word}s"
+
+
+def _labels(labels: Iterable[str]) -> str:
+    """Return names in a sentence: the first ones, and the number of the rest."""
+    listed = list(labels)
+    more = f" and {len(listed) - _NAMES} more" if len(listed) > _NAMES else ""
+    return f"{', '.join(listed[:_NAMES])}{more}"

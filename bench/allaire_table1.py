@@ -24,7 +24,7 @@ _PAPER_EVALUATION_S = 60.0, 50.0
 def run(options: BenchOptions, *, generations: int = GENERATIONS, board: str = "sim:") -> Report:
     """Run both planners for ``generations``, by default the paper's, on its kind of map."""
     report = Report(
-        f"{generations} generations on the PC and on the chip, per phase, as paper",
+        f"{generations} generations on the PC and on the chip, per phase, paper mode",
         (
             "phase",
             "paper: PC, ms",

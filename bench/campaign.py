@@ -31,8 +31,9 @@ def measure(
     prepare: Callable[..., None] | None = None,
     prepare_arguments: tuple[Any, ...] = (),
     spawned: bool = False,
+    processes: int | None = None,
 ) -> list[Measured]:
-    """Measure tasks in processes, one per core, and return their results in the tasks' order.
+    """Measure tasks in processes and return their results in the tasks' order.
 
     An error or an interrupt cancels the tasks that have not begun.
 
@@ -59,13 +60,16 @@ def measure(
     spawned : bool
         Start processes that have imported nothing, rather than copies of this one: needed where
         this process has had threads, or where ``prepare`` alters sources.
+    processes : int, optional
+        Tasks at a time; one per core by default.
     """
     started = time.monotonic()
     results: dict[int, Measured] = {}
     left = Counter(map(name, tasks))
     groups = len(left)
     context = get_context("spawn") if spawned else None
-    with ProcessPoolExecutor(available_cores(), context, prepare, prepare_arguments) as pool:
+    count = processes or available_cores()
+    with ProcessPoolExecutor(count, context, prepare, prepare_arguments) as pool:
         try:
             jobs = {pool.submit(work, *task): number for number, task in enumerate(tasks)}
             for job in as_completed(jobs):

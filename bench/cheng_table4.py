@@ -9,7 +9,6 @@ import itertools
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import ceil
-from textwrap import wrap
 from typing import Any
 
 import numpy as np
@@ -83,11 +82,11 @@ PAPER: dict[tuple[int, str], tuple[tuple[float, float, float], ...]] = {
 }
 
 _EVERY = 10  # Generations between the rows of table IV.
+_SHOWN = (20, 50, 100)  # Generations of the short tables.
 _TIMES_EVALUATIONS = 10  # Evaluations of the direct optimizer, relative to the planners' own.
 # Each optimization takes longer than a run, and varies less. By samples.
 _RUNS_PER_OPTIMIZATION: dict[int | None, int] = {PAPER_SAMPLES: 10, None: 25}
 _NEAR_ENOUGH = 1.15
-_NOTE_WIDTH = 100
 _PER_DIMENSION = 15  # Population of the direct optimizer: SciPy's default.
 
 Floats = NDArray[np.float64]
@@ -167,17 +166,18 @@ def run(options: BenchOptions) -> Report:
         for samples, landscape in itertools.product(_SAMPLES, LANDSCAPES)
     }
     report.notes = [
-        "PL, ER, MT: path length, elevation rate, minimum turn in degrees. Draws uniform is the",
-        "paper's; the paper's delta is equation (3) of its columns. Sum: the mean delta shown is",
-        "that of the whole path, not the quantity that the reading minimizes. Samples 21: of a",
+        "PL, ER, MT: path length, elevation rate, minimum turn in degrees. The paper's draws are "
+        "uniform; its delta is equation (3) of its columns. Sum: the table has the mean delta of "
+        "the whole path, not the quantity that this reading minimizes. Samples 21: 21 of a "
         "segment, even in the spline's parameter; dense: the default of pathgene auv.",
-        *itertools.chain.from_iterable(wrap(said, _NOTE_WIDTH) for said in _work(outcomes)),
-        *itertools.chain.from_iterable(
-            _verdicts(samples, landscape, draws, outcomes, direct[samples, landscape])
+        *_work(outcomes),
+        *(
+            _verdict(samples, landscape, draws, outcomes, direct[samples, landscape])
             for samples, landscape, draws in itertools.product(_SAMPLES, LANDSCAPES, KINDS)
         ),
-        *itertools.chain.from_iterable(wrap(said, _NOTE_WIDTH) for said in contradictions()),
+        *contradictions(),
     ]
+    report.further = [_compared_with_paper(outcomes), _with_dense_samples(outcomes)]
     report.data = {
         "runs": options.trials,
         "direct": {
@@ -319,21 +319,61 @@ def _optimized(
     return found
 
 
-def _verdicts(
+def _compared_with_paper(outcomes: dict[_Case, list[_Outcome]]) -> Report:
+    """Return delta at some generations with the paper's samples, and the paper's own."""
+    columns = "landscape", "generation", "ga-dp", "ga-auv", "paper: proposed", "paper: conventional"
+    table = Report(f"Delta at {PAPER_SAMPLES} samples", columns)
+    for landscape, generation in itertools.product(LANDSCAPES, _SHOWN):
+        row = generation // _EVERY - 1
+        own = [
+            np.mean([delta(outcome.terms[row]) for outcome in outcomes[case]])
+            for case in _compared(PAPER_SAMPLES, landscape)
+        ]
+        paper = [_paper_delta(PAPER[landscape, planner][row]) for planner in ("ga-dp", "ga-auv")]
+        cells = (f"{value:.3f}" for value in (*own, *paper))
+        table.rows.append((landscape, generation, *cells))
+    return table
+
+
+def _with_dense_samples(outcomes: dict[_Case, list[_Outcome]]) -> Report:
+    """Return delta at many samples where the search sees every slope, and tests at its end."""
+    columns = "landscape", "generation", "ga-dp", "ga-auv", "Welch's t-test", "Mann-Whitney"
+    table = Report(f"Delta at {REPORT_SAMPLES} samples, dense samples in the search", columns)
+    for landscape, generation in itertools.product(LANDSCAPES, _SHOWN):
+        row = generation // _EVERY - 1
+        own = [
+            [float(delta(outcome.fine[row])) for outcome in outcomes[case]]
+            for case in _compared(None, landscape)
+        ]
+        tests = compare_two(*own) if generation == GENERATIONS else None
+        p_values = [_p_value(tests[name]) if tests else "" for name in ("welch", "mann_whitney")]
+        cells = (f"{np.mean(values):.3f}" for values in own)
+        table.rows.append((landscape, generation, *cells, *p_values))
+    return table
+
+
+def _compared(samples: int | None, landscape: int) -> list[_Case]:
+    """Return the cases of both planners with the default draws and reading."""
+    return [
+        _Case(samples, landscape, KINDS[0], planner, "route") for planner in ("ga-dp", "ga-auv")
+    ]
+
+
+def _verdict(
     samples: int | None,
     landscape: int,
     draws: str,
     outcomes: dict[_Case, list[_Outcome]],
     direct: dict[int, list[float]],
-) -> list[str]:
-    """Return notes on the results on a landscape."""
+) -> str:
+    """Return a note on the results on a landscape."""
     ours, _, theirs = (
         outcomes[_Case(samples, landscape, draws, *planner)] for planner in _PLANNERS
     )
     mean, other = (
         np.mean([delta(outcome.terms) for outcome in some], axis=0) for some in (ours, theirs)
     )
-    behind = ", ".join(str(_EVERY * (row + 1)) for row in np.flatnonzero(mean >= other))
+    worse = ", ".join(str(_EVERY * (row + 1)) for row in np.flatnonzero(mean >= other))
     rises = sum(outcome.rises for outcome in ours)
     points, best = min(
         ((points, float(np.mean(values))) for points, values in direct.items()),
@@ -347,19 +387,18 @@ def _verdicts(
     off = max(
         abs(delta(outcome.fine[-1]) / delta(outcome.terms[-1]) - 1) for outcome in (*ours, *theirs)
     )
-    return wrap(
-        f"Samples {_name(samples)}, landscape {landscape}, draws {draws}: the final delta at "
-        f"{REPORT_SAMPLES} samples of ga-dp (route) is {abs(difference):.3f} "
-        f"{'lower' if difference < 0 else 'higher'} than that of ga-auv on average (p = "
+    return (
+        f"Samples {_name(samples)}, landscape {landscape}, draws {draws}: the final delta of ga-dp "
+        f"(route) at {REPORT_SAMPLES} samples is on average {abs(difference):.3f} "
+        f"{'lower' if difference < 0 else 'higher'} than the final delta of ga-auv (p = "
         f"{_p_value(tests['welch'])} by Welch's t-test, {_p_value(tests['mann_whitney'])} by "
-        f"Mann-Whitney), and differs from the one searched by {off:.1%} at most in a run of "
-        f"either. At the samples of the search, the mean delta of ga-dp (route) is below that of "
-        f"ga-auv in every row{f' except at generations {behind}' if behind else ''}; its best "
+        f"Mann-Whitney), and differs from the searched delta by at most {off:.1%} in a run of "
+        f"either. At the samples of the search, the mean delta of ga-dp (route) is below the mean "
+        f"of ga-auv in every row{f' except at generations {worse}' if worse else ''}; its best "
         f"delta rose in {rises} of {len(ours)} runs; its mean final delta is {ratio:.2f} times "
-        f"that of SciPy's differential evolution on one B-spline of {points} control points, the "
-        f"best number for it, with {_TIMES_EVALUATIONS} times the evaluations of draws "
-        f"near ({'within' if ratio <= _NEAR_ENOUGH else 'not within'} {_NEAR_ENOUGH - 1:.0%}).",
-        _NOTE_WIDTH,
+        f"the delta of SciPy's differential evolution on one B-spline of {points} control points, "
+        f"its best number of points, with {_TIMES_EVALUATIONS} times the evaluations of draws near "
+        f"({'within' if ratio <= _NEAR_ENOUGH else 'not within'} {_NEAR_ENOUGH - 1:.0%})."
     )
 
 
@@ -387,16 +426,16 @@ def contradictions() -> list[str]:
             f"{', '.join(rises)}; generations alike: {', '.join(same) or 'none'}."
         )
     for landscape in LANDSCAPES:
-        behind = [
+        no_higher = [
             str(_EVERY * row)
             for row, (ours, theirs) in enumerate(
                 zip(PAPER[landscape, "ga-dp"], PAPER[landscape, "ga-auv"], strict=True), 1
             )
             if _paper_delta(theirs) <= _paper_delta(ours)
         ]
-        if behind:
+        if no_higher:
             said.append(
                 f"On landscape {landscape} its conventional GA has no higher delta than "
-                f"its own planner at generations {', '.join(behind)}."
+                f"its own planner at generations {', '.join(no_higher)}."
             )
     return said

@@ -96,7 +96,7 @@ class Table:
 
 #: Every table of F.
 TABLES = {
-    "as paper": Table(),
+    "paper mode": Table(),
     "clearance 30 m": Table(30.0),
     "clearance 100 m": Table(100.0),
     "untuned ground": Table(untuned=True),
@@ -200,13 +200,13 @@ def _fitness(name: str, table: Table, measured: _Measured, seeds: int) -> Report
             "host's share",
         ),
         notes=[
-            "A row of the chip is of its model, unpolished, at 100 MHz with 8 lanes; its CPU",
-            "seconds are those of the model. Up to 20 ms it is one run, above it four, each from",
-            "the one before, as the planner does. ga-chip is the whole planner: with further seeds",
-            "where none of a run's paths is feasible, and the map's upload. F is the mean of the",
-            "feasible paths, and the mean is of the maps with one; CPU seconds of a plan are of",
-            "all threads, without compiling. Host's share: of the seconds of a plan, those that do",
-            "not wait for a board.",
+            "Rows of the chip: runs of its model at 100 MHz with 8 lanes, unpolished; CPU seconds "
+            "of the model. Up to 20 ms there is one run. Longer plans are four runs, each from "
+            "the population of the previous one, as the planner makes them. Rows of ga-chip: the "
+            "whole planner, with further seeds where no path of a run is feasible, and with the "
+            "upload of the map. F: mean of the feasible paths; mean: of the maps with such a "
+            "path. CPU seconds: all threads, without compiling. Host's share: share of the "
+            "seconds of a plan in which the host does not wait for a board.",
             *([f"Seeds: {', '.join(fewer)}."] if fewer else []),
             *missing(),
         ],
@@ -258,7 +258,7 @@ def _cycles(measured: _Measured) -> Report:
     """Return the generations that the compiled model runs in a second, and their cycles."""
     chip_ms = _COUNTED_MS if _COUNTED_MS in TIMES_MS else TIMES_MS[-1]
     report = Report(
-        f"Cycles of a generation, and speed of the compiled model: plans of {chip_ms} ms as paper",
+        f"Cycles of a generation, and speed of the compiled model: paper mode, {chip_ms} ms",
         (
             "terrain",
             "generations",
@@ -315,7 +315,7 @@ def _race(measured: _Measured) -> Report:
 def _shares(seeds: int) -> Report:
     """Return how many runs of a short time find a feasible path, with more seeds."""
     report = Report(
-        f"Runs of {_SHARED_MS} ms with a feasible path, as paper, {seeds} seeds",
+        f"Runs of {_SHARED_MS} ms with a feasible path, paper mode, {seeds} seeds",
         (*terrains(), "all"),
     )
     tasks = [

@@ -18,7 +18,7 @@ __all__ = ["CHANGES", "run"]
 
 #: Cycles of a run: 10 ms.
 _CYCLES = CHIP.clock_hz // 100
-#: As paper, then clearances in metres.
+#: Paper mode, then clearances in metres.
 _CLEARANCES = (None, 30.0, 100.0)
 _USUAL = RunOptions(cycles=_CYCLES)
 
@@ -89,7 +89,7 @@ def run(options: Options) -> Report:
         f"Choices of the planner core: {seeds} seeds, 10 ms at 100 MHz with 8 lanes",
         (
             "change",
-            "as paper",
+            "paper mode",
             "feasible",
             "30 m",
             "feasible",
@@ -99,8 +99,8 @@ def run(options: Options) -> Report:
             "cycles per generation",
         ),
         notes=[
-            "Mean over the terrains of the mean F of the feasible paths, unpolished, of one run",
-            "for each seed; how many runs have a feasible path. Generations and cycles as paper.",
+            "Mean over the terrains of the mean F of the feasible paths, unpolished, a run per "
+            "seed; how many runs have a feasible path. Generations and cycles: paper mode.",
             *missing(),
         ],
     )

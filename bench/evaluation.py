@@ -57,7 +57,7 @@ def _populations(seeds: int) -> Report:
     evaluator.fitness(padded, lengths)
     seconds = time.process_time() - started
     return Report(
-        "Evaluation, as paper",
+        "Evaluation, paper mode",
         ("terrain", "paths", "ds m", "evaluations per second and core"),
         [(terrain.name, len(paths), float(scenario.ds_m), len(paths) / seconds)],
         [

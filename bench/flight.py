@@ -129,7 +129,7 @@ class Row:
     @property
     def name(self) -> str:
         """Name in the table, which ``--only`` is compared with."""
-        mode = "as paper" if self.as_paper else "safe"
+        mode = "paper mode" if self.as_paper else "safe"
         return f"{self.terrain} {self.aircraft} {self.weather} {mode}"
 
     def problem(self) -> Problem:
@@ -219,7 +219,7 @@ def _report(kept: Store, wanted: list[Row]) -> Report:
     """Return the tables of rows by the rules and in paper mode, with the planners that are kept."""
     tables = []
     for as_paper in (False, True):
-        table = Report("As paper" if as_paper else "By the rules", _COLUMNS)
+        table = Report("Paper mode" if as_paper else "By the rules", _COLUMNS)
         flown = safe = lacking = 0
         for row in (row for row in wanted if row.as_paper == as_paper):
             parts = [part for planner in PLANNED if (part := kept.get(row.name, planner))]

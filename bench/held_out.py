@@ -23,13 +23,13 @@ _YARDSTICK = "astar"
 #: Columns of the tables: a planner with its options.
 VARIANTS: dict[str, tuple[str, dict[str, Any]]] = {
     _YARDSTICK: ("astar", {}),
-    "chip alone, 10 ms": ("ga-chip", {"chip_ms": 10, "polish": "off"}),
-    "with polish, 10 ms": ("ga-chip", {"chip_ms": 10, "polish": "on"}),
-    "chip alone, 50 ms": ("ga-chip", {"chip_ms": 50, "polish": "off"}),
-    "with polish, 50 ms": ("ga-chip", {"chip_ms": 50, "polish": "on"}),
+    "ga-chip unpolished, 10 ms": ("ga-chip", {"chip_ms": 10, "polish": "off"}),
+    "ga-chip polished, 10 ms": ("ga-chip", {"chip_ms": 10, "polish": "on"}),
+    "ga-chip unpolished, 50 ms": ("ga-chip", {"chip_ms": 50, "polish": "off"}),
+    "ga-chip polished, 50 ms": ("ga-chip", {"chip_ms": 50, "polish": "on"}),
 }
 #: Titles of the tables by the clearance; None stands for paper mode.
-_TABLES = {"as paper": None, "with a clearance of 30 m": 30.0}
+_TABLES = {"paper mode": None, "with a clearance of 30 m": 30.0}
 
 #: Problem, clearance, variant and seed of a plan.
 _Task = tuple[str, float | None, str, int]
@@ -82,9 +82,10 @@ def _table(
         f"Mean F on held-out ground, {title}, {seeds} seeds",
         ("problem", *VARIANTS),
         notes=[
-            "Generated ground of seeds that no choice was made on. Plans on the chip's model, its",
-            "time by modelled cycles at 100 MHz. Mean F of the feasible paths; a share says how",
-            "many seeds found one where not all did.",
+            "Generated ground, whose seeds were not used for any choice. Plans on the chip's "
+            "model, whose time is the modelled cycles at 100 MHz. Mean F of the feasible paths; a "
+            "share in brackets says how many seeds found one, where some did not. Unpolished: the "
+            "chip's best path as it is; polished: moved by the host.",
         ],
     )
     means: dict[str, list[float]] = {variant: [] for variant in VARIANTS}

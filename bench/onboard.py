@@ -37,7 +37,7 @@ Outcome = dict[str, Any]
 def run(options: BenchOptions) -> Report:
     """Run both variants on every available scenario, with the same seeds."""
     report = Report(
-        f"Collisions counted on the board, as paper: {options.seeds} seeds, "
+        f"Collisions counted on the board, paper mode: {options.seeds} seeds, "
         f"{_GENERATIONS} generations",
         (
             "terrain",

@@ -57,7 +57,7 @@ VARIANTS = tuple(_variants())
 def run(options: BenchOptions) -> Report:
     """Run every variant on every available scenario."""
     report = Report(
-        f"Quality: {options.seeds} seeds, each planner's own number of generations, as paper",
+        f"Quality: {options.seeds} seeds, each planner's own number of generations, paper mode",
         (
             "terrain",
             "planner",

@@ -45,14 +45,14 @@ def report(results: dict[str, Flights], yardstick: Flights, count: int) -> Repor
             "mean F of new paths",
         ),
         notes=[
-            "Figures with slashes: p50 / p95 / p99 / most. Time and metres from the change to the",
-            "new path at the autopilot, of changes that need one, where the row's planner found it",
-            "and the aircraft did not wait on a circle. Chip and line: of all attempts together.",
-            "Where there is a path at once: of changes for which the first attempt finds one, or",
-            "for which an ample search from the same start does, circles or not, no board lost.",
-            "Host's share measured: the median, on this machine. Survived: neither ground nor zone",
-            "touched, a zone over the aircraft left within 1.1 times the shortest way out, and",
-            "arrived where the yardstick does.",
+            "Figures with slashes: p50 / p95 / p99 / maximum. Time and metres from the change to "
+            "the new path at the autopilot, for changes that need one, where the row's planner "
+            "found it and the aircraft did not wait on a circle. Chip and line: all attempts "
+            "together. Where there is a path at once: changes for which the first attempt, or an "
+            "ample search from the same start, finds one, with or without waiting circles and no "
+            "board lost. Host's share: median, on this machine. Survived: touched neither ground "
+            "nor zone, left a zone over the aircraft within 1.1 times the shortest way out, and "
+            "arrived where the yardstick arrives.",
             *missing(),
         ],
     )

@@ -7,11 +7,17 @@ import os
 import platform
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from pathlib import Path
+from textwrap import wrap
 from typing import Any
+
+from bench.sources import digest
 
 
 __all__ = ["Options", "Report"]
+
+_NOTE_WIDTH = 120
 
 
 @dataclass(frozen=True)
@@ -46,7 +52,7 @@ class Report:
     rows : list of sequence
         Cells, in the order of ``columns``; numbers are printed with at most 4 significant digits.
     notes : list of str
-        Sentences below the table.
+        Paragraphs below the table, in which lines are filled.
     data : dict
         Additional content of the JSON.
     failed : bool
@@ -69,19 +75,22 @@ class Report:
         widths = [max(len(row[i]) for row in cells) for i in range(len(self.columns))]
         lines = [f"| {' | '.join(map(str.ljust, row, widths))} |" for row in cells]
         lines.insert(1, "|" + "|".join("-" * (width + 2) for width in widths) + "|")
-        own = "\n".join([f"{'#' * level} {self.title}", "", *lines, "", *self.notes])
+        notes = [line for note in self.notes for line in wrap(note, _NOTE_WIDTH)]
+        own = "\n".join([f"{'#' * level} {self.title}", "", *lines, "", *notes])
         return "\n\n".join([own, *(report.text(level) for report in self.further)])
 
     def write(self, path: Path) -> Path:
-        """Write the report and a description of the machine to ``path`` as JSON."""
+        """Write the report as JSON, with its day, machine and digest of the sources."""
         machine = {
             "processor": _processor(),
             "cores": os.cpu_count(),
             "python": platform.python_version(),
             "system": platform.system(),
         }
+        sources = digest("bench", "hdl", "host", "sim")
+        measured = {"date": datetime.now(UTC).date().isoformat(), "sources": sources, **machine}
         first, *further = (report._content() for report in (self, *self.further))
-        content = {**first, "machine": machine, **({"further": further} if further else {})}
+        content = {**first, "measured": measured, **({"further": further} if further else {})}
         path.write_text(json.dumps(content | self.data, indent=1, default=float) + "\n")
         return path
 

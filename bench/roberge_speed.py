@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from functools import partial
-from multiprocessing import get_context
 from statistics import fmean, median
 from typing import Any, NamedTuple
 
+from bench.campaign import measure
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import problem_at_one_cell
 from pathgene.host.cores import available_cores
-from pathgene.host.errors import InputError, JobError
+from pathgene.host.errors import InputError, PathgeneError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners.base import Options, Result
 from pathgene.host.planners.fpa.planner import FlowerPollinationPlanner
@@ -74,7 +71,7 @@ def run(
     ``options.only`` chooses rows: "gpu, 2 threads, 4096 x 64" is one of them.
     """
     report = Report(
-        f"fpa-2opt on {MAP}: {iterations} iterations, 6 free waypoints, ds one cell, as paper",
+        f"fpa-2opt on {MAP}: {iterations} iterations, 6 free waypoints, ds one cell, paper mode",
         (
             "engine",
             "threads",
@@ -91,71 +88,72 @@ def run(
         ),
     )
     cores = available_cores()
-    base_s = 0.0
-    left_out: list[str] = []
-    cases = [*_cases(cores, population, solutions, together)]
-    if not any(options.only in case.name for case in cases):
+    every = [*_cases(cores, population, solutions, together)]
+    tasks = [
+        (case, iterations, case.solutions == population)
+        for case in every
+        if options.only in case.name
+    ]
+    if not tasks:
         raise InputError(f"No row of the benchmark has {options.only!r} in its name.")
-    for case in cases:
-        if options.only not in case.name:
-            continue
-        try:
-            row = _measured(case, iterations, watts=case.solutions == population)
-        except InputError as error:
-            left_out.append(f"No GPU was measured. {error}")
-            break
-        except JobError as error:
-            left_out.append(f"{case.name} was not measured. {error}")
-            continue
-        seconds = row[0]
-        base_s = base_s or seconds
-        report.rows.append(
-            (
-                case.engine,
-                "-" if case.engine == "gpu" else case.threads,
-                case.solutions,
-                case.runs,
-                *row[:2],
-                base_s * case.runs / seconds if case.solutions == population else "-",
-                *row[2:],
-            )
-        )
-        print(f"roberge-speed: {report.rows[-1]}", file=sys.stderr, flush=True)
+    rows: dict[_Case, tuple[Any, ...]] = {}
+    left_out: dict[str, None] = {}
+
+    def failed(task: tuple[_Case, int, bool], error: PathgeneError) -> None:
+        # Without a GPU, its rows have the same reason.
+        is_missing = isinstance(error, InputError)
+        said = "No GPU was measured" if is_missing else f"{task[0].name} was not measured"
+        left_out[f"{said}. {error}"] = None
+
+    # One at a time, in a process without earlier threads: each row has the machine for itself.
+    measure(
+        "roberge-speed",
+        tasks,
+        _measured,
+        name=lambda task: task[0].name,
+        keep=lambda task, row: rows.update({task[0]: row}),
+        failed=failed,
+        spawned=True,
+        processes=1,
+    )
+    base_s = next(iter(rows.values()))[0] if rows else 0.0
+    for case, (seconds, of_iterations, *rest) in rows.items():
+        faster = base_s * case.runs / seconds if case.solutions == population else "-"
+        threads = "-" if case.engine == "gpu" else case.threads
+        report.rows.append((case.engine, threads, *case[2:], seconds, of_iterations, faster, *rest))
     if cores > 1 and not options.only:
-        together_s = _together(cores, population, iterations)
-        report.rows.append(
-            (
-                "sequential, one a core",
-                cores,
-                population,
-                cores,
-                together_s,
-                "-",
-                cores * base_s / together_s,
-                *("-",) * 5,
-            )
+        alone = measure(
+            "roberge-speed",
+            [(_Case("sequential", 1, population), iterations, False)] * cores,
+            _measured,
+            name=lambda _: "sequential, one a core",
+            spawned=True,
         )
+        seconds = median(row[0] for row in alone)
+        name = "sequential, one a core"
+        faster = cores * base_s / seconds
+        report.rows.append((name, cores, population, cores, seconds, "-", faster, *("-",) * 5))
     report.rows += [
         (name, threads, count, 1, seconds, "-", PAPER[0][3] / seconds, *("-",) * 5)
         for name, threads, count, seconds in PAPER
     ]
     report.notes = [
-        f"Median of {_REPEATS} after one that compiles, each with its own seeds; seconds from the",
-        "first path drawn to the reported path, checked at ds / 8. Times as fast: runs a second,",
-        "compared with the first row, and for the paper with its first row. One run a core:",
-        "independent runs at the same time, which show the limit of the machine. The paper gives",
-        "neither its number of waypoints nor its ds. All candidates: with those whose evaluation",
-        'stopped once they could not be better; the rows "all in full" evaluate these to the end,',
-        "as the paper does. Rates are of the seconds of iterations. Joules: the GPU's power by",
-        f"nvidia-smi, over {_POWER_S:g} s of such runs, its power when idle included.",
+        f"Median of {_REPEATS} after one that compiles, each with its own seeds; seconds from the "
+        "first path drawn to the reported path, checked at ds / 8. Times as fast: runs a second, "
+        "compared with the first row, and for the paper with its first row. One a core: "
+        "independent runs at the same time, which show the limit of the machine. The paper gives "
+        "neither its number of waypoints nor its ds. All candidates include candidates that are "
+        'given up once they cannot be better; the row "all in full" evaluates them to the end, as '
+        "the paper does. Rates: of the seconds of iterations. Joules: the GPU's power by "
+        f"nvidia-smi over {_POWER_S:g} s of such runs, its power when idle included.",
         *_gpu_names(),
+        *left_out,
     ]
-    report.notes += left_out
     return report
 
 
 def _cases(cores: int, population: int, solutions: Sequence[int], together: int) -> Iterator[_Case]:
-    """Yield the processor's rows, then the GPU's; without a GPU, the first end the table."""
+    """Yield the processor's rows, then the GPU's."""
     yield _Case("sequential", 1, population)
     yield _Case(_IN_FULL, cores, population)
     for threads in range(1, cores + 1):
@@ -168,7 +166,7 @@ def _cases(cores: int, population: int, solutions: Sequence[int], together: int)
             yield _Case("gpu", cores, count, runs)
 
 
-def _measured(case: _Case, iterations: int, *, watts: bool) -> tuple[Any, ...]:
+def _measured(case: _Case, iterations: int, watts: bool) -> tuple[Any, ...]:
     """Return the columns of a case, starting with its seconds."""
     rounds = [
         _plan(case, iterations, range(number * case.runs, (number + 1) * case.runs))
@@ -206,20 +204,6 @@ def _plan(case: _Case, iterations: int, seeds: Sequence[int]) -> list[Result]:
     if case.runs > 1:
         return planner.plan_together([evaluator] * case.runs, options)
     return [planner.plan(evaluator, options[0])]
-
-
-def _together(cores: int, population: int, iterations: int) -> float:
-    """Return the median seconds of simultaneous sequential runs, one per core."""
-    # Spawned: a process that has had threads must not be forked.
-    with ProcessPoolExecutor(cores, mp_context=get_context("spawn")) as pool:
-        timed = partial(_sequential_s, population, iterations)
-        rounds = [max(pool.map(timed, [seed] * cores)) for seed in range(_REPEATS + 1)]
-    return median(rounds[1:])
-
-
-def _sequential_s(population: int, iterations: int, seed: int) -> float:
-    (result,) = _plan(_Case("sequential", 1, population), iterations, [seed])
-    return result.seconds["total"]
 
 
 def _rate(results: Sequence[Result], count: Callable[[Result], int]) -> float:

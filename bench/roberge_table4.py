@@ -47,7 +47,7 @@ def run(
     """Run all trials of every available map."""
     report = Report(
         f"Table 4 of roberge: {options.trials} trials, {iterations} iterations, {population} "
-        f"solutions, as paper",
+        f"solutions, paper mode",
         (
             "map",
             "way",

@@ -74,7 +74,7 @@ class Row:
     @property
     def rules(self) -> str:
         """Name of the set of rules: a column of the table."""
-        return "as paper" if self.clearance_m is None else f"clearance {self.clearance_m:g} m"
+        return "paper mode" if self.clearance_m is None else f"clearance {self.clearance_m:g} m"
 
     @property
     def name(self) -> str:
@@ -180,8 +180,8 @@ def _report(runs: dict[Row, list[Outcome]]) -> Report:
             for terrain, planner in dict.fromkeys((row.terrain, row.planner) for row in runs)
         ],
         [
-            "F: the mean of the feasible paths alone. A share says how many seeds found one, where",
-            "not all did; none: no seed did.",
+            "Mean F of the feasible paths. A share in brackets says how many seeds found one, "
+            "where some did not; none: no seed found one.",
             *missing(),
         ],
         {"runs": {row.name: outcomes for row, outcomes in runs.items()}},
@@ -203,11 +203,11 @@ def _seconds_table(runs: dict[Row, list[Outcome]]) -> Report:
     safe = [key for key in rules if key is not None]
     table = Report(
         "CPU seconds of a plan",
-        ("planner", *rules.values(), *(f"{rules[key]}, times as paper" for key in safe)),
+        ("planner", *rules.values(), *(f"{rules[key]}, relative to paper mode" for key in safe)),
         notes=[
-            "The least and the greatest mean of a terrain. The problem's rasters are included,",
-            "compiling is not; plans that find no path count, too. Times as paper: the median over",
-            "the terrains.",
+            "The least and the greatest mean of a terrain, with the problem's rasters, without "
+            "compiling; plans that find no path count. Relative to paper mode: the median of the "
+            "ratios of the terrains.",
         ],
     )
     for planner in dict.fromkeys(row.planner for row in runs):

@@ -75,7 +75,7 @@ def names_of(wanted: Sequence[str]) -> list[str]:
 def missing(wanted: Sequence[str] = (EMBEDDED, *TILES)) -> list[str]:
     """Return a note on the missing terrains of ``wanted``, if any."""
     left_out = [name for name in wanted if name not in names_of(wanted)]
-    return [f"Not beside the repository, so left out: {', '.join(left_out)}."] if left_out else []
+    return [f"Not next to the repository, so left out: {', '.join(left_out)}."] if left_out else []
 
 
 def source_of(name: str) -> str:
@@ -93,7 +93,7 @@ def _terrain(name: str) -> Terrain:
     if source == name:
         return load(name)
     if not Path(source).exists():
-        raise InputError(f"The elevation tile {TILES[name]} is not beside the repository.")
+        raise InputError(f"The elevation tile {TILES[name]} is not next to the repository.")
     return load(source, fill_voids=True)
 
 

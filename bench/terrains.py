@@ -164,7 +164,7 @@ def differing(
 def run(options: BenchOptions) -> Report:
     """Check 10,000 random and 10,000 evolved paths over every available terrain."""
     report = Report(
-        f"Collision checker over real terrain, as paper: mean cycles per path, {_PATHS:,} "
+        f"Collision checker over real terrain, paper mode: mean cycles per path, {_PATHS:,} "
         "paths a row",
         (
             "terrain",

@@ -163,10 +163,10 @@ BOARDS_TABLE = Table(
     order=tuple(_CHIPS),
     notes=[
         "The chip of `make bitstream BOARD=... CHIP=planner`, or of `CHIP=paper` where the row has "
-        "the name of the board alone, with the first seed. Block RAMs: of 18 "
-        "kbit on ECP5; of 4 and of 256 kbit, together, on iCE40, where the flip-flops are in the "
-        "logic cells that are counted as LUTs. Build script only, as their tools "
-        f"do not come along: {', '.join(name for name in BOARDS if name not in _ROUTED_BOARDS)}."
+        "only the name of the board, with the first seed. Block RAMs: of 18 kbit on ECP5; of 4 and "
+        "256 kbit, added up, on iCE40, whose logic cells, counted as LUTs, have the flip-flops. "
+        "Not routed, because their tools are not in the package index: "
+        f"{', '.join(name for name in BOARDS if name not in _ROUTED_BOARDS)}."
     ],
 )
 LANES_TABLE = Table(

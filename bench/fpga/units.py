@@ -255,10 +255,9 @@ UNITS_TABLE = Table(
     notes=[
         f"LFE5U-85F of speed grade 6, one seed, {_ECP5.asked_mhz} MHz asked of each, "
         f"{_LESS_ASKED.asked_mhz} of the population; the registers around every port are counted. "
-        "LUTs include carry chains and LUT RAMs. The two-tier checker of a map of "
-        "256 x 256 on a UP5K is the chip of the board icebreaker, with nothing but the link. "
-        "Selection is synthesized by the yosys 0.23 of Debian (`YOSYS=yosys`): ABC, by which yosys "
-        "maps logic, of the 0.70 dies on it where it is alone.",
+        "LUTs include carry chains and LUT RAMs. The chip of the board icebreaker is a two-tier "
+        "checker of a map of 256 x 256 with a link, on a UP5K. Selection is synthesized by the "
+        "yosys 0.23 of Debian (`YOSYS=yosys`): the ABC of 0.70, which maps logic, crashes on it.",
     ],
 )
 PAPERS_TABLE = Table(

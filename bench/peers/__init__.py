@@ -59,7 +59,7 @@ class _Rates(NamedTuple):
 def run(options: BenchOptions, *, iterations: int = _ITERATIONS) -> Report:
     """Run every installed peer with the evaluations, or seconds, that ``fpa-2opt`` takes."""
     report = Report(
-        f"Peers on {MAP}, {WAYPOINTS} free waypoints, ds one cell, as paper",
+        f"Peers on {MAP}, {WAYPOINTS} free waypoints, ds one cell, paper mode",
         (
             "planner",
             "hands over",

@@ -1,8 +1,20 @@
 """The benchmark of table IV."""
 
+import itertools
+
+import numpy as np
 import pytest
 
-from bench.cheng_table4 import contradictions, optimize, run
+from bench.cheng_table4 import (
+    PAPER,
+    _compared,
+    _compared_with_paper,
+    _Outcome,
+    _with_dense_samples,
+    contradictions,
+    optimize,
+    run,
+)
 from bench.report import Options
 
 
@@ -26,6 +38,22 @@ def test_direct_optimizer_improves_with_evaluations():
     assert many < few
     # The best straight line costs far more.
     assert many < 1.5
+
+
+def test_short_tables_are_means_of_the_runs():
+    """Runs with the terms of the paper's table have its delta."""
+    outcomes = {}
+    for samples, landscape in itertools.product((21, None), (1, 2)):
+        for case in _compared(samples, landscape):
+            rows = PAPER[landscape, case.planner]
+            terms = np.array([(length, 1 - turn / 180, rate) for length, rate, turn in rows])
+            outcomes[case] = [_Outcome(terms, terms, False, 1)] * 2
+    paper = _compared_with_paper(outcomes)
+    assert [row[:2] for row in paper.rows] == [*itertools.product((1, 2), (20, 50, 100))]
+    assert [row[2:4] for row in paper.rows] == [row[4:] for row in paper.rows]
+    dense = _with_dense_samples(outcomes)
+    assert [row[:4] for row in dense.rows] == [row[:4] for row in paper.rows]
+    assert [bool(row[4]) for row in dense.rows] == [False, False, True] * 2
 
 
 @pytest.mark.long

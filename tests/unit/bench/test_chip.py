@@ -62,7 +62,7 @@ def test_the_chip_is_beside_the_other_planners(monkeypatch):
     monkeypatch.setattr(chip, "TIMES_MS", (1, 2))
     monkeypatch.setattr(chip, "OTHERS", {"astar": chip.Other("astar", seeds=1)})
     monkeypatch.setattr(campaign, "ProcessPoolExecutor", Pool)
-    report = chip.run(Options(seeds=2, only="as paper"))
+    report = chip.run(Options(seeds=2, only="paper mode"))
     assert [row[0] for row in report.rows] == ["chip, 1 ms", "chip, 2 ms", "astar"]
     assert [row[3] for row in report.rows[:2]] == ["2 of 2", "2 of 2"]
     assert [float(row[4]) for row in report.rows[:2]] == pytest.approx([1, 2], abs=0.1)

@@ -17,8 +17,8 @@ from tests.support.host.pool import Pool
 def test_replans_are_beside_astar(monkeypatch):
     monkeypatch.setattr(chip_replans, "terrains", lambda: ["canyon"])
     monkeypatch.setattr(campaign, "ProcessPoolExecutor", Pool)
-    report = chip_replans.run(Options(seeds=2, only="as paper"))
-    names = [name for name in ROWS if "as paper" in name]
+    report = chip_replans.run(Options(seeds=2, only="paper mode"))
+    names = [name for name in ROWS if "paper mode" in name]
     assert [row[0] for row in report.rows] == names
     two, repaired, retried, of_board, *cold = report.rows
     assert of_board[1].split(" of ")[1].startswith("4")

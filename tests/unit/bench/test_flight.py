@@ -19,7 +19,7 @@ def test_rows_are_all_maps_aircraft_weathers_and_modes():
     assert len({row.name for row in every}) == len(every)
     assert [row.name for row in rows("canyon c172p calm")] == [
         "canyon c172p calm safe",
-        "canyon c172p calm as paper",
+        "canyon c172p calm paper mode",
     ]
     for name, options in PLANNED.values():
         assert callable(make(name, **options).plan)
@@ -47,7 +47,7 @@ def one(tmp_path, monkeypatch):
     monkeypatch.setattr(flight, "PLANNED", {"astar": ("astar", {})})
     page = tmp_path / "page.md"
     page.write_text("<!-- tables of BENCH=flight -->\n<!-- end of BENCH=flight -->\n")
-    return Options(seeds=3, only="river silver-fox calm as paper")
+    return Options(seeds=3, only="river silver-fox calm paper mode")
 
 
 @pytest.mark.ci  # Starts processes that compile.

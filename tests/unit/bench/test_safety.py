@@ -25,7 +25,7 @@ def test_rows_are_all_maps_planners_and_rules():
     assert len(every) == (len(names()) + 2) * len(PLANNERS) * len(CLEARANCES)
     assert len({row.name for row in every}) == len(every)
     assert [row.name for row in rows("canyon astar")] == [
-        "canyon astar as paper",
+        "canyon astar paper mode",
         "canyon astar clearance 0 m",
         "canyon astar clearance 30 m",
         "canyon astar clearance 100 m",
@@ -59,14 +59,14 @@ def test_tables_have_means_of_feasible_paths_and_ratios_of_seconds():
             Row("river", "astar", 30.0): outcomes(1.3, 1.3, seconds=(5, 5)),
         }
     )
-    assert report.columns == ("terrain", "planner", "as paper", "clearance 30 m")
+    assert report.columns == ("terrain", "planner", "paper mode", "clearance 30 m")
     assert report.rows == [
         ("canyon", "fpa", "1.5500", "1.4000 (1/2)"),
         ("river", "fpa", "1.2000", "none"),
         ("river", "astar", "", "1.3000"),
     ]
     (seconds,) = report.further
-    assert seconds.columns[-1] == "clearance 30 m, times as paper"
+    assert seconds.columns[-1] == "clearance 30 m, relative to paper mode"
     assert seconds.rows == [
         ("fpa", "2.00 to 4.00", "3.00 to 8.00", "1.75"),
         ("astar", "", "5.00 to 5.00", ""),

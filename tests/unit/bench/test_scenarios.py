@@ -14,10 +14,10 @@ def test_names_missing_tiles(tmp_path, monkeypatch):
     assert missing() == []
     (tmp_path / TILES["cdem"]).unlink()
     (tmp_path / TILES["alps"]).unlink()
-    assert missing() == ["Not beside the repository, so left out: cdem, alps."]
+    assert missing() == ["Not next to the repository, so left out: cdem, alps."]
     wanted = [*SYNTHETIC, "alps", "himalaya"]
     assert names_of(wanted) == [*SYNTHETIC, "himalaya"]
-    assert missing(wanted) == ["Not beside the repository, so left out: alps."]
+    assert missing(wanted) == ["Not next to the repository, so left out: alps."]
     assert missing(SYNTHETIC) == []
 
 

@@ -7,7 +7,7 @@ import venv
 
 import pytest
 
-from tests.docs.pages import ROOT, fences
+from tests.docs.pages import copy_sources, fences
 
 
 def run(*command, **options):
@@ -36,25 +36,44 @@ def test_at_most_ten_lines():
     assert len([line for line in lines.splitlines() if line]) <= 10
 
 
-@pytest.mark.long
-def test_pip_install_in_a_new_environment(tmp_path):
-    wheels, folder = tmp_path / "wheels", tmp_path / "elsewhere"
-    folder.mkdir()
+@pytest.fixture(scope="module")
+def new(tmp_path_factory):
+    """Programs of a new environment that has the wheel."""
+    folder = tmp_path_factory.mktemp("install")
     # A copy, because the build leaves files next to its sources.
-    tree = tmp_path / "tree"
-    archive = run("git", "-C", ROOT, "ls-files", "-z").split("\0")
-    for name in archive:
-        if name and (ROOT / name).is_file() and not name.startswith(("tests/", "docs/")):
-            (tree / name).parent.mkdir(parents=True, exist_ok=True)
-            (tree / name).write_bytes((ROOT / name).read_bytes())
+    tree, wheels = folder / "tree", folder / "wheels"
+    copy_sources(tree)
     run(sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", wheels, tree)
     (wheel,) = wheels.glob("*.whl")
-    venv.create(tmp_path / "new", with_pip=True)
-    bin_path = tmp_path / "new" / "bin"
-    run(bin_path / "pip", "install", "--disable-pip-version-check", "-q", wheel)
-    printed = run(bin_path / "python", "-I", "-c", "\n".join(ten_lines()), cwd=folder)
+    venv.create(folder / "new", with_pip=True)
+    programs = folder / "new" / "bin"
+    run(programs / "pip", "install", "--disable-pip-version-check", "-q", wheel)
+    return programs
+
+
+@pytest.mark.long
+def test_the_tutorial_runs_from_another_folder(new, tmp_path):
+    printed = run(new / "python", "-I", "-c", "\n".join(ten_lines()), cwd=tmp_path)
     assert re.search(
         r"<Plan by ga-fpga: feasible, fitness 1\.\d+, \d+\.\d+ km, \d+ points>", printed
     )
-    assert (folder / "out" / "tutorial" / "path.png").is_file()
-    run(bin_path / "pathgene", "check", "--path", "out/tutorial/summary.json", cwd=folder)
+    assert (tmp_path / "out" / "tutorial" / "path.png").is_file()
+    run(new / "pathgene", "check", "--path", "out/tutorial/summary.json", cwd=tmp_path)
+
+
+@pytest.mark.long
+def test_one_package_is_installed(new, tmp_path):
+    """The folders of the repository are importable as parts of ``pathgene`` alone."""
+    version = run(new / "pathgene", "--version", cwd=tmp_path)
+    assert run(new / "python", "-m", "pathgene", "--version", cwd=tmp_path) == version
+    for name in ("hdl", "host", "sim"):
+        run(new / "python", "-c", f"import pathgene.{name}", cwd=tmp_path)
+    for name in ("hdl", "host", "sim", "bench", "tools", "tests"):
+        done = subprocess.run(
+            [new / "python", "-c", f"import {name}"],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert f"ModuleNotFoundError: No module named '{name}'" in done.stderr

@@ -16,6 +16,7 @@ from pathgene.host.diagnosis.reason import broken_limit
 from pathgene.host.evaluation import Evaluation, Evaluator
 from pathgene.host.planners import PLANNERS, make
 from pathgene.host.planners.base import Options, Result, Stop
+from pathgene.host.planners.timed import plan_in_time
 from pathgene.host.problem.problem import Problem
 
 
@@ -111,7 +112,7 @@ def _searched(
         if found and (found[-1][1].evaluation.feasible or (stop is not None and stop.requested)):
             break
         options = Options(generations=PLANNERS[name].generations)
-        found.append((name, make(name).plan(evaluator, options, stop=stop)))
+        found.append((name, plan_in_time(make(name), evaluator, options, stop=stop)))
     if not found:
         return None
     name, result = max(found, key=lambda each: each[1].evaluation.fitness)

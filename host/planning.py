@@ -23,6 +23,7 @@ from pathgene.host.options.table import FALLBACKS
 from pathgene.host.planners import DEFAULT_BOARD, PLANNERS, make
 from pathgene.host.planners.base import Options, Progress, Result, Stop
 from pathgene.host.planners.default import named_or_default
+from pathgene.host.planners.timed import plan_in_time
 from pathgene.host.problem.changes import changed_problem
 from pathgene.host.problem.zones import Zone
 from pathgene.host.report.summary import summarise
@@ -322,7 +323,7 @@ class Search:
         source: Mapping[str, Any] | None = None,
     ) -> Plan:
         """Plan the problem of ``evaluator``; see :func:`pathgene.host.mission.plan.plan`."""
-        result = self._planner.plan(evaluator, self.options, progress, stop)
+        result = plan_in_time(self._planner, evaluator, self.options, progress, stop)
         if stop is not None:
             stop.heeded = True
         if source is None:

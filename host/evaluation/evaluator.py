@@ -25,6 +25,7 @@ from pathgene.host.evaluation.problem_constants import constants_of
 from pathgene.host.evaluation.terms import Evaluation
 from pathgene.host.evaluation.track import SmoothedTrack
 from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Zone
 
 
 if TYPE_CHECKING:
@@ -46,8 +47,7 @@ _PATHS_PER_THREAD = 16
 class Evaluator:
     """Evaluates paths of one problem, one at a time or as a population.
 
-    Every call evaluates every path in full; there is no cache.
-    Results do not depend on the number of threads.
+    Every call evaluates every path in full. Results do not depend on the number of threads.
 
     Parameters
     ----------
@@ -353,10 +353,13 @@ class Evaluator:
         path = self._checked(path)
         return [] if self._strict is None else self._strict.broken(self._strict.lay(path))
 
+    def entered(self, path: NDArray[np.float64]) -> list[Zone]:
+        """Return the zones that a path enters while they are active; empty with ``as_paper``."""
+        return [] if self._strict is None else self._strict.entered(self._strict.lay(path))
+
     def lowest_at_m(self, path: NDArray[np.float64]) -> float | None:
         """Return the metres flown to the least clearance of a path; None with ``as_paper``."""
-        rule = self._strict
-        return None if rule is None else rule.lowest_at_m(rule.lay(self._checked(path)))
+        return self._strict and self._strict.lowest_at_m(self._strict.lay(self._checked(path)))
 
     def _checked(self, path: NDArray[np.float64]) -> NDArray[np.float64]:
         path = np.ascontiguousarray(path, dtype=np.float64)

@@ -18,6 +18,7 @@ from pathgene.host.evaluation.packed_zones import pack_zones
 from pathgene.host.evaluation.terrain_rule import STACK_SHAPE, Required, Surface, excess_m
 from pathgene.host.evaluation.zones import zone_intrusions
 from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Zone
 from pathgene.host.terrain import Terrain
 from pathgene.host.terrain.surface import ANY_VOID_M
 
@@ -206,6 +207,13 @@ class StrictRule:
             found.append((f"zone {zone.name or number + 1}", spans))
         stretches = [each for name, spans in found for each in broken.merged(name, spans)]
         return sorted(stretches, key=lambda stretch: stretch.from_m)
+
+    def entered(self, track: LaidTrack) -> list[Zone]:
+        """Return the zones that a track enters, with their margin, while they are active."""
+        found = zone_intrusions(track.pieces, track.rows, track.times, self._zones)
+        return [
+            zone for zone, each in zip(self._problem.zones, found, strict=True) if each.metres > 0
+        ]
 
     def _heights(self, track: LaidTrack, lowest: _Extreme, highest: _Extreme) -> Iterator[_Scored]:
         excess, at = lowest

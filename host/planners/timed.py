@@ -1,0 +1,99 @@
+"""Search among zones that are active at times, for every planner.
+
+A map of a search has no time. The first search ignores the zones with times. The strict rule then
+judges its path by the time of passage, and the zones that the path enters while they are active are
+active always in the next search, until a path holds.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners.base import Options, Planner, Progress, Result, Stop
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Zone
+
+
+__all__ = ["plan_in_time"]
+
+
+def plan_in_time(
+    planner: Planner,
+    evaluator: Evaluator,
+    options: Options,
+    progress: Progress | None = None,
+    stop: Stop | None = None,
+) -> Result:
+    """Plan with a planner; a zone with times forbids only while it is active.
+
+    The result is the record of the last search, with the seconds of all of them. If no path holds,
+    it is the path of a search in which all zones with times are active always.
+
+    Parameters
+    ----------
+    planner, evaluator, options, progress, stop
+        See :class:`pathgene.host.planners.base.Planner`. ``options.time_limit_s`` counts for all
+        searches together.
+
+    Raises
+    ------
+    InputError, JobError
+        As the planner does.
+    """
+    timed = evaluator.problem.zones_at_times
+    blocked: tuple[Zone, ...] = ()
+    spent: dict[str, float] = {}
+    while timed and (blocked != timed or not spent):
+        problem = _without_times(evaluator.problem, timed, blocked)
+        if problem is None:
+            break
+        result = planner.plan(
+            Evaluator(problem, threads=evaluator.threads),
+            _remaining(options, spent),
+            progress,
+            stop,
+        )
+        spent = _summed(spent, result.seconds)
+        judged = dataclasses.replace(
+            result, evaluation=evaluator.evaluate(result.path), seconds=spent
+        )
+        entered = [zone for zone in evaluator.entered(result.path) if zone in timed]
+        more = tuple(zone for zone in timed if zone in blocked or zone in entered)
+        is_over = judged.interrupted or judged.failure is not None or _is_late(options, spent)
+        if judged.evaluation.feasible or more == blocked or is_over:
+            return judged
+        blocked = more
+    result = planner.plan(evaluator, _remaining(options, spent), progress, stop)
+    return dataclasses.replace(result, seconds=_summed(spent, result.seconds))
+
+
+def _without_times(
+    problem: Problem, timed: tuple[Zone, ...], blocked: tuple[Zone, ...]
+) -> Problem | None:
+    """Return the problem whose zones are active always or never; None if an end is in a zone."""
+    zones = tuple(
+        dataclasses.replace(zone, t0_s=None, t1_s=None) if zone in blocked else zone
+        for zone in problem.zones
+        if zone not in timed or zone in blocked
+    )
+    try:
+        return dataclasses.replace(problem, zones=zones)
+    except InputError:
+        return None
+
+
+def _remaining(options: Options, spent: dict[str, float]) -> Options:
+    """Return the options of the next search."""
+    if options.time_limit_s is None or not spent:
+        return options
+    return dataclasses.replace(options, time_limit_s=options.time_limit_s - spent["total"])
+
+
+def _is_late(options: Options, spent: dict[str, float]) -> bool:
+    return options.time_limit_s is not None and spent["total"] >= options.time_limit_s
+
+
+def _summed(spent: dict[str, float], seconds: dict[str, float]) -> dict[str, float]:
+    return {name: spent.get(name, 0.0) + seconds.get(name, 0.0) for name in {**spent, **seconds}}

@@ -1,0 +1,77 @@
+"""Plans among zones that are active at times, judged by the track's own times and shapely."""
+
+import numpy as np
+import pytest
+from shapely.geometry import Point, Polygon
+
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planning import Search
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Zone
+from pathgene.host.terrain import Terrain
+
+
+LEVEL = Terrain("level", np.full((61, 101), 100.0), 100.0, 100.0)
+AIRSPEED_M_S = 23.0
+PLANNERS = {
+    "astar": {},
+    "ga-pc": {"generations": 60},
+    "fpa": {"generations": 60},
+    "ga-chip": {"board": "model:", "generations": 60},
+}
+
+
+def wall(x, **times):
+    return Zone.polygon([(x, -500), (x + 600, -500), (x + 600, 6500), (x, 6500)], **times)
+
+
+def plan(name, zones):
+    problem = Problem(LEVEL, (1000, 3000, 200), (9000, 3000, 200), zones=zones)
+    evaluator = Evaluator(problem, threads=1)
+    assert problem.aircraft.cruise_speed_m_s == AIRSPEED_M_S
+    return Search(name, **PLANNERS[name]).run(evaluator)
+
+
+def is_ever_inside(found, zones):
+    """Return whether a track in calm air is in a zone while it is active, sampled every metre."""
+    points = found.evaluator.track(found.path).sample(1.0)
+    steps = np.hypot(np.hypot(np.diff(points.x), np.diff(points.y)), np.diff(points.z))
+    seconds = np.append(0.0, np.cumsum(steps)) / AIRSPEED_M_S
+    for zone in zones:
+        shape = Polygon(zone.footprint.rings[0])
+        active = (seconds >= (zone.t0_s or 0)) & (seconds <= (zone.t1_s or np.inf))
+        places = zip(points.x[active], points.y[active], strict=True)
+        if any(shape.contains(Point(place)) for place in places):
+            return True
+    return False
+
+
+@pytest.mark.parametrize("name", PLANNERS)
+def test_flies_through_a_zone_that_is_not_active_at_the_passage(name):
+    for times in ({"t0_s": 0, "t1_s": 60}, {"t0_s": 600, "t1_s": 900}):
+        zones = [wall(4000, **times)]
+        found = plan(name, zones)
+        assert found.evaluation.feasible
+        assert not is_ever_inside(found, zones)
+        assert is_ever_inside(found, [wall(4000)])
+
+
+@pytest.mark.parametrize("name", PLANNERS)
+def test_flies_around_a_zone_that_is_active_at_the_passage(name):
+    square = [(4400, 2400), (5600, 2400), (5600, 3600), (4400, 3600)]
+    zones = [Zone.polygon(square, t0_s=100, t1_s=400), wall(7000, t0_s=0, t1_s=150)]
+    found = plan(name, zones)
+    assert found.evaluation.feasible
+    assert not is_ever_inside(found, zones)
+
+
+def test_no_path_holds_where_all_of_the_way_is_closed():
+    found = plan("astar", [wall(4000, t0_s=0, t1_s=2000)])
+    assert not found.evaluation.feasible
+
+
+def test_leaves_a_zone_that_becomes_active_later():
+    start = [(500, 2500), (1500, 2500), (1500, 3500), (500, 3500)]
+    found = plan("astar", [Zone.polygon(start, t0_s=120)])
+    assert found.evaluation.feasible
+    assert found.evaluation.length_m < 8100

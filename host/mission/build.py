@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pathgene.host.errors import InputError
+from pathgene.host.formats.classes import forbidding
 from pathgene.host.mission.mission import Mission
 from pathgene.host.mission.problem_file import read_problem
 from pathgene.host.options.table import FALLBACKS, OWN, RULES, SEARCH
@@ -252,7 +253,7 @@ def _zone_options(values: Values, aircraft: Aircraft | None) -> ZoneOptions:
         )
     return ZoneOptions(
         skip_bad=bool(values.get("skip_bad_zones")),
-        forbid=None if forbid is None else tuple(forbid.split(",")),
+        forbid=None if forbid is None else forbidding(forbid),
         departure=_departure(values.get("departure")),
         qnh_hpa=qnh_hpa,
         ceiling_m=min((each for each in ceilings if each is not None), default=None),

@@ -164,10 +164,10 @@ _PROBLEM = (
            meaning="read files of zones without their bad features, which are named",
            group="problem", table="mission", default=False, example="false", desk="none"),
     Option(name="forbid", kind=TEXT,
-           meaning="categories of airspace that forbid flight, as in PROHIBITED,CTR, as the files "
-                   "of zones name them",
+           meaning="classes of airspace that forbid flight, as in default,E; default and all stand "
+                   "for several",
            group="problem", table="mission", metavar="LIST",
-           default_text="the defaults of each format", example='"PROHIBITED,CTR"', desk="none"),
+           default_text="default", example='"default,E"', desk="none"),
     Option(name="departure", kind=TEXT,
            meaning="time of the start with its time zone, as in 2026-05-01T09:00+02:00, for zones "
                    "with times of day",

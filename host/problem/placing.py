@@ -137,17 +137,17 @@ def place(features: Sequence[Feature], terrain: Terrain) -> list[tuple[Placed, .
     return placed
 
 
-def swapped_on_map(features: Sequence[Feature], terrain: Terrain) -> list[Feature]:
-    """Return the features that are on the map with longitude and latitude swapped."""
-    if terrain.crs is None or terrain.origin is None:
+def swapped_on_map(features: Sequence[Feature], terrain: Terrain) -> list[bool]:
+    """Return for each feature if it is on the map with longitude and latitude swapped."""
+    if not features:
         return []
     around = _box_around(terrain, 0.0)
     found = []
     for feature in features:
         swapped = [(lat, lon) for lon, lat in feature.rings[0]]
-        if all(abs(lat) <= 90 for _, lat in swapped):
-            box = _box_of(unwrapped(swapped))
-            found += [feature] if next(around.turns(box), None) is not None else []
+        is_place = all(abs(lat) <= 90 for _, lat in swapped)
+        turns = around.turns(_box_of(unwrapped(swapped))) if is_place else iter(())
+        found.append(next(turns, None) is not None)
     return found
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime
@@ -9,6 +10,7 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from pathgene.host.errors import InputError
+from pathgene.host.formats.classes import forbids
 from pathgene.host.formats.features import Bad, Feature, LeftOut, Reference
 from pathgene.host.formats.registry import read_features
 from pathgene.host.formats.shapes import Shape
@@ -34,8 +36,8 @@ class ZoneOptions:
     ----------
     skip_bad : bool
         Read a file without its bad features, which are then left out.
-    forbid : tuple of str, optional
-        Categories that forbid; None for the defaults of the formats.
+    forbid : frozenset of str, optional
+        Classes of airspace that forbid; None for the defaults of the formats.
     departure : datetime, optional
         Moment at which the path starts, with a time zone.
     qnh_hpa : float, optional
@@ -45,7 +47,7 @@ class ZoneOptions:
     """
 
     skip_bad: bool = False
-    forbid: tuple[str, ...] | None = None
+    forbid: frozenset[str] | None = None
     departure: datetime | None = None
     qnh_hpa: float | None = None
     ceiling_m: float | None = None
@@ -119,10 +121,10 @@ def _taken(
     )
     heights = Heights(terrain, options.qnh_hpa, tiled)
     records: list[Record] = []
-    for feature, parts in zip(features, placed, strict=True):
+    for number, (feature, parts) in enumerate(zip(features, placed, strict=True)):
         try:
-            if feature in swapped:
-                raise InputError(swapped[feature])
+            if number in swapped:
+                raise InputError(swapped[number])
             record, zones = _zones(feature, parts, heights, options, make)
         except InputError as error:
             bad.append(Bad(feature.label, str(error)))
@@ -145,12 +147,11 @@ def _taken(
     return taken
 
 
-def _chosen(feature: Feature, forbid: tuple[str, ...] | None) -> Feature:
+def _chosen(feature: Feature, forbid: frozenset[str] | None) -> Feature:
     """Return a feature that forbids as the user chose, if it has a category."""
     if forbid is None or not feature.category:
         return feature
-    chosen = {category.strip().lower() for category in forbid}
-    return replace(feature, forbids=feature.category.lower() in chosen)
+    return replace(feature, forbids=forbids(feature.category, forbid))
 
 
 def _zones(
@@ -203,21 +204,22 @@ def _refusal(bad: Sequence[Bad], total: int) -> str:
 
 def _swapped(
     features: Sequence[Feature], placed: Sequence[tuple[Placed, ...]], terrain: Terrain
-) -> dict[Feature, str]:
+) -> dict[int, str]:
     """Return the fault of features off the map that are on it with their coordinates swapped."""
     off = [
-        feature
-        for feature, parts in zip(features, placed, strict=True)
+        number
+        for number, (feature, parts) in enumerate(zip(features, placed, strict=True))
         if not (feature.is_local or feature.keeps_in)
         and not any(touches(part, terrain) for part in parts)
     ]
     some_on_map = any(touches(part, terrain) for parts in placed for part in parts)
     found = {}
-    for feature in swapped_on_map(off, terrain):
-        longitude, latitude = feature.rings[0][0]
+    are_swapped = swapped_on_map([features[number] for number in off], terrain)
+    for number in itertools.compress(off, are_swapped):
+        longitude, latitude = features[number].rings[0][0]
         if some_on_map and abs(longitude - latitude) < _NEIGHBOURS_DEG:
             continue
-        found[feature] = (
+        found[number] = (
             f"it lies off the map, at latitude {latitude:g} and longitude {longitude:g}, and on "
             "the map with the two swapped; swap them in the file."
         )

@@ -137,11 +137,11 @@ def report(
         record.reason(terrain, ceiling_m) if record.feature.forbids else "" for record in records
     ]
     forbidding = [record for record in records if record.feature.forbids]
-    on_map = [
-        record
+    are_on_map = [
+        reason != OFF_THE_MAP and any(touches(part, terrain) for part in record.parts)
         for record, reason in zip(records, reasons, strict=True)
-        if reason != OFF_THE_MAP and any(touches(part, terrain) for part in record.parts)
     ]
+    on_map = list(itertools.compress(records, are_on_map))
     able = [
         record
         for record, reason in zip(records, reasons, strict=True)
@@ -154,8 +154,8 @@ def report(
         "can_forbid": len(able),
         "zones": [
             record.to_dict(reason if record.feature.forbids else "its category does not forbid")
-            for record, reason in zip(records, reasons, strict=True)
-            if record in on_map
+            for record, reason, is_on_map in zip(records, reasons, are_on_map, strict=True)
+            if is_on_map
         ],
         "left_out": [{"part": each.label, "reason": each.reason} for each in left_out],
     }

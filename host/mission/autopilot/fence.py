@@ -53,7 +53,8 @@ def fences(
             )
         else:
             made.append(_fence(zone, terrain))
-    return tuple(made), tuple(left_out)
+    # The tiles of one zone have one name.
+    return tuple(made), tuple(dict.fromkeys(left_out))
 
 
 def without_holes(ring: Ring, holes: tuple[Ring, ...]) -> Ring:

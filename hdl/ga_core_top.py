@@ -1,4 +1,4 @@
-"""Genetic core with its control unit: a top level for simulation and other chips."""
+"""Paper core with its control unit: a top level for simulation and other chips."""
 
 from amaranth import *
 from amaranth.lib.wiring import Out, connect
@@ -13,7 +13,7 @@ __all__ = ["PaperCoreTop"]
 
 
 class PaperCoreTop(Unit):
-    """Genetic core with the chip's control unit, without link, command units and checker.
+    """Paper core with the chip's control unit, without link, command units and checker.
 
     The surrounding logic must receive commands, check paths and answer: see
     :class:`pathgene.hdl.control.Control`.

@@ -1,6 +1,6 @@
 """Payloads of the streams between the folders of the gateware.
 
-Command units, genetic core and checker agree here, so that none of them imports another.
+Command units, paper core and checker agree here, so that none of them imports another.
 """
 
 from amaranth.lib import data, wiring
@@ -97,7 +97,7 @@ def cell_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
 
 
 def generation_signature(config: Config) -> wiring.Signature:
-    """Return the signature between control unit and genetic core, from the control unit's side.
+    """Return the signature between control unit and paper core, from the control unit's side.
 
     launch : Out(1)
         Pulse in the cycle before ``begin``.

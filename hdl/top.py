@@ -115,7 +115,7 @@ class Chip(Unit):
         return m
 
     def _add_core(self, m, control, receiver, transmitter):
-        """Add the genetic core, and return it; the reader of its paths is connected later."""
+        """Add the paper core, and return it; the reader of its paths is connected later."""
         core = PaperCore(self.config)
         m.submodules.core = DomainRenamer("core")(core)
 

@@ -23,7 +23,7 @@ for _number in (signal.SIGQUIT, signal.SIGHUP):
     signal.signal(_number, signal.SIG_DFL)
 
 
-# Most units that a test makes are not elaborated.
+# Tests make many units that they do not elaborate.
 warnings.filterwarnings("ignore", message=".* created but never used")
 
 

@@ -9,7 +9,7 @@ Up to version 0.1.0 digests were digests of the text of the Verilog. The rows of
 their present digests without being measured again, and did so again when :mod:`tools.netlist`
 learned to tell the ports of a memory by their wires: each time the sources of that version had been
 shown to give the digest on record, and their netlists to equal today's up to names. The
-iCEBreaker's chip and the genetic core alone, whose circuits had changed, were measured again.
+iCEBreaker's chip and the paper core alone, whose circuits had changed, were measured again.
 """
 
 from __future__ import annotations

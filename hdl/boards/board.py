@@ -20,7 +20,7 @@ class ChipKind(enum.StrEnum):
 
     #: Chip that plans by itself: the planner core (:class:`pathgene.hdl.planner.core.PlannerCore`).
     PLANNER = "planner"
-    #: Chip of the papers: genetic core and checker, or the checker alone on a small device.
+    #: Chip of the papers: paper core and checker, or the checker alone on a small device.
     PAPER = "paper"
 
 

@@ -79,7 +79,7 @@ def build(
     Parameters
     ----------
     seeds : int
-        Number of seeds to try: the board's own seed, then the lowest others.
+        Number of seeds to try: the board's own seed, then from 1 upwards.
     jobs, limit_s : int, float, optional
         Number of seeds at a time, and time limit of a seed in seconds; see
         :func:`pathgene.hdl.boards.route.route`.

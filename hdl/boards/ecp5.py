@@ -32,7 +32,7 @@ __all__ = [
 
 
 #: Options of ``synth_ecp5``: no multipliers except the ones of
-#: :mod:`pathgene.hdl.boards.ecp5_cells`. For the narrow products of the genetic core, multipliers
+#: :mod:`pathgene.hdl.boards.ecp5_cells`. For the narrow products of the paper core, multipliers
 #: are slower than logic and too far away.
 SYNTHESIS = "-nodsp"
 

@@ -1,1 +1,1 @@
-"""The genetic core: selection, crossover, mutation, population update and their control."""
+"""The paper core: selection, crossover, mutation, population update and their control."""

@@ -40,7 +40,7 @@ def half_signature(waypoint_bits: int, max_waypoints: int) -> wiring.Signature:
 def pending_layout(max_waypoints: int, patch_count: int) -> data.StructLayout:
     """Return the layout of a mutation that is applied when the path is read.
 
-    At most one of ``perturb``, ``insert`` and ``delete`` is set. ``at`` is the index of the
+    ``perturb``, ``insert`` and ``delete``: one or none is set. ``at`` is the index of the
     waypoint that is moved or removed, or after which a waypoint is added; ``patch`` is the number
     of the new waypoint.
     """
@@ -162,7 +162,7 @@ class ReadIndex(Unit):
 class Chromosome(Unit):
     """Stores the waypoints of one slot in two halves of two banks each: LUT RAM on the target.
 
-    While one bank is read, the other can be written, both halves at once. ``waypoint`` belongs to
+    While one bank is read, the second can be written, both halves at once. ``waypoint`` belongs to
     the ``source`` of the latest cycle with ``advance``. A write in the same cycle is not visible.
 
     The memories are zero when the chip is configured; a later reset does not change them.

@@ -1,4 +1,4 @@
-"""Genetic core: the population, the random draws, and one generation at a time."""
+"""Paper core: the population, the random draws, and one generation at a time."""
 
 from amaranth import *
 from amaranth.lib import stream

@@ -1,4 +1,4 @@
-"""Layouts that only the units of the genetic core share."""
+"""Layouts that only the units of the paper core share."""
 
 from amaranth.hdl import Shape
 from amaranth.lib import data

@@ -52,8 +52,8 @@ class Population(Unit):
     done : Out(1)
         Last cycle of the crossover: the last waypoint of the longest path passes.
     patches : In(waypoint_bits).array(patches)
-        New waypoints of the mutators. Those of the current population must stay until it is last
-        read; those of the next population arrive before ``update``.
+        New waypoints of the mutators. They stay until the current population is last read; new
+        waypoints of the next population arrive before ``update``.
     mutations : In(mutation_layout).array(mutators)
         In the cycle before ``update``: work of each mutator.
     update : In(1)

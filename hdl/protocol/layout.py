@@ -5,8 +5,10 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
+from pathgene.hdl.config import Config
 
-__all__ = ["Field", "Layout", "numbered"]
+
+__all__ = ["Field", "Layout", "numbered", "sized"]
 
 
 class Field(tuple[str, int]):
@@ -46,6 +48,11 @@ class Field(tuple[str, int]):
     def base(self) -> str:
         """Name without the number of a numbered field."""
         return re.sub(r"_\d+$", "", self[0])
+
+
+def sized(config: Config, name: str, size: str, values: str, meaning: str) -> Field:
+    """Return a field whose width is the attribute ``size`` of ``config``."""
+    return Field(name, getattr(config, size), values, meaning, size)
 
 
 @dataclass(frozen=True)

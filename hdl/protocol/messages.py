@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathgene.hdl.config import CheckerBuild, Config, GeneticCore, SurvivorSelection
 from pathgene.hdl.protocol.codec import VERSION
 from pathgene.hdl.protocol.codes import COUNTER_BITS, UNITS, Counter, LinkMode
-from pathgene.hdl.protocol.layout import Field, Layout, numbered
+from pathgene.hdl.protocol.layout import Field, Layout, numbered, sized
 from pathgene.hdl.protocol.random_words import SEED_BITS
 
 
@@ -141,20 +141,8 @@ def check_paths_request(config: Config) -> Layout:
             Field("slot", 8, _SLOTS, "First slot"),
             Field("count", 8, "1 … population − slot", "Slots"),
             Field("flags", 8, "0 … 3", "Check flags"),
-            Field(
-                "start",
-                config.waypoint_bits,
-                "a waypoint",
-                "First point of every path",
-                "waypoint_bits",
-            ),
-            Field(
-                "goal",
-                config.waypoint_bits,
-                "a waypoint",
-                "Last point of every path",
-                "waypoint_bits",
-            ),
+            sized(config, "start", "waypoint_bits", "a waypoint", "First point of every path"),
+            sized(config, "goal", "waypoint_bits", "a waypoint", "Last point of every path"),
         )
     )
 
@@ -310,19 +298,13 @@ def recipe_reply(config: Config) -> Layout:
     for i in range(config.mutators):
         mutations += [
             Field(f"applied_{i}", 1, "0, 1", "1: the mutation was applied"),
-            Field(
-                f"child_{i}",
-                config.child_bits,
-                "0 … children − 1",
-                "Child of the mutator",
-                "child_bits",
-            ),
-            Field(
+            sized(config, f"child_{i}", "child_bits", "0 … children − 1", "Child of the mutator"),
+            sized(
+                config,
                 f"index_{i}",
-                config.index_bits,
+                "index_bits",
                 "0 … max_waypoints − 1",
                 "Waypoint of that child",
-                "index_bits",
             ),
         ]
     return Layout(
@@ -352,7 +334,9 @@ def recipe_reply(config: Config) -> Layout:
                 "New waypoint, without its last bit",
                 "waypoint_bits",
             ),
-            Field("checksum", 32, "CRC-32", "The new population as READ of all slots returns it"),
+            Field(
+                "checksum", 32, "CRC-32", "CRC of the new population, as READ returns all its slots"
+            ),
         )
     )
 
@@ -386,35 +370,17 @@ def hit_record(config: Config) -> Layout:
     """
     return Layout(
         (
-            Field(
+            sized(
+                config,
                 "segment",
-                config.segment_bits,
+                "segment_bits",
                 "0 … max_waypoints",
                 "Segment, 0 the one from the path's first point",
-                "segment_bits",
             ),
             Field("coarse", 1, "0, 1", "1: x and y are a cell of the coarse map"),
-            Field(
-                "x",
-                config.coordinate_bits,
-                "0 … map_size − 1",
-                "Column of the first hit",
-                "coordinate_bits",
-            ),
-            Field(
-                "y",
-                config.coordinate_bits,
-                "0 … map_size − 1",
-                "Row of the first hit",
-                "coordinate_bits",
-            ),
-            Field(
-                "cells",
-                config.path_cells_bits,
-                "1 or more",
-                "Cells checked up to this one",
-                "path_cells_bits",
-            ),
+            sized(config, "x", "coordinate_bits", "0 … map_size − 1", "Column of the first hit"),
+            sized(config, "y", "coordinate_bits", "0 … map_size − 1", "Row of the first hit"),
+            sized(config, "cells", "path_cells_bits", "1 or more", "Cells checked up to this one"),
         )
     )
 
@@ -423,26 +389,14 @@ def entry_record(config: Config) -> Layout:
     """Return the counts of colliding cells of one segment: terrain and blocked."""
     return Layout(
         (
-            Field(
+            sized(
+                config,
                 "segment",
-                config.segment_bits,
+                "segment_bits",
                 "0 … max_waypoints",
                 "Segment, 0 the one from the path's first point",
-                "segment_bits",
             ),
-            Field(
-                "terrain",
-                config.segment_cells_bits,
-                "0 … map_size",
-                "Its cells in terrain",
-                "segment_cells_bits",
-            ),
-            Field(
-                "nofly",
-                config.segment_cells_bits,
-                "0 … map_size",
-                "Its blocked cells",
-                "segment_cells_bits",
-            ),
+            sized(config, "terrain", "segment_cells_bits", "0 … map_size", "Its cells in terrain"),
+            sized(config, "nofly", "segment_cells_bits", "0 … map_size", "Its blocked cells"),
         )
     )

@@ -10,7 +10,7 @@ import enum
 from dataclasses import dataclass
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol.layout import Field, Layout
+from pathgene.hdl.protocol.layout import Field, Layout, sized
 
 
 __all__ = [
@@ -343,26 +343,18 @@ def problem_request(config: Config) -> Layout:
             Field("goal_x", position, "any", "Goal"),
             Field("goal_y", position, "any", "The same northwards"),
             Field("goal_altitude", altitude, "any", "Goal, 1/16 of a step"),
-            Field(
-                "x_limit",
-                config.coordinate_bits,
-                "0 … map_size − 1",
-                "Highest x of a waypoint",
-                "coordinate_bits",
+            sized(
+                config, "x_limit", "coordinate_bits", "0 … map_size − 1", "Highest x of a waypoint"
             ),
-            Field(
-                "y_limit",
-                config.coordinate_bits,
-                "0 … map_size − 1",
-                "Highest y of a waypoint",
-                "coordinate_bits",
+            sized(
+                config, "y_limit", "coordinate_bits", "0 … map_size − 1", "Highest y of a waypoint"
             ),
-            Field(
+            sized(
+                config,
                 "altitude_limit",
-                config.altitude_bits,
+                "altitude_bits",
                 "0 … blocked − 1",
                 "Highest altitude of a waypoint",
-                "altitude_bits",
             ),
             Field(
                 "x_scale",
@@ -391,16 +383,14 @@ def problem_request(config: Config) -> Layout:
                 "0 … ⌈log₂ map_size⌉ − 5, or 0",
                 "Corners of a block, as a power of two",
             ),
+            Field("has_entry", 1, "0, 1", "1: a point before the start fixes the heading there"),
             Field(
-                "has_entry", 1, "0, 1", "1: the heading at the start is fixed by a point before it"
+                "entry_x", position, "any", "Point before the start, which counts only in the score"
             ),
-            Field("entry_x", position, "any", "That point, which counts in the score alone"),
             Field("entry_y", position, "any", "The same northwards"),
             Field("entry_altitude", altitude, "any", "1/16 of a step"),
-            Field(
-                "has_exit", 1, "0, 1", "1: the heading at the goal is fixed by a point beyond it"
-            ),
-            Field("exit_x", position, "any", "That point"),
+            Field("has_exit", 1, "0, 1", "1: a point beyond the goal fixes the heading there"),
+            Field("exit_x", position, "any", "Point beyond the goal"),
             Field("exit_y", position, "any", "The same northwards"),
             Field("exit_altitude", altitude, "any", "1/16 of a step"),
         )

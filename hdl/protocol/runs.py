@@ -211,7 +211,7 @@ def run_request(config: Config) -> Layout:
         (
             Field("seed", SEED_BITS, "any", "Seed of the random source"),
             Field("cycles", 32, "any", "The run ends with the generation that reaches them"),
-            Field("generations", 32, "any", "Or these, of all islands together"),
+            Field("generations", 32, "any", "The run ends after as many, all islands together"),
             Field(
                 "give_up_rank",
                 8,
@@ -220,8 +220,8 @@ def run_request(config: Config) -> Layout:
             ),
             Field("seeds", 16, "population or more", "Paths seeded along each route"),
             Field("lifts", 3, "0 … 4", "Passes that raise a first population out of the ground"),
-            Field("share", 5, "0 … 16", "Sixteenths of the time that two islands have together"),
-            Field("warm", 1, "0, 1", "1: the population of the run before is the first island"),
+            Field("share", 5, "0 … 16", "Time of both islands together, in sixteenths"),
+            Field("warm", 1, "0, 1", "1: the previous population is the first island"),
             Field("islands", 2, "1, 2; 0, 1 if warm", "Islands of fresh seeds"),
             Field("until_feasible", 1, "0, 1", "1: the generations wait for a feasible path"),
             *numbered(
@@ -229,7 +229,7 @@ def run_request(config: Config) -> Layout:
                 ISLANDS,
                 SLOPE_BITS,
                 "0 … 15",
-                "Steepest slope of each, in halves of the climb limit; 0 any",
+                "Steepest slope of each island, in halves of the climb limit; 0: any",
             ),
             Field("paths", 4, "1 … 8", "Maximum number of paths that BEST returns"),
         )

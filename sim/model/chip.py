@@ -57,7 +57,7 @@ class Chip:
     ----------
     core : PaperCore
         Population and random source, which tests compare with the gateware. On a chip without a
-        genetic core, no command reaches it.
+        paper core, no command reaches it.
     checking : CheckingModel or None
         The checker, if the chip has one.
     running : RunningModel or None

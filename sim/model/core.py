@@ -1,4 +1,4 @@
-"""Model of the genetic core: population, draws and one generation at a time."""
+"""Model of the paper core: population, draws and one generation at a time."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Generation:
 
 
 class PaperCore:
-    """The genetic core.
+    """The paper core.
 
     Slots of the population after a generation: the elites, best first; the survivors in the order
     drawn; the children. A path is a list of packed waypoints.

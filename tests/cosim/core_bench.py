@@ -1,4 +1,4 @@
-"""Driver of the genetic core and its model for cocotb benches."""
+"""Driver of the paper core and its model for cocotb benches."""
 
 import collections
 import random

@@ -302,14 +302,12 @@ def _errors(host: Recorder) -> None:
     host.say("NO_SESSION", "a command of an earlier session", Command.STATUS, session=0)
     host.say("OPEN refused", "neither the open session nor the next", Command.OPEN, session=3)
     host.say("OPEN repeated", "the open session: nothing changes", Command.OPEN, session=1)
-    host.say(
-        "plain frame", "a plain frame of another command than INFO", Command.STATUS, plain=True
-    )
+    host.say("plain frame", "a plain frame whose command is not INFO", Command.STATUS, plain=True)
     frame = bytearray(encode_frame(bytes((1, expected, Command.STATUS))))
     frame[3] ^= 0x40
     host.garble("bad CRC", "a damaged STATUS: dropped without a reply", bytes(frame))
     host.garble(
-        "too short", "five bytes where seven are the least", bytes.fromhex("06 07 07 07 07 07 00")
+        "too short", "five bytes; the minimum is seven", bytes.fromhex("06 07 07 07 07 07 00")
     )
     host.garble("cut block", "a delimiter inside a block", bytes.fromhex("09 01 02 03 00"))
     host.say("STATUS", "the sticky errors tell what has been dropped and refused", Command.STATUS)
@@ -356,7 +354,7 @@ def _runs(host: Recorder) -> None:
     host.say("RUN refused", "there is no problem yet", Command.RUN, _options().pack(config))
     _flatten(host)
     wall = map_request(config).pack(x=7, y=0, width=1, height=10)
-    host.say("MAP", "a wall, the south of which is high", Command.MAP,
+    host.say("MAP", "a wall that is high in the south", Command.MAP,
              wall + pack_cells(config, [12] * 6 + [9] * 4))  # fmt: skip
     host.say("PROBLEM", "from the west to the east", Command.PROBLEM, _problem(2).pack(config))
     host.say("BEST before", "no path before the first run", Command.BEST)
@@ -371,7 +369,7 @@ def _runs(host: Recorder) -> None:
              disc.pack(config))  # fmt: skip
     host.say("PROBLEM moved", "the aircraft has flown a cell ahead", Command.PROBLEM,
              _problem(3).pack(config))  # fmt: skip
-    host.say("RUN warm", "from the population of the run before, beside one island of seeds",
+    host.say("RUN warm", "from the previous population and one new island of seeds",
              Command.RUN, _options(warm=True).pack(config))  # fmt: skip
     host.say("STATUS warm", "cycles and generations of the latest run", Command.STATUS)
     host.say("BEST warm", "around the disc", Command.BEST)

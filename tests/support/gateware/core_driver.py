@@ -1,4 +1,4 @@
-"""Driver of the genetic core and its model in the Amaranth simulator."""
+"""Driver of the paper core and its model in the Amaranth simulator."""
 
 import collections
 import itertools

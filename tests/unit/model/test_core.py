@@ -1,4 +1,4 @@
-"""The model of the genetic core against the definition, operator by operator."""
+"""The model of the paper core against the definition, operator by operator."""
 
 import dataclasses
 import random

@@ -18,6 +18,7 @@ from pathgene.host.numeric import real
 from pathgene.host.planners import PLANNERS, Entry
 from pathgene.host.terrain.grid import Terrain as HostTerrain
 from pathgene.host.terrain.load import from_array, load
+from pathgene.host.terrain.stated import Stated
 
 
 if TYPE_CHECKING:
@@ -42,10 +43,14 @@ class Terrain(HostTerrain):
         cell_m: float | Sequence[float] | None = None,
         fill_voids: bool = False,
         max_cells: int | None = None,
+        water_level: float | str | None = None,
+        height_unit: str | None = None,
+        heights: str | None = None,
     ) -> Self:
         """Load a terrain by name or from a file.
 
-        A geographic raster is warped to metres (UTM); a projected one is used as it is.
+        Cells have their true size. A geographic raster, and a projected one whose metres are not
+        true metres, is warped. ``reading`` says what was read.
 
         Parameters
         ----------
@@ -60,6 +65,13 @@ class Terrain(HostTerrain):
             Interpolate the voids, which no path may cross otherwise.
         max_cells : int, optional
             Maximum number of cells of a file, 1 or more; 25 million by default.
+        water_level : float or "none", optional
+            Height of the water above the datum, metres: lower ground is the bottom of the sea. By
+            default 0 on Earth; ``"none"`` is for land below the sea.
+        height_unit : "m", "ft" or "us-ft", optional
+            Unit of the heights in the file; by default as the file states, else metres.
+        heights : "sea-level" or "ellipsoidal", optional
+            Reference of the heights in the file; by default as the file states.
 
         Raises
         ------
@@ -68,7 +80,10 @@ class Terrain(HostTerrain):
             ``cell_m`` is missing, not positive or given for a file that states its own.
         """
         cell = None if cell_m is None else _sides(cell_m)
-        return cls._of(load(source, cell=cell, fill_voids=fill_voids, max_cells=max_cells))
+        stated = Stated(height_unit, heights, water_level)
+        return cls._of(
+            load(source, cell=cell, fill_voids=fill_voids, max_cells=max_cells, stated=stated)
+        )
 
     @classmethod
     def from_array(

@@ -128,7 +128,9 @@ def parse_toml(text: str) -> dict[str, Any]:
         If it is not TOML, is nested too deeply, or has an integer of more than 64 bits, which TOML
         does not require of its readers.
     """
-    # The time that tomllib takes grows with the square of their number.
+    # Notepad writes a byte order mark.
+    text = text.removeprefix("\ufeff")
+    # The time of tomllib grows with their square.
     if _LONG_KEY.search(text):
         raise ValueError(f"a key has {_KEY_PARTS} parts or more")
     try:

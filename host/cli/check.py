@@ -59,7 +59,7 @@ def run(args: argparse.Namespace) -> int:
     A path that is not feasible, or misses a via point, is a failure.
     """
     from pathgene.host.checking import check
-    from pathgene.host.mission.build import placed_at, rules_of, terrain_of
+    from pathgene.host.mission.build import placed_at, rules_of, stated_of, terrain_of
     from pathgene.host.report.read import (
         find_summary,
         problem_of_path,
@@ -89,6 +89,7 @@ def run(args: argparse.Namespace) -> int:
             cell=args.cell,
             fill_voids=args.fill_voids,
             max_cells=args.max_cells,
+            stated_by_user=stated_of(vars(args)),
         )
         terrain = placed_at(vars(args), terrain)
         path = summary_path(file, summary)

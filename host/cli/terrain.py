@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,9 @@ from pathgene.host.options.table import NAMED
 
 
 __all__ = ["add", "info", "list_embedded", "synth"]
+
+# Characters of a reference system that is shown by its name.
+_LONG = 20
 
 
 def add(commands: Commands) -> None:
@@ -37,7 +41,10 @@ def add(commands: Commands) -> None:
     )
     describing.add_argument("terrain", metavar="FILE|NAME", help="as --terrain of pathgene plan")
     describing.add_argument("--fill-voids", action="store_true", help=NAMED["fill_voids"].described)
-    add_options(describing, [NAMED["max_cells"], NAMED["cell"]])
+    add_options(
+        describing,
+        [NAMED[name] for name in ("max_cells", "cell", "water_level", "height_unit", "heights")],
+    )
     making = add_command(
         actions,
         "synth",
@@ -128,8 +135,37 @@ def _print(report: dict[str, Any]) -> None:
                 f"{elevation['min']:g} to {elevation['max']:g} m, mean {elevation['mean']:.1f} m",
             ),
             ("voids", f"{report['voids']} nodes, {report['void_share']:.2%}"),
-            ("CRS", report["crs"] or "none"),
+            ("CRS", _short(report["crs"])),
+            *_read(report["read"]),
             *((f"corner {name}", f"{lat:.6f}, {lon:.6f}") for name, (lat, lon) in corners.items()),
             ("source", report["source"]),
+            *((each["grade"], each["text"]) for each in report["read"]["remarks"]),
         ]
     )
+
+
+def _read(read: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yield the facts that were read from the file, where they are known."""
+    heights, cells, projection = read["heights"], read["cell_m"], read["projection"]
+    if "middle" in cells:
+        corners = ", ".join("{:g} x {:g}".format(*cells[name]) for name in ("sw", "se", "nw", "ne"))
+        middle = "{:g} x {:g}".format(*cells["middle"])
+        yield "true cell", f"{middle} m at the middle; {corners} m at the corners"
+        done = "warped" if projection["is_warped"] else "kept"
+        yield "projection", f"{_short(projection['file'])}, {done}"
+        yield "grid north", f"{read['grid_north_deg']:g} degrees clockwise from true north"
+    yield "unit", f"{heights['unit']} ({heights['unit_from']})"
+    yield "datum", f"{heights['datum']} ({heights['datum_from']})"
+    yield "below 0 m", f"{heights['share_below_0']:.2%} of the heights"
+    level = read["water_level_m"]
+    yield "water", "none" if level is None else f"at {level:g} m"
+
+
+def _short(crs: str | None) -> str:
+    """Return a reference system on a line: its code, or the name in its definition."""
+    if crs is None:
+        return "none"
+    if len(crs) < _LONG or '"' not in crs:
+        return crs
+    name = crs.split('"')[1]
+    return "local metres, transverse Mercator" if name == "unknown" else name

@@ -31,6 +31,7 @@ from pathgene.host.problem.zones import (
 from pathgene.host.remarks import Reading
 from pathgene.host.terrain import Terrain, load
 from pathgene.host.terrain.origin import at_origin
+from pathgene.host.terrain.stated import Stated
 
 
 __all__ = [
@@ -43,6 +44,7 @@ __all__ = [
     "read_zones_of",
     "rules_of",
     "search_of",
+    "stated_of",
     "terrain_of",
     "via_of",
     "zones_of",
@@ -87,6 +89,8 @@ def mission_of(values: Values, terrain: Terrain | None = None) -> Mission:
     """
     aircraft = aircraft_of(values)
     terrain = terrain_of(values) if terrain is None else terrain
+    if values.get("as_paper"):
+        terrain = terrain.on_paper
     start, goal = (_needed(values, name, terrain) for name in ("start", "goal"))
     read = read_zones_of(values, terrain)
     problem = Problem(
@@ -156,8 +160,21 @@ def terrain_of(values: Values) -> Terrain:
         # No keys are read from a problem file, because it may come from anybody.
         max_cells=values.get("max_cells"),
         self_contained=bool(values.get("self_contained")),
+        stated=stated_of(values),
     )
-    return placed_at(values, terrain)
+    terrain = placed_at(values, terrain)
+    return terrain.on_paper if values.get("as_paper") else terrain
+
+
+def stated_of(values: Values) -> Stated:
+    """Return the unit, the reference and the water level that are stated for the heights.
+
+    Raises
+    ------
+    InputError
+        If a value is bad.
+    """
+    return Stated(**{name: values.get(name) for name in ("height_unit", "heights", "water_level")})
 
 
 def placed_at(values: Values, terrain: Terrain) -> Terrain:

@@ -31,6 +31,7 @@ __all__ = [
     "RINGS",
     "TERRAIN",
     "TEXT",
+    "WATER_LEVEL",
     "Kind",
     "cell_sides",
     "choice",
@@ -38,6 +39,9 @@ __all__ = [
     "to_toml",
     "vector",
 ]
+
+
+_NO_WATER = "none"
 
 
 @dataclass(frozen=True)
@@ -124,6 +128,14 @@ def _cell(value: Any, _: Path) -> tuple[float, ...]:
     return numbers(value, 2) if isinstance(value, list | tuple) else (as_number(value),) * 2
 
 
+def _water_level(value: Any, _: Path) -> float | str:
+    return _NO_WATER if value == _NO_WATER else as_number(value)
+
+
+def _water_level_of(text: str) -> float | str:
+    return _NO_WATER if text == _NO_WATER else parse(text)
+
+
 def _path(value: Any, folder: Path) -> str:
     if not value:
         raise ValueError
@@ -179,6 +191,9 @@ BOOLEAN = Kind("true or false", _boolean)
 INTEGER = Kind("a whole number", _integer, parse=int, metavar="N")
 NUMBER = Kind("a number", lambda value, _: as_number(value), parse=float)
 TEXT = Kind("a text", _text)
+WATER_LEVEL = Kind(
+    f"a number or {_NO_WATER}", _water_level, parse=_water_level_of, metavar="M|none"
+)
 PATH = Kind("the path of a file", _path, _relative, _named_path)
 TERRAIN = Kind("the path of a file or a name", _terrain, _written_terrain)
 CELL = Kind("a number or a list of two", _cell, parse=cell_sides, metavar="DX[,DY]")

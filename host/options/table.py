@@ -22,6 +22,7 @@ from pathgene.host.options.kinds import (
     RINGS,
     TERRAIN,
     TEXT,
+    WATER_LEVEL,
     Kind,
     choice,
     vector,
@@ -107,8 +108,21 @@ _PROBLEM = (
            meaning="WGS84 latitude and longitude of the south-west node of a terrain that states"
                    " no place, north up",
            group="problem", table="terrain", example="[36.2, -84.4]"),
-    # The limit is set by the user alone: problem files, which may come from anybody, have no key
-    # for it.
+    Option(name="water_level", kind=WATER_LEVEL,
+           meaning="height of the water above the datum, metres; lower ground is taken for the"
+                   " bottom of the sea. Give none for land below the sea",
+           group="problem", table="terrain",
+           default_text="0; none for a terrain without a place on Earth", example="0.0"),
+    Option(name="height_unit", kind=choice(("m", "ft", "us-ft")),
+           meaning="unit of the heights in the terrain's file",
+           group="problem", table="terrain",
+           default_text="as the file states, else m; a plane in feet needs it", example='"ft"'),
+    Option(name="heights", kind=choice(("sea-level", "ellipsoidal")),
+           meaning="reference of the heights in the terrain's file; ellipsoidal accepts"
+                   " altitudes above the ellipsoid where PROJ has no grid of the geoid",
+           group="problem", table="terrain", default_text="as the file states, else sea-level",
+           example='"sea-level"'),
+    # The limit belongs to the user. Problem files, which may come from anybody, have no key for it.
     Option(name="max_cells", kind=INTEGER,
            meaning="maximum cells of a terrain that is read",
            group="problem", default_text="25 million", desk="none"),

@@ -144,11 +144,7 @@ def _local_hint(terrain: Terrain, x: float, y: float) -> str:
     """Return the local metres of a point that is on the map as an easting and a northing."""
     if terrain.crs is None or terrain.origin is None:
         return ""
-    # Loads GDAL, which few problems need.
-    from pathgene.host.terrain.geodesy import unit_m
-
-    unit = unit_m(terrain.crs)
-    east, north = (x - terrain.origin[0]) * unit, (y - terrain.origin[1]) * unit
+    east, north = terrain.frame.from_grid(x, y)
     if not _is_on_map(terrain, east, north):
         return ""
     return (

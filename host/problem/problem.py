@@ -115,6 +115,9 @@ class Problem:
             raise InputError(
                 "The evaluation of the papers knows no headings; leave them out, or --as-paper."
             )
+        rules = _rules(rules, as_paper)
+        if rules is None:
+            terrain = terrain.on_paper
         half_a_cell_m = 0.5 * min(terrain.dx_m, terrain.dy_m)
         for name, value in {
             "terrain": terrain,
@@ -124,7 +127,7 @@ class Problem:
             "zones": listed(zones),
             "wind": finite("wind", wind, 2),
             "ds_m": half_a_cell_m if ds_m is None else real("sampling step", ds_m),
-            "rules": _rules(rules, as_paper),
+            "rules": rules,
             "start_heading_deg": _heading("start", start_heading_deg),
             "goal_heading_deg": _heading("goal", goal_heading_deg),
         }.items():

@@ -24,6 +24,7 @@ from pathgene.host.problem.zones import Zone, zone_from_dict
 from pathgene.host.report.run_files import GRID, verify
 from pathgene.host.terrain import Terrain, embedded, load
 from pathgene.host.terrain.origin import at_origin
+from pathgene.host.terrain.stated import Stated
 
 
 __all__ = [
@@ -40,6 +41,7 @@ __all__ = [
     "summary_zones",
 ]
 
+_STATED = ("height_unit", "heights", "water_level")
 _UNKNOWN_PROBLEM = (
     "the summary does not say how its path was evaluated; give --terrain and the other options."
 )
@@ -158,6 +160,7 @@ def summary_terrain(
     cell: tuple[float, float] | None = None,
     fill_voids: bool = False,
     max_cells: int | None = None,
+    stated_by_user: Stated | None = None,
 ) -> Terrain:
     """Return the terrain of a run, with its place on Earth if the summary states one.
 
@@ -168,8 +171,8 @@ def summary_terrain(
     summary : dict
         Its content.
     source : str, optional
-        File or name of a terrain to use instead.
-    cell, fill_voids, max_cells
+        File or name of another terrain to take instead.
+    cell, fill_voids, max_cells, stated_by_user
         As for :func:`pathgene.host.terrain.load`; by default as the summary states them.
 
     Raises
@@ -191,8 +194,12 @@ def summary_terrain(
             cell = east, north
     except (KeyError, TypeError, ValueError):
         raise InputError(f"{file}: {_UNKNOWN_PROBLEM}") from None
+    if not is_grid and stated_by_user in (None, Stated()) and is_own:
+        stated_by_user = Stated(**{key: stated.get(key) for key in _STATED})
     try:
-        terrain = load(source, cell=cell, fill_voids=fill_voids, max_cells=max_cells)
+        terrain = load(
+            source, cell=cell, fill_voids=fill_voids, max_cells=max_cells, stated=stated_by_user
+        )
     except InputError as error:
         if not is_own or is_grid:
             raise

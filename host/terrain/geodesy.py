@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import re
 import warnings
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import TypeVar
 
 import numpy as np
 import rasterio
@@ -25,12 +27,14 @@ __all__ = [
     "is_like_wgs84",
     "known_crs",
     "local_crs",
+    "place_points",
     "transform",
     "unit_m",
     "utm_zone",
 ]
 
 Floats = NDArray[np.float64]
+_Number = TypeVar("_Number", float, Floats)
 
 #: Longitude and latitude in degrees, in this order.
 WGS84 = "EPSG:4326"
@@ -110,22 +114,31 @@ class LocalFrame:
         ``EPSG:<code>`` or WKT.
     origin : tuple of float
         Easting and northing of the origin, in the system's units.
+    metres_per_unit : tuple of float, optional
+        Metres on the ground for a unit of easting and of northing, by default the unit's own.
     """
 
     crs: str
     origin: tuple[float, float]
+    metres_per_unit: tuple[float, float] = (math.nan, math.nan)
+
+    def __post_init__(self) -> None:
+        if math.isnan(self.metres_per_unit[0]):
+            object.__setattr__(self, "metres_per_unit", (unit_m(self.crs),) * 2)
 
     def from_wgs84(self, lat: Floats, lon: Floats) -> tuple[Floats, Floats]:
-        """Convert degrees, arrays of one shape, to local metres; see :func:`transform`."""
-        unit = unit_m(self.crs)
-        eastings, northings = transform(WGS84, self.crs, lon, lat)
-        return (eastings - self.origin[0]) * unit, (northings - self.origin[1]) * unit
+        """Return local metres of degrees, arrays of one shape; see :func:`transform`."""
+        return self.from_grid(*transform(WGS84, self.crs, lon, lat))
+
+    def from_grid(self, eastings: _Number, northings: _Number) -> tuple[_Number, _Number]:
+        """Return local metres of eastings and northings in the system's units."""
+        (east, north), (unit_x, unit_y) = self.origin, self.metres_per_unit
+        return (eastings - east) * unit_x, (northings - north) * unit_y
 
     def to_wgs84(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
-        """Convert local metres to latitude and longitude in degrees; see :func:`transform`."""
-        unit = unit_m(self.crs)
-        east, north = self.origin
-        lon, lat = transform(self.crs, WGS84, east + x / unit, north + y / unit)
+        """Return latitude and longitude in degrees of local metres; see :func:`transform`."""
+        (east, north), (unit_x, unit_y) = self.origin, self.metres_per_unit
+        lon, lat = transform(self.crs, WGS84, east + x / unit_x, north + y / unit_y)
         return lat, lon
 
 
@@ -159,6 +172,17 @@ def transform(source: str, target: str, x: Floats, y: Floats) -> tuple[Floats, F
         raise InputError(f"A latitude must lie between -90 and 90 degrees, but one is {worst:g}.")
     for crs in (source, target):
         _warn_if_approximate(crs)
+    return place_points(source, target, x, y)
+
+
+def place_points(source: str, target: str, x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """Convert points as :func:`transform` does, without a word on the datum.
+
+    Raises
+    ------
+    InputError
+        If a point cannot be expressed in ``target``.
+    """
     try:
         moved = warp_transform(source, target, x.ravel().tolist(), y.ravel().tolist())
     except (RasterioError, CRSError, CPLE_BaseError):

@@ -7,6 +7,7 @@ import copy
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
@@ -15,15 +16,23 @@ from numpy.typing import ArrayLike, NDArray
 
 from pathgene.host.errors import InputError
 from pathgene.host.files.output import replacing
-from pathgene.host.terrain.voids import UNDECLARED_VOID, from_corner, require_heights
+from pathgene.host.remarks import Reading
+from pathgene.host.terrain.marks import Mark, marked, without_marks
+from pathgene.host.terrain.voids import UNDECLARED_VOID, from_corner
 
 
 if TYPE_CHECKING:
     from pathgene.host.terrain.geodesy import LocalFrame
+    from pathgene.host.terrain.metric import Metric
 
 __all__ = ["Terrain"]
 
 Floats = NDArray[np.float64]
+
+#: Fields that make the frame, and its size.
+_OF_FRAME = {"elevation", "dx_m", "dy_m", "crs", "origin", "metres_per_unit"}
+#: Grid north is taken for true north up to this difference.
+_NORTH_DEG = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,8 +48,8 @@ class Terrain:
         Name in reports.
     elevation : array_like
         ``(ny, nx)`` heights in metres above the datum, row 0 the southernmost, 2 x 2 nodes or more,
-        from -500 to 9,000 m. A void is NaN, a masked node or -32768, SRTM's mark. Kept as a
-        read-only float64 copy.
+        from -11,000 to 9,000 m. A void is NaN, a masked node, -32768, SRTM's mark, or another mark
+        (:func:`pathgene.host.terrain.marks.without_marks`). Kept as a read-only float64 copy.
     dx_m, dy_m : float
         Sides of a cell in metres, positive.
     crs : str, optional
@@ -51,7 +60,16 @@ class Terrain:
         Where the heights come from.
     loading : mapping, optional
         Arguments that the terrain was loaded with, as a summary states them: ``source``,
-        ``fill_voids`` and ``cell_m``. By default its source or name, and nothing else.
+        ``fill_voids``, ``cell_m`` and the given ones of
+        :class:`pathgene.host.terrain.stated.Stated`. By default its source or name, and nothing
+        else.
+    metres_per_unit : tuple of float, optional
+        Metres on the ground for a unit of ``crs`` east and north; by default the unit's own.
+    reading : Reading
+        Facts that were read from its file, and remarks on it.
+    paper : Terrain, optional
+        The terrain as the papers take it: in the metres of its reference system, and without a
+        water level. By default the terrain itself.
 
     Raises
     ------
@@ -68,6 +86,9 @@ class Terrain:
     origin: tuple[float, float] | None = None
     source: str = ""
     loading: Mapping[str, Any] = field(default_factory=dict)
+    metres_per_unit: tuple[float, float] | None = None
+    reading: Reading = field(default_factory=Reading, repr=False)
+    paper: Terrain | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         elevation = _heights(self.name, self.elevation)
@@ -80,12 +101,10 @@ class Terrain:
                     f"{side} is {value:g}."
                 )
             sides.append(value)
-        require_heights(
-            self.name,
-            elevation,
-            lambda row, column: from_corner(column * sides[0], row * sides[1]),
-            lambda height: "write NaN where there is no height",
-        )
+        elevation, marks = _without_marks(self.name, elevation, sides)
+        elevation.setflags(write=False)
+        if marks:
+            object.__setattr__(self, "reading", marked(self.reading, marks))
         object.__setattr__(self, "elevation", elevation)
         object.__setattr__(self, "dx_m", sides[0])
         object.__setattr__(self, "dy_m", sides[1])
@@ -103,9 +122,46 @@ class Terrain:
         elevation : array_like
             ``(ny, nx)`` heights, as for the terrain.
         """
-        surface = copy.copy(self)
-        object.__setattr__(surface, "elevation", _heights(self.name, elevation))
-        return surface
+        heights = _heights(self.name, elevation)
+        heights.setflags(write=False)
+        return self.having(elevation=heights)
+
+    def having(self, **values: Any) -> Terrain:
+        """Return the terrain with other values, which are neither checked nor copied."""
+        changed = copy.copy(self)
+        if values.keys() & _OF_FRAME:
+            changed.__dict__.pop("metric", None)
+        for name, value in values.items():
+            object.__setattr__(changed, name, value)
+        return changed
+
+    @property
+    def on_paper(self) -> Terrain:
+        """The terrain as the papers take it, with its own name and origin."""
+        if self.paper is None:
+            return self
+        return self.paper.having(name=self.name, source=self.source, loading=self.loading)
+
+    @cached_property
+    def metric(self) -> Metric | None:
+        """Its frame, measured by geodesics; None without a place on Earth."""
+        if self.crs is None or self.origin is None:
+            return None
+        # Loads PROJ.
+        from pathgene.host.terrain.metric import measure_frame
+
+        return measure_frame(self.frame, (self.width_m, self.height_m), (self.dx_m, self.dy_m))
+
+    @property
+    def north_deg(self) -> float:
+        """Direction of the frame's north at the middle, degrees clockwise from true north.
+
+        It is 0 up to a tenth of a degree, and without a place on Earth.
+        """
+        if self.metric is None:
+            return 0.0
+        found = self.metric.convergence_at_middle_deg
+        return found if abs(found) > _NORTH_DEG else 0.0
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -177,7 +233,7 @@ class Terrain:
         InputError
             If the terrain has no CRS, or a point cannot be expressed in it.
         """
-        frame = self._frame()
+        frame = self.frame
         lat, lon = np.broadcast_arrays(np.asarray(lat, np.float64), np.asarray(lon, np.float64))
         return _scalars(*frame.from_wgs84(lat, lon))
 
@@ -191,7 +247,7 @@ class Terrain:
         InputError
             If the terrain has no CRS, or a point has no place on Earth.
         """
-        frame = self._frame()
+        frame = self.frame
         x, y = np.broadcast_arrays(np.asarray(x, np.float64), np.asarray(y, np.float64))
         return _scalars(*frame.to_wgs84(x, y))
 
@@ -209,7 +265,7 @@ class Terrain:
     def save_npz(self, file: str | Path | BinaryIO, nofly: NDArray[np.bool_]) -> None:
         """Write ``elevation``, ``dx_m``, ``dy_m`` and ``nofly`` for ``load``.
 
-        A terrain with a place on Earth adds ``crs`` and ``origin``.
+        A terrain with a place on Earth adds ``crs``, ``origin`` and ``metres_per_unit``.
 
         Parameters
         ----------
@@ -229,8 +285,12 @@ class Terrain:
             )
         place: dict[str, Any] = {}
         if self.crs is not None and self.origin is not None:
-            place = {"crs": np.array(self.crs), "origin": np.array(self.origin)}
-        # Through a handle, because numpy would append its suffix to a name.
+            place = {
+                "crs": np.array(self.crs),
+                "origin": np.array(self.origin),
+                "metres_per_unit": np.array(self.frame.metres_per_unit),
+            }
+        # Through a handle: numpy would append its suffix to a name.
         with (
             replacing(Path(file)) if isinstance(file, str | Path) else contextlib.nullcontext(file)
         ) as binary:
@@ -243,7 +303,15 @@ class Terrain:
                 **place,
             )
 
-    def _frame(self) -> LocalFrame:
+    @property
+    def frame(self) -> LocalFrame:
+        """The local frame on Earth.
+
+        Raises
+        ------
+        InputError
+            If the terrain has no place on Earth.
+        """
         if self.crs is None or self.origin is None:
             raise InputError(
                 f"The terrain {self.name!r} has no coordinate reference system, so "
@@ -252,7 +320,9 @@ class Terrain:
         # Loads GDAL, which terrains in local metres do not need.
         from pathgene.host.terrain.geodesy import LocalFrame
 
-        return LocalFrame(self.crs, self.origin)
+        if self.metres_per_unit is None:
+            return LocalFrame(self.crs, self.origin)
+        return LocalFrame(self.crs, self.origin, self.metres_per_unit)
 
 
 def _heights(name: str, elevation: ArrayLike) -> Floats:
@@ -274,8 +344,24 @@ def _heights(name: str, elevation: ArrayLike) -> Floats:
     heights[void] = np.nan
     if np.isnan(heights).all():
         raise InputError(f"{name}: every node is void; choose a terrain with heights.")
-    heights.setflags(write=False)
     return heights
+
+
+def _without_marks(
+    name: str, heights: Floats, sides: list[float]
+) -> tuple[Floats, tuple[Mark, ...]]:
+    """Return heights with NaN for numbers that no ground has as its height, and the marks."""
+    known, marks, _ = without_marks(
+        name,
+        heights,
+        max(sides),
+        lambda row, column: from_corner(column * sides[0], row * sides[1]),
+        lambda height: "write NaN where there is no height",
+        by_gap=False,
+    )
+    if marks and np.isnan(known).all():
+        raise InputError(f"{name}: every node is void; choose a terrain with heights.")
+    return known, marks
 
 
 def _nearest(coordinate: ArrayLike, side_m: float, nodes: int) -> NDArray[np.int64]:

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import math
 import os
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from zipfile import ZipFile
 
 import numpy as np
+from affine import Affine
 from numpy.typing import ArrayLike, NDArray
 
 from pathgene.host.errors import InputError
 from pathgene.host.inputs import exists, require_regular
+from pathgene.host.remarks import Grade, Reading, Remark
 from pathgene.host.terrain import embedded
 from pathgene.host.terrain.grid import Terrain
+from pathgene.host.terrain.marks import marked, without_marks
+from pathgene.host.terrain.reading import complete
+from pathgene.host.terrain.stated import HEIGHT_UNITS, NO_WATER, Stated
 from pathgene.host.terrain.untrusted import (
     UNREADABLE,
     read_array,
@@ -23,12 +27,14 @@ from pathgene.host.terrain.untrusted import (
     read_values,
     require_own_crs,
 )
-from pathgene.host.terrain.voids import fill
+from pathgene.host.terrain.voids import fill, from_corner
+from pathgene.host.terrain.water import under_water
 
 
 __all__ = ["from_array", "info", "load"]
 
 _KEYS = ("elevation", "dx_m", "dy_m")
+_UNITS = "metres_per_unit"
 
 
 def load(
@@ -38,6 +44,7 @@ def load(
     fill_voids: bool = False,
     max_cells: int | None = None,
     self_contained: bool = False,
+    stated: Stated | None = None,
 ) -> Terrain:
     """Load a terrain.
 
@@ -56,8 +63,10 @@ def load(
     max_cells : int, optional
         Maximum number of cells of a file, 1 or more; 25 million by default.
     self_contained : bool
-        Refuse a file that names other files, as a virtual raster does; for content from somebody
-        else, such as a browser.
+        Refuse a file that names other files, as a virtual raster does: for content that somebody
+        else gives, as a browser does.
+    stated : Stated, optional
+        Unit and reference of heights, and level of the water.
 
     Raises
     ------
@@ -70,14 +79,19 @@ def load(
         raise InputError(f"The terrain must be a name or the path of a file, not {source!r}.")
     if max_cells is not None and max_cells < 1:
         raise InputError(f"A terrain must be allowed 1 cell or more, not {max_cells}.")
-    terrain = _load(source, cell, fill_voids, max_cells, self_contained)
+    stated = stated or Stated()
+    terrain = _load(source, cell, fill_voids, max_cells, self_contained, stated)
     is_file = source not in embedded.names()
     loading = {
         "source": os.path.realpath(source) if is_file else str(source),
         "fill_voids": fill_voids,
         "cell_m": cell and list(cell),
+        **stated.to_dict(),
     }
-    return replace(terrain, loading=loading)
+    level = stated.water_level
+    if level is None and terrain.reading.facts.get("is_own"):
+        level = NO_WATER
+    return complete(under_water(terrain.having(loading=loading), level))
 
 
 def _load(
@@ -86,6 +100,7 @@ def _load(
     fill_voids: bool,
     max_cells: int | None,
     self_contained: bool,
+    stated: Stated,
 ) -> Terrain:
     if cell is not None and not all(math.isfinite(side) and side > 0 for side in cell):
         raise InputError(
@@ -106,14 +121,14 @@ def _load(
     if not path.is_dir():  # Some GDAL formats are folders.
         require_regular(path)
     if path.suffix.lower() == ".npz":
-        return _load_npz(path, cell, fill_voids, max_cells, self_contained)
+        return _load_npz(path, cell, fill_voids, max_cells, self_contained, stated)
     if path.suffix.lower() == ".npy":
-        return _load_npy(path, cell, fill_voids, max_cells)
+        return _load_npy(path, cell, fill_voids, max_cells, stated)
     # They load GDAL, which grids in numpy's formats do not need.
     from pathgene.host.terrain import place, raster
 
     return place.to_terrain(
-        raster.read(path, max_cells, self_contained=self_contained),
+        raster.read(path, max_cells, self_contained=self_contained, stated=stated),
         cell=cell,
         fill_voids=fill_voids,
         max_cells=max_cells,
@@ -128,7 +143,8 @@ def info(terrain: Terrain) -> dict[str, Any]:
     dict
         ``name``, ``shape``, ``dx_m``, ``dy_m``, ``crs``, ``origin``; ``width_m``, ``height_m``;
         ``corners``, latitude and longitude by compass point, or None without a CRS;
-        ``elevation_m`` (least, greatest, mean); ``voids`` and ``void_share``; ``source``.
+        ``elevation_m`` (least, greatest, mean); ``voids`` and ``void_share``; ``source``;
+        ``read``, the facts that were read from its file with remarks.
     """
     corners = None
     if terrain.crs is not None and terrain.origin is not None:
@@ -152,6 +168,7 @@ def info(terrain: Terrain) -> dict[str, Any]:
         "voids": voids,
         "void_share": voids / terrain.elevation.size,
         "source": terrain.source,
+        "read": (terrain if terrain.reading.facts else complete(terrain)).reading.to_dict(),
     }
 
 
@@ -161,6 +178,7 @@ def _load_npz(
     fill_voids: bool,
     max_cells: int | None,
     self_contained: bool,
+    stated: Stated,
 ) -> Terrain:
     if cell is not None:
         raise InputError(f"{path}: the file states the size of its cells; leave it out (--cell).")
@@ -176,6 +194,7 @@ def _load_npz(
             elevation = read_cells(path, file, "elevation", max_cells)
             sides = [read_values(file, key) for key in _KEYS[1:]]
             place = [read_values(file, key) if key in held else None for key in ("crs", "origin")]
+            units = read_values(file, _UNITS) if _UNITS in held else None
     except UNREADABLE:
         raise InputError(
             f"{path}: cannot be read as a numpy archive; write it with numpy.savez."
@@ -184,14 +203,66 @@ def _load_npz(
         if side.size != 1 or side.dtype.kind not in "iuf":
             raise InputError(f"{path}: {key!r} must be one number of metres.")
     crs, origin = _place(path, *place, self_contained=self_contained)
-    return from_array(
-        elevation,
+    # Only our own files have a raster of zones: their heights are final.
+    is_own = "nofly" in held
+    made = from_array(
+        elevation if is_own else _in_metres(elevation, stated),
         (sides[0].item(), sides[1].item()),
         name=path.stem,
         source=str(path),
         crs=crs,
         origin=origin,
         fill_voids=fill_voids,
+        by_gap=not is_own,
+    )
+    if units is not None:
+        return made.having(
+            metres_per_unit=_metres_per_unit(path, units), reading=Reading({"is_own": is_own})
+        )
+    if is_own or crs is None or origin is None:
+        return made.having(
+            reading=Reading({**made.reading.facts, "is_own": is_own}, made.reading.remarks)
+        )
+    return _measured(made, crs, origin, max_cells)
+
+
+def _in_metres(elevation: NDArray[Any], stated: Stated) -> NDArray[Any]:
+    """Return heights in metres, in the unit that the user states."""
+    unit_m = HEIGHT_UNITS[stated.height_unit or "m"]
+    return elevation if unit_m == 1.0 or elevation.dtype.kind not in "iuf" else elevation * unit_m
+
+
+def _metres_per_unit(path: Path, units: NDArray[Any]) -> tuple[float, float]:
+    if units.shape != (2,) or units.dtype.kind != "f" or not (units > 0).all():
+        raise InputError(f"{path}: {_UNITS!r} must be two positive numbers of metres.")
+    return float(units[0]), float(units[1])
+
+
+def _measured(
+    made: Terrain, crs: str, origin: tuple[float, float], max_cells: int | None
+) -> Terrain:
+    """Return the terrain of a file in numpy's format in a frame of true metres, as of a raster."""
+    # They load GDAL, which grids without a place do not need.
+    from pathgene.host.terrain import geodesy, place, raster
+
+    system, unit_m = geodesy.known_crs(crs), geodesy.unit_m(crs)
+    if system.is_geographic:
+        raise InputError(
+            f"{made.source}: its sides of a cell are metres, but {crs[:40]} has degrees; write it "
+            "in a projected reference system."
+        )
+    dx, dy = made.dx_m / unit_m, made.dy_m / unit_m
+    west, north = origin[0] - 0.5 * dx, origin[1] + (made.shape[0] - 0.5) * dy
+    return place.to_terrain(
+        raster.Raster(
+            made.name,
+            made.source,
+            np.array(made.elevation[::-1]),
+            Affine(dx, 0, west, 0, -dy, north),
+            system,
+            reading=made.reading,
+        ),
+        max_cells=max_cells,
     )
 
 
@@ -232,7 +303,11 @@ def _place(
 
 
 def _load_npy(
-    path: Path, cell: tuple[float, float] | None, fill_voids: bool, max_cells: int | None
+    path: Path,
+    cell: tuple[float, float] | None,
+    fill_voids: bool,
+    max_cells: int | None,
+    stated: Stated,
 ) -> Terrain:
     if cell is None:
         raise InputError(
@@ -246,7 +321,14 @@ def _load_npy(
         raise InputError(
             f"{path}: cannot be read as a numpy array; write it with numpy.save."
         ) from None
-    return from_array(elevation, cell, name=path.stem, source=str(path), fill_voids=fill_voids)
+    return from_array(
+        _in_metres(elevation, stated),
+        cell,
+        name=path.stem,
+        source=str(path),
+        fill_voids=fill_voids,
+        by_gap=True,
+    )
 
 
 def from_array(
@@ -258,6 +340,7 @@ def from_array(
     crs: str | None = None,
     origin: tuple[float, float] | None = None,
     fill_voids: bool = False,
+    by_gap: bool = False,
 ) -> Terrain:
     """Return a terrain made from an array.
 
@@ -269,6 +352,8 @@ def from_array(
         Sides of a cell in metres, east and north.
     fill_voids : bool
         Interpolate the voids, which are otherwise impassable.
+    by_gap : bool
+        As for :func:`pathgene.host.terrain.marks.without_marks`.
 
     Raises
     ------
@@ -276,8 +361,18 @@ def from_array(
         If the heights are not a grid, are all void or are not ground heights, or a side is not
         positive.
     """
-    heights = Terrain(source or name, np.asanyarray(elevation), *cell).elevation
+    made = Terrain(source or name, np.asanyarray(elevation), *cell)
+    heights, reading = made.elevation, made.reading
+    if by_gap:
+        heights, marks, warnings = without_marks(
+            source or name,
+            heights,
+            max(cell),
+            lambda row, column: from_corner(column * cell[0], row * cell[1]),
+            lambda height: "write NaN where there is no height",
+        )
+        reading = marked(reading, marks).adding(Remark(Grade.WARNING, text) for text in warnings)
     if fill_voids:
         # From the north, like a raster, because the interpolation depends on the direction.
         heights = fill(heights[::-1])[::-1]
-    return Terrain(name, heights, *cell, crs, origin, source)
+    return Terrain(name, heights, *cell, crs, origin, source, reading=reading)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 from pathgene.host.errors import InputError
 from pathgene.host.terrain.grid import Terrain
+from pathgene.host.terrain.reading import complete
+from pathgene.host.terrain.stated import NO_WATER
+from pathgene.host.terrain.water import under_water
 
 
 __all__ = ["at_origin"]
@@ -42,4 +44,8 @@ def at_origin(terrain: Terrain, lat: float, lon: float) -> Terrain:
     # Loads GDAL, which terrains in local metres do not need.
     from pathgene.host.terrain.geodesy import local_crs
 
-    return replace(terrain, crs=local_crs(float(lat), float(lon)), origin=(0.0, 0.0))
+    placed = terrain.having(crs=local_crs(float(lat), float(lon)), origin=(0.0, 0.0))
+    level = terrain.loading.get("water_level")
+    if level is None and terrain.reading.facts.get("is_own"):
+        level = NO_WATER
+    return complete(under_water(placed, level))

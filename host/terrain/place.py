@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 from affine import Affine
 
 from pathgene.host.errors import InputError
-from pathgene.host.terrain import geodesy, warp
+from pathgene.host.remarks import Grade, Reading, Remark
+from pathgene.host.terrain import geodesy, vertical
+from pathgene.host.terrain.frame import Framed, framed
 from pathgene.host.terrain.grid import Terrain
+from pathgene.host.terrain.marks import marked, without_marks
 from pathgene.host.terrain.raster import Raster, north_up
-from pathgene.host.terrain.voids import fill, from_corner, number, require_heights
+from pathgene.host.terrain.voids import fill, from_corner, number
 
 
 __all__ = ["to_terrain"]
 
 # Smallest side of a cell in metres; a map in degrees always has smaller cells.
 _SMALLEST_SIDE_M = 0.05
+# Points a side at which the geoid is computed; between them it is smooth.
+_GEOID_POINTS = 64
+# Radius of the Earth, metres.
+_EARTH_M = 6_371_000.0
 
 
 def to_terrain(
@@ -29,9 +37,9 @@ def to_terrain(
 ) -> Terrain:
     """Convert a raster to a terrain.
 
-    A projected raster keeps its own cells; a geographic one is warped by
-    :func:`pathgene.host.terrain.warp.to_utm`. Without a reference system, pixel sizes count as
-    metres, or ``cell`` is used if there is no pixel size either.
+    A raster with a reference system is shown in a frame of true metres, with cells of their true
+    size: :func:`pathgene.host.terrain.frame.framed`. One without keeps its pixels as metres, or
+    takes ``cell`` if it has no pixel size either.
 
     Parameters
     ----------
@@ -42,14 +50,14 @@ def to_terrain(
     fill_voids : bool
         Interpolate the voids before any reprojection.
     max_cells : int, optional
-        As for :func:`pathgene.host.terrain.warp.to_utm`.
+        As for :func:`pathgene.host.terrain.warp.to_frame`.
 
     Raises
     ------
     InputError
-        If the raster is rotated, all void, smaller than 2 x 2 nodes, too large for one UTM zone,
-        has no cell size, or has impossible ground heights; or if ``cell`` is given for a raster
-        that has its own.
+        If the raster is rotated, all void, smaller than 2 x 2 nodes, too large for one map,
+        has no cell size, or has heights that are not of the ground; or if ``cell`` is given for a
+        raster that has its own.
     """
     name = raster.name
     if np.isnan(raster.heights).all():
@@ -71,37 +79,141 @@ def to_terrain(
         )
     else:
         raster = replace(raster, transform=Affine(cell[0], 0, 0, 0, -cell[1], 0), crs=None)
-    raster = north_up(raster)
-    # Done here, because filling and warping would mix a mark with the ground around it.
-    require_heights(
+    raster = _known_heights(north_up(raster), fill_voids=fill_voids)
+    if raster.crs is None:
+        return _off_earth(raster)
+    plane = replace(raster, crs=vertical.horizontal(raster.crs))
+    plane = _above_sea(plane)
+    found = framed(plane, max_cells)
+    reading = Reading(
+        {**plane.reading.facts, "is_warped": found.is_warped},
+        (*plane.reading.remarks, *found.remarks),
+    )
+    terrain = _terrain(replace(found.raster, reading=reading), found.metres_per_unit)
+    return terrain.having(paper=_on_paper(plane, found, terrain))
+
+
+def _known_heights(raster: Raster, *, fill_voids: bool) -> Raster:
+    """Return a raster without marks of voids, and filled if wished."""
+    name, (factor, offset) = raster.name, raster.scaling
+    # Here, since filling and warping would mix a mark with the ground around it.
+    heights, marks, warnings = without_marks(
         name,
         raster.heights,
+        _side_m(raster),
         lambda row, column: _place(raster, row, column),
         lambda height: _remedy(raster, height),
+        lambda height: (height - offset) / factor if factor else height,
     )
-    if fill_voids:
-        raster = replace(raster, heights=fill(raster.heights))
-    if raster.crs is not None and raster.crs.is_geographic:
-        raster = warp.to_utm(raster, max_cells)
+    if np.isnan(heights).all():
+        raise InputError(f"{name}: every node is void; choose a terrain with heights.")
+    reading = marked(raster.reading, marks).adding(Remark(Grade.WARNING, text) for text in warnings)
+    return replace(raster, heights=fill(heights) if fill_voids else heights, reading=reading)
 
-    rows, side = len(raster.heights), raster.transform
-    if raster.crs is None and min(side.a, -side.e) < _SMALLEST_SIDE_M:
+
+def _off_earth(raster: Raster) -> Terrain:
+    """Return the terrain of a raster without a reference system."""
+    side = raster.transform
+    if min(side.a, -side.e) < _SMALLEST_SIDE_M:
         raise InputError(
-            f"{name}: cells of {side.a:g} x {-side.e:g} without a coordinate "
+            f"{raster.name}: cells of {side.a:g} x {-side.e:g} without a coordinate "
             "reference system look like degrees; add the system to the file."
         )
-    crs = None if raster.crs is None else geodesy.crs_name(raster.crs)
-    unit_m = 1.0 if crs is None else geodesy.unit_m(crs)
     return Terrain(
-        name=name,
+        raster.name, raster.heights[::-1], side.a, -side.e, source=raster.source,
+        reading=raster.reading,
+    )  # fmt: skip
+
+
+def _terrain(raster: Raster, metres_per_unit: tuple[float, float]) -> Terrain:
+    """Return the terrain of a raster in its frame."""
+    assert raster.crs is not None
+    rows, side = len(raster.heights), raster.transform
+    return Terrain(
+        name=raster.name,
         elevation=raster.heights[::-1],
-        dx_m=side.a * unit_m,
-        dy_m=-side.e * unit_m,
-        crs=crs,
+        dx_m=side.a * metres_per_unit[0],
+        dy_m=-side.e * metres_per_unit[1],
+        crs=geodesy.crs_name(raster.crs),
         # The south-west node is the centre of the last row's first pixel.
-        origin=None if crs is None else (side.c + 0.5 * side.a, side.f + (rows - 0.5) * side.e),
+        origin=(side.c + 0.5 * side.a, side.f + (rows - 0.5) * side.e),
         source=raster.source,
+        metres_per_unit=metres_per_unit,
+        reading=raster.reading,
     )
+
+
+def _on_paper(plane: Raster, found: Framed, terrain: Terrain) -> Terrain | None:
+    """Return the terrain as the papers take it: in the metres of its reference system."""
+    assert plane.crs is not None
+    is_own = plane.crs.is_geographic or not found.is_warped
+    shown = found.raster if is_own else plane
+    unit_m = geodesy.unit_m(geodesy.crs_name(shown.crs))
+    if is_own and found.metres_per_unit == (unit_m, unit_m):
+        return None
+    paper = _terrain(shown, (unit_m, unit_m)).having(metres_per_unit=None)
+    return paper.having(elevation=terrain.elevation) if is_own else paper
+
+
+def _above_sea(raster: Raster) -> Raster:
+    """Return a raster with heights above the sea.
+
+    Raises
+    ------
+    InputError
+        If they count from the ellipsoid, the user does not accept that, and PROJ has no geoid.
+    """
+    if raster.vertical is None or not raster.vertical.is_ellipsoidal:
+        return raster
+    assert raster.crs is not None
+    rows, columns = raster.heights.shape
+    across, down = (
+        np.linspace(0, count, min(count, _GEOID_POINTS) + 1) for count in (columns, rows)
+    )
+    side = raster.transform
+    x, y = np.meshgrid(side.c + side.a * across, side.f + side.e * down)
+    lon, lat = geodesy.place_points(geodesy.crs_name(raster.crs), geodesy.WGS84, x, y)
+    geoid = vertical.geoid_heights(lon, lat)
+    if geoid is None:
+        if raster.vertical.datum_from != "option":
+            raise InputError(
+                f"{raster.name}: its heights count from the ellipsoid ({raster.vertical.stated}), "
+                "and PROJ has no grid of the geoid to turn them to heights above the sea: install "
+                "us_nga_egm96_15.tif (pyproj sync --file us_nga_egm96_15), or accept altitudes "
+                "above the ellipsoid in all files (--heights ellipsoidal)."
+            )
+        note = Remark(
+            Grade.WARNING,
+            "Heights and all altitudes count from the ellipsoid, not from the sea, as --heights "
+            "ellipsoidal accepts; the two differ by up to 107 m.",
+        )
+        return replace(raster, reading=raster.reading.adding([note]))
+    # Along rows, then along columns, at the centres of pixels.
+    by_row = np.array([np.interp(np.arange(columns) + 0.5, across, values) for values in geoid])
+    low = np.minimum(np.searchsorted(down, np.arange(rows) + 0.5) - 1, len(down) - 2)
+    share = ((np.arange(rows) + 0.5 - down[low]) / (down[low + 1] - down[low]))[:, np.newaxis]
+    heights = raster.heights - ((1 - share) * by_row[low] + share * by_row[low + 1])
+    facts = dict(raster.reading.facts)
+    turned = {"datum": "EGM96 geoid", "turned_from": "ellipsoid"}
+    facts["heights"] = {**facts.get("heights", {}), **turned}
+    note = Remark(
+        Grade.NOTE,
+        f"Heights above the ellipsoid are turned to heights above the sea by the geoid EGM96, "
+        f"{geoid.min():.1f} to {geoid.max():.1f} m.",
+    )
+    return replace(
+        raster, heights=heights, reading=Reading(facts, raster.reading.remarks).adding([note])
+    )
+
+
+def _side_m(raster: Raster) -> float:
+    """Return the longer side of a cell in metres, roughly for a geographic raster."""
+    longer = max(raster.transform.a, -raster.transform.e)
+    if raster.crs is None:
+        return longer
+    if raster.crs.is_geographic:
+        return math.radians(longer) * _EARTH_M
+    return longer * geodesy.unit_m(geodesy.crs_name(raster.crs))
 
 
 def _place(raster: Raster, row: int, column: int) -> str:
@@ -125,5 +237,5 @@ def _remedy(raster: Raster, height_m: float) -> str:
         mark = float(f"{(height_m - offset) / factor:.12g}")
     return (
         f"declare the mark (gdal_translate -a_nodata {number(mark)} IN.tif OUT.tif), or state the "
-        "unit of the heights"
+        "unit of the heights (--height-unit m|ft|us-ft)"
     )

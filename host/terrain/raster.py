@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import math
+import re
 import warnings
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,13 +20,17 @@ from rasterio.io import DatasetReader
 
 from pathgene.host.errors import InputError
 from pathgene.host.inputs import exists, require_regular
-from pathgene.host.terrain import vrt
+from pathgene.host.remarks import Reading
+from pathgene.host.terrain import geodesy, vrt
+from pathgene.host.terrain.marks import Mark, marked
+from pathgene.host.terrain.stated import Stated
 from pathgene.host.terrain.untrusted import (
     MAX_CELLS,
     SELF_CONTAINED,
     require_cells,
     require_own_crs,
 )
+from pathgene.host.terrain.vertical import Vertical, vertical
 from pathgene.host.terrain.voids import UNDECLARED_VOID
 
 
@@ -33,30 +38,10 @@ __all__ = ["Raster", "north_up", "read"]
 
 Floats = NDArray[np.float64]
 
-# Metres per unit of height, by the unit's name in files.
-_VERTICAL_UNITS_M = {
-    "": 1.0,
-    "m": 1.0,
-    "metre": 1.0,
-    "metres": 1.0,
-    "meter": 1.0,
-    "meters": 1.0,
-    "ft": 0.3048,
-    "foot": 0.3048,
-    "feet": 0.3048,
-    "international foot": 0.3048,
-    "us-ft": 1200 / 3937,
-    "ftus": 1200 / 3937,
-    "us survey foot": 1200 / 3937,
-    "us_survey_foot": 1200 / 3937,
-    "cm": 0.01,
-    "centimetre": 0.01,
-    "centimeter": 0.01,
-    "dm": 0.1,
-    "km": 1000.0,
-}
-
-# Maximum nesting of virtual rasters.
+# Points a side of SRTM's tiles of 3 and of 1 arc-second, and their names.
+_HGT_SIDES = (1201, 3601)
+_HGT_NAME = re.compile(r"[NS]\d\d[EW]\d{3}\.", re.IGNORECASE)
+# Virtual rasters that are made of one another.
 _MOST_DEPTH = 50
 
 
@@ -76,6 +61,10 @@ class Raster:
         Reference system, if the file names one.
     scaling : tuple of float
         Factor and offset that turn the numbers of the file into metres.
+    vertical : Vertical, optional
+        Unit and datum of the heights; None where they are ours.
+    reading : Reading
+        Facts that were read, and remarks.
     """
 
     name: str
@@ -84,9 +73,17 @@ class Raster:
     transform: Affine
     crs: CRS | None
     scaling: tuple[float, float] = (1.0, 0.0)
+    vertical: Vertical | None = None
+    reading: Reading = field(default_factory=Reading)
 
 
-def read(path: Path, max_cells: int | None = None, *, self_contained: bool = False) -> Raster:
+def read(
+    path: Path,
+    max_cells: int | None = None,
+    *,
+    self_contained: bool = False,
+    stated: Stated | None = None,
+) -> Raster:
     """Read the heights of a file that rasterio opens.
 
     Parameters
@@ -94,6 +91,8 @@ def read(path: Path, max_cells: int | None = None, *, self_contained: bool = Fal
     path : Path
     max_cells, self_contained
         As for :func:`pathgene.host.terrain.load`.
+    stated : Stated, optional
+        Statements of the user on the heights.
 
     Raises
     ------
@@ -101,6 +100,7 @@ def read(path: Path, max_cells: int | None = None, *, self_contained: bool = Fal
         If it cannot be read, has several bands, complex data, too many cells, or heights in an
         unknown unit, or if it must be self-contained and is not.
     """
+    stated = stated or Stated()
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", NotGeoreferencedWarning)
@@ -124,19 +124,33 @@ def read(path: Path, max_cells: int | None = None, *, self_contained: bool = Fal
                         f"{file.dtypes[0]}."
                     )
                 require_cells(path, (file.height, file.width), max_cells)
-                unit_m = _vertical_unit_m(path, file.units[0])
+                heights_in = vertical(
+                    path, file.crs, file.units[0], stated.height_unit, stated.heights
+                )
+                unit_m = heights_in.unit_m
                 band = file.read(1, masked=True)
                 scale, offset = file.scales[0], file.offsets[0]
-                transform, crs = file.transform, file.crs
+                transform, crs, driver = file.transform, file.crs, file.driver
+                nodata = file.nodata
+                has_points = transform.is_identity and bool(file.gcps[0])
                 _require_place(path, transform)
     except (RasterioError, OSError, ValueError):
+        raise InputError(f"{path}: {_unreadable(path)}") from None
+    if has_points:
         raise InputError(
-            f"{path}: cannot be read as a raster of heights; give a GeoTIFF, an SRTM "
-            ".hgt, another format that GDAL reads, or a .npy or .npz file."
-        ) from None
+            f"{path}: has control points instead of a place; warp it to them first "
+            "(gdalwarp IN.tif OUT.tif)."
+        )
     heights = band.data.astype(np.float64)
-    void = np.ma.getmaskarray(band) | ~np.isfinite(heights) | (heights == UNDECLARED_VOID)
-    heights[void] = np.nan
+    declared, of_srtm = np.ma.getmaskarray(band), heights == UNDECLARED_VOID
+    heights[declared | ~np.isfinite(heights) | of_srtm] = np.nan
+    facts = {
+        "driver": driver,
+        "crs": None if crs is None else geodesy.crs_name(crs),
+        "heights": heights_in.facts,
+        "declared_void": None if nodata is None or math.isnan(nodata) else nodata,
+    }
+    left = int((of_srtm & ~declared).sum())
     return Raster(
         path.stem,
         str(path),
@@ -144,6 +158,8 @@ def read(path: Path, max_cells: int | None = None, *, self_contained: bool = Fal
         transform,
         crs,
         (scale * unit_m, offset * unit_m),
+        heights_in,
+        marked(Reading(facts), [Mark(UNDECLARED_VOID, left)] if left else ()),
     )
 
 
@@ -178,6 +194,28 @@ def _opened_alone(path: Path) -> Iterator[DatasetReader]:
         f"{path}: cannot be read as a raster that holds its heights itself; give a GeoTIFF, an "
         "SRTM .hgt, an ASCII grid, or a .npy or .npz file. A format that names other files, such "
         "as VRT, is converted with gdal_translate, or named when the desk is started."
+    )
+
+
+def _unreadable(path: Path) -> str:
+    """Return why a file cannot be read, and how to mend it."""
+    if path.suffix.lower() == ".hgt" and path.is_file():
+        size = path.stat().st_size
+        sides = [f"{2 * side * side:,}" for side in _HGT_SIDES]
+        if size not in (2 * side * side for side in _HGT_SIDES):
+            return (
+                f"an SRTM .hgt of {' or '.join(map(str, _HGT_SIDES))} points a side has "
+                f"{' or '.join(sides)} bytes, but this file has {size:,}: it is cut short or no "
+                "such tile; get it again."
+            )
+        if not _HGT_NAME.match(path.name):
+            return (
+                "an SRTM .hgt states its place only in its name, the south-west corner in "
+                f"degrees such as N46E008.hgt; name it so again, unlike {path.name!r}."
+            )
+    return (
+        "cannot be read as a raster of heights; give a GeoTIFF, an SRTM .hgt, another format that "
+        "GDAL reads, or a .npy or .npz file."
     )
 
 
@@ -264,15 +302,6 @@ def _require_regular_beside(path: Path) -> None:
                 f"{file}: belongs to the raster {path.name} by its name, and is a pipe or a "
                 "device; remove it or copy it into a regular file."
             ) from None
-
-
-def _vertical_unit_m(path: Path, unit: str | None) -> float:
-    try:
-        return _VERTICAL_UNITS_M[(unit or "").strip().lower()]
-    except KeyError:
-        raise InputError(
-            f"{path}: its heights are in {unit!r}, which is unknown; convert them to metres."
-        ) from None
 
 
 def north_up(raster: Raster) -> Raster:

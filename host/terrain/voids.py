@@ -1,69 +1,19 @@
-"""Voids: nodes without a height, how files mark them, and their interpolation."""
+"""Voids: nodes without a height, and their interpolation."""
 
 from __future__ import annotations
-
-from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pathgene.host.errors import InputError
 
-
-__all__ = [
-    "HIGHEST_M",
-    "LOWEST_M",
-    "UNDECLARED_VOID",
-    "fill",
-    "from_corner",
-    "number",
-    "require_heights",
-]
+__all__ = ["HIGHEST_M", "LOWEST_M", "UNDECLARED_VOID", "fill", "from_corner", "number"]
 
 Floats = NDArray[np.float64]
 
 #: SRTM's mark of a void, which remains in files that declare another value or none.
 UNDECLARED_VOID = -32768.0
-#: Lowest and highest height of the ground, metres; a number outside is a mark or in another unit.
+#: Lowest dry land and highest ground, metres; sea floor may be lower.
 LOWEST_M, HIGHEST_M = -500.0, 9_000.0
-
-
-def require_heights(
-    name: str, heights: Floats, place: Callable[[int, int], str], remedy: Callable[[float], str]
-) -> None:
-    """Check that all heights can be ground, so that no mark of a void is mistaken for a pit.
-
-    Call it before heights are interpolated, because interpolation could bring a mark into the
-    range.
-
-    Parameters
-    ----------
-    name : str
-        Name of the terrain in the sentence.
-    heights : ndarray
-        ``(rows, columns)`` float64 metres; NaN is a void.
-    place : callable
-        Takes row and column of a node and returns its place, in words.
-    remedy : callable
-        Takes the height of the node and returns advice for the user, in words.
-
-    Raises
-    ------
-    InputError
-        If a height lies outside :data:`LOWEST_M` to :data:`HIGHEST_M`.
-    """
-    # No temporary array in the usual case; `fmin` and `fmax` ignore voids.
-    low, high = np.fmin.reduce(heights, axis=None), np.fmax.reduce(heights, axis=None)
-    if not (low < LOWEST_M or high > HIGHEST_M):
-        return
-    outside = np.argwhere((heights < LOWEST_M) | (heights > HIGHEST_M))
-    row, column = map(int, outside[0])
-    height = float(heights[row, column])
-    raise InputError(
-        f"{name}: {len(outside):,} of {heights.size:,} heights lie outside {LOWEST_M:g} to "
-        f"{HIGHEST_M:,g} m; the first, {place(row, column)}, is {number(height)} m, probably a "
-        f"void mark that is not declared, or no height in metres: {remedy(height)}."
-    )
 
 
 def number(value: float) -> str:

@@ -1,4 +1,4 @@
-"""Reprojection of a geographic raster to a square grid in metres of its UTM zone."""
+"""Reprojection of a raster to a square grid in metres of a frame."""
 
 from __future__ import annotations
 
@@ -17,18 +17,16 @@ from pathgene.host.terrain.raster import Raster
 from pathgene.host.terrain.untrusted import MAX_CELLS
 
 
-__all__ = ["largest_rectangle", "to_utm"]
+__all__ = ["largest_rectangle", "to_frame"]
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 # Decimals of a cell's side in metres.
 _SIDE_DECIMALS = 2
-# Maximum width of a raster in one UTM zone; beyond it, the zone's metres differ too much from true
-# metres.
+# Widest geographic raster; in a wider one the frame's metres differ too much from true ones.
 _WIDEST_DEG = 12.0
-_NORTHERNMOST_DEG = 84.0
-# Nodes resampled at a time, which bounds the memory for a large tile.
+# Nodes resampled at a time: bounds the memory of a large tile.
 _BLOCK_NODES = 1 << 22
 # Degrees of the polynomials tried for the inverse projection, and the largest error in pixels.
 _DEGREES = (12, 24, 48)
@@ -37,18 +35,21 @@ _TOLERANCE_PX = 1e-5
 _ROUNDING_PX = 1e-6
 
 
-def to_utm(raster: Raster, max_cells: int | None = None) -> Raster:
-    """Warp a geographic raster to the UTM zone of its centre.
+def to_frame(raster: Raster, frame: str, max_cells: int | None = None) -> Raster:
+    """Warp a raster to another reference system.
 
-    The cells are square; their side is the smaller side of the centre pixel in zone metres, rounded
-    to 0.01 m. Heights are interpolated bilinearly between the centres of pixels; in the outer half
-    of the outermost pixels, the nearest centres are used. A node with a void among its weighted
-    neighbours is a void. The grid is cropped to the largest rectangle inside the raster's edges.
+    The cells are square, of the smaller side of the pixel at the centre in metres of the frame,
+    rounded to 0.01 m. Heights are interpolated bilinearly between the centres of pixels; in the
+    outer half of the outermost pixels the nearest stand in. A node next to a void, with any weight,
+    is a void.
+    The grid is cropped to the largest rectangle inside the raster's edges.
 
     Parameters
     ----------
     raster : Raster
         North up, at least 2 x 2 pixels.
+    frame : str
+        Projected reference system in metres: a UTM zone, or a local one.
     max_cells : int, optional
         Maximum number of cells, by default :data:`pathgene.host.terrain.untrusted.MAX_CELLS`. The
         grid may have twice as many, because pixels become narrower towards the poles.
@@ -56,34 +57,28 @@ def to_utm(raster: Raster, max_cells: int | None = None) -> Raster:
     Returns
     -------
     Raster
-        The raster in the zone's metres, north up.
+        In metres of the frame, north up.
 
     Raises
     ------
     InputError
-        If the raster is wider than 12 degrees, reaches beyond 84 degrees of latitude, or its cells
-        are much longer than wide, so that the grid would have too many.
+        If the raster is wider than 12 degrees, or its cells are much longer than wide and the grid
+        would have too many.
     """
     rows, columns = raster.heights.shape
     side = raster.transform
     west, north = side.c, side.f
     east, south = west + columns * side.a, north + rows * side.e
-    if east - west > _WIDEST_DEG or north - south > _WIDEST_DEG:
+    if _is_geographic(raster) and max(east - west, north - south) > _WIDEST_DEG:
         raise InputError(
             f"{raster.name}: the raster spans {east - west:g} x {north - south:g} "
-            f"degrees, more than the {_WIDEST_DEG:g} that one UTM zone can show; cut "
+            f"degrees, more than the {_WIDEST_DEG:g} that one map can show; cut "
             "out the part you need."
         )
-    if max(north, -south) > _NORTHERNMOST_DEG:
-        raise InputError(
-            f"{raster.name}: the raster reaches beyond {_NORTHERNMOST_DEG:g} degrees "
-            "of latitude, where UTM ends; project it first."
-        )
-    zone = geodesy.utm_zone((north + south) / 2, (west + east) / 2)
-    side_m = _side_m(raster, zone)
+    side_m = _side_m(raster, frame)
     most = 2 * (MAX_CELLS if max_cells is None else max_cells)
-    grid = _grid(raster, zone, side_m, most)
-    to_pixels = _Inverse(raster, zone, *grid)
+    grid = _grid(raster, frame, side_m, most)
+    to_pixels = _Inverse(raster, frame, *grid)
     heights, inside = _resample(raster.heights, to_pixels)
     kept_rows, kept_columns = largest_rectangle(inside)
     eastings, northings = grid
@@ -100,7 +95,7 @@ def to_utm(raster: Raster, max_cells: int | None = None) -> Raster:
         raster,
         heights=heights[kept_rows, kept_columns],
         transform=transform,
-        crs=CRS.from_user_input(zone),
+        crs=CRS.from_user_input(frame),
     )
 
 
@@ -141,14 +136,14 @@ class _Inverse:
     ----------
     raster : Raster
         The raster; (0, 0) is the centre of its first pixel.
-    zone : str
+    frame : str
         Reference system of the nodes.
     eastings, northings : ndarray
         Coordinates of the columns and rows of nodes, metres.
     """
 
-    def __init__(self, raster: Raster, zone: str, eastings: Floats, northings: Floats) -> None:
-        self._raster, self._zone = raster, zone
+    def __init__(self, raster: Raster, frame: str, eastings: Floats, northings: Floats) -> None:
+        self._raster, self._frame = raster, frame
         self._x, self._y = _unit(eastings), _unit(northings)
         self._span = (eastings[0], eastings[-1], northings[0], northings[-1])
         for degree in _DEGREES:
@@ -160,7 +155,7 @@ class _Inverse:
             if self._error_px(degree) <= _TOLERANCE_PX:
                 return
         raise InputError(
-            f"{raster.name}: the raster is too large to be shown in one UTM zone; cut "
+            f"{raster.name}: the raster is too large to be shown in one map; cut "
             "out the part you need."
         )
 
@@ -198,16 +193,21 @@ class _Inverse:
         """Column and row of points given from -1 to 1 across the grid."""
         first, last, top, bottom = self._span
         lon, lat = geodesy.transform(
-            self._zone,
+            self._frame,
             geodesy.crs_name(self._raster.crs),
             first + (last - first) * (x + 1) / 2,
             top + (bottom - top) * (y + 1) / 2,
         )
         side = self._raster.transform
-        # Files may count longitudes beyond 180 degrees; PROJ does not.
-        middle = side.c + self._raster.heights.shape[1] * side.a / 2
-        lon = middle + (lon - middle + 180.0) % 360.0 - 180.0
+        if _is_geographic(self._raster):
+            # Files may count longitudes beyond 180 degrees; PROJ does not.
+            middle = side.c + self._raster.heights.shape[1] * side.a / 2
+            lon = middle + (lon - middle + 180.0) % 360.0 - 180.0
         return (lon - side.c) / side.a - 0.5, (lat - side.f) / side.e - 0.5
+
+
+def _is_geographic(raster: Raster) -> bool:
+    return raster.crs is not None and bool(raster.crs.is_geographic)
 
 
 def _unit(values: Floats) -> Floats:
@@ -215,14 +215,14 @@ def _unit(values: Floats) -> Floats:
     return np.linspace(-1.0, 1.0, len(values))
 
 
-def _side_m(raster: Raster, zone: str) -> float:
-    """Smaller side of the pixel at the centre, metres of the zone."""
+def _side_m(raster: Raster, frame: str) -> float:
+    """Smaller side of the pixel at the centre, metres of the frame."""
     rows, columns = raster.heights.shape
     side = raster.transform
     lon, lat = side.c + columns * side.a / 2, side.f + rows * side.e / 2
     east, north = geodesy.transform(
         geodesy.crs_name(raster.crs),
-        zone,
+        frame,
         np.array((lon - side.a / 2, lon + side.a / 2, lon, lon)),
         np.array((lat, lat, lat - side.e / 2, lat + side.e / 2)),
     )
@@ -241,8 +241,8 @@ def _side_m(raster: Raster, zone: str) -> float:
     return side_m
 
 
-def _grid(raster: Raster, zone: str, side_m: float, most: int) -> tuple[Floats, Floats]:
-    """Return rising eastings and falling northings, at most ``most``, that cover the raster."""
+def _grid(raster: Raster, frame: str, side_m: float, most: int) -> tuple[Floats, Floats]:
+    """Eastings, rising, and northings, falling, at most ``most``, that cover the whole raster."""
     rows, columns = raster.heights.shape
     side = raster.transform
     along_x = side.c + side.a * np.linspace(0, columns, min(columns, 64) + 1)
@@ -253,7 +253,7 @@ def _grid(raster: Raster, zone: str, side_m: float, most: int) -> tuple[Floats, 
     lat = np.concatenate(
         (np.full_like(along_x, along_y[0]), np.full_like(along_x, along_y[-1]), along_y, along_y)
     )
-    east, north = geodesy.transform(geodesy.crs_name(raster.crs), zone, lon, lat)
+    east, north = geodesy.transform(geodesy.crs_name(raster.crs), frame, lon, lat)
     columns = math.ceil((east.max() - east.min()) / side_m)
     rows = math.ceil((north.max() - north.min()) / side_m)
     if columns * rows > most:

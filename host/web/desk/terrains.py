@@ -20,7 +20,9 @@ from pathgene.host.terrain import Terrain, embedded
 
 __all__ = ["Terrains"]
 
-# Number of terrains kept in memory, enough for a few tabs.
+# Values of a problem that decide how its terrain is read.
+_OWN = ("fill_voids", "cell", "origin", "water_level", "height_unit", "heights")
+# Terrains kept in memory, enough for a few tabs.
 _KEPT = 4
 # Files that GDAL writes next to a raster.
 _HIDDEN = re.compile(r"^\.|\.aux\.xml$")
@@ -154,7 +156,7 @@ class Terrains:
         if name is None:
             raise InputError("The problem names no terrain; choose one.")
         source = self.source_of(name)
-        own = {key: values.get(key) for key in ("fill_voids", "cell", "origin")}
+        own = {key: values.get(key) for key in _OWN}
         place = (source, *own.values())
         with self._lock:
             if place in self._loaded:

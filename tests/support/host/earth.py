@@ -15,8 +15,17 @@ def places(terrain, points):
     to_wgs84 = pyproj.Transformer.from_crs(system, "EPSG:4326", always_xy=True)
     east, north = terrain.origin
     unit = system.axis_info[0].unit_conversion_factor
-    lon, lat = to_wgs84.transform(east + points[:, 0] / unit, north + points[:, 1] / unit)
+    unit_x, unit_y = terrain.metres_per_unit or (unit, unit)
+    lon, lat = to_wgs84.transform(east + points[:, 0] / unit_x, north + points[:, 1] / unit_y)
     return lat, lon
+
+
+def true_sides(crs, x, y, dx, dy):
+    """Return the geodesic lengths of a cell around a point of a reference system, metres."""
+    to_wgs84 = pyproj.Transformer.from_crs(crs, "EPSG:4326", always_xy=True)
+    lon, lat = to_wgs84.transform([x - dx, x + dx, x, x], [y, y, y - dy, y + dy])
+    lengths = pyproj.Geod(ellps="WGS84").inv(lon[::2], lat[::2], lon[1::2], lat[1::2])[2]
+    return lengths[0] / 2, lengths[1] / 2
 
 
 def apart_m(first, second):

@@ -225,7 +225,10 @@ def test_npz_round_trip(tmp_path):
     nofly = np.array([[True, False, False], [False, False, True]])
     UTM.save_npz(file, nofly)
     with np.load(file) as saved:
-        assert sorted(saved) == ["crs", "dx_m", "dy_m", "elevation", "nofly", "origin"]
+        assert sorted(saved) == [
+            "crs", "dx_m", "dy_m", "elevation", "metres_per_unit", "nofly", "origin"
+        ]  # fmt: skip
+        assert saved["metres_per_unit"].tolist() == [1.0, 1.0]
         assert saved["nofly"].dtype == np.bool_
         np.testing.assert_array_equal(saved["nofly"], nofly)
     again = load(file)
@@ -254,6 +257,7 @@ def test_npz_refuses_another_shape(tmp_path):
 def test_info_is_json():
     described = json.loads(json.dumps(info(UTM)))
     corners = described.pop("corners")
+    assert described.pop("read")["nodes"] == [2, 3]
     assert described == {
         "name": "utm",
         "shape": [2, 3],

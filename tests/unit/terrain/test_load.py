@@ -8,6 +8,8 @@ from affine import Affine
 
 from pathgene.host.errors import InputError
 from pathgene.host.terrain import load
+from pathgene.host.terrain.stated import Stated
+from tests.support.host.earth import true_sides
 
 
 TILES = Path(__file__).parents[4] / "shared" / "terrain"
@@ -34,14 +36,17 @@ class TestProjected:
         assert terrain.name == "made"
         assert terrain.source == str(tif)
         assert terrain.elevation.tolist() == SOUTH_FIRST
-        assert (terrain.dx_m, terrain.dy_m) == (30.0, 30.0)
+        sides = true_sides(UTM, 500_045, 5_099_970, 30, 30)
+        assert (terrain.dx_m, terrain.dy_m) == pytest.approx(sides, rel=1e-7)
+        assert sides == pytest.approx((30.012, 30.012), abs=1e-4)
         assert terrain.crs == UTM
         assert terrain.origin == (500_015.0, 5_100_000 - 45.0)
 
     def test_cells_may_be_rectangular(self, write_tif):
-        terrain = load(write_tif(HEIGHTS, transform=Affine(25, 0, 0, 0, -40, 0)))
-        assert (terrain.dx_m, terrain.dy_m) == (25.0, 40.0)
-        assert terrain.origin == (12.5, -60.0)
+        terrain = load(write_tif(HEIGHTS, transform=Affine(25, 0, 500_000, 0, -40, 0)))
+        sides = true_sides(UTM, 500_037.5, -40, 25, 40)
+        assert (terrain.dx_m, terrain.dy_m) == pytest.approx(sides, rel=1e-7)
+        assert terrain.origin == (500_012.5, -60.0)
 
     @pytest.mark.parametrize(("width", "height"), [(30, 30), (-30, -30), (-30, 30)])
     def test_other_orientations(self, write_tif, width, height):
@@ -60,9 +65,10 @@ class TestProjected:
         assert terrain.origin == (500_015.0, 5_100_000 - 45.0)
 
     def test_feet_on_the_ground_become_metres(self, write_tif):
-        terrain = load(write_tif(HEIGHTS, crs="EPSG:2285"))
-        assert (terrain.dx_m, terrain.dy_m) == pytest.approx((30 * 1200 / 3937,) * 2)
-        assert terrain.origin == (500_015.0, 5_100_000 - 45.0)
+        file = write_tif(HEIGHTS, Affine(30, 0, 1_300_000, 0, -30, 300_000), "EPSG:2285")
+        terrain = load(file, stated=Stated("m"))
+        assert (terrain.dx_m, terrain.dy_m) == pytest.approx((30 * 1200 / 3937,) * 2, rel=1e-4)
+        assert terrain.origin == (1_300_015.0, 300_000 - 45.0)
         assert terrain.elevation.tolist() == SOUTH_FIRST
 
     @pytest.mark.parametrize(
@@ -269,7 +275,8 @@ class TestRefusals:
     def test_vertical_unit(self, tif, write_tif):
         write_tif(HEIGHTS, unit="fathom")
         assert refusal(tif) == (
-            f"{tif}: its heights are in 'fathom', which is unknown; convert them to metres."
+            f"{tif}: its heights are in 'fathom', which is unknown; convert them to metres, or "
+            "state their unit (--height-unit m|ft|us-ft)."
         )
 
     def test_rotated(self, tif, write_tif):

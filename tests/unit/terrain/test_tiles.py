@@ -7,6 +7,7 @@ import pytest
 import rasterio
 
 from pathgene.host.terrain import info, load
+from tests.support.host.earth import true_sides
 
 
 TILES = Path(__file__).parents[4] / "shared" / "terrain"
@@ -62,12 +63,15 @@ class TestRealTiles:
         file = self.tile(name)
         terrain = load(file)
         assert terrain.shape == shape
-        assert terrain.dx_m == terrain.dy_m == side
+        assert terrain.on_paper.dx_m == terrain.on_paper.dy_m == side
         assert (terrain.lowest, terrain.highest) == (lowest, highest)
         assert not terrain.voids.any()
         with rasterio.open(file) as raster:
             np.testing.assert_array_equal(terrain.elevation[::-1], raster.read(1))
             assert terrain.origin == raster.xy(shape[0] - 1, 0)
+            middle = raster.xy(shape[0] // 2, shape[1] // 2)
+            sides = true_sides(raster.crs.to_wkt(), *middle, side, side)
+        assert (terrain.dx_m, terrain.dy_m) == pytest.approx(sides, rel=2e-6)
         corners = info(terrain)["corners"].values()
         assert all(south < lat < north and west < lon < east for lat, lon in corners)
 

@@ -43,12 +43,14 @@ class TestGeographic:
     def test_cells_are_square_of_the_smaller_side(self, write_tif):
         heights, transform = self.plane((60, 80))
         terrain = load(write_tif(heights, transform, "EPSG:4326"))
-        # An arc of the parallel at the centre, 46.475 N, on the ellipsoid, times the zone's scale.
+        # An arc of the parallel at the centre, 46.475 N, on the ellipsoid.
         sine = np.sin(np.radians(46.475))
         radius_m = 6_378_137 / np.sqrt(1 - 0.0066943799901413165 * sine**2)
         parallel_m = np.radians(self.PIXEL) * radius_m * np.sqrt(1 - sine**2)
-        assert terrain.dx_m == terrain.dy_m == round(terrain.dx_m, 2)
-        assert terrain.dx_m == pytest.approx(parallel_m * 0.99963, abs=0.006)
+        assert terrain.dx_m == terrain.dy_m == pytest.approx(parallel_m, abs=0.006)
+        paper = terrain.on_paper
+        assert paper.dx_m == paper.dy_m == round(paper.dx_m, 2)
+        assert paper.dx_m == pytest.approx(parallel_m * 0.99963, abs=0.006)
 
     @pytest.mark.parametrize(
         ("west", "north", "crs"),
@@ -100,15 +102,16 @@ class TestGeographic:
         file = write_tif(HEIGHTS, Affine(10, 0, 0, 0, -10, 40), "EPSG:4326")
         assert refusal(file) == (
             "made: the raster spans 30 x 20 degrees, more than the 12 that one "
-            "UTM zone can show; cut out the part you need."
+            "map can show; cut out the part you need."
         )
 
-    def test_too_far_north(self, write_tif):
-        file = write_tif(HEIGHTS, Affine(1, 0, 0, 0, -1, 85), "EPSG:4326")
-        assert refusal(file) == (
-            "made: the raster reaches beyond 84 degrees of latitude, where UTM "
-            "ends; project it first."
-        )
+    def test_beyond_utm(self, write_tif):
+        heights, transform = self.plane((60, 80), north=86.0)
+        terrain = load(write_tif(heights, transform, "EPSG:4326"))
+        assert "Transverse_Mercator" in terrain.crs
+        assert abs(terrain.metric.convergence_at_middle_deg) < 0.01
+        lat, lon = terrain.to_geographic(0.5 * terrain.width_m, 0.5 * terrain.height_m)
+        assert (lat, lon) == pytest.approx((86 - 0.025, 8.3 + 40 / 1200), abs=0.01)
 
     def test_too_small(self, write_tif):
         file = write_tif(HEIGHTS, Affine(1e-8, 0, 0, 0, -1e-8, 5), "EPSG:4326")

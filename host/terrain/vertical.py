@@ -1,0 +1,216 @@
+"""Unit and datum of heights, as a file states them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyproj
+from numpy.typing import NDArray
+from pyproj.exceptions import ProjError
+from pyproj.transformer import TransformerGroup
+from rasterio.crs import CRS
+from rasterio.enums import WktVersion
+
+from pathgene.host.errors import InputError
+from pathgene.host.terrain.stated import HEIGHT_UNITS
+
+
+__all__ = ["Vertical", "geoid_heights", "horizontal", "vertical"]
+
+Floats = NDArray[np.float64]
+
+
+# Metres per unit of height, by its name in files.
+_UNITS_M = {
+    "m": 1.0,
+    "metre": 1.0,
+    "metres": 1.0,
+    "meter": 1.0,
+    "meters": 1.0,
+    "ft": 0.3048,
+    "foot": 0.3048,
+    "feet": 0.3048,
+    "international foot": 0.3048,
+    "us-ft": 1200 / 3937,
+    "ftus": 1200 / 3937,
+    "us survey foot": 1200 / 3937,
+    "us_survey_foot": 1200 / 3937,
+    "cm": 0.01,
+    "centimetre": 0.01,
+    "centimeter": 0.01,
+    "dm": 0.1,
+    "km": 1000.0,
+}
+# A plane whose unit lies between these is in some foot, metres.
+_FEET_M = (0.29, 0.32)
+# WGS84 with heights above the ellipsoid, and above the geoid EGM96.
+_ELLIPSOIDAL, _ABOVE_SEA = "EPSG:4979", "EPSG:9707"
+
+
+@dataclass(frozen=True)
+class Vertical:
+    """Unit and datum of the heights of a file.
+
+    Parameters
+    ----------
+    unit : str
+        Name of the unit.
+    unit_m : float
+        Its metres; negative where the file counts depths.
+    unit_from, datum_from : str
+        Where they are known from: ``file``, ``option`` or ``assumed``.
+    datum : str
+        Name of the datum.
+    is_ellipsoidal : bool
+        Heights above the ellipsoid.
+    stated : str
+        Name of the reference system that states it.
+    """
+
+    unit: str
+    unit_m: float
+    unit_from: str
+    datum: str
+    datum_from: str
+    is_ellipsoidal: bool = False
+    stated: str = ""
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """The unit and datum, for a report."""
+        return {
+            "unit": self.unit,
+            "unit_from": self.unit_from,
+            "datum": self.datum,
+            "datum_from": self.datum_from,
+        }
+
+
+def vertical(
+    path: Path,
+    crs: CRS | None,
+    band_unit: str | None,
+    height_unit: str | None = None,
+    heights: str | None = None,
+) -> Vertical:
+    """Return unit and datum of heights.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    crs : CRS or None
+        Its reference system.
+    band_unit : str or None
+        Unit that its band states.
+    height_unit : str, optional
+        Unit that the user states, a key of
+        :data:`pathgene.host.terrain.stated.HEIGHT_UNITS`; it overrides the file.
+    heights : str, optional
+        Reference that the user states, one of
+        :data:`pathgene.host.terrain.stated.HEIGHTS`; it overrides the file.
+
+    Raises
+    ------
+    InputError
+        If the unit is unknown, or missing where the plane is in feet.
+    """
+    system = None if crs is None else _pyproj(crs)
+    axis = None if system is None else _vertical_axis(system)
+    unit, unit_m, unit_from = _unit(path, system, axis, band_unit, height_unit)
+    if axis is not None and axis[2] == "down":
+        unit_m = -unit_m
+    datum, datum_from, is_ellipsoidal = "mean sea level", "assumed", False
+    if axis is not None:
+        datum, is_ellipsoidal, datum_from = axis[3], axis[4], "file"
+    if heights is not None:
+        if heights == "sea-level" and is_ellipsoidal:
+            datum, is_ellipsoidal = "mean sea level", False
+        elif heights == "ellipsoidal" and not is_ellipsoidal:
+            datum, is_ellipsoidal = "ellipsoid", True
+        datum_from = "option"
+    name = "" if system is None else system.name
+    return Vertical(unit, unit_m, unit_from, datum, datum_from, is_ellipsoidal, name)
+
+
+def horizontal(crs: CRS) -> CRS:
+    """Return the plane of a reference system, without its heights."""
+    system = _pyproj(crs)
+    if system is None or not (system.is_compound or len(system.axis_info) > 2):
+        return crs
+    if system.is_geocentric:
+        return crs
+    plane = system.sub_crs_list[0] if system.is_compound else system
+    return CRS.from_wkt(plane.to_2d().to_wkt())
+
+
+def geoid_heights(lon: Floats, lat: Floats) -> Floats | None:
+    """Return heights of the geoid EGM96 above the ellipsoid; None where PROJ has no grid."""
+    group = TransformerGroup(_ELLIPSOIDAL, _ABOVE_SEA, always_xy=True)
+    if not group.best_available or not group.transformers:
+        return None
+    try:
+        _, _, height = group.transformers[0].transform(lon, lat, np.zeros_like(lon), errcheck=True)
+    except ProjError:
+        return None
+    below = -np.asarray(height, dtype=np.float64)
+    return below if np.isfinite(below).all() and below.any() else None
+
+
+def _unit(
+    path: Path,
+    system: pyproj.CRS | None,
+    axis: tuple[str, float, str, str, bool] | None,
+    band_unit: str | None,
+    height_unit: str | None,
+) -> tuple[str, float, str]:
+    """Return name, metres and origin of the unit of heights."""
+    if height_unit is not None:
+        return height_unit, HEIGHT_UNITS[height_unit], "option"
+    stated = (band_unit or "").strip()
+    if stated:
+        try:
+            return stated, _UNITS_M[stated.lower()], "file"
+        except KeyError:
+            raise InputError(
+                f"{path}: its heights are in {band_unit!r}, which is unknown; convert them to "
+                "metres, or state their unit (--height-unit m|ft|us-ft)."
+            ) from None
+    if axis is not None:
+        return axis[0], axis[1], "file"
+    plane = system.axis_info[0] if system is not None and system.axis_info else None
+    if plane is not None and _FEET_M[0] < plane.unit_conversion_factor < _FEET_M[1]:
+        raise InputError(
+            f"{path}: its plane is in feet ({plane.unit_name}), and it states no unit of heights; "
+            "state it (--height-unit m|ft|us-ft)."
+        )
+    return "m", 1.0, "assumed"
+
+
+def _vertical_axis(system: pyproj.CRS) -> tuple[str, float, str, str, bool] | None:
+    """Return unit, its metres, direction, datum and whether it is the ellipsoid, or None."""
+    if system.is_geocentric:
+        return None
+    if system.is_compound:
+        upright = system.sub_crs_list[-1]
+        if not upright.is_vertical:
+            return None
+        is_ellipsoidal = "ellipsoid" in f"{upright.name} {upright.datum}".lower()
+        axis = upright.axis_info[0]
+        datum = "ellipsoid" if is_ellipsoidal else upright.name
+    elif len(system.axis_info) == 3:
+        axis, datum, is_ellipsoidal = system.axis_info[2], "ellipsoid", True
+    else:
+        return None
+    return axis.unit_name, axis.unit_conversion_factor, axis.direction, datum, is_ellipsoidal
+
+
+def _pyproj(crs: CRS) -> pyproj.CRS | None:
+    """Return a reference system with its axes; None where PROJ does not know it."""
+    try:
+        return pyproj.CRS.from_wkt(crs.to_wkt(version=WktVersion.WKT2_2019))
+    except (ProjError, ValueError):
+        return None

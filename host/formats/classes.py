@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Any
 
 from pathgene.host.errors import InputError
 
@@ -120,7 +121,7 @@ def of_word(text: str) -> str:
     return row.name if row else word
 
 
-def of_openaip(number: int, icao_class: int | None = None) -> str:
+def of_openaip(number: int, icao_class: Any = None) -> str:
     """Return the name of the class of an openAIP type; type 0 has the class of ICAO, if any.
 
     Raises
@@ -130,7 +131,7 @@ def of_openaip(number: int, icao_class: int | None = None) -> str:
     """
     if number not in _BY_NUMBER:
         raise InputError(f"{number!r} is no type of openAIP, which has 0 to 36.")
-    if number == 0 and icao_class is not None and 0 <= icao_class < len(_ICAO):
+    if number == 0 and isinstance(icao_class, int) and icao_class in range(len(_ICAO)):
         return _ICAO[icao_class]
     return _BY_NUMBER[number].name
 

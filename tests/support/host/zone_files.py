@@ -1,5 +1,6 @@
 """Random files of zones, one function a format, written from the definitions of the formats."""
 
+import copy
 import io
 import json
 import math
@@ -7,7 +8,7 @@ import random
 import zipfile
 
 
-__all__ = ["FORMATS", "LIMIT_TEXTS", "fen", "openair"]
+__all__ = ["FORMATS", "LIMIT_TEXTS", "broken"]
 
 #: Texts of limits, their metres and references; None for no limit.
 LIMIT_TEXTS = {
@@ -329,3 +330,46 @@ FORMATS = {
     "waypoints": waypoints,
     "fen": fen,
 }
+
+_ODD = (None, True, -1, 0, 1e300, "", "x" * 50, [], {}, [[]], [None], {"a": 1}, "2026", [1, 2, 3])
+_BYTES = b"0123456789.,:; NSEWACDHPL\n*-+="
+
+
+def broken(kind, rng):
+    """Return a file of a format with a few values replaced, or bytes changed, left out or added."""
+    data, name = FORMATS[kind](rng)
+    if kind in ("ed269", "ed318", "openaip", "inav"):
+        document = json.loads(data)
+        for _ in range(rng.randint(1, 3)):
+            _break(document, rng)
+        return json.dumps(document).encode(), name
+    changed = bytearray(data)
+    for _ in range(rng.randint(1, 6)):
+        at = rng.randrange(len(changed))
+        match rng.randrange(3):
+            case 0:
+                changed[at] = rng.randrange(256)
+            case 1:
+                del changed[at : at + rng.randint(1, 20)]
+            case _:
+                changed[at:at] = bytes(rng.choice(_BYTES) for _ in range(rng.randint(1, 8)))
+    return bytes(changed), name
+
+
+def _break(document, rng):
+    """Replace or remove a value at any depth."""
+    places, waiting = [], [document]
+    while waiting:
+        value = waiting.pop()
+        if isinstance(value, dict | list):
+            keys = list(value) if isinstance(value, dict) else range(len(value))
+            places += [(value, key) for key in keys]
+            waiting += [value[key] for key in keys]
+    if not places:
+        return
+    value, key = rng.choice(places)
+    if isinstance(value, dict) and rng.random() < 0.3:
+        del value[key]
+    else:
+        # A copy: a value may be broken again.
+        value[key] = copy.deepcopy(rng.choice(_ODD))

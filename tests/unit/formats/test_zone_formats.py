@@ -17,8 +17,9 @@ from pyproj import Geod, Transformer
 from uas_standards.eurocae_ed269 import ApplicableTimePeriod, UASZoneAirspaceVolume
 from uas_standards.eurocae_ed318 import TimePeriod, VerticalLayer
 
+from pathgene.host.errors import InputError
 from pathgene.host.formats.content import Content
-from pathgene.host.formats.features import Feature
+from pathgene.host.formats.features import Bad, Feature
 from pathgene.host.formats.registry import FORMATS
 from tests.support.host import zone_files
 
@@ -344,3 +345,37 @@ def test_reads_random_files_as_other_readers_do(kind, seed, tmp_path):
 def test_reads_many_random_files_as_other_readers_do(kind, tmp_path):
     for seed in range(FILES, FILES + MANY_FILES):
         check(kind, seed, tmp_path)
+
+
+def check_broken(kind, seed):
+    """Read a broken file: whatever is wrong is a bad part, or one sentence on the file."""
+    data, name = zone_files.broken(kind, random.Random(f"broken {kind} {seed}"))
+    content = Content(data, name)
+    row = next((row for row in FORMATS if row.zones and row.module.recognises(content)), None)
+    if row is None:
+        assert isinstance(content.looks_like, str)
+        return
+    try:
+        parts = list(row.module.features(content))
+    except InputError as error:
+        parts = [Bad("file", str(error))]
+    for part in parts:
+        if isinstance(part, Bad):
+            assert part.reason.endswith(".")
+            assert "\n" not in part.reason
+        elif isinstance(part, Feature):
+            assert all(np.isfinite(ring).all() for ring in part.rings)
+            assert part.radius_m is None or part.radius_m > 0
+
+
+@pytest.mark.parametrize("kind", zone_files.FORMATS)
+def test_broken_files_are_refused_in_words(kind):
+    for seed in range(25):
+        check_broken(kind, seed)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("kind", zone_files.FORMATS)
+def test_many_broken_files_are_refused_in_words(kind):
+    for seed in range(25, 2000):
+        check_broken(kind, seed)

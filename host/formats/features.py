@@ -8,7 +8,7 @@ can be read. :mod:`pathgene.host.problem.placing` turns features into zones of a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime, time
 from enum import StrEnum
 
@@ -76,7 +76,8 @@ class Limit:
 
     height_m: float
     reference: Reference
-    text: str = ""
+    # Limits are equal whichever way they are stated.
+    text: str = field(default="", compare=False)
 
     @property
     def described(self) -> str:

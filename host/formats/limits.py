@@ -57,8 +57,8 @@ def limit(value: Any, unit: Any, reference: Any) -> Limit:
             f"{reference!r}."
         )
     if metres == _FLIGHT_LEVEL_M:
-        surface = Reference.STANDARD
-    return Limit(float(value) * metres, surface)
+        return Limit(float(value) * metres, Reference.STANDARD, f"FL {value:g}")
+    return Limit(float(value) * metres, surface, f"{value:g} {str(unit).strip().lower()} {surface}")
 
 
 def limit_text(text: str, unit: str | None = None, reference: str | None = None) -> Limit | None:
@@ -83,13 +83,15 @@ def limit_text(text: str, unit: str | None = None, reference: str | None = None)
     if len(words) == 1 and words[0] in _UNLIMITED:
         return None
     if len(words) == 1 and words[0] in _GROUND:
-        return Limit(0.0, Reference.AGL)
+        return Limit(0.0, Reference.AGL, words[0])
     numbers = [word for word in words if word[-1] in "0123456789.," and not word.startswith("WGS")]
     units = [word for word in words if word in _UNITS_M]
     stated = [word for word in words if word in _REFERENCES]
     surfaces = {_REFERENCES[word] for word in stated}
-    # A point before three digits may be a decimal point or part thousands from hundreds.
+    # A point before three digits may be a decimal point or part thousands from hundreds, and a
+    # minus after a word may part two limits.
     is_number_clear = len(numbers) == 1 and _NUMBER.fullmatch(numbers[0]) is not None
+    is_number_clear = is_number_clear and ("-" not in numbers[0] or words[0] == numbers[0])
     is_all_known = len(numbers) + len(units) + len(stated) == len(words)
     if not is_number_clear or not is_all_known or len(units) > 1 or len(surfaces) > 1:
         raise ValueError(text)

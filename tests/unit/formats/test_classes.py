@@ -1,5 +1,8 @@
 """Classes of airspace, and the list of ``--forbid``."""
 
+import re
+from pathlib import Path
+
 import pytest
 
 from pathgene.host.errors import InputError
@@ -64,3 +67,19 @@ def test_names_an_unknown_class():
     )
     with pytest.raises(InputError):
         classes.forbidding("")
+
+
+def test_the_page_has_each_class():
+    page = Path(__file__).resolve().parents[3] / "docs" / "files.md"
+    table = page.read_text().partition("| class | meaning | other words in files |")[2]
+    rows = re.findall(r"^\| `(.*?)` \| (.*?) \| (.*?) \| (.*?) \| (.*?) \|$", table, re.MULTILINE)
+    assert [tuple(row) for row in rows] == [
+        (
+            row.name,
+            row.meaning,
+            ", ".join(row.words) or "-",
+            "-" if row.openaip is None else str(row.openaip),
+            "yes" if row.forbids else "no",
+        )
+        for row in classes.CLASSES
+    ]

@@ -61,6 +61,9 @@ def test_takes_the_unit_and_reference_of_a_format_where_a_text_has_none(text, he
         "ft AMSL",
         "FL 95 AGL AMSL",
         "95 km AMSL",
+        # From the ground to 500 feet.
+        "GND-500 ft",
+        "FL-95",
         # A flight level, and not feet.
         "F095",
     ],
@@ -93,6 +96,14 @@ def test_refuses_bad_numbers_units_and_references(values, reason):
     with pytest.raises(InputError) as caught:
         limit(*values)
     assert str(caught.value) == reason
+
+
+def test_limits_tell_how_they_are_stated():
+    texts = ("GND", "4500 ft amsl", "FL065", "300m AGL")
+    described = ["GND", "4500 ft AMSL", "FL 65", "300 m AGL"]
+    assert [limit_text(text).described for text in texts] == described
+    assert limit(4500, "FT", "MSL").described == "4500 ft AMSL"
+    assert limit(4500, "FT", "MSL") == Limit(4500 * 0.3048, Reference.AMSL)
 
 
 def test_a_flight_level_is_standard_whatever_its_reference():

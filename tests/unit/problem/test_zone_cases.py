@@ -76,6 +76,40 @@ def test_limits_of_height_are_read(name):
 
 
 @pytest.mark.parametrize(
+    ("name", "zone_name", "radius_m", "heights"),
+    [
+        ("ed269.json", "Airport", 500, ("0 m AGL", "120 m AGL")),
+        ("ed318_circle.json", "GZ1", 500, ("0 m AGL", "120 m AGL")),
+        ("openair.txt", "R-1 TEST", 926, ("GND", "FL 65")),
+        ("inav_geozone.geojson", "Circle 1", 160, ("23 m AMSL", "120 m AMSL")),
+    ],
+)
+def test_circles_of_the_formats_of_the_trade_are_read(name, zone_name, radius_m, heights):
+    read = mission(f"15*/{name}")
+    assert {zone.name for zone in read.problem.zones} == {zone_name}
+    x, y = read.problem.terrain.to_local([60.0], [10.05])
+    west, south, east, north = np.transpose([zone.footprint.box for zone in read.problem.zones])
+    box = (west.min(), south.min(), east.max(), north.max())
+    # The frame of the terrain differs from the ground by up to a thousandth.
+    expected = (x[0] - radius_m, y[0] - radius_m, x[0] + radius_m, y[0] + radius_m)
+    assert box == pytest.approx(expected, abs=1 + radius_m / 500)
+    (zone,) = read.zones_reading.facts["files"][0]["zones"]
+    assert (zone["lower"], zone["upper"]) == heights
+
+
+def test_fences_of_mission_planner_are_read():
+    (zone,) = mission("15*/fence.waypoints").problem.zones
+    assert len(zone.ring) == 3
+    assert not zone.holes
+    inside = {"start_geo": (59.995, 10.05, 80), "goal_geo": (60.005, 10.05, 80)}
+    (zone,) = mission("15*/old.fen", **inside).problem.zones
+    assert len(zone.holes[0]) == 3
+    # The ends lie outside the polygon to stay in.
+    with pytest.raises(InputError, match=r"^The start at .* is inside "):
+        mission("15*/old.fen")
+
+
+@pytest.mark.parametrize(
     ("name", "count", "part"),
     [
         ("null_geometry.geojson", 40, 'feature 21, "unlocated" left out: it has no geometry'),

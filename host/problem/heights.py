@@ -22,7 +22,7 @@ from pathgene.host.problem.placing import Placed
 from pathgene.host.terrain import Terrain
 
 
-__all__ = ["Band", "Heights", "ground_under"]
+__all__ = ["Band", "Heights", "follows_ground", "ground_under"]
 
 # Ground within these metres is level.
 _LEVEL_M = 10.0
@@ -77,17 +77,13 @@ class Heights:
 
     def bands(self, feature: Feature, part: Placed) -> list[Band]:
         """Return a part of a feature, or its tiles, with limits in metres."""
-        lower, upper = feature.lower, feature.upper
-        if not any(each and each.reference is Reference.AGL for each in (lower, upper)):
+        if not follows_ground(feature):
             return [self._band(feature, part, 0.0, 0.0)]
         tiles = _tiles(part, self.terrain, max(min(_ALL_TILES // max(self.zones, 1), _TILES), 1))
         return [self._band(feature, *tile) for tile in tiles]
 
     def _band(self, feature: Feature, part: Placed, lowest_m: float, highest_m: float) -> Band:
-        lower, upper = feature.lower, feature.upper
-        if lower is not None and lower.reference is Reference.AGL and lower.height_m <= 0:
-            # From the ground, and so from below it.
-            lower = None
+        lower, upper = _limits(feature)
         return Band(
             part,
             None if lower is None else lower.height_m + self._shift(lower, lowest_m, 0),
@@ -104,6 +100,19 @@ class Heights:
             pressure = _PRESSURES_HPA[side] if self.qnh_hpa is None else self.qnh_hpa
             return float(_SCALE_M * ((pressure / _STANDARD_HPA) ** _EXPONENT - 1.0))
         return 0.0
+
+
+def follows_ground(feature: Feature) -> bool:
+    """Return whether a limit of a feature counts above the ground."""
+    return any(limit and limit.reference is Reference.AGL for limit in _limits(feature))
+
+
+def _limits(feature: Feature) -> tuple[Limit | None, Limit | None]:
+    """Return the limits; a lower one at the ground is none, as the zone reaches below it."""
+    lower = feature.lower
+    if lower is not None and lower.reference is Reference.AGL and lower.height_m <= 0:
+        lower = None
+    return lower, feature.upper
 
 
 def geoid_m(terrain: Terrain) -> tuple[float, float]:

@@ -15,7 +15,7 @@ from pathgene.host.formats.features import Bad, Feature, LeftOut, Reference
 from pathgene.host.formats.registry import read_features
 from pathgene.host.formats.shapes import Shape
 from pathgene.host.problem.active_times import Interval, intervals
-from pathgene.host.problem.heights import Band, Heights
+from pathgene.host.problem.heights import Band, Heights, follows_ground
 from pathgene.host.problem.placing import Placed, place, swapped_on_map
 from pathgene.host.problem.zone_report import Record, report, touches
 from pathgene.host.remarks import Reading
@@ -115,9 +115,7 @@ def _taken(
     placed = place(features, terrain)
     swapped = _swapped(features, placed, terrain)
     tiled = sum(
-        any(limit and limit.reference is Reference.AGL for limit in (f.lower, f.upper))
-        for f, parts in zip(features, placed, strict=True)
-        if f.forbids and parts
+        follows_ground(f) for f, parts in zip(features, placed, strict=True) if f.forbids and parts
     )
     heights = Heights(terrain, options.qnh_hpa, tiled)
     records: list[Record] = []

@@ -12,7 +12,7 @@ from pathgene.host.formats.features import Feature, LeftOut, Reference
 from pathgene.host.formats.shapes import Ring
 from pathgene.host.problem.active_times import described
 from pathgene.host.problem.edges import clipped
-from pathgene.host.problem.heights import Band, ground_under
+from pathgene.host.problem.heights import Band, follows_ground, ground_under
 from pathgene.host.problem.placing import Placed
 from pathgene.host.remarks import Grade, Reading, Remark
 from pathgene.host.terrain import Terrain
@@ -264,7 +264,7 @@ def _assumed(
     has_qnh: bool,
 ) -> Iterator[Remark]:
     """Yield notes on the conversion of heights and times."""
-    above_ground = [r.feature.label for r in records if _refers(r.feature, Reference.AGL)]
+    above_ground = [r.feature.label for r in records if follows_ground(r.feature)]
     if above_ground:
         yield Remark(
             Grade.NOTE,

@@ -97,6 +97,13 @@ def test_circles_of_the_formats_of_the_trade_are_read(name, zone_name, radius_m,
     assert (zone["lower"], zone["upper"]) == heights
 
 
+def test_an_airspace_from_the_ground_to_a_flight_level_is_one_zone():
+    read = mission("15*/openair.txt")
+    (zone,) = read.problem.zones
+    assert (zone.lower_m, zone.radius_m) == (None, 926)
+    assert not any("tile by tile" in text for text in said(read, "note"))
+
+
 def test_fences_of_mission_planner_are_read():
     (zone,) = mission("15*/fence.waypoints").problem.zones
     assert len(zone.ring) == 3

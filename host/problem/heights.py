@@ -27,7 +27,7 @@ __all__ = ["Band", "Heights", "follows_ground", "ground_under"]
 # Ground within these metres is level.
 _LEVEL_M = 10.0
 # Tiles of one zone, and of all zones of a file.
-_TILES, _ALL_TILES = 48, 384
+_TILES, _ALL_TILES = 128, 512
 # Metres around the map that tiles cover.
 _BEYOND_M = 1000.0
 # Corners of the polygon around a circle that is divided.

@@ -59,7 +59,9 @@ class Record:
             return "it is not active during the flight"
         if all(band.is_empty for band in self.bands):
             return "its lower limit is not below its upper limit"
-        if all(_is_below(band, terrain) for band in self.bands):
+        upper = self.feature.upper
+        is_ground = upper and upper.reference is Reference.AGL and upper.height_m <= 0
+        if is_ground or all(_is_below(band, terrain) for band in self.bands):
             return "its upper limit is under the ground everywhere"
         lowest = [-math.inf if band.lower_m is None else band.lower_m for band in self.bands]
         if ceiling_m is not None and min(lowest) >= ceiling_m:

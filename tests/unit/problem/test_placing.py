@@ -52,8 +52,8 @@ def covered(parts, x, y):
 
 
 def star(rng, lon, lat, size, corners):
-    """Return a ring around a place whose edges do not cross."""
-    angles = sorted(rng.uniform(0, 2 * np.pi) for _ in range(corners))
+    """Return a ring around a place, which it sees whole, so that its edges do not cross."""
+    angles = [2 * np.pi * (corner + rng.uniform(0, 0.9)) / corners for corner in range(corners)]
     reach = [size * rng.uniform(0.3, 1.0) for _ in angles]
     return tuple(
         (lon + r * np.cos(a), min(max(lat + r * np.sin(a), -89.0), 89.0))
@@ -66,24 +66,41 @@ def place_of(rng):
 
 
 def check_edges(seed):
+    """The map lies on the middle of an edge of a ring of metres up to half the Earth."""
     rng = random.Random(seed)
     lon, lat = place_of(rng)
-    terrain, _ = terrain_at(lon, lat)
-    size = 10 ** rng.uniform(-2.5, 1.5)
-    ring = star(rng, lon, lat, min(size, 60.0), rng.randint(3, 12))
+    ring = star(rng, lon, lat, min(10 ** rng.uniform(-2.5, 1.8), 50.0), rng.randint(5, 12))
     hole = tuple((lon + (e - lon) / 4, lat + (n - lat) / 4) for e, n in ring)
+    edge = rng.randrange(len(ring))
+    (ea, na), (eb, nb) = ring[edge - 1], ring[edge]
+    share = rng.uniform(0.3, 0.7)
+    at = ea + share * (eb - ea), min(max(na + share * (nb - na), -79.5), 79.5)
+    terrain, to_map = terrain_at(at[0] - 0.02, at[1] - 0.01)
     turn = 360.0 * rng.choice([-1, 0, 0, 1])
     rings = tuple(tuple((e + turn, n) for e, n in each) for each in (ring, hole))
     (parts,) = place([Feature(1, "", rings)], terrain)
+
     x, y, east, north = grid(terrain, rng)
     # By definition: edges are straight in longitude and latitude.
-    wanted = shapely.contains(Shape(ring, [hole]), shapely.points(lon + _near(east - lon), north))
+    around = at[0] + (east - at[0] + 180.0) % 360.0 - 180.0
+    wanted = shapely.contains(Shape(ring, [hole]), shapely.points(around, north))
     inside, away = covered(parts, x, y)
     assert np.array_equal(inside[away > 0.5], wanted[away > 0.5]), seed
 
-
-def _near(longitudes):
-    return (longitudes + 180.0) % 360.0 - 180.0
+    shares = np.linspace(0, 1, 2001)
+    lines = [
+        np.column_stack([a[k] + shares * (b[k] - a[k]) for k in (0, 1)])
+        for each in (ring, hole)
+        for a, b in zip(each, (*each[1:], each[0]), strict=True)
+    ]
+    points = np.concatenate(lines)
+    points = points[(abs(points - at) < 0.2).all(axis=1)]
+    x, y = to_map.transform(*points.T)
+    x, y = np.array(x) - terrain.origin[0], np.array(y) - terrain.origin[1]
+    on_map = (x > 0) & (x < terrain.width_m) & (y > 0) & (y < terrain.height_m)
+    _, away = covered(parts, x[on_map], y[on_map])
+    assert away.max(initial=0.0) < 0.5, seed
+    return int(on_map.sum())
 
 
 @pytest.mark.parametrize("seed", range(FILES))
@@ -91,10 +108,19 @@ def test_areas_are_where_their_degrees_say(seed):
     check_edges(seed)
 
 
+def test_a_long_edge_is_divided():
+    """The parallel at 60 N bends by 6 km in a chord of 800 km."""
+    terrain, to_map = terrain_at(9.0, 60.0)
+    ring = ((2.0, 60.01), (16.0, 60.01), (16.0, 62.0), (2.0, 62.0))
+    (parts,) = place([Feature(1, "", (ring,))], terrain)
+    x, y = to_map.transform(np.linspace(9.01, 9.06, 50), np.full(50, 60.01))
+    _, away = covered(parts, x - terrain.origin[0], y - terrain.origin[1])
+    assert away.max() < 0.5
+
+
 @pytest.mark.long
 def test_many_areas_are_where_their_degrees_say():
-    for seed in range(FILES, MANY):
-        check_edges(seed)
+    assert sum(check_edges(seed) for seed in range(FILES, MANY)) > 20 * MANY
 
 
 @pytest.mark.parametrize("edges", [Edges.GEODESIC, Edges.RHUMB])

@@ -1,0 +1,170 @@
+"""The report on files of zones."""
+
+import json
+from datetime import UTC, datetime
+
+import numpy as np
+import pytest
+
+from pathgene.host.errors import InputError
+from pathgene.host.formats.features import Feature, Limit, Period, Reference
+from pathgene.host.formats.features import LeftOut as Left
+from pathgene.host.problem import zone_intake
+from pathgene.host.problem.zones import ZoneOptions, read_zones
+from pathgene.host.terrain import Terrain
+
+
+X, Y = np.meshgrid(np.arange(41), np.arange(41))
+TERRAIN = Terrain("hill", 100.0 + 5.0 * X, 100.0, 100.0, "EPSG:32632", (500_000.0, 5_000_000.0))
+DEPARTURE = datetime(2026, 5, 1, 9, tzinfo=UTC)
+
+
+def ring(x, y, size=500.0):
+    corners = np.array([(x, y), (x + size, y), (x + size, y + size), (x, y + size)])
+    lat, lon = TERRAIN.to_geographic(*corners.T)
+    return (tuple(zip(lon.tolist(), lat.tolist(), strict=True)),)
+
+
+def feature(number=1, name="R-7", at=(1000.0, 1000.0), **more):
+    return Feature(number, name, ring(*at), **more)
+
+
+def read(monkeypatch, *features, **options):
+    """Return what is read of a file with these features."""
+    monkeypatch.setattr(zone_intake, "read_features", lambda path: ("OpenAir", list(features)))
+    return read_zones("airspace.txt", TERRAIN, ZoneOptions(**options))
+
+
+def said(found, grade):
+    return [each.text for each in found.reading.remarks if each.grade == grade]
+
+
+def metres(height, reference=Reference.AMSL):
+    return Limit(height, reference)
+
+
+def test_counts_and_limits_are_said(monkeypatch):
+    low = Limit(300.0, Reference.AMSL, "GND")
+    high = Limit(2895.6, Reference.STANDARD, "FL 95")
+    found = read(
+        monkeypatch,
+        feature(17, lower=low, upper=high),
+        feature(18, "far", at=(90_000.0, 1000.0)),
+    )
+    assert said(found, "note")[0] == (
+        "airspace.txt: 2 zones read as OpenAir; 1 touches the map, 1 can forbid flight."
+    )
+    (zone,) = found.reading.facts["zones"]
+    assert (zone["part"], zone["lower"], zone["upper"]) == ('feature 17, "R-7"', "GND", "FL 95")
+    assert zone["lower_m"] == 300.0
+    assert 2895.6 < zone["upper_m"] < 3250
+    assert said(found, "warning") == []
+    assert any(
+        'feature 18, "far" forbids nothing: it lies off the map' in text
+        for text in said(found, "note")
+    )
+    json.dumps(found.reading.to_dict())
+
+
+@pytest.mark.parametrize(
+    ("more", "options", "reason"),
+    [
+        ({"at": (90_000.0, 0.0)}, {}, "it lies off the map"),
+        ({"upper": metres(144.0)}, {}, "its upper limit is under the ground everywhere"),
+        ({"upper": metres(-3.0, Reference.AGL)}, {}, "its upper limit is under the ground"),
+        ({"lower": metres(900.0)}, {"ceiling_m": 900.0}, "its lower limit is over the ceiling"),
+        (
+            {"lower": metres(500.0), "upper": metres(40.0, Reference.AGL)},
+            {},
+            "its lower limit is not below its upper limit",
+        ),
+        (
+            {"periods": (Period(end=datetime(2026, 4, 1, tzinfo=UTC)),)},
+            {"departure": DEPARTURE},
+            "it is not active during the flight",
+        ),
+    ],
+)
+def test_a_zone_that_forbids_nothing_is_a_warning(monkeypatch, more, options, reason):
+    found = read(monkeypatch, feature(3, **more), **options)
+    (warning,) = said(found, "warning")
+    assert warning.startswith(f'airspace.txt: feature 3, "R-7" forbids nothing: {reason}')
+    assert found.reading.facts["can_forbid"] == 0
+    # The same zone with room for a flight is no warning.
+    assert said(read(monkeypatch, feature(3)), "warning") == []
+
+
+def test_a_zone_without_size_is_a_warning(monkeypatch):
+    point = Feature(1, "mast", ((ring(1000.0, 1000.0)[0][0],),), 0.0)
+    assert any("it has no size" in text for text in said(read(monkeypatch, point), "warning"))
+
+
+def test_parts_left_out_are_grouped_by_reason(monkeypatch):
+    points = [Left(f"placemark {number}", "a Point is not an area") for number in range(1, 13)]
+    link = Left("a NetworkLink", "the zones behind a link are not read", True)
+    found = read(monkeypatch, feature(), *points, link)
+    assert len(found.left_out) == 13
+    assert said(found, "warning") == [
+        "airspace.txt: a NetworkLink left out: the zones behind a link are not read."
+    ]
+    assert said(found, "note")[1] == (
+        "airspace.txt: placemark 1, placemark 2, placemark 3, placemark 4, placemark 5 and 7 more "
+        "left out: a Point is not an area."
+    )
+
+
+def test_properties_that_are_not_read_are_named(monkeypatch):
+    found = read(monkeypatch, feature(unread=("floor", "ceiling")))
+    (warning,) = said(found, "warning")
+    assert 'floor, ceiling of feature 1, "R-7" are not read' in warning
+
+
+def test_categories_forbid_as_the_user_says(monkeypatch):
+    parts = [
+        feature(1, "A", category="CTR"),
+        feature(2, "B", category="E", forbids=False),
+        feature(3, "C"),
+    ]
+    found = read(monkeypatch, *parts)
+    assert [zone.name for zone in found.zones] == ["A", "C"]
+    assert found.reading.facts["categories"]["E"] == {"read": 1, "forbid": 0}
+    assert any('feature 2, "B"; --forbid changes this.' in text for text in said(found, "note"))
+    found = read(monkeypatch, *parts, forbid=frozenset({"E"}))
+    # A zone without a category always forbids.
+    assert [zone.name for zone in found.zones] == ["B", "C"]
+
+
+def test_times_need_a_departure(monkeypatch):
+    times = (Period(start=datetime(2026, 5, 1, 10, tzinfo=UTC)),)
+    always = read(monkeypatch, feature(periods=times))
+    assert [(zone.t0_s, zone.t1_s) for zone in always.zones] == [(None, None)]
+    assert any("always active without --departure" in text for text in said(always, "note"))
+    timed = read(monkeypatch, feature(periods=times), departure=DEPARTURE)
+    assert [(zone.t0_s, zone.t1_s) for zone in timed.zones] == [(3600.0, None)]
+    assert len(said(timed, "note")) == 1
+
+
+def test_bad_features_are_named_and_skipped_on_demand(monkeypatch):
+    bad = Feature(17, "R-7", (((9.0, 45.0), (9.1, 45.0)),))
+    with pytest.raises(InputError) as refusal:
+        read(monkeypatch, feature(16), bad, feature(18))
+    assert str(refusal.value) == (
+        "No-fly file 'airspace.txt': feature 17, \"R-7\": a ring must have at least 3 corners, "
+        "not 2; --skip-bad-zones reads the other 2."
+    )
+    found = read(monkeypatch, feature(16), bad, feature(18), skip_bad=True)
+    assert len(found.zones) == 2
+    (warning,) = said(found, "warning")
+    assert 'feature 17, "R-7" left out: a ring must have at least 3 corners' in warning
+
+
+def test_swapped_coordinates_are_refused_by_place(monkeypatch):
+    right = feature()
+    swapped = Feature(2, "prison", (tuple((lat, lon) for lon, lat in right.rings[0]),))
+    with pytest.raises(InputError, match=r'feature 2, "prison": it lies off the map, at latitude'):
+        read(monkeypatch, right, swapped)
+    # A zone elsewhere that is not on the map either way is no fault.
+    assert (
+        read(monkeypatch, right, feature(2, at=(400_000.0, 0.0))).zones
+        == read(monkeypatch, right).zones
+    )

@@ -1,1 +1,1 @@
-"""Benchmarks: measurements of every claim of speed and quality."""
+"""Benchmarks, which measure every claim of speed and quality."""

@@ -1,4 +1,4 @@
-"""Table 1 of *allaire-2008*: seconds of 60 generations, on the PC alone and with the FPGA."""
+"""Table 1 of *allaire-2008*: seconds for 60 generations, on the PC alone and with the FPGA."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ class Phase:
     Parameters
     ----------
     key : str
-        Name of its time in a result of ``ga-pc``, and of its cycles in one of ``ga-fpga``.
+        Name of its time in a result of ``ga-pc``, and of its cycles in a result of ``ga-fpga``.
     pc_s, fpga_s : float
-        Measurements of the paper.
+        The paper's measurements.
     """
 
     key: str

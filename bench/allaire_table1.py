@@ -17,12 +17,12 @@ from pathgene.host.planners.base import Options, Result
 __all__ = ["run"]
 
 _MOST_SEEDS = 10
-# Evaluation with its waits: seconds of the paper's PC, alone and with sorted populations.
+# Evaluation including its waits: seconds on the paper's PC, alone and with sorted populations.
 _PAPER_EVALUATION_S = 60.0, 50.0
 
 
 def run(options: BenchOptions, *, generations: int = GENERATIONS, board: str = "sim:") -> Report:
-    """Run both planners for ``generations``, by default the paper's, on its kind of map."""
+    """Run both planners for ``generations``, by default as in the paper, on its kind of map."""
     report = Report(
         f"{generations} generations on the PC and on the chip, per phase, paper mode",
         (
@@ -37,7 +37,7 @@ def run(options: BenchOptions, *, generations: int = GENERATIONS, board: str = "
         ),
     )
     seeds = range(min(options.seeds, _MOST_SEEDS))
-    # On one core, as the paper's PC.
+    # On one core, like the paper's PC.
     evaluator = Evaluator(problem(LARGE), threads=1)
     _plan("ga-pc", evaluator, 0, 1)  # Compiles.
     pc = [_plan("ga-pc", evaluator, seed, generations) for seed in seeds]

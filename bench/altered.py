@@ -1,4 +1,4 @@
-"""Alterations of the definition, for its choices: processes import it with one text changed."""
+"""Alterations of the definition, to test its choices: processes import it with one text changed."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ __all__ = ["Alteration"]
 
 @dataclass(frozen=True)
 class Alteration:
-    """A text that stands once in the source of a module, and its replacement."""
+    """A text that occurs once in the source of a module, and its replacement."""
 
     module: str
     old: str
     new: str
 
     def apply(self, cache: Path) -> None:
-        """Import the altered module in this process, before anything has imported it.
+        """Import the altered module in this process before anything else imports it.
 
-        Kernels are compiled into ``cache``, so that the usual ones stay as they are.
+        Kernels are compiled into ``cache``, so that the usual kernels are not affected.
 
         Raises
         ------
         ValueError
-            If the module has been imported, or has the text more or less often than once.
+            If the module has already been imported, or does not have the text exactly once.
         """
         found = importlib.util.find_spec(self.module)
         if found is None or found.origin is None or self.module in sys.modules:

@@ -44,14 +44,14 @@ def measure(
     tasks : sequence of tuple
         Arguments of ``work``.
     work : callable
-        Runs in a process.
+        Function that runs in a process.
     name : callable
         Takes a task and returns the name under which its end is reported. Tasks with the same name
         are reported once, when all of them are done.
     keep : callable, optional
         Called with a task and its result as soon as the result is available.
     failed : callable, optional
-        Called with a task and its :class:`PathgeneError`; the task has no result then, and the
+        Called with a task and its :class:`PathgeneError`; the task then has no result, and the
         campaign continues. By default such an error ends it.
     prepare : callable, optional
         Runs once in each process, for example to compile code before anything is timed.

@@ -1,6 +1,6 @@
 """The planners of *cheng* on both landscapes, compared with table IV and a direct optimizer.
 
-With the paper's samples, even in the spline's parameter, and with samples that see every slope.
+Both use the paper's samples, even in the spline's parameter, and samples that see every slope.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from pathgene.host.planners.routes.point_sampler import KINDS
 __all__ = ["PAPER", "contradictions", "optimize", "run"]
 
 #: Table IV: path length, elevation rate and minimum turn in degrees at generations 10, 20 .. 100,
-#: of the proposed planner and of the conventional GA.
+#: for the proposed planner and for the conventional GA.
 PAPER: dict[tuple[int, str], tuple[tuple[float, float, float], ...]] = {
     (1, "ga-dp"): (
         (1.637, 2.891, 56.470),
@@ -84,7 +84,7 @@ PAPER: dict[tuple[int, str], tuple[tuple[float, float, float], ...]] = {
 _EVERY = 10  # Generations between the rows of table IV.
 _SHOWN = (20, 50, 100)  # Generations of the short tables.
 _TIMES_EVALUATIONS = 10  # Evaluations of the direct optimizer, relative to the planners' own.
-# Each optimization takes longer than a run, and varies less. By samples.
+# Number of optimizations by samples: each takes longer than a run and varies less.
 _RUNS_PER_OPTIMIZATION: dict[int | None, int] = {PAPER_SAMPLES: 10, None: 25}
 _NEAR_ENOUGH = 1.15
 _PER_DIMENSION = 15  # Population of the direct optimizer: SciPy's default.
@@ -114,11 +114,11 @@ class _Outcome:
     terms : ndarray
         v1, v2 and v3 of the whole path after every tenth generation, (rows, 3) float64.
     fine : ndarray
-        The same at 1001 samples of a segment, spaced as in the search.
+        The same with 1001 samples per segment, spaced as in the search.
     rises : bool
-        True if the quantity that its reading minimizes ever rose.
+        True if the quantity that the reading minimizes ever rose.
     evaluations : int
-        Segments measured.
+        Number of segments measured.
     """
 
     terms: Floats
@@ -195,7 +195,7 @@ def _name(samples: int | None) -> str:
 
 
 def _work(outcomes: dict[_Case, list[_Outcome]]) -> Iterable[str]:
-    """Return notes on the work of each planner: generations do not measure work."""
+    """Return notes on the work of each planner, because generations do not measure work."""
     for case, runs in outcomes.items():
         count = np.mean([outcome.evaluations for outcome in runs])
         yield f"Evaluations of a run, {case}: {count:,.0f}."
@@ -255,16 +255,16 @@ def optimize(
     seed: int,
     samples: int | None = PAPER_SAMPLES,
 ) -> float:
-    """Return the least delta that differential evolution finds for one B-spline.
+    """Return the minimum delta that differential evolution finds for one B-spline.
 
     Parameters
     ----------
     landscape : int
         1 or 2.
     points : int
-        Control points, ends included.
+        Number of control points, including the ends.
     evaluations : int
-        Curves measured, at most a generation more.
+        Number of curves measured, plus at most one generation.
     seed : int
     samples : int, optional
         As for :class:`pathgene.host.auv.field.AuvField`.
@@ -407,7 +407,7 @@ def _p_value(test: dict[str, Any]) -> str:
 
 
 def contradictions() -> list[str]:
-    """Return notes on the contradictions of table IV of the paper, computed from it."""
+    """Return notes on contradictions in the paper's table IV, computed from the table itself."""
     said = []
     for (landscape, planner), rows in PAPER.items():
         deltas = [_paper_delta(row) for row in rows]

@@ -1,4 +1,4 @@
-"""The planner core, on its compiled model: F by time, with and without a clearance."""
+"""The planner core on its compiled model: F by time, with and without a clearance."""
 
 from __future__ import annotations
 
@@ -41,12 +41,13 @@ __all__ = ["OTHERS", "TABLES", "TIMES_MS", "Other", "Table", "run"]
 #: Milliseconds of chip time.
 TIMES_MS = (1, 2, 5, 10, 20, 50, 100)
 _MOST_SEEDS = 10
-#: The run that cycles are told of, milliseconds.
+#: The run whose cycles are reported, milliseconds.
 _COUNTED_MS = 50
 _YARDSTICK = "astar"
 _POLISHED = "ga-chip, 50 ms and polish"
 _POLISHED_BOARD = f"{_POLISHED}, sizes of the ulx3s-85f"
-#: The time whose share of feasible runs is reported, and the factor of its number of seeds.
+#: The time for which the share of feasible runs is reported, and the factor by which it has more
+#: seeds.
 _SHARED_MS, _MORE_SEEDS = 10, 10
 
 
@@ -73,18 +74,18 @@ OTHERS = {
 
 @dataclass(frozen=True)
 class Table:
-    """Terrains, a clearance in metres (None in paper mode), and a chip."""
+    """A table: terrains, a clearance in metres (None in paper mode), and a chip."""
 
     clearance_m: float | None = None
     untuned: bool = False
     config: Config = CHIP
 
     def terrains(self) -> list[str]:
-        """Return the names of its terrains."""
+        """Return the names of the table's terrains."""
         return list(UNTUNED) if self.untuned else terrains()
 
     def others(self) -> dict[str, Other]:
-        """Return the planners for comparison: the polished chip and the yardstick, or all."""
+        """Return the planners to compare: the polished chip and the yardstick, or all."""
         if self.config != CHIP:
             wanted = [_POLISHED_BOARD, _YARDSTICK]
         elif self.untuned:
@@ -104,7 +105,7 @@ TABLES = {
 }
 
 _Plan = tuple[str, str, float | None, int]
-#: Outcomes of each row: of each terrain, in the order of the seeds.
+#: Outcomes of each row, for each terrain in the order of the seeds.
 _Measured = dict[str, list[list[Outcome]]]
 
 
@@ -126,7 +127,7 @@ def run(options: Options) -> Report:
 
 
 def _measured(name: str, table: Table, seeds: int) -> _Measured:
-    """Do all runs and plans of a table."""
+    """Execute all runs and plans of a table."""
     measured: _Measured = {}
     rows = {_title(chip_ms): (chip_ms, False) for chip_ms in TIMES_MS}
     if _COUNTED_MS in TIMES_MS:
@@ -167,7 +168,7 @@ def _measured(name: str, table: Table, seeds: int) -> _Measured:
 
 
 def _runs(seed: int, chip_ms: int, *, is_whole: bool = False) -> tuple[RunOptions, ...]:
-    """Return the runs of a plan whose first run finds a path, or a single one of all the time."""
+    """Return the runs of a plan whose first run finds a path, or a single run for all the time."""
     schedule = ChipSchedule(config=CHIP, seed=seed, generations=(1 << 32) - 1, chip_ms=chip_ms)
     first = schedule.first()[0]
     if is_whole:
@@ -241,7 +242,7 @@ def _plan(task: _Plan, generations: int | None = None) -> Outcome:
     rules = None if clearance_m is None else Rules(clearance_m=clearance_m)
     evaluator = Evaluator(dataclasses.replace(problem(terrain), rules=rules), threads=1)
     options = planners.Options(seed=seed, generations=generations or PLANNERS[name].generations)
-    # Processor time, not wall time: other load of the machine adds little to it.
+    # Processor time instead of wall time, because load on the machine hardly affects it.
     began = time.process_time()
     result = make(name, **own).plan(evaluator, options)
     return Outcome(
@@ -255,7 +256,7 @@ def _plan(task: _Plan, generations: int | None = None) -> Outcome:
 
 
 def _cycles(measured: _Measured) -> Report:
-    """Return the generations that the compiled model runs in a second, and their cycles."""
+    """Return the generations per second of the compiled model, and their cycles."""
     chip_ms = _COUNTED_MS if _COUNTED_MS in TIMES_MS else TIMES_MS[-1]
     report = Report(
         f"Cycles of a generation, and speed of the compiled model: paper mode, {chip_ms} ms",
@@ -313,7 +314,7 @@ def _race(measured: _Measured) -> Report:
 
 
 def _shares(seeds: int) -> Report:
-    """Return how many runs of a short time find a feasible path, with more seeds."""
+    """Return how many short runs find a feasible path, with more seeds."""
     report = Report(
         f"Runs of {_SHARED_MS} ms with a feasible path, paper mode, {seeds} seeds",
         (*terrains(), "all"),
@@ -333,7 +334,7 @@ def _shares(seeds: int) -> Report:
 
 
 def _mean_of(by_terrain: Sequence[Sequence[Outcome]], places: Sequence[int]) -> tuple[float, float]:
-    """Return the mean over terrains of the mean F of feasible paths, and of the seconds."""
+    """Return the means over terrains of the mean F of feasible paths and of the seconds."""
     fitness = [
         mean([each.fitness for each in by_terrain[at] if each.feasible] or [0.0]) for at in places
     ]

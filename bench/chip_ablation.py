@@ -1,4 +1,4 @@
-"""Choices of the planner core, one changed at a time, with the effect of each in 10 ms."""
+"""Design choices of the planner core, changed one at a time, and their effects in 10 ms."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _TWICE = """mutate(problem, sizes, child, length, words)
         if field(words, 1, *CUT) == 0:
             points[slot] = mutate(problem, sizes, child, points[slot], words)"""
 
-#: The options of each row, or its chip, or the change of the definition.
+#: The options of each row, or its chip, or its change of the definition.
 CHANGES: dict[str, RunOptions | Config | Alteration] = {
     "none": _USUAL,
     "no memo": replace(_USUAL, memo=0),

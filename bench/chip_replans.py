@@ -34,19 +34,19 @@ __all__ = ["ROWS", "SCENARIOS", "Row", "Scenario", "run", "scenario"]
 #: Scenarios of each terrain.
 SCENARIOS = 23
 _FLIGHT_MS = 10
-# Shares: the place of the aircraft along its path, the radius of the straight line.
+# Shares: the place of the aircraft along its path, and the radius relative to the straight line.
 _PLACES, _RADII = (0.05, 0.6), (0.02, 0.08)
 _CLEAR_RADII = 2.0
 _TRIES = 1000
 _STEPS = 512
 _TRACK_STEP_M = 10.0
-#: The retry takes the next seed, so the seeds of a row are apart.
+#: The retry takes the next seed, so the seeds of a row must not be consecutive.
 _SEEDS_APART = 1000
 
 
 @dataclass(frozen=True)
 class Setting:
-    """Rules of a problem, and the board. With a heading, the aircraft flies on as its path does."""
+    """Rules of a problem, and the board. With a heading, the aircraft continues along its path."""
 
     rules: Rules | None
     heading: bool = False
@@ -73,13 +73,13 @@ class Row:
     setting : str
         A key of the settings.
     seeds : int
-        Seeds of the replan, each in all scenarios.
+        Number of seeds of the replan, each used in all scenarios.
     repairs : bool
-        A path counts that the host has made feasible by a repair.
+        Count a path that the host has made feasible by a repair.
     retries : bool
-        So does the second run, which follows where that mends nothing.
+        Also count the second run, which follows if no repair succeeds.
     cold_ms : int
-        Milliseconds of a run from new seeds; 0 is a replan.
+        Milliseconds of a run from new seeds; 0 means a replan.
     """
 
     setting: str
@@ -107,7 +107,7 @@ ROWS = {
 
 @dataclass(frozen=True)
 class Scenario:
-    """A flight that continues elsewhere: the aircraft's place, its heading, and a new disc."""
+    """A flight that must be replanned: the aircraft's place, its heading, and a new disc."""
 
     start: tuple[float, float, float]
     heading_deg: float
@@ -118,8 +118,9 @@ class Scenario:
 class Outcome:
     """Runs of one plan: its ``fitness``, and whether it is ``feasible`` by the strict rule.
 
-    ``cycles`` are spent by the runs, ``drawing`` by the disc. ``whole_ms`` are milliseconds of the
-    plan: see :class:`pathgene.host.planners.chip.chip_time.ChipTime`.
+    ``cycles`` are the cycles of the runs, ``drawing`` the cycles of drawing the disc, and
+    ``whole_ms`` the milliseconds of the plan: see
+    :class:`pathgene.host.planners.chip.chip_time.ChipTime`.
     """
 
     fitness: float
@@ -196,7 +197,7 @@ def run(options: Options) -> Report:
 
 
 def _cells(measured: Sequence[tuple[float | None, Outcome]], *, warm: bool) -> tuple[object, ...]:
-    """Return the cells of a row: of all outcomes, with F of ``astar`` next to each."""
+    """Return the cells of a row for all outcomes, each next to the F of ``astar``."""
     known = [(astar, each) for astar, each in measured if astar is not None]
     gains = [each.fitness - astar for astar, each in known if each.feasible]
     every = [each for _, each in measured]
@@ -223,7 +224,7 @@ def scenario(flown: Problem, path: NDArray[np.float64], seed: Sequence[int]) -> 
     path : ndarray
         Points of its track, (n, 3) metres, from start to goal.
     seed : sequence of int
-        All draws follow from it.
+        It determines all draws.
 
     Raises
     ------
@@ -308,7 +309,7 @@ def _outcomes(
     """Plan a scenario by every row."""
     outcomes: dict[str, list[Outcome]] = {name: [] for name in rows}
     for seed in range(max((row.seeds for row in rows.values() if not row.cold_ms), default=0)):
-        # The flight again: a replan continues from its map and its population.
+        # Plan the flight again, because a replan continues from its map and its population.
         replanner = _fly(chip, flown, number).replanner
         assert replanner is not None
         result = replanner.replan(evaluator, planners.Options(seed=_SEEDS_APART * seed))
@@ -324,24 +325,25 @@ def _outcomes(
 
 def _fly(chip: Chip, flown: Evaluator, number: int) -> planners.Result:
     """Plan a flight: the same path and population whatever map the chip had before."""
-    # The first run scans the blocks that differ, which takes time from its generations.
+    # The first run scans the blocks that differ, and that takes time from its generations.
     _on_chip(chip, flown, 1, number)
     return _on_chip(chip, flown, _FLIGHT_MS, number)
 
 
 def _on_chip(chip: Chip, evaluator: Evaluator, chip_ms: int, seed: int) -> planners.Result:
-    """Plan from new seeds by runs of some milliseconds."""
+    """Plan from new seeds by runs of a few milliseconds."""
     planner = make("ga-chip", board=chip, chip_ms=chip_ms, polish="off")
     generations = PLANNERS["ga-chip"].generations
     return planner.plan(evaluator, planners.Options(seed=seed, generations=generations))
 
 
 def _outcome(result: planners.Result, row: Row) -> Outcome:
-    """Return the outcome of the first run alone, or of all steps that the row counts."""
+    """Return the outcome of the first run alone, or of all the steps that the row counts."""
     assert result.hardware is not None
     runs = result.hardware["runs"]
     counted = runs if row.retries else runs[:1]
-    # A repair follows only where a run has found nothing, and a run where that has mended nothing.
+    # A repair only follows a run that has found nothing, and a second run only follows a failed
+    # repair.
     is_counted = len(counted) == len(runs) and (row.repairs or runs[0]["repairs"] == 0)
     return Outcome(
         result.evaluation.fitness,

@@ -44,16 +44,16 @@ __all__ = [
     "through_terrains",
 ]
 
-#: The chip that is modelled: 8 lanes, 100 MHz.
+#: The modelled chip: 8 lanes, 100 MHz.
 CHIP = Config(core=GeneticCore.PLANNER)
-#: The chip of the board that is routed at that clock, and the URL of its model.
+#: The chip of the board that is routed for that clock, and the URL of its model.
 BOARD_CHIP = find_board("ulx3s-85f", "planner").config
 BOARD_URL = f"model:?core=planner&altitude_bits={BOARD_CHIP.altitude_bits}"
 
 
 @dataclass(frozen=True)
 class Task:
-    """Runs of a chip on a terrain, each but the first from the previous one.
+    """Runs of a chip on a terrain; each run after the first continues from the previous one.
 
     ``clearance_m`` is None in paper mode.
     """
@@ -71,13 +71,13 @@ class Outcome:
     Attributes
     ----------
     fitness : float
-        F of the best path that is feasible by the strict rule, else of the best.
+        F of the best path that is feasible by the strict rule, else of the best path.
     feasible : bool
-        There is a feasible one.
+        True if there is a feasible path.
     generations, cycles : int
         Sums over all runs.
     seconds : float
-        Processor time of the model, or of the plan.
+        Processor time of the model or of the plan.
     units : mapping
         Cycles of the chip's units, which overlap; empty without a chip that counts them.
     host_share : float
@@ -99,7 +99,7 @@ def terrains() -> list[str]:
 
 
 def run_all(tasks: Sequence[Task], alteration: Alteration | None = None) -> list[Outcome]:
-    """Do all tasks, in as many processes as there are cores; with an altered definition, if any."""
+    """Execute all tasks in one process per core, with an altered definition if one is given."""
     runs = [(task,) for task in tasks]
 
     def name(run: tuple[Task]) -> str:
@@ -120,7 +120,7 @@ def run_all(tasks: Sequence[Task], alteration: Alteration | None = None) -> list
 
 
 def share(outcomes: Iterable[Outcome]) -> str:
-    """Return how many of the outcomes have a feasible path."""
+    """Return the number of outcomes with a feasible path."""
     found = [outcome.feasible for outcome in outcomes]
     return f"{sum(found)} of {len(found)}"
 
@@ -158,7 +158,7 @@ def _run(task: Task) -> Outcome:
     began = time.process_time()
     for options in task.runs:
         population = outcomes[-1].population if options.warm else None
-        # The model scans all blocks before the first run, as the chip does with a new map.
+        # The model scans all blocks before the first run, like the chip with a new map.
         marked = 0 if outcomes else BLOCKS**2
         outcomes.append(plan(config, corners, record, options, population, marked=marked))
     seconds = time.process_time() - began

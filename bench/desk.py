@@ -1,4 +1,4 @@
-"""The desk in Chromium without a graphics card: until it shows, frames in 3-D, generations seen."""
+"""The desk in Chromium without a graphics card: time to show, 3-D frames, generations seen."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _LOADS = 9
 _MOMENTS = ("the page has loaded", "the map is shown", "3-D is shown, too")
 _SECONDS = 5.0
 _LIMIT_MS = 120_000
-#: WebGL is drawn by the processor.
+#: WebGL is rendered by the processor.
 _OPTIONS = ("--enable-unsafe-swiftshader", "--use-angle=swiftshader")
 _MAP, _READY = ".stage canvas", ".stage[data-ready]"
 
@@ -147,7 +147,7 @@ def _new_page(browser: Browser) -> Page:
 
 
 def _loads_s(browser: Browser, url: str) -> list[float]:
-    """Return the seconds until each moment, by a browser that has nothing yet."""
+    """Return the seconds until each stage, in a browser with an empty cache."""
     page, seconds = _new_page(browser), []
     begun = time.perf_counter()
     page.goto(url)
@@ -160,7 +160,7 @@ def _loads_s(browser: Browser, url: str) -> list[float]:
 
 
 def _generations(page: Page) -> int:
-    """Plan, and return the generations that are shown meanwhile."""
+    """Plan; return the generations shown meanwhile."""
     page.get_by_role("button", name="Plan", exact=True).click()
     count = page.locator('[data-role="generation"]')
 

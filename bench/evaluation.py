@@ -1,4 +1,4 @@
-"""Evaluations per second of one core, milliseconds of the strict rule, cost of a clearance."""
+"""Evaluations per second on one core, milliseconds of the strict rule, cost of a clearance."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ from pathgene.host.problem.chip_map import ChipMap
 __all__ = ["run"]
 
 _RANDOM_PATHS, _RANDOM_WAYPOINTS = 32, 8
-# Plans without and with a clearance, at most, and calls of the strict rule, of each planner.
+# Maximum number of plans without and with a clearance, and of calls of the strict rule, per
+# planner.
 _MOST_ROUNDS, _REPEATS = 9, 200
 
 

@@ -1,4 +1,4 @@
-"""Cycles of the collision checker's builds by the simulated gateware, and by the paper."""
+"""Cycles of the collision checker's builds, in the simulated gateware and in the paper."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ Path = Sequence[Point]
 
 
 def run(options: Options) -> Report:
-    """Check the testing trajectory, then queues of paths over open ground and over the canyon."""
+    """Check the testing trajectory, then queues of paths over open ground and the canyon."""
     report = Report(
         "Collision checker on the simulated gateware",
         (
@@ -112,7 +112,7 @@ def _cycles(checker: VerilatedChecker, segments: int) -> int:
 
 
 def _table_2(parts: Sequence[int]) -> str:
-    """Return a note on the steps of the paper's Table 2 and the cycles of the two-tier build."""
+    """Return a note comparing the steps in the paper's table 2 with the two-tier build's cycles."""
     first, second, third = _PAPER_SEGMENTS
     paper = [
         paper_cycles(sum(_PAPER_SEGMENTS[:segments]), segments=segments) for segments in (1, 2, 3)
@@ -129,7 +129,7 @@ def _listed(numbers: Sequence[int]) -> str:
 
 
 def cells_per_cycle(config: Config) -> float:
-    """Return the sustained rate of a build over open ground: the table's."""
+    """Return the sustained rate of a build over open ground, as in the table."""
     rng = np.random.default_rng(_SEED)
     with VerilatedChecker(config) as checker:
         return _over_level_ground(checker, [_mixed(rng) for _ in range(_PATHS)])

@@ -1,7 +1,7 @@
 """Flights of planned paths: every planner, map, weather and aircraft, with both sets of rules.
 
 A row of a table is a map, an aircraft and a weather; all distinct feasible paths of all planners
-and seeds are flown, none is chosen. Results are kept by row and planner in ``docs/flights.json``
+and seeds are flown, without selection. Results are kept by row and planner in ``docs/flights.json``
 (:class:`bench.store.Store`); ``docs/flight.md`` shows them.
 """
 
@@ -37,9 +37,9 @@ __all__ = ["MOST_SEEDS", "PLANNED", "STORE", "Row", "rows", "run"]
 _DOCS = Path(__file__).resolve().parents[1] / "docs"
 #: Where the results of all flights are kept.
 STORE = _DOCS / "flights.json"
-#: Seeds of each planner at most: the number of the claim.
+#: Maximum seeds of each planner: the number in the claim.
 MOST_SEEDS = 10
-#: The planners by their names in the results, with their options.
+#: The planners, by their names in the results, with their options.
 PLANNED: dict[str, tuple[str, dict[str, Any]]] = {
     "ga-fpga": ("ga-fpga", {}),
     "ga-pc from astar": ("ga-pc", {"init": "astar"}),
@@ -52,7 +52,7 @@ AIRCRAFT = ("silver-fox", "c172p")
 WEATHERS = ("calm", "along", "across")
 WIND_M_S = 8.0
 
-# All of the flight but its picture and report.
+# All sources of the flight except its picture and report.
 _FLIGHT = (
     "aircraft",
     "autopilot.py",
@@ -75,9 +75,9 @@ _SOURCES = (
     "host/terrain",
     "sim/model",
 )
-# Commands may exceed a limit by this share; rounding apart.
+# Commands may exceed a limit by this share, plus rounding.
 _EXCESS = 0.05 + 1e-4
-# The figures of flights: the key of the verdict, and which of several is the worst.
+# The figures of flights: the key in the verdict, and the function that selects the worst.
 _FIGURES: dict[str, tuple[str, Callable[[list[float]], float]]] = {
     "cross-track rms, m": ("cross_track_rms_m", max),
     "max, m": ("cross_track_max_m", max),
@@ -87,7 +87,7 @@ _FIGURES: dict[str, tuple[str, Callable[[list[float]], float]]] = {
     "least share": ("clearance_share", min),
     "largest excess": ("excess", max),
 }
-# Digits after the point; every further figure has 1.
+# Digits after the point; every other figure has 1.
 _DIGITS = {"least share": 2, "largest excess": 2}
 _COLUMNS = (
     "map, aircraft, weather",
@@ -98,7 +98,7 @@ _COLUMNS = (
     "zones entered",
     "largest excess",
 )
-# Sentences of breaks that are kept of a planner's flights.
+# Maximum number of sentences about breaks that are kept per planner.
 _MOST_BREAKS = 3
 
 Outcome = dict[str, Any]
@@ -113,10 +113,10 @@ class Row:
     terrain : str
         Name of the map.
     aircraft : str
-        Planned for and flown.
+        The aircraft that is planned for and flown.
     weather : str
-        Planned for and flown: calm air, or 8 m/s along the line from start to goal or across it,
-        with light turbulence.
+        The weather that is planned for and flown: calm air, or 8 m/s along the line from start to
+        goal or across it, with light turbulence.
     as_paper : bool
         Planned by the evaluation of the papers.
     """
@@ -138,7 +138,7 @@ class Row:
         Raises
         ------
         InputError
-            If start or goal are no place for this aircraft.
+            If start or goal are impossible for this aircraft.
         """
         scenario = problem(self.terrain)
         (x0, y0, _), (x1, y1, _) = scenario.start, scenario.goal
@@ -170,7 +170,7 @@ def rows(only: str = "") -> list[Row]:
 
 
 def run(options: BenchOptions) -> Report:
-    """Plan and fly all rows that are not kept already; write the tables of all rows to the page.
+    """Plan and fly all rows without stored results; write the tables of all rows to the page.
 
     Raises
     ------
@@ -216,7 +216,7 @@ def _measure_missing(kept: Store, wanted: list[Row], seeds: int) -> None:
 
 
 def _report(kept: Store, wanted: list[Row]) -> Report:
-    """Return the tables of rows by the rules and in paper mode, with the planners that are kept."""
+    """Return the tables of rows under the rules and in paper mode, with stored results."""
     tables = []
     for as_paper in (False, True):
         table = Report("Paper mode" if as_paper else "By the rules", _COLUMNS)
@@ -248,7 +248,7 @@ def _report(kept: Store, wanted: list[Row]) -> Report:
 
 
 def _worst(outcomes: list[Outcome]) -> Outcome:
-    """Return the numbers of runs, paths and flights of a planner, and the worst of its flights."""
+    """Return the numbers of runs, paths and flights of a planner, and its worst figures."""
     feasible = [outcome for outcome in outcomes if outcome["feasible"]]
     flights = list({outcome["path"]: outcome for outcome in feasible}.values())
     told = [flight for flight in flights if "clearance_flown_m" in flight]
@@ -288,7 +288,7 @@ def _cells(parts: list[Outcome]) -> tuple[object, ...]:
 
 
 def _measure(row: Row, planner: str, seeds: int) -> list[Outcome]:
-    """Plan with every seed and fly the different paths."""
+    """Plan with every seed and fly the distinct paths."""
     try:
         task = row.problem()
         evaluator = Evaluator(task, threads=1)

@@ -1,4 +1,4 @@
-"""Cycles of a generation by the chip's own counters, and bytes of the three link modes."""
+"""Cycles of a generation from the chip's counters, and bytes of the three link modes."""
 
 from __future__ import annotations
 
@@ -24,16 +24,17 @@ _COUNTERS = {
     "mutation": "mutation",
     "population_update": "update",
 }
-# The map's size does not change the cycles of a generation, only the time to upload it.
+# The map's size does not affect the cycles of a generation, only the time to upload it.
 _SMALL_MAP = "sim:?map_size=64"
 _NO_MAP = "sim:?checker=none"
 _PLAN_GENERATIONS = 300
 
 
 def run(options: Options) -> Report:
-    """Run 60 generations of full-length paths, then of a planner's lengths, in every mode.
+    """Run 60 generations of full-length paths, then of a planner's path lengths, in every mode.
 
-    Also with a map of random altitudes to avoid, where every other new waypoint is in the ground.
+    This is repeated with a map of random altitudes to avoid, where every second new waypoint is in
+    the ground.
     """
     report = Report(
         f"A generation on the simulated board, mean of {GENERATIONS}, cycles",
@@ -89,7 +90,7 @@ def run(options: Options) -> Report:
 
 
 def _planned(mode: LinkMode) -> int:
-    """Return the bytes, both ways, of a whole plan; they are the same on every board."""
+    """Return the bytes of a whole plan in both directions, which are the same on every board."""
     planner = make("ga-fpga", board="model:", link_mode=mode.name.lower())
     result = planner.plan(
         Evaluator(problem(EMBEDDED)), PlanOptions(seed=0, generations=_PLAN_GENERATIONS)
@@ -105,7 +106,7 @@ def _measure(
     board: str = "sim:",
     avoid_ground: bool = False,
 ) -> tuple[dict[str, float], tuple[float, float]]:
-    """Return the mean increase of each counter and mean bytes both ways, per generation."""
+    """Return each counter's mean increase and the mean bytes both ways, per generation."""
     rng = random.Random(1)
     with open_board(_SMALL_MAP if avoid_ground else board) as chip:
         config = chip.config

@@ -1,4 +1,4 @@
-"""The planner core compared with ``astar`` on generated ground that nothing is tuned for."""
+"""The planner core compared with ``astar`` on generated ground that was not used for tuning."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["VARIANTS", "run"]
 
 _MOST_SEEDS = 5
 _YARDSTICK = "astar"
-#: Columns of the tables: a planner with its options.
+#: Columns of the tables: planners with their options.
 VARIANTS: dict[str, tuple[str, dict[str, Any]]] = {
     _YARDSTICK: ("astar", {}),
     "ga-chip unpolished, 10 ms": ("ga-chip", {"chip_ms": 10, "polish": "off"}),
@@ -65,7 +65,7 @@ def _compile() -> None:
 
 
 def _fitness(task: _Task, generations: int | None = None) -> float | None:
-    """Return F of the path of a plan; None if it has no feasible one."""
+    """Return F of a plan's path; None if it has no feasible path."""
     name, clearance_m, variant, seed = task
     planner, own = VARIANTS[variant]
     rules = None if clearance_m is None else Rules(clearance_m=clearance_m)

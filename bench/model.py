@@ -16,7 +16,7 @@ _GENERATIONS = 2000
 
 
 def run(options: Options) -> Report:
-    """Run the core on paths of a planner's lengths and on long ones."""
+    """Run the core on paths of a planner's lengths and on long paths."""
     report = Report("Software model, one core", ("paths", "generations per second"))
     config = Config()
     for title, lengths in (("of 2 to 7 waypoints", (2, 7)), ("of 16 waypoints", (16, 16))):

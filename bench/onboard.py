@@ -104,7 +104,7 @@ def run(options: BenchOptions) -> Report:
 
 
 def _plans(name: str, board: str, way: str, seeds: Sequence[int]) -> list[Outcome]:
-    """Plan with each of ``seeds`` on one board, which keeps its map between them."""
+    """Plan with each of ``seeds`` on one board, which keeps its map between plans."""
     evaluator = _Recording(problem(name), threads=1)
     with open_board(board) as chip:
         planner = make(

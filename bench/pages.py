@@ -1,12 +1,13 @@
-"""Tables of the documentation's pages, written from results that are kept with the project.
+"""Tables of the documentation, written from results that are stored with the project.
 
-``docs/figures/NAME.json`` holds the last report of the benchmark NAME that was kept:
-``python -m bench NAME --keep`` writes it, and every table of the pages that shows it. A page says
-where: between the lines ``<!-- tables of BENCH=NAME -->`` and ``<!-- end of BENCH=NAME -->`` stand
-all tables of the report, each under its title. ``<!-- tables of BENCH=NAME: TEXT -->`` is the place
-of the one table with TEXT in its title, which then has no title of its own.
+``docs/figures/NAME.json`` has the last kept report of the benchmark NAME:
+``python -m bench NAME --keep`` writes it, together with every table in the pages that shows it. A
+page marks the place: between the lines ``<!-- tables of BENCH=NAME -->`` and
+``<!-- end of BENCH=NAME -->`` are all tables of the report, each under its title.
+``<!-- tables of BENCH=NAME: TEXT -->`` is the place of the single table with TEXT in its title,
+which is then shown without its title.
 
-``python -m bench.pages`` writes all pages; a test holds them equal to the results.
+``python -m bench.pages`` writes all pages; a test checks that they equal the results.
 """
 
 from __future__ import annotations
@@ -63,12 +64,12 @@ def pages() -> list[Path]:
 
 
 def render(text: str, name: str) -> str:
-    """Return the text of a page with its tables as they are kept.
+    """Return the text of a page with its stored tables.
 
     Raises
     ------
     InputError
-        If a table that the page ``name`` asks for is not kept, or a place has no end.
+        If a table that the page ``name`` asks for is not stored, or a place has no end mark.
     """
 
     def tables(place: re.Match[str]) -> str:

@@ -1,4 +1,4 @@
-"""Quality of the paths: every planner over every scenario, from both starts, many seeds."""
+"""Quality of the paths: every planner on every scenario, both initial populations, many seeds."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Variant:
 
 
 def _variants() -> list[Variant]:
-    """Return every planner, from both starts where it has them, and ga-fpga as in the paper."""
+    """Return every planner, with both initial populations if it can, and the paper's ga-fpga."""
     variants = []
     for name, entry in PLANNERS.items():
         inits = ({"init": "random"}, {"init": "astar"}) if "init" in entry.options else ({},)
@@ -126,7 +126,7 @@ def _plan(name: str, variant: Variant, seed: int) -> Outcome:
     planner = make(variant.planner, **variant.options)
     generations = PLANNERS[variant.planner].generations
     evaluator = Evaluator(problem(name), threads=1)
-    # Processor time, not wall time: other load of the machine adds little to it.
+    # Processor time instead of wall time, because load on the machine hardly affects it.
     start = time.process_time()
     result = planner.plan(evaluator, Options(seed=seed, generations=generations))
     seconds = time.process_time() - start
@@ -142,10 +142,10 @@ def _plan(name: str, variant: Variant, seed: int) -> Outcome:
 
 
 def _row(outcomes: list[Outcome], yardstick: list[float]) -> tuple[object, ...]:
-    """Return a planner's row for a terrain; ``yardstick`` has astar's F of the same seeds."""
+    """Return a planner's row for a terrain; ``yardstick`` has astar's F for the same seeds."""
     fitness = [outcome["fitness"] for outcome in outcomes]
     gains = [value - other for value, other in zip(fitness, yardstick, strict=True)]
-    # Without spread no test applies.
+    # Without spread, no test applies.
     spread = len(gains) > 1 and stdev(gains) > 0
     p_value = float(ttest_rel(fitness, yardstick).pvalue) if spread else "-"
     return (
@@ -161,7 +161,7 @@ def _row(outcomes: list[Outcome], yardstick: list[float]) -> tuple[object, ...]:
 
 
 def _means(runs: Mapping[str, Mapping[str, list[Outcome]]]) -> Report:
-    """Return the mean F of each planner by terrain; ``runs`` are by terrain and planner."""
+    """Return the mean F of each planner by terrain; ``runs`` are indexed by terrain and planner."""
     report = Report("Mean F of each planner", ("planner", *runs, "CPU seconds"))
     for title in next(iter(runs.values())):
         cells, seconds = [], []

@@ -1,8 +1,8 @@
 """Replans in flight: 1,000 scenarios flown in JSBSim with every planner and a yardstick.
 
-The yardstick is ``astar`` told at the same instant, from the same state and heading, and without
-any planning time: a flight that it survives can be survived. Results are kept as they come, so
-that an interrupted run continues.
+The yardstick is ``astar``, called at the same instant, from the same state and heading, and without
+any planning time: a flight that it survives can be survived. Results are stored as they arrive, so
+that an interrupted run can continue.
 """
 
 from __future__ import annotations
@@ -46,9 +46,9 @@ SCENARIOS = 1_000
 YARDSTICK = "yardstick"
 # The row of the chip's model.
 _CHIP = "ga-chip, model:"
-# Its planner and its board; they also look whether there is a path.
+# Its planner and its board, which also check whether a path exists.
 _MODEL = "ga-chip", "model:?core=planner"
-#: Rows: planner, board, and n where the row flies one of n scenarios.
+#: Rows: planner, board, and n if the row flies one in n scenarios.
 ROWS: dict[str, tuple[str, str, int]] = {
     YARDSTICK: ("astar", "", 1),
     _CHIP: (*_MODEL, 1),
@@ -57,7 +57,7 @@ ROWS: dict[str, tuple[str, str, int]] = {
     "fpa-2opt": ("fpa-2opt", "", 10),
     "ga-fpga, model:": ("ga-fpga", "model:", 10),
 }
-# Scenarios of a task, so that a board is opened for several.
+# Number of scenarios per task, so that a board is opened for several at once.
 _BATCH = 12
 _STORE = Path("build/bench/replans.json")
 _PICTURES = Path("build/bench/replans")
@@ -81,14 +81,14 @@ Result = dict[str, Any]
 
 
 def run(options: Options) -> Report:
-    """Fly the scenarios, the first ``--seeds`` of them; ``--only`` names rows.
+    """Fly the first ``--seeds`` scenarios; ``--only`` selects rows by name.
 
     The tables of all rows are written to docs/replanning.md.
 
     Raises
     ------
     InputError
-        If no row has that in its name.
+        If no row has this in its name.
     """
     rows = {name: row for name, row in ROWS.items() if options.only in name or name == YARDSTICK}
     if options.only and len(rows) == 1 and options.only not in YARDSTICK:
@@ -106,7 +106,7 @@ def run(options: Options) -> Report:
         tasks += [
             (name, numbers[first : first + _BATCH]) for first in range(0, len(numbers), _BATCH)
         ]
-    # All planners of a scenario, one after the other.
+    # All planners of a scenario, one after another.
     tasks.sort(key=lambda task: task[1][0])
     print(f"replan: {sum(len(task[1]) for task in tasks)} flights", file=sys.stderr, flush=True)
 
@@ -153,7 +153,7 @@ def fly_row(name: str, numbers: Sequence[int]) -> list[Result]:
 
 
 def _fly(name: str, number: int, chip: Chip | None, first_chip: Chip, ample: Chip) -> Result:
-    """Fly one scenario; ``ample`` looks whether there is a path where none was found at once."""
+    """Fly one scenario; with ``ample``, check whether a path exists if none was found at once."""
     mission = draw_mission(number)
     evaluator = Evaluator(mission, threads=1)
     first = _first_plan(evaluator, first_chip, number)
@@ -182,10 +182,10 @@ def _fly(name: str, number: int, chip: Chip | None, first_chip: Chip, ample: Chi
 
 
 def _first_plan(evaluator: Evaluator, chip: Chip, number: int) -> Plan:
-    """Return the plan that is flown, the same for every planner: by the chip, or else by astar."""
+    """Return the plan that every planner flies, made by the chip or else by astar."""
     planner = InFlightPlanner("ga-chip", board=chip, seed=number)
-    # A map that is new to the chip costs cycles of its first run. Without that one, no flight
-    # depends on those before it.
+    # A map that is new to the chip costs cycles in its first run. With an extra first run, no
+    # flight depends on earlier flights.
     planner.prepare(evaluator)
     plan = planner.prepare(evaluator)
     return plan if plan.evaluation.feasible else Search(FALLBACK, seed=number).run(evaluator)
@@ -232,7 +232,7 @@ def _change(change: Change, session: _Timed, ample: Chip) -> Result:
 
 
 class _Timed(Session):
-    """A flight that measures the host's computing for a new path, without the wait for a board.
+    """A flight that measures the host's computing time for a new path, without waits for a board.
 
     Attributes
     ----------
@@ -271,7 +271,7 @@ def _results(kept: Store, name: str, count: int) -> dict[int, Result]:
 
 
 def _draw_worst(failed: Sequence[int], kept: Store, count: int) -> None:
-    """Draw the worst flights of the chip's model: failures, other losses, least clearances."""
+    """Draw the worst flights of the chip's model: failures, further losses, minimum clearances."""
     others = _results(kept, _CHIP, count)
     lowest = sorted(
         others, key=lambda number: (others[number]["alive"], others[number].get("share", math.inf))

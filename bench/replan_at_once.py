@@ -1,7 +1,7 @@
-"""An ample search for a path at the instant of a change, by two planners.
+"""An ample search for a path at the instant of a change, with two planners.
 
-It starts where the first attempt of the flight started, with the same heading, and its paths must
-pass the same checks. Finding none does not prove that there is none.
+It starts at the place and heading of the flight's first attempt, and its paths must pass the same
+checks. If it finds none, that does not prove that none exists.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from pathgene.host.replanning.present import Present
 
 __all__ = ["AMPLE_MS", "Question", "is_there_a_path"]
 
-#: Time on the chip of a plan whose first run finds a path, milliseconds; up to eight first runs, of
-#: a quarter of it at most, search for one.
+#: Chip time in milliseconds of a plan whose first run finds a path; up to eight first runs, each at
+#: most a quarter of that time, search for one.
 AMPLE_MS = 50
 _SEEDS = range(2)
 
@@ -32,13 +32,13 @@ class Question:
     Parameters
     ----------
     departure : Departure
-        Where the plan begins.
+        Place where the plan begins.
     present : Present
-        The air.
+        The situation at that time.
     aircraft : Aircraft
-        With the fuel that was left.
+        The aircraft with its remaining fuel.
     since_m : float
-        Distance along the track from which it is looked at again.
+        Distance along the track from which it is checked again.
     """
 
     departure: Departure
@@ -48,7 +48,7 @@ class Question:
 
 
 def is_there_a_path(question: Question, chip: Chip) -> bool:
-    """Tell whether the planner of a chip finds a path in ample time, or ``astar``."""
+    """Return whether a chip's planner, with ample time, or ``astar`` finds a path."""
     departure = question.departure
     led = depart(question.present, departure.track, departure.leaves_m, is_committed=False)
     committed = depart(question.present, departure.track, departure.leaves_m, is_committed=True)

@@ -24,7 +24,7 @@ _CHIP_MS = 1
 
 
 def report(results: dict[str, Flights], yardstick: Flights, count: int) -> Report:
-    """Return the table of rows by name, and in its data the flights that should have survived."""
+    """Return the table of rows by name; its data has the flights that should have survived."""
     table = Report(
         f"Replans in flight: {count} scenarios",
         (
@@ -111,31 +111,31 @@ def _cells(results: Flights, yardstick: Flights) -> tuple[object, ...]:
 
 
 def _is_prompt(change: Result) -> bool:
-    """Tell whether the planner that the flight began with found a path before a circle."""
+    """Return whether the flight's first planner found a path before a holding circle was needed."""
     planners = {each[0] for each in change["attempts"]}
     return change["active_ms"] is not None and not change["held"] and len(planners) == 1
 
 
 def _chip_ms(change: Result) -> float:
-    """Return the time of chip and line, of all attempts; infinite if there never was a path."""
+    """Return the time of chip and line over all attempts; infinite if there never was a path."""
     if change["active_ms"] is None:
         return math.inf
     return float(sum(each[_CHIP_MS] for each in change["attempts"]))
 
 
 def _is_possible(change: Result) -> bool:
-    """Tell whether there is a path at once, and the board that would find it is not lost."""
+    """Return whether a path exists at once and the board that would find it is not lost."""
     return bool(change["at_once"]) and len({each[0] for each in change["attempts"]}) == 1
 
 
 def _active_ms(change: Result) -> float:
-    """Return when the new path was available; infinite if it never was."""
+    """Return the time until the new path was available; infinite if it never was."""
     return math.inf if change["active_ms"] is None else float(change["active_ms"])
 
 
 def _spread(values: Sequence[float], digits: int) -> str:
     if not values:
         return "-"
-    # No interpolation: some may be infinite.
+    # Without interpolation, because some values may be infinite.
     parts = (*np.percentile(values, (50, 95, 99), method="inverted_cdf"), max(values))
     return " / ".join("never" if math.isinf(value) else f"{value:.{digits}f}" for value in parts)

@@ -1,4 +1,4 @@
-"""Scenarios of replans in flight: drawn from a number, the same for every planner."""
+"""Scenarios of replans in flight, drawn from a number and the same for every planner."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from pathgene.host.replanning.scenario import Event, NewZone, Placed, Scenario
 
 __all__ = ["KINDS", "Drawn", "draw_mission", "draw_scenario"]
 
-#: Kinds of events, in turn.
+#: Kinds of events, in rotation.
 KINDS = (
     "next leg",
     "far ahead",
@@ -37,13 +37,13 @@ KINDS = (
     "board lost",
 )
 
-# Metres from start to goal, and heights over ground of both.
+# Distances from start to goal, and heights of both above ground, in metres.
 _LENGTHS_M = 3_000.0, 7_000.0
 _HEIGHTS_M = 40.0, 150.0
-# Maximum number of zones at the beginning of a mission; radii of zones, metres.
+# Maximum number of zones at the beginning of a mission, and radii of zones in metres.
 _MOST_ZONES = 2
 _RADII_M = 100.0, 400.0
-# Shares of the flight time at which something happens.
+# Shares of the flight time at which events happen.
 _SHARES = 0.1, 0.6
 _WIND_M_S = 8.0
 _STORM_M_S = 6.0
@@ -68,13 +68,13 @@ def _source(number: int, part: int) -> np.random.Generator:
 
 
 def terrain_of(number: int) -> str:
-    """Return the terrain of a scenario: the nine maps in turn."""
+    """Return the terrain of a scenario: the nine maps in rotation."""
     every = terrains()
     return every[number // len(KINDS) % len(every)]
 
 
 def draw_mission(number: int) -> Problem:
-    """Return the mission of a scenario: ends anywhere on its terrain, some zones between."""
+    """Return the mission of a scenario: ends anywhere on its terrain, and some zones in between."""
     source = _source(number, 0)
     terrain = problem(terrain_of(number)).terrain
     size = np.array((terrain.width_m, terrain.height_m))
@@ -99,7 +99,7 @@ def draw_mission(number: int) -> Problem:
         )
         try:
             mission = Problem(terrain, first, last, load("silver-fox"), zones, rules=Rules())
-            # Costs are relative to the straight line; a steep glide has none.
+            # Costs are relative to the straight line; a steep glide has no cost.
             problem_utopia(mission)
         except InputError:
             continue
@@ -152,7 +152,7 @@ def draw_scenario(number: int, mission: Problem, seconds: float) -> Drawn:
 
 
 def _polygon(source: np.random.Generator, mission: Problem, radius: float) -> Zone:
-    """Return a polygon on the straight line to the goal, clear of it."""
+    """Return a polygon on the straight line to the goal that does not contain the goal."""
     start, goal = np.array(mission.start[:2]), np.array(mission.goal[:2])
     share = float(source.uniform(0.4, 0.7))
     angles = np.sort(source.uniform(0, 2 * math.pi, size=int(source.integers(4, 9))))
@@ -163,7 +163,7 @@ def _polygon(source: np.random.Generator, mission: Problem, radius: float) -> Zo
 
 
 def _goal(source: np.random.Generator, mission: Problem) -> tuple[float, float, float]:
-    """Return another goal, a few kilometres from the previous one."""
+    """Return a new goal, a few kilometres from the previous one."""
     terrain = mission.terrain
     size = np.array((terrain.width_m, terrain.height_m))
     while True:

@@ -31,7 +31,7 @@ class Options:
     trials : int
         Number of seeds in benchmarks that repeat a table of 50 trials.
     only : str
-        Part of the names of rows to measure, for ``fpga``, ``flight``, ``quality`` and
+        Part of the names of the rows to measure, for ``fpga``, ``flight``, ``quality`` and
         ``safety``.
     """
 
@@ -48,7 +48,7 @@ class Report:
     ----------
     title : str
     columns : sequence of str
-        Heads of the table.
+        Headings of the table.
     rows : list of sequence
         Cells, in the order of ``columns``; numbers are printed with at most 4 significant digits.
     notes : list of str
@@ -56,9 +56,9 @@ class Report:
     data : dict
         Additional content of the JSON.
     failed : bool
-        A measurement failed; a note gives the reason.
+        True if a measurement failed; a note gives the reason.
     further : sequence of Report
-        Tables below this one, with rows and notes of their own.
+        Tables below this one, each with its own rows and notes.
     """
 
     title: str
@@ -70,7 +70,7 @@ class Report:
     further: Sequence[Report] = ()
 
     def text(self, level: int = 2) -> str:
-        """Return the tables in Markdown, under headings of a level."""
+        """Return the tables in Markdown, with headings of the given level."""
         cells = [list(self.columns), *([_cell(value) for value in row] for row in self.rows)]
         widths = [max(len(row[i]) for row in cells) for i in range(len(self.columns))]
         lines = [f"| {' | '.join(map(str.ljust, row, widths))} |" for row in cells]

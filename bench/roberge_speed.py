@@ -26,14 +26,14 @@ MAP = "canyon"
 ITERATIONS, POPULATION = 500, 512
 #: Numbers of solutions, for all cores and the GPU.
 SOLUTIONS = (64, 128, 256, 512, 1024, 2048, 4096)
-#: Runs at once, on the GPU.
+#: Numbers of simultaneous runs on the GPU.
 TOGETHER = 64
 _REPEATS = 3
-# Not an engine: all threads with every candidate evaluated in full, as in the paper.
+# Not an engine, but all threads with every candidate evaluated in full, as in the paper.
 _IN_FULL = "all in full"
-# Seconds for which the GPU's power is read, and milliseconds between two readings.
+# Seconds during which the GPU's power is measured, and milliseconds between two readings.
 _POWER_S, _POWER_MS = 2.0, 20
-# Numba takes the first GPU.
+# Numba uses the first GPU.
 _NVIDIA_SMI = ("nvidia-smi", "--id=0")
 
 #: Section 5.3: engine, threads, solutions, seconds. 36 threads ran 9.6 times as fast as one.
@@ -45,7 +45,7 @@ PAPER = (
 
 
 class _Case(NamedTuple):
-    """A row: an engine, its threads, the solutions of a run, and the runs at once."""
+    """A row: an engine, its threads, the solutions of a run, and the simultaneous runs."""
 
     engine: str
     threads: int
@@ -68,7 +68,7 @@ def run(
 ) -> Report:
     """Time fpa-2opt by threads and by solutions, on each available engine.
 
-    ``options.only`` chooses rows: "gpu, 2 threads, 4096 x 64" is one of them.
+    ``options.only`` selects rows, for example "gpu, 2 threads, 4096 x 64".
     """
     report = Report(
         f"fpa-2opt on {MAP}: {iterations} iterations, 6 free waypoints, ds one cell, paper mode",
@@ -211,7 +211,7 @@ def _rate(results: Sequence[Result], count: Callable[[Result], int]) -> float:
 
 
 def _power(work: Callable[[], object]) -> tuple[float | None, float]:
-    """Return the GPU's mean power while ``work`` is repeated, watts, and the seconds of one.
+    """Return the GPU's mean power in watts while ``work`` is repeated, and its seconds.
 
     The power is None if nvidia-smi does not report it.
     """

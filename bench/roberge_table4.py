@@ -1,4 +1,4 @@
-"""Flower pollination with and without 2-opt: table 4 of *roberge*, and at equal work."""
+"""Flower pollination with and without 2-opt: table 4 of *roberge*, also at equal work."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ __all__ = ["run"]
 ITERATIONS, POPULATION = 500, 512
 
 #: Table 4 of the paper: length m, mean altitude m, fuel N, fitness and its deviation, without and
-#: with 2-opt. Its starts, goals and zones are not published: the maps here differ.
+#: with 2-opt. Its starts, goals and zones are not published, so the maps here differ.
 PAPER = {
     "canyon": ((8418, 119.3, 0.127, 1.295, 0.021), (7320, 86.6, 0.117, 1.348, 0.019)),
     "river": ((6559, 72.2, 0.099, 1.363, 0.025), (6126, 50.0, 0.090, 1.420, 0.018)),
@@ -101,7 +101,7 @@ def run(
 
 
 def _trials(name: str, count: int, iterations: int, population: int) -> dict[str, list[Trial]]:
-    """Return all trials of a map by variant."""
+    """Return all trials on a map, by variant."""
     seeds = range(count)
 
     def plan(way: str, planner: str, lengths: Sequence[int]) -> list[Trial]:
@@ -158,14 +158,14 @@ def _row(name: str, way: str, trials: list[Trial], hybrid: list[float]) -> Seque
 
 
 def _p_value(one: list[float], other: list[float]) -> float:
-    """Return Welch's p, or 1 for too few trials."""
+    """Return Welch's p, or 1 if there are too few trials."""
     if len(one) < 2:
         return 1.0
     return float(stats.ttest_ind(one, other, equal_var=False).pvalue)
 
 
 def _verdict(runs: dict[str, dict[str, list[Trial]]]) -> str:
-    """Return a note on the maps where 2-opt is better, and worse, with p < 0.05."""
+    """Return a note on the maps where 2-opt is better or worse with p < 0.05."""
     sentences = []
     for way in _WAYS[:2]:
         better = worse = 0

@@ -1,4 +1,4 @@
-"""Time that the rules of safe flight take: of one path, and of a plan with a clearance."""
+"""Time that the rules of safe flight take, for one path and for a plan with a clearance."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ from pathgene.host.problem.zones import Circle, Polygon
 
 __all__ = ["ENTRANTS", "Timed", "clearance_table", "long_problem", "strict_table"]
 
-#: The planners that are timed, by their names in ``BENCH=quality``.
+#: The timed planners, by their names in ``BENCH=quality``.
 ENTRANTS = tuple(
     variant
     for variant in VARIANTS
     if variant.name in ("ga-fpga", "ga-pc", "ga-pc from astar", "astar", "fpa-2opt")
 )
-#: The maps that everybody has.
+#: The maps that come with the package.
 _MAPS = (EMBEDDED, *SYNTHETIC)
 _WITHOUT, _WITH = Rules(clearance_m=0), Rules(clearance_m=30)
 
-# Ends as shares of both axes: 40 km from each other on the embedded map.
+# Ends as shares of both axes: 40 km apart on the embedded map.
 _ENDS = 0.03, 0.97
 _HEIGHT_M = 100.0
-# Zones follow each other along the line, on it and on both its sides; shares of its length.
+# Zones follow each other along the line, on it and on both sides of it; shares of its length.
 _ZONES = 20
 _FIRST, _LAST = 0.1, 0.9
 _BESIDE = -0.09, 0.0, 0.09
@@ -54,7 +54,7 @@ class Timed(NamedTuple):
 
 
 def strict_table(repeats: int) -> Report:
-    """Time the strict rule on a path of each planner over 40 km, among 20 zones."""
+    """Time the strict rule on a path of each planner over 40 km among 20 zones."""
     task = long_problem()
     evaluator = Evaluator(task, threads=1)
     report = Report(
@@ -84,7 +84,7 @@ def strict_table(repeats: int) -> Report:
 
 
 def clearance_table(rounds: int) -> Report:
-    """Time plans without and with a clearance, in turn."""
+    """Time plans without and with a clearance, alternately."""
     report = Report(
         "Planning with a clearance of 30 m, times planning with 0 m",
         ("planner", *_MAPS, "all maps", "CPU seconds with 30 m"),
@@ -139,9 +139,9 @@ def _hexagon(x: float, y: float, radius_m: float) -> Polygon:
 
 
 def _in_turn(name: str, variant: Variant, rounds: int) -> list[tuple[Timed, Timed]]:
-    """Time plans without and with a clearance, in pairs of one seed."""
+    """Time plans without and with a clearance, in pairs with the same seed."""
     scenario = problem(name)
-    # Compiles the code, or loads it, before anything is timed.
+    # Compiles or loads the code before anything is timed.
     for rules in (_WITHOUT, _WITH):
         _timed(scenario, rules, variant, seed=0)
     return [
@@ -151,16 +151,16 @@ def _in_turn(name: str, variant: Variant, rounds: int) -> list[tuple[Timed, Time
 
 
 def _timed(scenario: Problem, rules: Rules, variant: Variant, seed: int) -> Timed:
-    """Plan, the problem's rasters included."""
+    """Plan, including the rasters of the problem."""
     task = dataclasses.replace(scenario, rules=rules)
-    # Processor time, not wall time: other load of the machine adds little to it.
+    # Processor time instead of wall time, because load on the machine hardly affects it.
     started = time.process_time()
     result = _plan(Evaluator(task, threads=1), variant, seed)
     return Timed(time.process_time() - started, result.evaluations)
 
 
 def _ratios(pairs: Sequence[tuple[Timed, Timed]]) -> str:
-    """Return the cell of pairs without and with a clearance."""
+    """Return the table cell for pairs without and with a clearance."""
     seconds = median(safe.seconds / free.seconds for free, safe in pairs)
     evaluations = f"{median(safe.evaluations / free.evaluations for free, safe in pairs):.2f}"
     return f"{seconds:.2f}" + (f" ({evaluations})" if evaluations != "1.00" else "")
@@ -173,7 +173,7 @@ def _plan(evaluator: Evaluator, variant: Variant, seed: int) -> Result:
 
 
 def _milliseconds(call: Callable[[], object], repeats: int) -> float:
-    """Return the median processor time of a call, after one that is not timed."""
+    """Return the median processor time of a call, after one untimed call."""
     call()
     passed = []
     for _ in range(repeats):

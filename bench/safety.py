@@ -64,7 +64,8 @@ class Row:
     planner : str
         Name of the planner.
     clearance_m : float or None
-        Required clearance, metres, all other rules by default; None in paper mode.
+        Required clearance in metres, with the remaining rules at their defaults; None in paper
+        mode.
     """
 
     terrain: str
@@ -87,7 +88,7 @@ class Row:
         return f"{self.terrain} {self.planner}"
 
     def problem(self) -> Problem:
-        """Return the problem to plan, its rasters not yet made."""
+        """Return the problem to plan, without its rasters."""
         rules = None if self.clearance_m is None else Rules(clearance_m=self.clearance_m)
         return dataclasses.replace(problem(self.terrain), rules=rules)
 
@@ -104,7 +105,7 @@ def rows(only: str = "") -> list[Row]:
 
 
 def run(options: BenchOptions) -> Report:
-    """Measure the rows that are not kept already; write the tables of all rows to the page.
+    """Measure the rows without stored results; write the tables of all rows to the page.
 
     Raises
     ------
@@ -123,13 +124,13 @@ def run(options: BenchOptions) -> Report:
 
 
 def _runs(kept: Store, wanted: Sequence[Row]) -> dict[Row, list[Outcome]]:
-    """Return the outcomes of the rows that are kept."""
+    """Return the outcomes of the stored rows."""
     found = {row: kept.get(row.plan, row.rules) for row in wanted}
     return {row: result["outcomes"] for row, result in found.items() if result is not None}
 
 
 def _measure_missing(kept: Store, wanted: Sequence[Row], seeds: int) -> None:
-    """Measure and keep the rows of which results of a seed are missing, one a core."""
+    """Measure and store the rows that lack results of a seed, one per core."""
     runs = _runs(kept, wanted)
     lacking = [row for row in wanted if len(runs.get(row, ())) < seeds]
     print(f"safety: {len(lacking)} of {len(wanted)} rows to measure", file=sys.stderr, flush=True)
@@ -148,7 +149,7 @@ def _measure_missing(kept: Store, wanted: Sequence[Row], seeds: int) -> None:
 
 
 def _plans(row: Row, seeds: int) -> list[Outcome]:
-    """Plan with every seed; a few generations before compile the code, or load it."""
+    """Plan with every seed, after a few generations that compile or load the code."""
     _plan(row, Options(generations=2))
     generations = PLANNERS[row.planner].generations
     return [_plan(row, Options(seed=seed, generations=generations)) for seed in range(seeds)]
@@ -156,7 +157,7 @@ def _plans(row: Row, seeds: int) -> list[Outcome]:
 
 def _plan(row: Row, options: Options) -> Outcome:
     task = row.problem()
-    # Processor time, not wall time: other load of the machine adds little to it.
+    # Processor time instead of wall time, because load on the machine hardly affects it.
     began = time.process_time()
     result = make(row.planner).plan(Evaluator(task, threads=1), options)
     return {
@@ -190,7 +191,7 @@ def _report(runs: dict[Row, list[Outcome]]) -> Report:
 
 
 def _fitness(outcomes: Sequence[Outcome]) -> str:
-    """Return the cell of a row in the table of F."""
+    """Return a row's cell in the table of F."""
     feasible = [outcome["fitness"] for outcome in outcomes if outcome["feasible"]]
     if not feasible:
         return "none"
@@ -238,6 +239,6 @@ def _range(seconds: Collection[float]) -> str:
 
 
 def _times(seconds: dict[str, float], as_paper: dict[str, float]) -> str:
-    """Return the median ratio over the terrains that both have."""
+    """Return the median ratio over the common terrains."""
     ratios = [seconds[terrain] / as_paper[terrain] for terrain in seconds if terrain in as_paper]
     return f"{median(ratios):.2f}" if ratios else ""

@@ -33,13 +33,13 @@ __all__ = [
 
 #: The real terrain that comes with the packages.
 EMBEDDED = "jacksboro"
-#: The kinds of synthetic land of *roberge*, 25 km2 at 10 m, of seed 0.
+#: The kinds of synthetic land of *roberge*, 25 km2 at 10 m, with seed 0.
 SYNTHETIC = ("canyon", "river")
-#: The same kinds of other seeds, on which nothing has been tuned.
+#: The same kinds with different seeds, which were not used for tuning.
 HELD_OUT = tuple(f"{kind}-{seed}" for kind in SYNTHETIC for seed in (101, 102, 103, 104))
-#: The part of these that the benchmark ``chip`` plans over.
+#: The subset on which the benchmark ``chip`` plans.
 UNTUNED = tuple(name for name in HELD_OUT if name.endswith(("101", "102")))
-#: The kind of land that *allaire-2008* measures on, 80 x 80 km, of seed 0.
+#: The kind of land on which *allaire-2008* measures, 80 x 80 km, with seed 0.
 LARGE = "large-canyon"
 #: Elevation tiles next to the repository, if available.
 TILES = {
@@ -54,7 +54,7 @@ TILES = {
 TABLE_4 = (*SYNTHETIC, EMBEDDED, "himalaya")
 _FOLDER = Path(__file__).resolve().parents[2] / "shared" / "terrain"
 
-# Start and goal on both axes, the zones on the line between them, and their radius, as shares.
+# Start and goal on both axes, the zones on the line between them, and their radius, all as shares.
 _ENDS = 0.08, 0.92
 _ZONES = 0.35, 0.65
 _RADIUS = 0.06
@@ -68,7 +68,7 @@ def names() -> list[str]:
 
 
 def names_of(wanted: Sequence[str]) -> list[str]:
-    """Return the available terrains of ``wanted``: only tiles may be missing."""
+    """Return the available terrains of ``wanted``; only tiles may be missing."""
     return [name for name in wanted if name not in TILES or (_FOLDER / TILES[name]).exists()]
 
 
@@ -79,7 +79,7 @@ def missing(wanted: Sequence[str] = (EMBEDDED, *TILES)) -> list[str]:
 
 
 def source_of(name: str) -> str:
-    """Return the value of ``--terrain``: an embedded name, or a file."""
+    """Return the value of ``--terrain``: an embedded name or a file."""
     return str(_FOLDER / TILES[name]) if name in TILES else name
 
 
@@ -99,10 +99,11 @@ def _terrain(name: str) -> Terrain:
 
 @cache
 def problem(name: str) -> Problem:
-    """Return a scenario for paper mode: two no-fly circles on the straight line from start to goal.
+    """Return a scenario for paper mode, with two no-fly circles on the line from start to goal.
 
-    On a real terrain, the ends lie in opposite corners, 100 m above ground; on a synthetic one, in
-    the south and north, 60 m above the lowest ground of the valley and below the ground between.
+    On a real terrain, the ends are in opposite corners, 100 m above ground; on a synthetic terrain,
+    they are in the south and north, 60 m above the lowest ground of the valley and below the ground
+    between them.
     """
     terrain = _terrain(name)
     (x0, x1), (y0, y1) = (

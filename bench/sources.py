@@ -1,4 +1,4 @@
-"""Digest of the sources that kept results follow from."""
+"""Digest of the sources on which stored results depend."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ def digest(*names: str) -> str:
     Parameters
     ----------
     *names : str
-        Folders or files, relative to the repository. A folder counts with all
-        its Python, XML and TOML files, by name and content; Python with its code alone.
+        Folders or files, relative to the repository. A folder counts with all its Python, XML and
+        TOML files, by name and content; for Python, only the code counts.
 
     Raises
     ------
@@ -41,7 +41,7 @@ def digest(*names: str) -> str:
 
 
 def code(text: str) -> str:
-    """Return Python source without docstrings, comments and empty lines: no result needs them."""
+    """Return Python source without docstrings, comments and empty lines, which affect no result."""
     lines = text.splitlines()
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, _DOCUMENTED) and ast.get_docstring(node, clean=False) is not None:

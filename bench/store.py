@@ -1,4 +1,4 @@
-"""Measured results, kept in a JSON file from run to run."""
+"""Measured results, stored in a JSON file between runs."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ Result = dict[str, Any]
 class Store:
     """Results by row and part of the row, in a JSON file that is committed.
 
-    The file is written after each result, so an interrupted run continues where it stopped, also on
-    another machine. Results that another process has written meanwhile stay. A result has the
-    digest of its sources: after a change of their code it counts as missing, and is replaced when
-    it is measured again.
+    The file is written after each result, so that an interrupted run can continue, even on another
+    machine. Results that another process has written meanwhile stay. A result carries the digest of
+    its sources: after a change of their code it counts as missing, and is replaced when it is
+    measured again.
 
     Parameters
     ----------
     file : Path
-        The file; without it there are no results.
+        The file; if it does not exist, there are no results.
     *sources : str
-        Folders and files for :func:`bench.sources.digest`; without them, each result comes with a
-        digest of its own.
+        Folders and files for :func:`bench.sources.digest`; without them, each result is stored with
+        its own digest.
 
     Raises
     ------
     InputError
-        If the file is not one of results.
+        If the file does not contain results.
     """
 
     def __init__(self, file: Path, *sources: str) -> None:
@@ -59,14 +59,14 @@ class Store:
         return None if result is None else str(result[self._key])
 
     def parts(self, row: str) -> dict[str, Result]:
-        """Return the results of a row by part, stale ones included."""
+        """Return the results of a row by part, including stale ones."""
         return {
             part: {key: value for key, value in result.items() if key != self._key}
             for part, result in self._rows.get(row, {}).items()
         }
 
     def keep(self, row: str, part: str, result: Result, digest: str | None = None) -> None:
-        """Keep a result: a dictionary of values that JSON can hold.
+        """Store a result: a dictionary of values that JSON can express.
 
         ``digest`` is needed in a store without sources.
         """
@@ -78,7 +78,7 @@ class Store:
         self._state = self._stat()
 
     def _read(self) -> None:
-        """Read the file, unless it is as this process has left it."""
+        """Read the file unless it is unchanged since this process wrote or read it."""
         state = self._stat()
         if state == self._state:
             return

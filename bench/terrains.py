@@ -1,7 +1,7 @@
-"""The collision checker over the terrains of the scenarios: random paths and evolved ones.
+"""The collision checker on the terrains of the scenarios: random paths and evolved paths.
 
-Every build checks every path on the simulated gateware, stopping at the first collision and
-counting all of them, and every result is compared with the software model's.
+Every build checks every path on the simulated gateware, both stopping at the first collision and
+counting all collisions, and every result is compared with the software model's.
 """
 
 from __future__ import annotations
@@ -85,13 +85,13 @@ class Ground:
         self._start, self._goal = grid.to_cells(ends).tolist()
 
     def terrain(self, config: Config) -> TerrainModel:
-        """Return the map as the checker of ``config`` holds it."""
+        """Return the map as stored in the checker of ``config``."""
         terrain = TerrainModel(config)
         terrain.write(0, 0, self.heights)
         return terrain
 
     def random(self, paths: int, seed: int = _RANDOM_SEED) -> list[Path]:
-        """Return paths of 2 to 16 waypoints, uniform over the terrain's cells and all altitudes."""
+        """Return paths of 2 to 16 waypoints, uniform over the terrain's cells and altitudes."""
         rng = np.random.default_rng(seed)
         fewest, most = self._config.MIN_WAYPOINTS, self._config.max_waypoints
         return [
@@ -100,9 +100,9 @@ class Ground:
         ]
 
     def evolved(self, paths: int) -> tuple[list[Path], int]:
-        """Return the first distinct paths that ga-fpga breeds, and how many seeds that took.
+        """Return the first distinct paths that ga-fpga breeds, and the number of seeds needed.
 
-        The seeds are 0, 1, 2 and so on, of 300 generations each on the software model.
+        The seeds are 0, 1, 2 and so on, with 300 generations each on the software model.
         """
         evaluator = Evaluator(self._problem, threads=1)
         seen: dict[tuple[int, ...], None] = {}
@@ -211,7 +211,7 @@ def _title(number: int) -> str:
 
 
 def _check(name: str, kind: str) -> tuple[_Outcomes, int]:
-    """Check the paths of one kind over one terrain; return the seeds that bred them, too."""
+    """Check the paths of one kind over one terrain; also return the seeds that bred them."""
     ground = Ground(name)
     paths, used = ground.evolved(_PATHS) if kind == "evolved" else (ground.random(_PATHS), 0)
     outcomes = {}

@@ -20,14 +20,14 @@ __all__ = ["CANYON_SEED", "TESTING_TRAJECTORY", "canyon_map"]
 CANYON_SEED = 0
 
 #: Aircraft, two waypoints and goal in cells and altitude steps. A random search found this path
-#: among those with the paper's cells; every verdict keeps a margin of at least 20 steps.
+#: with the paper's cell counts; every verdict has a margin of at least 20 steps.
 TESTING_TRAJECTORY = ((390, 328, 115), (336, 297, 158), (237, 254, 172), (167, 161, 343))
 
 
 def canyon_map() -> NDArray[np.uint16]:
-    """Return the canyon's (500, 500) uint16 altitudes [y, x]: one cell per node, in metres.
+    """Return the canyon's (500, 500) uint16 altitudes [y, x] in metres, one cell per node.
 
     Altitudes are rounded up. The paper scales its canyon from 80 km to 8 km, with cells of 16 m,
-    and keeps its 3,500 m of height.
+    and keeps its height of 3,500 m.
     """
     return np.ceil(large_canyon(CANYON_SEED).elevation).astype(np.uint16)

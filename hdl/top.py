@@ -23,15 +23,16 @@ __all__ = ["Chip"]
 class Chip(Unit):
     """The chip with its UART; :mod:`pathgene.hdl.protocol` defines its answers.
 
-    Source: *allaire-2008*, figure 6; where ``config`` has a checker, with the processor of *allaire
-    two-tier* next to the core. The core passes its paths to the checker and asks it for the ground
-    under new waypoints. If ``config`` has no genetic core, the chip has only the checker. The
-    planner core holds the map and plans by itself: :class:`pathgene.hdl.planner.core.PlannerCore`.
+    Source: *allaire-2008*, figure 6; if ``config`` has a checker, with the processor of *allaire
+    two-tier* next to the core. The core passes its paths to the checker, and asks it for the ground
+    under new waypoints. If ``config`` has no genetic core, the chip only has the checker. The
+    planner core contains the map and plans on its own:
+    :class:`pathgene.hdl.planner.core.PlannerCore`.
 
     Members
     -------
     clk, rst : In(1)
-        Clock, and reset, which acts one to three cycles later, for four cycles at least.
+        Clock, and reset, which takes effect one to three cycles later, for at least four cycles.
     rx, tx : In(1), Out(1)
         UART pins, 8N1, ``config.clocks_per_bit`` cycles per bit; high when idle.
     """
@@ -46,8 +47,9 @@ class Chip(Unit):
     def elaborate(self, platform):
         m = Module()
 
-        # One register cannot reset the whole of a large chip in a cycle: the reset passes from part
-        # to part, through a register each. It lasts until all parts are reset at once.
+        # One register cannot reset a whole large chip in one cycle, so the reset passes from part
+        # to part, through one register each. It lasts until all parts are in reset at the same
+        # time.
         m.domains.unreset = ClockDomain(reset_less=True)
         m.d.comb += ClockSignal("unreset").eq(self.clk)
         lasting = Signal(3)
@@ -71,7 +73,7 @@ class Chip(Unit):
         m.d.comb += [line.rx.eq(self.rx), self.tx.eq(line.tx)]
         connect(m, line.requests, receiver.requests)
         if self.config.planner_core:
-            # A large chip lies between the transmitter and the line.
+            # On a large chip, the transmitter may be far from the line.
             m.submodules.replies = replies = StreamRegister(transmitter.replies.payload.shape())
             connect(m, transmitter.replies, replies.words)
             connect(m, replies.passed, line.replies)
@@ -98,7 +100,7 @@ class Chip(Unit):
             connect(m, transmitter.reads, core.reads)
             connect(m, core.waypoints, transmitter.waypoints)
 
-        # Registers that replies show.
+        # Registers that appear in replies.
         m.d.comb += [
             receiver.line_errors.eq(line.errors),
             transmitter.answer.eq(receiver.answer),
@@ -150,7 +152,7 @@ class Chip(Unit):
         return core
 
     def _add_planner_core(self, m, control, receiver, transmitter):
-        """Add the planner core, which also has the map."""
+        """Add the planner core, which also contains the map."""
         core = PlannerCore(self.config)
         m.submodules.core = DomainRenamer("core")(core)
 
@@ -209,7 +211,7 @@ class Chip(Unit):
             m.d.comb += transmitter.counters[counter].eq(checks.counters[counter])
 
     def _share_core(self, m, control, core, checker, checks, transmitter):
-        """Let the core look up the ground in the checker, and share its reads."""
+        """Connect the core's look-ups of the ground to the checker, and share its reads."""
         m.d.comb += [
             checker.lookup_valid.eq(core.lookup_valid),
             checker.lookup_x.eq(core.lookup_x),

@@ -1,4 +1,4 @@
-"""Export of Verilog: the text that simulations, boards and synthesis all use.
+"""Export of Verilog: the text used by simulations, boards and synthesis.
 
 ``python -m pathgene.hdl.verilog FOLDER`` writes the files of :data:`SHIPPED`.
 """
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
 __all__ = ["SHIPPED", "TOPS", "convert", "export", "strip_zero_init", "write_shipped"]
 
-#: Module and class of every component that can be exported by name, then its arguments: ``config``
-#: for the Config itself, else the name of an attribute of the Config.
+#: Module and class of every component that can be exported by name, and its arguments: ``config``
+#: for the Config itself, or the name of an attribute of the Config.
 TOPS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "chip": ("pathgene.hdl.top", "Chip", "config"),
@@ -59,8 +59,8 @@ TOPS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     }
 )
 
-#: Files of ``make verilog``: a top, and its differences from the default configuration, by the name
-#: of the module and of its file.
+#: Files of ``make verilog``, by the name of the module and its file: a top level, and its
+#: differences from the default configuration.
 SHIPPED: Mapping[str, tuple[str, Mapping[str, object]]] = MappingProxyType(
     {
         "ga_core": ("ga_core", {}),
@@ -78,7 +78,7 @@ _ZEROED = re.compile(
 
 
 def export(name: str, config: Config, module: str | None = None) -> str:
-    """Return the Verilog of ``name``: one self-contained text, the same for the same ``config``.
+    """Return the Verilog of ``name``: one self-contained, reproducible text for ``config``.
 
     Ports are the members' names joined by ``__``, with ``clk`` and a synchronous ``rst``. The top
     module is called ``module``, or ``name``.
@@ -97,9 +97,9 @@ def export(name: str, config: Config, module: str | None = None) -> str:
 
 
 def convert(component: Component, name: str, platform: object = None) -> str:
-    """Return the Verilog of ``component`` as module ``name``, as every tool of the project gets it.
+    """Return the Verilog of ``component`` as module ``name``, in the form that all tools use.
 
-    ``platform`` is handed to ``elaborate``.
+    ``platform`` is passed to ``elaborate``.
     """
     from amaranth.back import verilog
 
@@ -110,8 +110,8 @@ def convert(component: Component, name: str, platform: object = None) -> str:
 
 @contextlib.contextmanager
 def _collector_paused() -> Iterator[None]:
-    # Amaranth's netlist is millions of objects that live to the end of the export. Scanning them
-    # for garbage took half of its time; without collection, the default chip takes 100 MB more.
+    # Amaranth's netlist has millions of objects that live until the end of the export. Garbage
+    # collection took half of the time; without it, the default chip takes 100 MB more memory.
     enabled = gc.isenabled()
     gc.disable()
     try:
@@ -125,8 +125,8 @@ def strip_zero_init(verilog: str) -> str:
     """Return ``verilog`` without the initial zeros of its memories marked ``no_rw_check``.
 
     Amaranth writes a line for each row of these memories: eight megabytes for a map of 512 x 512
-    cells, which every tool would have to read. Marked memories are written before they are read; a
-    memory whose initial contents matter has no such mark.
+    cells, which every tool would have to read. Marked memories are written before they are read;
+    memories whose initial contents matter are not marked.
     """
     return _ZEROED.sub(r"\1", verilog)
 

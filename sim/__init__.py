@@ -1,4 +1,4 @@
-"""Bit-exact software model of the chip, and simulated boards that run its Verilog."""
+"""Bit-exact software model of the chip, and simulated boards that run the chip's Verilog."""
 
 from __future__ import annotations
 
@@ -8,5 +8,5 @@ from pathgene.hdl.config import Config
 __all__ = ["DEFAULT_CONFIG"]
 
 #: Sizes of the chips of ``sim:`` and ``model:``, unless the URL says otherwise. The UART divisor is
-#: the smallest that the receiver allows, so that a byte takes few cycles to simulate.
+#: the smallest that the receiver allows, so that a byte takes few simulated cycles.
 DEFAULT_CONFIG = Config(clocks_per_bit=4)

@@ -1,4 +1,4 @@
-"""A cache of build results that several processes can use at the same time."""
+"""A cache of build results that several processes can use simultaneously."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def build_root() -> Path:
 
 
 def digest(parts: Iterable[str | bytes]) -> str:
-    """Return 20 hexadecimal digits that depend on every part and on the bounds of the parts."""
+    """Return 20 hexadecimal digits that depend on the parts and the boundaries between them."""
     state = hashlib.sha256()
     for part in parts:
         data = part.encode() if isinstance(part, str) else part
@@ -56,7 +56,7 @@ class BuildCache:
     Parameters
     ----------
     root : Path
-        Parent of the directories, made when first needed.
+        Parent of the directories, created when first needed.
     """
 
     def __init__(self, root: Path) -> None:
@@ -65,11 +65,11 @@ class BuildCache:
     def get(self, key: str, build: Callable[[Path], None]) -> Path:
         """Return the directory of ``key``, calling ``build`` unless it exists and is complete.
 
-        ``build`` fills an empty directory, which gets its final name only when ``build`` returns:
-        later calls never find the result of a build that failed or was killed. A file in it states
-        the SHA-256 of all other files; a directory that differs from it is built again. If several
-        processes need the same key, one builds while the rest wait. A build removes the remains of
-        killed builds, of any key.
+        ``build`` fills an empty directory, which only gets its final name when ``build`` returns,
+        so that later calls never find the result of a build that failed or was killed. A file in it
+        lists the SHA-256 of all other files; a directory that differs from the list is built again.
+        If several processes need the same key, one builds while the rest wait. A build removes the
+        remains of killed builds with any key.
 
         Parameters
         ----------
@@ -101,7 +101,7 @@ class BuildCache:
         return final
 
     def _build(self, final: Path, build: Callable[[Path], None]) -> None:
-        """Build the directory ``final``, of which this process holds the lock."""
+        """Build the directory ``final``, whose lock this process holds."""
         self._clear(final.name)
         # Another process may have built it meanwhile.
         if _is_whole(final):
@@ -127,10 +127,10 @@ class BuildCache:
                 shutil.rmtree(damaged, ignore_errors=True)
 
     def _clear(self, held: str) -> None:
-        """Remove directories that killed builds have left; this process holds the lock ``held``."""
+        """Remove directories left by killed builds; this process holds the lock ``held``."""
         for left in self.root.glob(f"*.{'[0-9a-f]' * _DIGITS}"):
             key = left.name.rpartition(".")[0]
-            # A running build has the lock of its key, and keeps its directory.
+            # A running build holds the lock of its key and keeps its directory.
             lock = contextlib.nullcontext() if key == held else self._locked(key, wait=False)
             with contextlib.suppress(OSError), lock:
                 shutil.rmtree(left, ignore_errors=True)
@@ -140,14 +140,14 @@ class BuildCache:
 
     @contextlib.contextmanager
     def _locked(self, key: str, *, wait: bool = True) -> Iterator[None]:
-        # The lock ends with its holder; the empty file stays.
+        # The lock is released when its holder ends; the empty file stays.
         with current().append(self.root / f"{key}.lock") as file:
             fcntl.flock(file, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
             yield
 
 
 def _is_whole(directory: Path) -> bool:
-    """Return whether a directory has exactly the files that it states, unchanged."""
+    """Return whether a directory has exactly the files that its list states, unchanged."""
     try:
         stated = (directory / _SUMS).read_bytes()
         return stated == _sums(directory)

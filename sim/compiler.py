@@ -31,12 +31,12 @@ CXX_STANDARD = "-std=c++20"
 #: and a two-valued simulation gains little from wide vectors.
 CXX_FLAGS = (CXX_STANDARD, "-O2")
 
-# Variables of a make that started this process would control the make that it starts, and Verilator
+# Variables of a make that started this process would control the make started here, and Verilator
 # must find the files of its package.
 _FOREIGN_VARIABLES = frozenset({"MAKEFLAGS", "MFLAGS", "MAKELEVEL", "MAKEFILES", "VERILATOR_ROOT"})
 
-# Runs a tool in a shell, and kills both with all that the tool has started when the standard input
-# ends: when the process that holds its other end has died, by whatever signal.
+# Runs a tool in a shell, and kills both, with everything that the tool has started, when standard
+# input ends, that is, when the process at its other end has died for any reason.
 _GUARD = """exec 3<&0 < /dev/null
 (read -r _ <&3; kill -KILL 0) > /dev/null 2>&1 &
 "$@" 3<&-
@@ -45,12 +45,12 @@ status=$?
 exit $status
 """
 
-# Messages of tools when a disk takes nothing.
+# Messages of tools when a disk is full.
 _NO_ROOM = ("No space left on device", "Disk quota exceeded", "Read-only file system")
 
-# Process groups of the tools that run now.
+# Process groups of the running tools.
 _running: set[int] = set()
-# Held while a tool is started, so that none is missed by :func:`end_tools`.
+# Held while a tool is started, so that :func:`end_tools` misses none.
 _starting = threading.Lock()
 
 
@@ -61,7 +61,7 @@ def run_tool(
     what: str,
     env: Mapping[str, str] | None = None,
 ) -> str:
-    """Run a tool to its end and return its output; it ends when this process does.
+    """Run a tool to its end and return its output; the tool ends when this process does.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def run_tool(
     what : str
         Subject of the sentence of an error.
     env : Mapping[str, str], optional
-        Further environment variables.
+        Additional environment variables.
 
     Raises
     ------
@@ -156,9 +156,9 @@ def compile_object(
     source : Path
         C++ file. The ``.hpp`` headers in its folder are part of the key.
     flags : Sequence[str]
-        Flags besides :data:`CXX_FLAGS`.
+        Flags in addition to :data:`CXX_FLAGS`.
     key : str
-        Further dependencies of the result.
+        Additional dependencies of the result.
     """
     headers = [path.read_bytes() for path in sorted(source.parent.glob("*.hpp"))]
     options = [*CXX_FLAGS, "-fPIC", *flags]

@@ -1,4 +1,4 @@
-"""Verilog of the chip's tops, exported once per version of the gateware."""
+"""Verilog of the chip's top levels, exported once per version of the gateware."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def exported_verilog(top: str, config: Config, *, build_dir: Path | None = None)
     """Return ``pathgene.hdl.verilog.export(top, config)``, from the cache if nothing has changed.
 
     The result depends on every byte of the package ``hdl``, on the configuration, and on the
-    versions of Amaranth and its Yosys. Amaranth is imported only for a new export.
+    versions of Amaranth and its Yosys. Amaranth is only imported for a new export.
 
     Parameters
     ----------
@@ -47,9 +47,9 @@ def cached_verilog(export: Callable[[], str], *key: str, build_dir: Path | None 
     Parameters
     ----------
     export : Callable[[], str]
-        Makes the text; called only if the cache does not have it.
+        Makes the text; only called if the cache does not have it.
     key : str
-        Dependencies of the text besides the gateware and its tools.
+        Dependencies of the text in addition to the gateware and its tools.
     build_dir : Path, optional
         As in :func:`exported_verilog`.
     """

@@ -1,4 +1,4 @@
-"""Verilog to simulations with Icarus: the only module that knows how Icarus is called."""
+"""Simulations built from Verilog by Icarus: the only module that knows how to call Icarus."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ def icarus_version() -> str:
 
 
 def with_zeros(verilog: str) -> str:
-    """Return exported Verilog whose memories begin with zeros, and so do their read ports.
+    """Return exported Verilog in which memories and their read ports are initially zero.
 
     A chip's memory has arbitrary but definite contents at power-on. In Icarus they would be ``X``,
-    and a register that is replaced depending on a comparison with ``X`` would remain ``X``, while
-    the chip would replace it.
+    and a register whose update depends on a comparison with ``X`` would remain ``X``, while the
+    chip would update it.
     """
     rows = map("row_to_zero_{}".format, itertools.count())
 
@@ -63,11 +63,11 @@ def build_icarus(builds: BuildCache, verilog: str, tops: Sequence[str]) -> Path:
     Parameters
     ----------
     builds : BuildCache
-        Where the compiled design is kept; a second call with equal arguments only looks it up.
+        Keeps the compiled design; a second call with equal arguments only looks it up.
     verilog : str
         Text of the design and everything around it.
     tops : Sequence[str]
-        Modules that no other module instantiates, the design's first.
+        Modules that no other module instantiates, beginning with the design's.
 
     Returns
     -------

@@ -12,7 +12,8 @@ from tests.support.gateware.chips import Pair, board_url
 from tools.runner import SIMULATORS
 
 
-# The same examples in every run, without deadlines: failures repeat, slow machines do not fail.
+# The same examples in every run, without deadlines, so that failures are reproducible and slow
+# machines do not fail.
 settings.register_profile("repeatable", derandomize=True, deadline=None, database=None)
 settings.load_profile("repeatable")
 
@@ -36,7 +37,7 @@ def icarus():
 
 @pytest.fixture(params=SIMULATORS)
 def simulator(request):
-    """Name of a Verilog simulator, each in turn."""
+    """Name of each Verilog simulator in turn."""
     if request.param == "icarus":
         request.getfixturevalue("icarus")
     return request.param

@@ -1,1 +1,1 @@
-"""Developer tools: set-up, benches, proofs, mutation testing, generated documents."""
+"""Developer tools: set-up, benches, proofs, mutation testing, generation of documents."""

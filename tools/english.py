@@ -6,7 +6,7 @@ gives the words, and each habit that occurs; ``--lines`` prints each occurrence 
 ``--messages`` counts the strings of the Python files instead, which users read as messages.
 
 Code in backticks and in fences is not prose. The text of a docstring, of a run of comments and of a
-paragraph is joined before it is searched, so that a line's end hides nothing.
+paragraph is joined before it is searched, so that line breaks hide nothing.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ ROOT = Path(__file__).resolve().parents[1]
 #: The folders whose prose is counted; ``docs`` includes the pages at the root.
 ROOMS = ("hdl", "host", "sim", "pathgene", "tools", "bench", "tests", "docs")
 
-#: Goal of a room for the habits that follow, together, in times per 1,000 words. This counter finds
-#: 0.18 of them in amaranth, 0.27 in httpx, 0 in cocotb.
+#: Goal of a room for the following habits together, in occurrences per 1,000 words. This counter
+#: finds 0.18 in amaranth, 0.27 in httpx and 0 in cocotb.
 GOAL = 0.4
 #: Habits that hardly occur in prose that was written in English.
 COUNTED = {
@@ -58,7 +58,7 @@ COUNTED = {
 #: Verbs that an indirect question follows; "the error says what is missing" is plain English.
 _ASKING = "say says said tell tells told show shows see know knows ask asks explain explains decide"
 _NO_ASKING = "".join(rf"(?<!\b{verb} )" for verb in _ASKING.split())
-#: Habits with a goal of their own each, in times per 1,000 words: the rate of amaranth.
+#: Habits that each have their own goal, in occurrences per 1,000 words: the rate of amaranth.
 OTHERS = {
     "what": (rf"{_NO_ASKING}\bwhat\b(?![^.!?]*\?)", 0.15),
     "most X": (
@@ -81,8 +81,8 @@ _CODE = re.compile(r"``.+?``|:\w+:`[^`]+`|`[^`]+`", re.DOTALL)
 _TARGET = re.compile(r"\]\([^)]*\)|https?://\S+")
 _FENCE = re.compile(r"^( *)(`{3,})[^\n]*\n.*?^ *\2 *$", re.MULTILINE | re.DOTALL)
 _MARK = re.compile(r"<!--.*?-->", re.DOTALL)
-#: Strings and comments of C, C++, JavaScript and CSS; a string hides text that looks like a
-#: comment.
+#: Strings and comments of C, C++, JavaScript and CSS; strings are matched because they may contain
+#: text that looks like a comment.
 _C_TOKEN = re.compile(
     r"""(?P<string>"(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])*'|`(?:\\.|[^`\\])*`)"""
     r"|(?P<block>/\*.*?\*/)|(?P<line>//[^\n]*)",
@@ -125,7 +125,7 @@ class Count:
     words : int
         Number of words outside code.
     habits : collections.Counter[str]
-        Occurrences by the name of the habit.
+        Occurrences by name of the habit.
     found : list[tuple[int, str, str]]
         Line, habit and surrounding words of each occurrence.
     """
@@ -138,7 +138,7 @@ class Count:
             self._add(piece)
 
     def _add(self, piece: Prose) -> None:
-        # Each replacement keeps the length and the line breaks, and with them the places.
+        # Each replacement keeps the length and the line breaks, so that places stay valid.
         text = piece.text
         for pattern in (_CODE, _TARGET):
             text = pattern.sub(lambda match: re.sub(r"[^\n]", "·", match[0]), text)
@@ -267,7 +267,7 @@ def count(path: Path, *, messages: bool = False) -> Count:
 
 
 def files(folder: Path) -> Iterator[Path]:
-    """Yield the files with prose of a folder; links to folders are not followed."""
+    """Yield the files of a folder that contain prose, without following links to folders."""
     for place, folders, names in os.walk(folder):
         folders[:] = sorted(
             name for name in folders if name not in _SKIPPED and not name.startswith(".")

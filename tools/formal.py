@@ -7,15 +7,15 @@ A claim is an Amaranth design around the units under test, with ``Assume``, ``As
 ``holds``
     From reset, no assertion fails in the first ``depth`` cycles, for any inputs.
 ``induction``
-    From any state, ``induction`` consecutive cycles without a failure are followed by another
-    one. Together with ``holds`` this proves the claim for all time.
+    From any state, ``induction`` consecutive cycles without a failure are followed by another cycle
+    without a failure. Together with ``holds`` this proves the claim for all time.
 ``reached``
     Every ``Cover`` is reached, so the assumptions do not exclude everything.
 each fault
-    With one line of a unit altered, an assertion fails, so the proof depends on this line.
+    If one line of a unit is altered, an assertion fails, so the proof depends on this line.
 
-``python -m tools.formal --proof ring`` checks one claim. A counterexample of the solver is kept as
-a waveform.
+``python -m tools.formal --proof ring`` checks one claim. A counterexample from the solver is kept
+as a waveform.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ PROOFS = _ROOT / "tests" / "formal"
 #: Text that occurs once in the source of a unit, and its replacement.
 Change = tuple[str, str]
 
-# Assertions become formulas over the registers; one step of the formulas is one cycle.
+# Assertions become formulas over the registers, and one step of the formulas is one cycle.
 _SCRIPT = (
     "read_rtlil {name}.il; prep -flatten -top top; memory_nordff; async2sync; chformal -lower; "
     "opt_clean -purge; dffunmap; write_smt2 -wires {name}.smt2"
@@ -58,7 +58,7 @@ _SCRIPT = (
 
 
 class ProofError(AssertionError):
-    """A claim that does not hold, or that also holds for a faulty unit; the message says which."""
+    """A claim does not hold, or also holds for a faulty unit; the message says which."""
 
 
 @dataclass(frozen=True)
@@ -69,8 +69,8 @@ class Proof:
     ----------
     claim : Callable
         Returns the design. Its argument is a function ``unit(component, *changes)``, which returns
-        ``component`` with these changes and the fault's; the design takes the units under
-        test from this function.
+        ``component`` with these changes and the changes of the fault; the design gets the units
+        under test from this function.
     depth : int
         Cycles after reset in which the claim is checked, at least the length of the induction.
     faults : Mapping
@@ -80,7 +80,7 @@ class Proof:
     induction : int, optional
         Length of the induction. Without an induction the proof covers the first ``depth`` cycles.
     long : bool or tuple of str
-        The checks take more than a few seconds, or the names of those that do.
+        Whether the checks take more than a few seconds, or the names of the slow ones.
     """
 
     claim: Callable[[Callable[..., Any]], Any]
@@ -129,7 +129,8 @@ def altered(component: Any, *changes: Change) -> Any:
     source = "".join(parts)
     copy = types.ModuleType(module.__name__)
     copy.__file__ = module.__file__
-    # Without this file's `annotations` from the future: parameters of units are annotations.
+    # Without this file's `annotations` from `__future__`, because parameters of units are
+    # annotations.
     code = compile(source, f"{module.__file__} (altered)", "exec", dont_inherit=True)
     exec(code, copy.__dict__)
     return getattr(copy, component.__name__)
@@ -208,7 +209,7 @@ def _rtlil(claim: Any) -> str:
     from amaranth.back import rtlil
     from amaranth.hdl import ClockDomain, Module
 
-    # The clock must be a port. A clock without one stands still, and then every claim holds.
+    # The clock must be a port: otherwise it stands still, and then every claim holds.
     clock = ClockDomain("sync", reset_less=True)
     top = Module()
     top.domains += clock

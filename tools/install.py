@@ -35,7 +35,7 @@ def set_up(level: str, venv: Path, root: Path) -> None:
     level : {"plan", "test", "synth", "long"}
         Level of :data:`tools.setup.LEVELS`.
     venv : Path
-        Virtual environment, made if it is missing or belongs to another Python or folder.
+        Virtual environment, created if it is missing or belongs to another Python or folder.
     root : Path
         The project, installed in editable mode.
 
@@ -51,7 +51,7 @@ def set_up(level: str, venv: Path, root: Path) -> None:
         make_venv(venv)
     say(f"installing packages for `{level}` into .venv")
     pip(python, "install", "--no-compile", "--editable", f"{root}{EXTRAS[level]}")
-    # On all cores; pip compiles on one. Some packages have files of other Pythons.
+    # On all cores, because pip compiles on one. Some packages have files for other Pythons.
     compiling: list[str | Path] = [python, "-m", "compileall", "-q", "-j", "0", venv / "lib"]
     subprocess.run(compiling, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
     if level != "plan":
@@ -81,13 +81,13 @@ def venv_works(venv: Path) -> bool:
 
 
 def make_venv(venv: Path) -> None:
-    """Replace the environment, after installing the Debian package that its Python may lack."""
+    """Replace the environment, first installing the Debian package that Python may lack."""
     package = f"python{sys.version_info.major}.{sys.version_info.minor}-venv"
     if importlib.util.find_spec("ensurepip") is None:
         install([package], f"{sys.executable} cannot make virtual environments")
     say(f"making .venv with {sys.executable}")
     shutil.rmtree(venv, ignore_errors=True)
-    # This Python may belong to the environment just removed: use the one it was made from.
+    # This Python may belong to the environment just removed, so use the one it was made from.
     base = getattr(sys, "_base_executable", sys.executable)
     done = subprocess.run([base, "-m", "venv", venv], stdout=sys.stderr, check=False)
     if done.returncode != 0:
@@ -144,7 +144,7 @@ def install(packages: Sequence[str], reason: str) -> None:
     if prefix is None or shutil.which("apt-get") is None:
         raise error
     say(f"{reason}: apt-get install {names}")
-    # The package lists of a fresh container are empty: update them only if an install fails.
+    # The package lists of a fresh container are empty; update them only if an install fails.
     for update in (False, True):
         if update:
             apt(prefix, "update")
@@ -154,7 +154,7 @@ def install(packages: Sequence[str], reason: str) -> None:
 
 
 def privilege() -> list[str] | None:
-    """Return the command prefix that gives root's rights without a password; None if none does."""
+    """Return the command prefix for root's rights without a password; None if there is none."""
     if os.geteuid() == 0:
         return []
     if shutil.which("sudo") is None:

@@ -1,7 +1,7 @@
 """Verilator's lint of the generated Verilog: ``python -m tools.lint FILE.v ...``.
 
-The top of each file is the module with the file's name. ``tools/amaranth.vlt`` lists the waived
-warnings with their reasons.
+The top level of each file is the module with the file's name. ``tools/amaranth.vlt`` lists the
+waived warnings with their reasons.
 """
 
 from __future__ import annotations

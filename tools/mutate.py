@@ -1,20 +1,20 @@
 """Mutation testing of the gateware: ``python -m tools.mutate --seed 2026 --count 200``.
 
-An alteration changes one operator, one constant or one condition of a file in ``hdl/`` in a copy of
-the project: a comparison or an operation becomes another, an integer grows or shrinks by 1, a
-condition is inverted or dropped. The seed draws the sites uniformly from all of the gateware;
+An alteration changes one operator, constant or condition of a file in ``hdl/`` in a copy of the
+project: a comparison or an operation is replaced by another, an integer grows or shrinks by 1, a
+condition is inverted or dropped. The seed draws the sites uniformly from the whole gateware;
 :mod:`tools.mutation.sites` defines the sites, and lists the files left out.
 
-The tests that mirror the file look for the alteration first, then the tests of its package. If they
-pass, the circuits of all tops are compared with the original's: where they are equal up to names
-(:mod:`tools.netlist`), as they stand or after optimization, the alteration is equivalent. Else all
-tests of units, models and records follow, then whole chips in simulation. An alteration that all
-tests let pass is a survivor: a missing test, a needless line, or a proof to write.
+The tests that mirror the file run first, then the tests of its package. If they pass, the circuits
+of all top levels are compared with the original's: if they are equal up to names
+(:mod:`tools.netlist`), with or without optimization, the alteration is equivalent. Otherwise all
+tests of units, models and records follow, then whole chips in simulation. An alteration that passes
+all tests is a survivor: a missing test, a needless line, or a proof to write.
 
-Each result is a line of JSON in ``build/mutation/results.jsonl``, written when it is known; a
+Each result is a line of JSON in ``build/mutation/results.jsonl``, written as soon as it is known; a
 second call continues from there. A killed alteration counts as killed while its line is unchanged
 and the test exists; the rest is tried again once the tests or the gateware have changed. At the
-end, the tests that found something run on the unaltered copy, where all must pass.
+end, the tests that found alterations run on the unaltered copy, where all must pass.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from tools.mutation.workshop import Workshop
 
 __all__ = ["main", "report"]
 
-#: Stages that a living alteration goes through.
+#: Stages that an alteration goes through until it is killed.
 DEPTHS = ("near", "units", "chips")
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -46,7 +46,7 @@ Entry = dict[str, Any]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run alterations; the exit status is 0 if at least the required share is killed."""
+    """Run alterations; return 0 if at least the required share is killed."""
     parser = argparse.ArgumentParser(
         prog="python -m tools.mutate", description="Mutation testing of the gateware."
     )
@@ -99,7 +99,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def judged(shops: Sequence[Workshop], alterations: Sequence[Alteration]) -> Iterable[Entry]:
-    """Judge alterations in parallel, one in a workshop at a time; yield results as they come."""
+    """Judge alterations in parallel, one per workshop at a time; yield results as they arrive."""
     free: queue.SimpleQueue[Workshop] = queue.SimpleQueue()
     for shop in shops:
         free.put(shop)
@@ -122,7 +122,7 @@ def judged(shops: Sequence[Workshop], alterations: Sequence[Alteration]) -> Iter
 
 
 def is_settled(entry: Entry | None, depth: str, state: str) -> bool:
-    """Return whether tests of this depth, in this state of the sources, add nothing to a result."""
+    """Return whether tests of this depth, for these sources, add nothing to a result."""
     if entry is None:
         return False
     deep_enough = entry["verdict"] == "equivalent" or (
@@ -132,7 +132,7 @@ def is_settled(entry: Entry | None, depth: str, state: str) -> bool:
 
 
 def has_killer(root: Path, entry: Entry) -> bool:
-    """Return whether the test that killed an alteration is still there, if one did."""
+    """Return whether an alteration was killed by a test that still exists."""
     path, _, test = entry["by"].partition("::")
     if entry["verdict"] != "killed" or not path.startswith("tests/"):
         return True
@@ -142,7 +142,7 @@ def has_killer(root: Path, entry: Entry) -> bool:
 
 
 def verify(shop: Workshop, entries: Sequence[Entry]) -> list[str]:
-    """Return the tests that killed an alteration, but fail on the unaltered sources as well."""
+    """Return the tests that killed an alteration but also fail on the unaltered sources."""
     killers = {entry["by"] for entry in entries if entry["verdict"] == "killed"}
     return shop.failures(sorted(name for name in killers if name.startswith("tests/")))
 
@@ -160,7 +160,7 @@ def read(store: Path) -> dict[str, Entry]:
 
 
 def share(entries: Sequence[Entry]) -> float:
-    """Return the percentage killed, of those that are not equivalent."""
+    """Return the percentage killed of the alterations that are not equivalent."""
     verdicts = Counter(entry["verdict"] for entry in entries)
     of = len(entries) - verdicts["equivalent"]
     return 100 * verdicts["killed"] / of if of else 100.0
@@ -182,7 +182,7 @@ def report(entries: Sequence[Entry]) -> str:
 
 
 def place_of(entry: Entry) -> str:
-    """Return the place and the change of a result."""
+    """Return the place of a result and its change."""
     return Alteration(**entry["alteration"]).place
 
 

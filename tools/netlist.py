@@ -8,14 +8,14 @@ if they cannot be compared.
 Renaming modules, moving units between files and reordering declarations changes the text of the
 generated Verilog, but not the circuit. Yosys flattens both designs to cells and wires; every cell
 then gets a colour from its type, its parameters and the colours of its neighbours, until the
-colours no longer split any further (colour refinement). The two netlists are equal up to names if
-both have the same colours, each equally often. Names and source locations do not count, nor do
-attributes except the ones that change the tools' results: ``keep``, initial values,
-sites, and of memories ``no_rw_check`` and the kind of RAM.
+colours stop splitting (colour refinement). The two netlists are equal up to names if both have the
+same colours with the same counts. Names and source locations do not count, nor do attributes,
+except those that change the tools' results: ``keep``, initial values, sites and, for memories,
+``no_rw_check`` and the kind of RAM.
 
-Yosys keeps a memory as ports with a common name. Here it is a cell as well, wired to each of its
-ports, so that the order and the names of ports do not count. ``memory_collect``, which makes one
-cell of a memory and its ports, sorts the ports by their names.
+Yosys represents a memory as ports with a common name. Here a memory is also a cell, wired to each
+of its ports, so that the order and the names of ports do not count. ``memory_collect``, which makes
+one cell of a memory and its ports, sorts the ports by their names.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ __all__ = ["BOARDS_COMPARED", "Netlist", "main"]
 #: Boards whose chips are compared by default: the boards with the full design.
 BOARDS_COMPARED = ("ulx3s-85f", "ecpix5-85f")
 
-#: Parameters that name or number something; see :func:`_with_memories`.
+#: Parameters that are names or numbers; see :func:`_with_memories`.
 _NAMES = frozenset({"MEMID", "PORTID", "PRIORITY_MASK", "SRC_PATTERN"})
 _KINDS_OF_RAM = {"logic_block", "ram_block", "ram_style", "ramstyle", "syn_ramstyle"}
 _KINDS_OF_ROM = {"rom_block", "rom_style", "romstyle", "syn_romstyle"}
@@ -54,8 +54,8 @@ _SCRIPT = (
     "read_verilog -icells design.v; hierarchy -top {top}; proc; flatten; opt_clean -purge; "
     "{passes}write_json flat.json"
 )
-#: Program that exports the papers' chips of boards; it runs at the root of the tree to be exported,
-#: where a board may have only that chip.
+#: Program that exports the papers' chips of boards. It runs at the root of the tree to be exported,
+#: where a board may only have that chip.
 _PREPARE = """
 import sys
 from pathlib import Path
@@ -86,22 +86,22 @@ def _digest(*parts: object) -> str:
 
 
 class Netlist:
-    """Flat netlist of one top, as Yosys writes it in JSON.
+    """Flat netlist of one top level, from the JSON that Yosys writes.
 
     Parameters
     ----------
     module : dict
         The module, with ``ports``, ``cells`` and ``netnames``.
     port_names : bool
-        Names of ports count. Without them, ports differ by direction, width and
+        Whether names of ports count. Otherwise, ports are distinguished by direction, width and
         connections.
 
     Attributes
     ----------
     colours : collections.Counter
-        Colour of every cell and output, and how many have it.
+        Colours of the cells and outputs, with their counts.
     colour_of : dict of str to str
-        Colour of each cell and memory by its name in the flat netlist.
+        Colour of each cell and memory, by its name in the flat netlist.
     """
 
     def __init__(self, module: Module, *, port_names: bool = True) -> None:
@@ -138,10 +138,10 @@ class Netlist:
         Parameters
         ----------
         yosys : str, optional
-            Program; by default the package index's, on whose version colours and digests
+            Program; by default the one from the package index, on whose version colours and digests
             depend.
         passes : str, optional
-            Further commands of Yosys for the flat netlist, such as optimizations.
+            Additional Yosys commands for the flat netlist, such as optimizations.
 
         Raises
         ------
@@ -152,7 +152,7 @@ class Netlist:
             (Path(folder) / "design.v").write_bytes(verilog.read_bytes())
             script = _SCRIPT.format(top=top, passes=f"{passes}; " if passes else "")
             command = [yosys or _packaged_yosys(), "-q", "-p", script]
-            # In that folder: Yosys for WebAssembly sees the current one only.
+            # In that folder, because Yosys for WebAssembly only sees the current folder.
             done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
             if done.returncode:
                 raise BuildError(f"Yosys refuses {verilog}: {done.stderr.strip()}")
@@ -166,7 +166,7 @@ class Netlist:
 
     @property
     def digest(self) -> str:
-        """Digest, the same for all netlists that are equal up to names."""
+        """Digest, which is the same for all netlists that are equal up to names."""
         return _digest(sorted(self.colours.items()))
 
     def _refined(self) -> list[str]:
@@ -230,13 +230,14 @@ class Netlist:
 
 
 def _with_memories(module: Module) -> dict[str, Module]:
-    """Return the cells of a module by name, among them its memories.
+    """Return the cells of a module by name, including its memories.
 
-    A memory, its reads and its writes share a wire, ``MEMID``; first contents are a parameter of
+    A memory, its reads and its writes share a wire, ``MEMID``; initial contents are a parameter of
     the memory. Yosys numbers the writes of a memory in the order of the text and keeps a list of
-    the writes over which each prevails; here, a cell is wired to both writes of such a pair.
+    the writes over which each write has priority; here, a cell is wired to both writes of such a
+    pair.
     """
-    numbers = itertools.count(-1, -1)  # Numbers of Yosys are positive.
+    numbers = itertools.count(-1, -1)  # Yosys numbers are positive.
     wires: dict[object, list[int]] = collections.defaultdict(lambda: [next(numbers)])
     first: dict[str, list[Module]] = collections.defaultdict(list)
     cells: dict[str, Module] = {}
@@ -280,7 +281,7 @@ def _cell(
 
 
 def _contents(cells: list[Module], width: int) -> list[tuple[int, str]]:
-    """Return the bits that ``cells`` write to a memory at first, with their places."""
+    """Return the initial bits that ``cells`` write to a memory, with their places."""
     contents: dict[int, str] = {}
     for cell in sorted(cells, key=lambda cell: int(cell["parameters"]["PRIORITY"], 2)):
         connections = cell["connections"]
@@ -343,7 +344,7 @@ def _compare_since(revision: str, boards: Sequence[str], yosys: str | None) -> i
 
 
 def _prepare(root: Path, folder: Path, boards: Sequence[str]) -> None:
-    """Write the chips of ``boards`` as the sources in ``root`` make them."""
+    """Write the chips of ``boards`` from the sources in ``root``."""
     command = [sys.executable, "-c", _PREPARE, str(folder), *boards]
     done = subprocess.run(command, cwd=root, capture_output=True, text=True, check=False)
     if done.returncode:
@@ -353,7 +354,7 @@ def _prepare(root: Path, folder: Path, boards: Sequence[str]) -> None:
 
 @contextmanager
 def _worktree(revision: str) -> Iterator[Path]:
-    """Check ``revision`` out to a temporary folder, which is removed afterwards."""
+    """Check out ``revision`` to a temporary folder, which is removed afterwards."""
     with tempfile.TemporaryDirectory() as folder:
         tree = Path(folder) / "tree"
         git = ["git", "-C", str(_ROOT)]

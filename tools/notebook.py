@@ -1,7 +1,7 @@
 """Convert ``docs/tutorial.md`` to ``docs/tutorial.ipynb``: the same text and code, without outputs.
 
-Python fences become code cells, the text between them text cells. ``python -m tools.notebook``
-writes the file; a test fails if it is out of date.
+Python fences become code cells, and the text between them becomes text cells.
+``python -m tools.notebook`` writes the file; a test fails if it is out of date.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""Recorder of the program's results, to show that a change of the code changes none of them.
+"""Recorder of the program's results, to show that a change of the code does not affect them.
 
 ``python -m tools.record FILE.json`` records; ``--compare FILE.json`` records again, lists every
-difference and exits with 1 if there is one. Floats are exact, so compare a record on the machine
-that made it. ``--goldens`` writes the small record of the tests, which holds integers and the terms
-of fixed paths and is valid on every machine.
+difference and exits with 1 if there is one. Floats are recorded exactly, so compare a record on the
+machine that made it. ``--goldens`` writes the small record of the tests, which contains integers
+and the terms of fixed paths and is valid on every machine.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             fixed["terms"] = evaluate(kept["problems"][fixed["map"]], fixed["path"])
         _write(GOLDENS, kept | {name: make() for name, make in GOLDEN_PARTS.items()})
         return 0
-    # Fails before minutes of recording.
+    # Fail before minutes of recording.
     before = json.loads(arguments.file.read_text()) if arguments.compare else None
     found = _record([arguments.only] if arguments.only else list(PARTS))
     if before is None:
@@ -123,7 +123,7 @@ def differences(before: Any, after: Any, place: str = "") -> Iterator[str]:
             yield f"{place}: {len(before)} entries, now {len(after)}"
         for number, pair in enumerate(zip(before, after, strict=False)):
             yield from differences(*pair, f"{place}/{number}")
-    # 1, 1.0 and true are different things.
+    # 1, 1.0 and true count as different.
     elif type(before) is not type(after) or before != after:
         yield f"{place}: {before!r}, now {after!r}"
 
@@ -157,7 +157,7 @@ def evaluate(problem: dict[str, Any], path: list[list[float]]) -> dict[str, floa
     return {key: float(value) for key, value in terms.items()}
 
 
-#: Parts of the record of the tests that are integers. Its fixed paths and their problems stay.
+#: Parts of the tests' record that are integers. Its fixed paths and their problems stay.
 GOLDEN_PARTS: dict[str, Callable[[], Any]] = {
     "generations": _golden_generations,
     "paths": _golden_paths,

@@ -1,6 +1,6 @@
-"""Populations bred by the model of the chip, and verdicts of the collision checker's models.
+"""Populations bred by the model of the chip, and verdicts of the models of the collision checker.
 
-All draws use :meth:`random.Random.random`, the only method that promises the same numbers for a
+All draws use :meth:`random.Random.random`, the only method that guarantees the same numbers for a
 seed in every release of Python.
 """
 
@@ -35,7 +35,8 @@ GENERATIONS = 50
 _SEEDS = (1, 2, 3)
 #: All paths are checked after every generation whose number is a multiple of this.
 _CHECK_EVERY = 5
-#: The model replies at once; the limit only ensures that a busy machine repeats no frame.
+#: The model replies immediately; the limit only ensures that no frame is repeated on a busy
+#: machine.
 _TIMEOUT_S = 60.0
 
 _SMALL = Config(
@@ -70,8 +71,8 @@ Point = tuple[int, int, int]
 class _TappedPort(ModelPort):
     """A port of the model that keeps a digest of the bytes in each direction.
 
-    SHA-256 instead of CRC-32: a frame ends with its own CRC-32, so a CRC-32 over whole frames does
-    not depend on their contents.
+    It uses SHA-256 instead of CRC-32: a frame ends with its own CRC-32, so a CRC-32 over whole
+    frames does not depend on their contents.
     """
 
     def __init__(self, chip: ChipModel) -> None:
@@ -111,7 +112,7 @@ def _generations(config: Config, avoid_ground: bool, mode: LinkMode, seed: int) 
     port = _TappedPort(ChipModel(config))
     with Chip(Link(port, timeout_s=_TIMEOUT_S)) as chip:
         if avoid_ground:
-            # Enough peaks and blocked cells that new waypoints are redrawn and given up.
+            # Enough peaks and blocked cells for new waypoints to be redrawn and given up.
             chip.upload_map(_ground(config, seed=4, peaks=0.2, blocked=0.1))
         highest = config.map_size - 1
         limits = (highest, highest, config.blocked_altitude - 1)
@@ -155,8 +156,8 @@ _BUILDS = {
 def record_paths(paths: int = PATHS) -> dict[str, list[Any]]:
     """Return the verdicts of the software model on random paths, by build and mode.
 
-    A row per path: collision flag; segment, x and y of the first collision; whether it is in the
-    coarse map; cells up to it; colliding cells by segment; cycles; reads.
+    There is a row per path: collision flag; segment, x and y of the first collision; whether it is
+    in the coarse map; cells up to it; colliding cells by segment; cycles; reads.
     """
     return {
         f"{name}, {mode}": _modelled(config, paths, mode == "counting")
@@ -183,7 +184,7 @@ def _modelled(config: Config, paths: int, counting: bool) -> list[Any]:
 
 
 def _paths(config: Config, paths: int) -> list[list[Point]]:
-    """Draw paths of every number of points: long, short and empty segments."""
+    """Draw paths with every number of points, and with long, short and empty segments."""
     rng = random.Random(3)
     drawn = []
     for _ in range(paths):

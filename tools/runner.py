@@ -39,7 +39,8 @@ SIMULATORS: tuple[Simulator, ...] = ("icarus", "verilator")
 #: Folder of the project's benches.
 BENCHES = Path(__file__).resolve().parents[1] / "tests" / "cosim"
 
-# A module separate from the design: the same compiled design runs with and without a waveform.
+# A module separate from the design, so that the same compiled design runs with and without a
+# waveform.
 _ICARUS_WAVES = """
 module waves;
     reg [8 * 4096 - 1:0] path;
@@ -68,7 +69,7 @@ class CosimResult:
     waves : Path or None
         Waveform, FST from Icarus and VCD from Verilator.
     seconds : float
-        Time of the simulation, builds excluded.
+        Time of the simulation, without builds.
     """
 
     tests: int
@@ -101,13 +102,13 @@ def run(
     sim : {"icarus", "verilator"}
         Simulator.
     verilog : str or Path
-        Self-contained text of the design, or a file of it.
+        Self-contained text of the design, or a file with it.
     top : str
         Module to simulate: the bench's ``dut``.
     bench : Path
         Python file with the tests; modules next to it can be imported.
     env : Mapping[str, str], optional
-        Further environment variables of the bench.
+        Additional environment variables of the bench.
     label : str, optional
         Name of the log and the waveform; default the names of the file and of the simulator.
     waves : bool
@@ -117,7 +118,7 @@ def run(
     test_filter : str, optional
         Regular expression that selects tests; default all.
     timeout_s : float
-        Longest time of the simulation, seconds.
+        Maximum time of the simulation, seconds.
     build_dir : Path, optional
         Keeps builds and logs; default :func:`pathgene.sim.cache.build_root`.
 
@@ -175,12 +176,12 @@ def run(
 def run_bench(
     sim: Simulator, bench: Path, *, waves: bool = False, build_dir: Path | None = None
 ) -> CosimResult:
-    """Run one bench on the top that it names; parameters and errors as in :func:`run`.
+    """Run one bench on the top level that it names; parameters and errors as in :func:`run`.
 
     Raises
     ------
     InputError
-        If the bench names no top.
+        If the bench names no top level.
     """
     from pathgene.sim.exported import exported_verilog
 
@@ -224,7 +225,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _subject(bench: Path) -> tuple[str, Config]:
-    """Return the top and the configuration that a bench names."""
+    """Return the top level and the configuration that a bench names."""
     from pathgene.hdl.config import Config
 
     spec = importlib.util.spec_from_file_location(bench.stem, bench)
@@ -259,7 +260,7 @@ def _build(builds: BuildCache, sim: Simulator, text: str, top: str, *, waves: bo
         verilate_args=["--vpi", "--timescale", "1ns/1ps"],
         public=True,
         link_args=[f"-Wl,-rpath,{libraries}", f"-L{libraries}", "-lcocotbvpi_verilator"],
-        optimize="-O0",  # The VPI is the bottleneck; this quarters the time of the compiler.
+        optimize="-O0",  # VPI is the bottleneck; this reduces the compiler's time to a quarter.
         trace=waves,
     )
 
@@ -299,7 +300,7 @@ def _environment(sim: Simulator, top: str, bench: Path) -> dict[str, str]:
 
 
 def _check(results: Path, label: str, log: Path, status: int) -> int:
-    """Return the number of tests that passed, or raise an error for those that failed."""
+    """Return the number of passed tests, or raise an error for failed ones."""
     if not results.is_file():
         raise CosimError(
             f"{label}: the simulator ended with status {status} before its results; log {log}"

@@ -25,7 +25,7 @@ ROOT = Path(__file__).resolve().parents[1]
 VENV = ROOT / ".venv"
 STAMP = VENV / "pathgene-setup"
 
-#: Each level includes those before it.
+#: Each level includes the previous ones.
 LEVELS = ("plan", "test", "synth", "long")
 
 
@@ -39,7 +39,7 @@ def main(arguments: list[str]) -> int:
         return 2
     if is_done(level):
         return 0
-    # If two calls run at once, the second waits. The lock needs an existing file.
+    # If two calls run at the same time, the second waits. The lock needs an existing file.
     with (ROOT / "pyproject.toml").open() as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if is_done(level):
@@ -71,7 +71,7 @@ def stamp_of(level: str) -> str:
     for part in (
         (ROOT / "pyproject.toml").read_bytes(),
         *(path.read_bytes() for path in (Path(__file__), Path(__file__).with_name("install.py"))),
-        str(VENV).encode(),  # Its scripts contain its path: a copied tree needs a new one.
+        str(VENV).encode(),  # Its scripts contain its path, so a copied tree needs a new one.
         repr(sys.version_info[:2]).encode(),
         level.encode(),
     ):

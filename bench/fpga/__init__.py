@@ -1,8 +1,8 @@
-"""Area and speed on real devices: every board, every unit alone, the papers' own families.
+"""Area and speed on real devices: every board, every single unit, the papers' device families.
 
 The synthesis and place-and-route tools run for hours; ``make setup-synth`` installs them. A row is
-kept in ``docs/results.json`` as soon as it is measured, and is measured again only when its circuit
-or the tools have changed (:mod:`bench.fpga.table`); ``docs/boards.md`` shows all rows.
+stored in ``docs/results.json`` as soon as it is measured, and is only measured again when its
+circuit or the tools have changed (:mod:`bench.fpga.table`); ``docs/boards.md`` shows all rows.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ TABLES: tuple[Table, ...] = (BOARDS_TABLE, LANES_TABLE, UNITS_TABLE, PAPERS_TABL
 
 
 def run(options: Options) -> Report:
-    """Measure the missing rows, keep and write them, and return the boards' table."""
+    """Measure the missing rows, store and write them, and return the boards' table."""
     store = Store(STORE)
     jobs = [*board_jobs(), *lanes_jobs(), *unit_jobs(), *paper_jobs()]
     if options.only:
@@ -55,7 +55,7 @@ def tables(store: Store) -> Report:
 
 
 def _measure(jobs: list[Job], store: Store) -> list[str]:
-    """Run the jobs whose rows are not in ``store``, one a core; return why some failed."""
+    """Run the jobs whose rows are not in ``store``, one per core; return why some failed."""
     failed: list[str] = []
 
     def keep(task: tuple[Job, str | None, Path], measured: Measured | None) -> None:

@@ -25,18 +25,18 @@ __all__ = ["BOARDS_TABLE", "LANES_TABLE", "board_jobs", "device_of", "lanes_jobs
 
 #: Families that can be placed and routed here.
 _FAMILIES = ("ecp5", "ice40")
-#: Boards with the full design, and the lanes that it is tried with.
+#: Boards with the full design, and the numbers of lanes to try.
 _LANES_BOARDS = ("ulx3s-85f", "ecpix5-85f")
 _LANES = (4, 8, 16)
 
 
 class _ChipJob(Job):
-    """A chip on a board, routed with one seed, at any clock that the router reaches."""
+    """A chip on a board, routed with one seed, at whatever clock the router reaches."""
 
     @property
     @abstractmethod
     def board(self) -> Board:
-        """The board, with the chip that is put on it."""
+        """The board with its chip."""
 
     def prepare(self, folder: Path) -> str:
         """Write the sources; see :class:`~bench.fpga.job.Job`."""
@@ -46,7 +46,7 @@ class _ChipJob(Job):
         return digest_of(netlist, without_names(script, netlist), commands, self.board.seed)
 
     def route(self, folder: Path) -> Routed:
-        """Synthesize and route it, unless that has been done there before."""
+        """Synthesize and route the chip unless that has already been done there."""
         return try_seeds(self.board, folder, seeds=1, limit_s=LIMIT_S)[0]
 
 
@@ -57,14 +57,14 @@ def device_of(platform: Any) -> str:
 
 @dataclass(frozen=True)
 class _BoardJob(_ChipJob):
-    """A chip of a board as ``make bitstream`` makes it."""
+    """A chip of a board, built as by ``make bitstream``."""
 
     name_of_board: str
     chip: ChipKind
 
     @property
     def board(self) -> Board:
-        """As its file says."""
+        """The board as its file describes it."""
         return find_board(self.name_of_board, self.chip)
 
     @property
@@ -94,7 +94,7 @@ class _LanesJob(_ChipJob):
 
     @property
     def board(self) -> Board:
-        """With these lanes, and the floor plan of them."""
+        """The board with these lanes and their floor plan."""
         board = find_board(self.name_of_board, ChipKind.PAPER)
         sizes = board.sizes.replace(lanes=self.lanes)
         overrides = {**board.overrides, "script_after_synth": floor_plan(sizes)}
@@ -120,14 +120,14 @@ class _LanesJob(_ChipJob):
 
 
 def board_jobs() -> Iterator[Job]:
-    """Yield a row for each chip of each board whose tools come along."""
+    """Yield a row for each chip of each board whose tools are in the package index."""
     return (
         _BoardJob(BOARDS_TABLE.name, name, board.name, board.chip) for name, board in _CHIPS.items()
     )
 
 
 def lanes_jobs() -> Iterator[Job]:
-    """Yield a row for each board with the full design and number of lanes."""
+    """Yield a row for each board with the full design and each number of lanes."""
     return (
         _LanesJob(LANES_TABLE.name, _lanes_name(board, lanes), board, lanes)
         for board, lanes in product(_LANES_BOARDS, _LANES)
@@ -143,7 +143,7 @@ def _lanes_name(board: str, lanes: int) -> str:
 
 
 def _chip_name(board: Board) -> str:
-    """Return the name of a row: the board's name alone for the chip with the paper core."""
+    """Return the name of a row; for the chip with the paper core, it is only the board's name."""
     return board.name if board.chip is ChipKind.PAPER else f"{board.name}, {board.chip}"
 
 

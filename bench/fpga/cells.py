@@ -1,4 +1,4 @@
-"""Cells of a device that a design takes, by the names that the tools give them."""
+"""Cells of a device that a design uses, by the tools' names."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Family:
     Parameters
     ----------
     luts, registers, block_rams, multipliers : dict of str to int
-        Kinds of cells, and how many of the thing one of them is.
+        Kinds of cells, and how many LUTs, registers, block RAMs or multipliers each one counts for.
     """
 
     luts: Mapping[str, int]
@@ -31,7 +31,7 @@ class Family:
     multipliers: Mapping[str, int]
 
     def count(self, cells: Mapping[str, int]) -> dict[str, Any]:
-        """Return the numbers of :data:`CELLS` for numbers of cells of each kind."""
+        """Return the numbers of :data:`CELLS`, given the number of cells of each kind."""
         kinds = (self.luts, self.registers, self.block_rams, self.multipliers)
         counts = (
             sum(weight * cells.get(cell, 0) for cell, weight in kind.items()) for kind in kinds
@@ -39,7 +39,7 @@ class Family:
         return dict(zip(CELLS, counts, strict=True))
 
 
-# As nextpnr counts them: a carry or a bit of LUT RAM takes a TRELLIS_COMB as a LUT does.
+# Counted as by nextpnr: a carry or a bit of LUT RAM takes a TRELLIS_COMB, like a LUT.
 _ROUTED = {
     "ecp5": Family({"TRELLIS_COMB": 1}, {"TRELLIS_FF": 1}, {"DP16KD": 1}, {"MULT18X18D": 1}),
     "ice40": Family(
@@ -50,7 +50,7 @@ _ROUTED = {
     ),
 }
 _LUTS = {f"LUT{inputs}": 1 for inputs in range(1, 7)}
-# 16 rows of a bit take a LUT, 32 two; a memory with a second port holds its rows twice.
+# 16 rows of one bit take one LUT, 32 rows two; a memory with a second port stores its rows twice.
 _LUT_RAMS = {"RAM16X1S": 1, "RAM16X1D": 2, "RAM32X1D": 2, "RAM64X1D": 2, "RAM32M": 4, "RAM64M": 4}
 #: Cells of ``synth_xilinx``; block RAMs of 18 kbit.
 XILINX = Family(
@@ -68,10 +68,10 @@ XILINX = Family(
 
 
 def used(routed: Routed, family: str) -> dict[str, Any]:
-    """Return how many of :data:`CELLS` a routed design takes of a device of ``family``."""
+    """Return how many of :data:`CELLS` a routed design uses on a device of ``family``."""
     return _ROUTED[family].count({name: count for name, (count, _) in routed.cells.items()})
 
 
 def chip_clock(routed: Routed) -> tuple[float, float]:
-    """Return the achieved and the asked frequency of the chip's clock, MHz."""
+    """Return the achieved and the requested frequency of the chip's clock, MHz."""
     return min(routed.clocks.values(), key=lambda clock: clock[0] / clock[1])

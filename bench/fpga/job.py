@@ -1,4 +1,4 @@
-"""A row of the results, which takes minutes or hours to measure."""
+"""A row of the results, whose measurement takes minutes or hours."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tools.netlist import Netlist
 
 __all__ = ["LIMIT_S", "Job", "Measured", "digest_of", "without_names"]
 
-#: Longest time of the router, seconds; the longest successful run took an hour and a half.
+#: Maximum time of the router in seconds; the longest successful run took an hour and a half.
 LIMIT_S = 6 * 3600.0
 
 #: Packages whose versions the results depend on.
@@ -35,7 +35,7 @@ class Measured:
         Digest of the netlist up to names, the tools' options and their versions; see
         :mod:`bench.fpga.table`.
     row : dict of str to int, float or str
-        Cells by the heads of the table's columns.
+        Cells of the row by column heading.
     """
 
     digest: str
@@ -44,12 +44,12 @@ class Measured:
 
 @dataclass(frozen=True)
 class Job(ABC):
-    """Makes one row.
+    """Measures one row.
 
     Parameters
     ----------
     table, name : str
-        Which row of which table.
+        Names of the table and of the row in it.
     """
 
     table: str
@@ -58,11 +58,11 @@ class Job(ABC):
     @property
     @abstractmethod
     def folder(self) -> str:
-        """Name of the folder it works in; jobs that route the same share one."""
+        """Name of its working folder, shared by jobs that route the same design."""
 
     @abstractmethod
     def prepare(self, folder: Path) -> str:
-        """Write the sources to ``folder``; return a digest of all that the row depends on.
+        """Write the sources to ``folder``; return a digest of everything that the row depends on.
 
         Raises
         ------
@@ -88,7 +88,7 @@ class Job(ABC):
         Raises
         ------
         PathgeneError
-            If it cannot be measured.
+            If the row cannot be measured.
         """
         folder = root / self.folder
         folder.mkdir(parents=True, exist_ok=True)
@@ -121,10 +121,10 @@ def digest_of(netlist: Netlist, *options: object) -> str:
 
 
 def without_names(script: str, netlist: Netlist) -> str:
-    """Return a Yosys script with the cells' kinds in ``netlist`` in place of their names.
+    """Return a Yosys script in which the cells' names are replaced by their kinds in ``netlist``.
 
-    A cell is named as in ``c:line.ring.rows.0.0``. The numbers at the end are those that synthesis
-    gives to the parts of a memory; they stay.
+    A cell is named as in ``c:line.ring.rows.0.0``. The numbers at the end, which synthesis gives to
+    the parts of a memory, stay.
 
     Raises
     ------

@@ -1,9 +1,9 @@
-"""Tables of the rows that a store keeps.
+"""Tables of stored rows.
 
-A row is stale when its digest no longer fits its sources. The digest covers the netlist up to names
-(:class:`tools.netlist.Netlist`), options of the tools, seed, floor plan, and the versions of the
-tools. In the floor plan, cells count by their place in the netlist. Renaming a unit or moving a
-file therefore leaves a row valid; any other change of a circuit makes it stale.
+A row is stale when its digest no longer matches its sources. The digest covers the netlist up to
+names (:class:`tools.netlist.Netlist`), options of the tools, seed, floor plan, and the versions of
+the tools. In the floor plan, cells are identified by their place in the netlist. Renaming a unit or
+moving a file therefore leaves a row valid; any other change of a circuit makes it stale.
 
 Up to version 0.1.0 digests were digests of the text of the Verilog. The rows of that version got
 their present digests without being measured again, and did so again when :mod:`tools.netlist`
@@ -33,7 +33,7 @@ class Table:
     ----------
     name, title : str
     columns : sequence of str
-        Heads; the first is the head of the row names.
+        Headings; the first belongs to the row names.
     order : sequence of str
         Names of all rows.
     notes : sequence of str
@@ -46,7 +46,7 @@ class Table:
     notes: Sequence[str] = ()
 
     def report(self, store: Store) -> Report:
-        """Return the rows that are in ``store``; a note names the missing ones."""
+        """Return the rows in ``store``; a note names the missing ones."""
         known = rows(store, self.name)
         report = Report(self.title, self.columns, notes=list(self.notes))
         report.rows = [
@@ -61,5 +61,5 @@ class Table:
 
 
 def rows(store: Store, table: str) -> dict[str, dict[str, Any]]:
-    """Return the rows of a table by their names."""
+    """Return the rows of a table by name."""
     return {name: kept["row"] for name, kept in store.parts(table).items()}

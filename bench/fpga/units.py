@@ -1,4 +1,4 @@
-"""Units alone: on the device of a board, and on the papers' devices."""
+"""Single units on the device of a board and on the papers' devices."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ _TWO_TIER = _PLAIN.replace(checker=CheckerBuild.TWO_TIER, lanes=1)
 
 @dataclass(frozen=True)
 class _Device:
-    """Synthesis and routing of a unit alone, and the clock requested for it.
+    """Synthesis and routing of a single unit, and the clock requested for it.
 
-    The request usually exceeds the unit's limit, so that the router shows the limit.
+    The requested clock usually exceeds the unit's limit, so that the router shows the limit.
     """
 
     family: str
@@ -48,8 +48,8 @@ class _Device:
     synthesis: str
     routing: tuple[str, ...]
     asked_mhz: int
-    #: Commands after synthesis, and the chip whose cells it takes. Not in a row's digest, which
-    #: has ``synthesis``: they come with it.
+    #: Commands after synthesis, and the chip whose cells are used. They are not in a row's digest,
+    #: because they are determined by ``synthesis``, which is.
     finish: str = field(default="", repr=False)
     chip: ChipKind = field(default=ChipKind.PAPER, repr=False)
 
@@ -132,7 +132,7 @@ _UNITS: Mapping[str, tuple[str, tuple[Any, ...], _Device]] = MappingProxyType(
 
 @dataclass(frozen=True)
 class _PaperDevice:
-    """The device of a paper, the unit for it, and the paper's figures for its own design."""
+    """The device of a paper, our unit for it, and the paper's figures for its own design."""
 
     device: str
     family: str
@@ -161,7 +161,7 @@ _PAPER_DEVICES: Mapping[str, _PaperDevice] = MappingProxyType(
 
 @dataclass(frozen=True)
 class _UnitJob(Job):
-    """A unit with nothing but registers around it, routed."""
+    """A routed unit, surrounded only by registers."""
 
     @property
     def folder(self) -> str:
@@ -198,7 +198,7 @@ class _PaperJob(Job):
         """Write the sources; see :class:`~bench.fpga.job.Job`."""
         device = _PAPER_DEVICES[self.name]
         _write(_component(device.top, device.config), folder)
-        # Its ports are the unit's, which may be renamed.
+        # Its ports are the unit's ports, which may be renamed.
         netlist = Netlist.read(folder / "unit.v", "unit", port_names=False)
         return digest_of(netlist, device.family)
 
@@ -240,7 +240,7 @@ def _write(unit: Any, folder: Path, platform: Any = None) -> None:
 
 
 def _synthesize(folder: Path, command: str, *further: str) -> None:
-    """Synthesize the unit by ``command``, run the further commands, and count its cells."""
+    """Synthesize the unit with ``command``, run the remaining commands, and count its cells."""
     script = ["read_verilog unit.v", f"{command} -top unit", *further]
     script.append("tee -q -o cells.json stat -json")
     (folder / "unit.ys").write_text("\n".join(script) + "\n", encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Optimizers and planners of other projects on the same problem, compared with ``fpa-2opt``."""
+"""Other projects' optimizers and planners on the same problem, compared with ``fpa-2opt``."""
 
 from __future__ import annotations
 
@@ -37,8 +37,9 @@ _MOST_SEEDS = 5
 class _Outcome:
     """The result of one run.
 
-    ``early`` is the fitness after the seconds that ``fpa-2opt`` takes; ``late`` is the fitness of
-    a run with as many evaluations as ``fpa-2opt`` has candidates, evaluated in full or not.
+    ``early`` is the fitness after the seconds that ``fpa-2opt`` takes; ``late`` is the fitness of a
+    run with as many evaluations as ``fpa-2opt`` has candidates, whether or not these were evaluated
+    in full.
     """
 
     fitness: float
@@ -50,14 +51,14 @@ class _Outcome:
 
 
 class _Rates(NamedTuple):
-    """Candidates per second of ``fpa-2opt``: with early rejection, and with all in full."""
+    """Candidates per second of ``fpa-2opt``, with early rejection and with full evaluation."""
 
     judged: float
     full: float
 
 
 def run(options: BenchOptions, *, iterations: int = _ITERATIONS) -> Report:
-    """Run every installed peer with the evaluations, or seconds, that ``fpa-2opt`` takes."""
+    """Run every installed peer with as many evaluations, or seconds, as ``fpa-2opt`` takes."""
     report = Report(
         f"Peers on {MAP}, {WAYPOINTS} free waypoints, ds one cell, paper mode",
         (
@@ -80,10 +81,11 @@ def run(options: BenchOptions, *, iterations: int = _ITERATIONS) -> Report:
     ours = [_ours(evaluator, seed, iterations) for seed in seeds]
     evaluations = round(mean(outcome.evaluations for outcome in ours))
     seconds = mean(outcome.seconds for outcome in ours)
-    # The speed of full evaluations, too: a candidate cut short takes time but does not count.
+    # The speed of full evaluations, too, because an aborted candidate takes time but does not
+    # count.
     full = [_ours(evaluator, seed, iterations, give_up=False) for seed in seeds]
     judged = round(mean(outcome.evaluations for outcome in full))
-    # The same candidates are judged with and without cutting short.
+    # The same candidates are evaluated with and without early rejection.
     rates = _Rates(
         judged=mean(
             whole.evaluations / outcome.seconds for outcome, whole in zip(ours, full, strict=True)

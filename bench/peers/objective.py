@@ -17,7 +17,7 @@ Vectors = NDArray[np.float64]
 
 
 class BudgetSpentError(Exception):
-    """Ends an optimizer at the end of its evaluations."""
+    """Ends an optimizer that has used up its evaluations."""
 
 
 class Objective:
@@ -34,13 +34,13 @@ class Objective:
     Attributes
     ----------
     low, high : ndarray
-        Bounds of a vector, (3 * waypoints,) float64: the airspace's.
+        Bounds of a vector, (3 * waypoints,) float64, from the airspace.
     evaluations : int
-        Evaluations made.
+        Number of evaluations made.
     history : list of (int, float, float)
         At each improvement: evaluations, seconds since the first one began, best fitness.
     best : ndarray
-        The best path evaluated, (waypoints + 2, 3), start and goal included.
+        The best path evaluated, (waypoints + 2, 3), including start and goal.
     """
 
     def __init__(self, evaluator: Evaluator, waypoints: int, evaluations: int) -> None:
@@ -85,5 +85,5 @@ class Objective:
         return -fitness
 
     def fitness_after(self, seconds: float) -> float:
-        """Return the best fitness a number of seconds after the first evaluation began."""
+        """Return the best fitness after a number of seconds from the first evaluation."""
         return max((best for _, at, best in self.history if at <= seconds), default=0.0)

@@ -29,9 +29,9 @@ class Optimizer:
     Parameters
     ----------
     package : str
-        Its distribution.
+        Name of its distribution.
     batches : bool
-        It evaluates a population at once, rather than path by path.
+        True if it evaluates a population at once instead of path by path.
     run : callable
         Minimizes an :class:`~bench.peers.objective.Objective` from a seed within some evaluations;
         imports the package.
@@ -97,7 +97,7 @@ def _deap(objective: Objective, seed: int, evaluations: int) -> None:
     toolbox.register("mate", tools.cxSimulatedBinaryBounded, **box)
     toolbox.register("mutate", tools.mutPolynomialBounded, indpb=1 / len(low), **box)
     toolbox.register("select", tools.selTournament, tournsize=3)
-    # Nine in ten of a generation are crossed or mutated, and are evaluated.
+    # Nine in ten members of a generation are crossed or mutated, and therefore evaluated.
     algorithms.eaSimple(
         toolbox.population(POPULATION),
         toolbox,

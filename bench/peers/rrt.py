@@ -17,7 +17,7 @@ __all__ = ["PLANNERS", "solve"]
 #: Names of the planners in ``ompl.geometric``.
 PLANNERS = ("RRTConnect", "AORRTC", "RRTstar", "BITstar")
 
-# OMPL's unit: AORRTC of OMPL 2.0.1 breaks down at costs of thousands.
+# Unit of length for OMPL, because AORRTC of OMPL 2.0.1 fails at costs in the thousands.
 _UNIT_M = 1000.0
 # Margin over the ground and around zones: the checker tests points, the evaluation whole segments.
 _CLEARANCE_M = 5.0
@@ -36,15 +36,15 @@ def _is_free(
 def solve(
     evaluator: Evaluator, planner: str, seed: int, seconds: float
 ) -> NDArray[np.float64] | None:
-    """Return a path (n, 3), start and goal included, or None if none was found.
+    """Return a path (n, 3), including start and goal, or None if none was found.
 
-    The planner knows the airspace and minimizes the length; turns, climbs and fuel are unknown to
-    it. OMPL simplifies the path found within the same seconds.
+    The planner knows the airspace and minimizes the length; it does not know turns, climbs and
+    fuel. OMPL simplifies the path found within the same seconds.
     """
     from ompl import base, geometric, util
 
     util.setLogLevel(util.LogLevel.LOG_NONE)
-    util.RNG.setSeed(seed + 1)  # 0 is no seed.
+    util.RNG.setSeed(seed + 1)  # 0 is not a valid seed.
     problem = evaluator.problem
     airspace = Airspace(problem)
     floor, dx, dy = airspace.floor, float(problem.terrain.dx_m), float(problem.terrain.dy_m)

@@ -28,7 +28,7 @@ __all__ = ["ChildPlanner", "ParentDraw", "draw_layout", "plan_layout"]
 
 
 def draw_layout(rank_bits: int) -> data.StructLayout:
-    """Return the layout of the facts from which a child is bred.
+    """Return the layout of the data from which a child is bred.
 
     ``head`` and ``tail`` are the ranks of its parents, ``mutation`` is the mutation word.
     """
@@ -36,7 +36,7 @@ def draw_layout(rank_bits: int) -> data.StructLayout:
 
 
 class ParentDraw(Unit):
-    """Takes a step of the random source for each child, and ranks its parents.
+    """Takes a step of the random source for each child, and draws the ranks of its parents.
 
     A parent is the best of :data:`PARENT_DRAWS` uniform draws of the selection word. A draw is
     offered 3 cycles after its words are taken; the next words are taken once it is accepted.
@@ -67,7 +67,7 @@ class ParentDraw(Unit):
     def elaborate(self, platform):
         m = Module()
 
-        # Cycles since the words were taken, one bit each, until the draw is offered.
+        # Cycles since the words were taken, one bit per cycle, until the draw is offered.
         taken = Signal()
         halved = Signal()
         busy = Signal()

@@ -15,34 +15,34 @@ __all__ = ["Collector", "Ranking"]
 
 
 class Ranking(Unit):
-    """Sorts the members of a population, and holds the members of every island by rank.
+    """Sorts the members of a population, and stores the members of every island by rank.
 
-    The sorter receives the next population of an island while the present one is read from a
-    memory, from which its parents are drawn. ``store`` moves the next one there. That takes
+    The sorter receives the next population of an island while the current one, from which parents
+    are drawn, is read from a memory. ``store`` moves the next population there. That takes
     ``population`` cycles, from the cycle after ``store`` or from the cycle in which the last member
-    is inserted, if this is later. Then members enter again, and ``busy`` falls.
+    is inserted, whichever is later. Then members can enter again, and ``busy`` falls.
 
     Members
     -------
     members : In(stream.Signature(sorted_layout))
-        ``member``, and ``late``: it ranks after members with the same key that are not late. Not
-        ready while ``busy``, and after a member as in :class:`pathgene.hdl.planner.sorter.Sorter`.
+        ``member``, and ``late``: it ranks after non-late members with the same key. Not ready while
+        ``busy``, and after a member as in :class:`pathgene.hdl.planner.sorter.Sorter`.
     store : In(1)
-        Pulse: move the population to the memory. In a cycle after its last member is taken, of
-        ``population`` or more; the best of them are the population.
+        Pulse: move the population to the memory. In a cycle after its last member is taken; there
+        are ``population`` or more, and the best of them form the population.
     island : In(range(islands))
         Island of the population, with ``store``.
     busy : Out(1)
-        The population is being moved: starts in the cycle after ``store``.
+        The population is being moved; rises in the cycle after ``store``.
     dropped : Out(dropped_layout)
-        ``valid``: a member too many has left the sorter, and ``slot`` is free: 2 cycles after one
-        was taken.
+        ``valid``: a surplus member has left the sorter, and ``slot`` is free, 2 cycles after a
+        member was taken.
     read : In(read_layout)
         ``island`` and ``rank``, while not ``busy``.
     member : Out(member_layout)
-        The member that was at ``read`` in the previous cycle.
+        The member at the previous cycle's ``read``.
     feasible : Out(1)
-        The best path of the population that was moved last is feasible. While not ``busy``.
+        While not ``busy``: the best path of the last population moved is feasible.
     """
 
     population: PowerOfTwo(2, 256, "Members of an island.")
@@ -99,7 +99,8 @@ class Ranking(Unit):
             attrs={"ram_style": cells_of(platform).ram_style},
         )
         write = rows.write_port()
-        # With `transparent_for` the register is in front of LUTs: ranks to be read come late.
+        # With `transparent_for`, the register is in front of LUTs, because ranks to be read arrive
+        # late.
         read = rows.read_port(transparent_for=(write,))
         m.d.comb += [
             write.en.eq(sorter.left.valid),

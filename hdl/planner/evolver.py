@@ -1,4 +1,4 @@
-"""Evolver: the populations of a run, generation after generation; evaluation is elsewhere."""
+"""Evolver of the populations of a run, generation after generation, without evaluation."""
 
 from amaranth import *
 from amaranth.lib import data, stream
@@ -21,67 +21,69 @@ _AXES = ("x", "y", "altitude")
 
 
 class Evolver(Unit):
-    """Holds the populations of all islands and breeds their next generations.
+    """Stores the populations of all islands and breeds their next generations.
 
     Two generations overlap, so that units do not wait for each other: while the children of one are
-    evaluated, the children of the next are planned from the present population. Then the earlier
-    one is collected: elites and the survivors drawn last stay, its children replace the remaining
-    members, and the slots of these become free. ``finish`` collects a generation without planning
-    another one. Equals :func:`pathgene.sim.model.planner.run.plan`, evaluation apart.
+    evaluated, the children of the next are planned from the current population. Then the earlier
+    generation is collected: elites and the survivors drawn last stay, the children replace all
+    other members, and the slots of these become free. ``finish`` collects a generation without
+    planning another one. Except for evaluation, it equals
+    :func:`pathgene.sim.model.planner.run.plan`.
 
     Planning takes a constant number of cycles, whatever is drawn; passes over the ranks and sorting
-    take longer, the more members are passed. :mod:`pathgene.sim.model.planner.evolver_cycles` has
-    all cycles. It also gives the cycles in which the points of a child are ready. The builder may
-    be ahead of them by 5 children; ``children`` should be taken that early.
+    take longer the more members are passed. :mod:`pathgene.sim.model.planner.evolver_cycles` has
+    all cycles, including the cycles in which the points of a child are ready. The builder may be
+    ahead of these by 5 children, and ``children`` should be taken that early.
 
-    Slots are not bound to an island. So the best members of two islands become one population by
-    their ranks; waypoints do not move. A slot that becomes free may still hold a parent of
-    children to be built. It is handed out after all slots that were free before, whose number
-    equals the children of a generation.
+    Slots are not bound to an island. Therefore the best members of two islands become one
+    population just by their ranks, without moving waypoints. A slot that becomes free may still
+    hold a parent of children to be built. It is handed out after all slots that became free before
+    it, whose number equals the children of a generation.
 
-    A first population may be new, in slots from ``slots``; or it is the present one of ``island``,
-    each member read by its rank, rewritten in its slot, and evaluated. Nothing has to be cleared
-    before an island gets another population in this way: after ``finish`` or ``merge``, a run may
-    continue from the population of island 0 and refill island 1.
+    A first population may be new, in slots from ``slots``, or the current population of ``island``,
+    in which case each member is read by its rank, rewritten in its slot, and evaluated. Nothing has
+    to be cleared before an island gets a population in this way: after ``finish`` or ``merge``, a
+    run may continue from the population of island 0 and refill island 1.
 
     Members
     -------
     clear : In(1)
         Free all slots. Only while ``ready`` and not ``pending``.
     fills : In(1)
-        First populations come: members, of which the best stay, from ``evaluated``, and corners of
-        their waypoints from ``write``. Changes only while ``ready`` and not ``pending``.
+        First populations are being filled: members, of which the best stay, from ``evaluated``, and
+        corners of their waypoints from ``write``. Only changes while ``ready`` and not ``pending``.
     store : In(1)
         Pulse: the first population of ``island`` is complete. Only with ``fills``, in a cycle after
-        its last member came. ``ready`` is low starting in the cycle after it.
+        its last member arrived. ``ready`` is low from the next cycle on.
     begin : In(1)
-        Pulse: breed a generation of ``island``, and collect the one before if one is ``pending``.
+        Pulse: breed a generation of ``island``, and collect the previous one if it is ``pending``.
         Only while ``ready``, and not with ``fills``.
     finish : In(1)
-        Pulse: collect the generation that is ``pending``; if there is none, nothing happens. Only
-        while ``ready``.
+        Pulse: collect the ``pending`` generation, if any. Only while ``ready``.
     merge : In(1)
         Pulse: make the best halves of islands 0 and 1 the population of island 0. Only while
-        ``ready`` and not ``pending``, and not with ``fills``. With one island nothing happens.
+        ``ready`` and not ``pending``, and not with ``fills``. Without effect if there is one
+        island.
     island : In(range(islands))
         Steady with ``store``, and from ``begin`` until ``ready`` and not ``pending``.
     ready : Out(1)
-        No generation is planned or collected, and no population moved. All ranks can be read.
+        No generation is being planned or collected, and no population is being moved. All ranks can
+        be read.
     pending : Out(1)
-        A generation is bred and not collected.
+        A generation has been bred but not collected.
     planning, sorting : Out(1)
-        Children are planned; members are passed over, inserted or moved.
+        Children are being planned; members are being passed over, inserted or moved.
     give_up_rank : In(config.slot_bits)
         Steady while not ``ready``.
     best : Out(KEY_BITS)
-        Key of rank 0 of the population from which children were bred last.
+        Key of rank 0 of the population from which the last children were bred.
     feasible : Out(1)
-        While ``ready``: the best path of the population that was sorted last is feasible.
+        While ``ready``: the best path of the last sorted population is feasible.
     words : In(stream.Signature(data.ArrayLayout(64, 2)))
-        Steps of the random source: selection word, mutation word. Planning takes longer while there
-        is none.
+        Steps of the random source: selection word, mutation word. Planning waits while there is
+        none.
     frame : In(frame_layout)
-        Maximum corner and altitude of a waypoint, and the ends of all paths. Steady.
+        Maximum corner and altitude of a waypoint, and the common ends of all paths. Steady.
     slots : Out(stream.Signature(range(slot_count)))
         With ``fills``: free slots. At most ``max(2 * config.children, 18)`` slots are taken and not
         yet returned by ``evaluated``.
@@ -92,21 +94,22 @@ class Evolver(Unit):
     points : Out(stream.Signature(point_layout))
         Points of the children, start and goal included; ``last`` marks the goal.
     decided : In(decided_layout)
-        ``valid``: the path of ``slot``, whose points have been taken, is ``walked`` or not. Comes
-        before its key. Paths of first populations are all walked.
+        ``valid``: the path in ``slot``, whose points have been taken, is ``walked`` or not.
+        Precedes its key. All paths of first populations are walked.
     margin : In(margin_layout)
-        ``valid``: the margin of a waypoint of a path that is walked. The margins of all waypoints
-        of the path come before its key, in any cycles after its points.
+        ``valid``: the margin of a waypoint of a walked path. The margins of all waypoints of the
+        path precede its key, in any cycles after its points.
     evaluated : In(stream.Signature(member_layout))
-        Paths with their keys, in the order of ``children``. Not ready while members are sorted.
+        Paths with their keys, in the order of ``children``. Not ready while members are being
+        sorted.
     rank : In(config.slot_bits)
-        While ``ready``: member of ``island`` to be read.
+        While ``ready``: member of ``island`` to read.
     member : Out(member_layout)
-        While ``ready``: the member that was at ``rank`` in the previous cycle.
+        While ``ready``: the member at the previous cycle's ``rank``.
     read : In(place_layout)
-        While not ``pending``: place of a waypoint to be read.
+        While not ``pending``: place of a waypoint to read.
     waypoint : Out(waypoint_layout)
-        While not ``pending``: the waypoint at ``read`` of 2 cycles before.
+        While not ``pending``: the waypoint at ``read`` from 2 cycles before.
     """
 
     config: InstanceOf(Config)
@@ -168,7 +171,8 @@ class Evolver(Unit):
         m.submodules.breeder = breeder = self.breeder
         m.submodules.memory = memory = self.memory
         m.submodules.collector = collector = self.collector
-        # All slots may wait for children that are not yet built, except slots of members that stay.
+        # All slots may be waiting for children that are not yet built, except slots of members that
+        # stay.
         m.submodules.pool = pool = SlotPool(self.slot_count, self.slot_count)
         connect(m, flipped(self.words), breeder.words)
         connect(m, flipped(self.points), breeder.points)
@@ -180,7 +184,7 @@ class Evolver(Unit):
             breeder.parent.length.eq(collector.member.length),
             self.waypoint.eq(memory.waypoint),
             self.member.eq(collector.member),
-            # Waypoints are read as long as children may be built.
+            # Waypoints are read while children may be built.
             memory.read.eq(Mux(self.pending, breeder.read, self.read)),
             memory.decided.eq(self.decided),
             memory.margin.eq(self.margin),
@@ -201,7 +205,7 @@ class Evolver(Unit):
             self.sorting.eq(collector.sorting),
             self.feasible.eq(collector.feasible),
         ]
-        # A first path inherits no margins that count, since it is walked.
+        # A first path inherits no valid margins, because it is walked.
         with m.If(self.fills):
             m.d.comb += [
                 memory.write.valid.eq(self.write.valid),
@@ -215,7 +219,7 @@ class Evolver(Unit):
     def _generate(self, m):
         """Go through the steps of a generation; return reads of rank 0 and of the give-up rank."""
         breeder, collector = self.breeder, self.collector
-        # A generation was pending at the last `begin`; the one collected is the last.
+        # A generation was pending at the last `begin`; the collected generation is the last one.
         was_pending = Signal()
         finishing = Signal()
         gives_best = Signal()
@@ -251,7 +255,7 @@ class Evolver(Unit):
         return gives_best, gives_limit
 
     def _limit(self, m, gives_best, gives_limit):
-        """Keep the limits that go with the children of each of the two generations."""
+        """Store the limits for the children of each of the two generations."""
         breeder, key = self.breeder, self.collector.member.key
         limit_layout = data.StructLayout({"first": 1, "limited": 1, "limit": VALUE_BITS})
         limits = [Signal(limit_layout, name=f"limit_{parity}") for parity in range(2)]

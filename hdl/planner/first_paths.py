@@ -18,19 +18,20 @@ from pathgene.hdl.primitives.unit import Count, Unit, Width
 __all__ = ["FirstPathKind", "FirstPaths", "MemberReader"]
 
 
-#: Cycles from the read of a waypoint to the waypoint itself, as it leaves.
+#: Cycles from the read of a waypoint to its output.
 _STAGES = 5
 
 
 class MemberReader(Unit):
-    """Reads the waypoints of a path, one per cycle; lifts them, or drops passed ones.
+    """Reads the waypoints of a path, one per cycle; lifts them, or drops those already passed.
 
-    The first waypoint is given 6 cycles after ``begin``, each further one a cycle after the
-    previous one; a dropped one takes a cycle.
+    The first waypoint is output 6 cycles after ``begin``, and then one per cycle; a dropped
+    waypoint also takes a cycle.
 
-    With ``lifts``, a waypoint with a negative margin is raised by it, up to the limit of altitudes.
-    Otherwise the first waypoints are dropped if the start has passed them, except the last two of a
-    path: the remaining waypoints equal :func:`pathgene.sim.model.planner.seeds.ahead`.
+    With ``lifts``, a waypoint with a negative margin is raised by the missing height, up to the
+    altitude limit. Otherwise the first waypoints are dropped if the start has passed them, except
+    for the last two of a path: the remaining waypoints equal
+    :func:`pathgene.sim.model.planner.seeds.ahead`.
 
     Members
     -------
@@ -38,13 +39,13 @@ class MemberReader(Unit):
     frame : In(frame_layout)
         Steady, like ``lifts``, while a path is read.
     begin : In(1)
-        Pulse: read a path. After the last waypoint of the previous one.
+        Pulse: read a path. Not before the last waypoint of the previous path.
     slot : In(range(slots))
     length : In(range(max_waypoints + 1))
         Length of the path; read with ``begin``.
     read : Out(place_layout)
     waypoint : In(waypoint_layout)
-        Contents of ``read`` of 2 cycles before.
+        Contents of ``read`` from 2 cycles before.
     found : Out(found_layout)
     """
 
@@ -87,7 +88,7 @@ class MemberReader(Unit):
             m.d.sync += [index.eq(index + 1), reading.eq(index != last)]
         m.d.comb += [self.read.slot.eq(slot), self.read.index.eq(index)]
 
-        # A cycle for the memory's register, then differences, products, and their sum.
+        # One cycle for the memory's register, then differences, products, and their sum.
         waypoint, found = self.waypoint, self.found
         start, goal = self.frame.start, self.frame.goal
         dot = []
@@ -116,7 +117,7 @@ class MemberReader(Unit):
             capped.eq(Mux(self.lifts & (raised > limit), limit, raised)),
         ]
 
-        # Flags that go with a waypoint.
+        # Flags that accompany a waypoint.
         valid = Signal(_STAGES)
         m.d.sync += valid.eq(Cat(reading, valid))
         stays = delay_line(m, self.lifts | (index >= least), _STAGES, "stays")
@@ -150,13 +151,13 @@ class FirstPathKind(enum.Enum, shape=2):
 
 
 class FirstPaths(Unit):
-    """Makes the paths of a first population one by one, and writes them.
+    """Makes the paths of a first population one after another, and writes them.
 
-    A path is a seed, or the member of the next rank. Its slot is given, then its points are: the
-    start, the waypoints, each of which is written, and the goal. A path begins when the goal of the
-    previous one is taken. Its first point is offered a constant number of cycles later, plus one
-    for each waypoint that a revived path loses; each further point in the cycle after the previous
-    point is taken. :mod:`pathgene.sim.model.planner.run_cycles` has the numbers.
+    A path is a seed, or the member of the next rank. Its slot is output first, then its points: the
+    start, the waypoints, each of which is also written, and the goal. A path begins when the goal
+    of the previous path is taken. Its first point is offered a constant number of cycles later,
+    plus one for each waypoint that a revived path loses; each later point is offered in the cycle
+    after the previous one is taken. :mod:`pathgene.sim.model.planner.run_cycles` has the numbers.
 
     Members
     -------
@@ -164,28 +165,28 @@ class FirstPaths(Unit):
         Pulse: make paths. Not while ``busy``.
     kind : In(FirstPathKind)
     count : In(16)
-        Number of paths to make, at least 1; at most the number of members if paths are members.
+        Number of paths to make, at least 1, and at most the number of members if paths are members.
         Read with ``launch``.
     busy : Out(1)
-        Until the last goal is taken.
+        High until the last goal is taken.
     frame : In(frame_layout)
         Steady, like ``kind``, while ``busy``.
     begin_seed : Out(1)
         Pulse: make a seed. Not with ``seed_busy``.
     seed_busy : In(1)
     seed : In(found_layout)
-        Its waypoints; the next one is not asked for before the last of them.
+        Waypoints of the seed; the next seed is not requested before the last of them.
     free_slots : In(stream.Signature(range(slots)))
         Each seed takes one.
     rank : Out(range(population))
-        Member to be read. Steady while its waypoints are.
+        Member to read. Steady while its waypoints are read.
     member : In(member_layout)
-        The member of ``rank`` of the previous cycle.
+        The member at the ``rank`` of the previous cycle.
     read : Out(place_layout)
     waypoint : In(waypoint_layout)
-        Contents of ``read`` of 2 cycles before.
+        Contents of ``read`` from 2 cycles before.
     write : Out(write_layout)
-        Present waypoints. Registers.
+        Waypoints of the paths. Registers.
     paths : Out(stream.Signature(range(slots)))
         Slot of each path, before its points.
     points : Out(stream.Signature(point_layout))
@@ -226,7 +227,7 @@ class FirstPaths(Unit):
     def elaborate(self, platform):
         m = Module()
 
-        # One of the two sources gives all waypoints of a path while the queue sends them.
+        # One of the two sources supplies all waypoints of a path while the queue sends them.
         seeds = Signal()
         word = data.StructLayout({"corner": self.corner_layout, "last": 1})
         m.submodules.reader = reader = self._reader

@@ -32,15 +32,15 @@ __all__ = [
 
 #: Width of a key: two bits of class above the value.
 KEY_BITS = VALUE_BITS + 2
-#: Maximum seeds with a slot and no key.
+#: Maximum number of seeds that have a slot but no key.
 _SEEDS = 18
 
 
 def slot_count(config: Config, islands: int) -> int:
-    """Return the slots of a chip.
+    """Return the number of slots of a chip.
 
-    A population for each island, and the children of two generations; or the seeds that are in
-    flight in the evaluator, if these are more.
+    There is room for a population for each island and the children of two generations, or for the
+    seeds in flight in the evaluator, if these are more.
     """
     return islands * config.population + max(2 * config.children, _SEEDS)
 
@@ -53,7 +53,7 @@ def corner_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout
 
 
 def frame_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
-    """Return the layout of the frame of all paths of a problem, three corners.
+    """Return the layout of the frame of all paths of a problem: three corners.
 
     ``limits``: maximum corner and altitude of a waypoint. ``start`` and ``goal``: ends of all
     paths.
@@ -63,7 +63,7 @@ def frame_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
 
 
 def waypoint_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
-    """Return the layout of a waypoint as the population holds it.
+    """Return the layout of a waypoint in the population.
 
     ``margin`` is the minimum altitude above ground of the segments at the waypoint.
     """
@@ -78,16 +78,16 @@ def waypoint_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayo
 
 
 def path_layout(slot_bits: int, length_bits: int) -> data.StructLayout:
-    """Return the layout of a path: its slot, and its waypoints without start and goal."""
+    """Return the layout of a path: its slot, and its number of waypoints without start and goal."""
     return data.StructLayout({"slot": slot_bits, "length": length_bits})
 
 
 def head_layout(slot_bits: int) -> data.StructLayout:
-    """Return the layout of the facts that come before the points of a path.
+    """Return the layout of the head of a path, which precedes its points.
 
-    ``first``: the best path of the population that it was bred from is feasible. ``limited``: so is
-    the one at the give-up rank, and with ``first`` the path is given up unless its value is below
-    ``limit``, the value there.
+    ``first``: the best path of the population that it was bred from is feasible. ``limited``: the
+    path at the give-up rank is feasible too, and with ``first``, this path is given up unless its
+    value is below ``limit``, the value of that path.
     """
     return data.StructLayout({"slot": slot_bits, "first": 1, "limited": 1, "limit": VALUE_BITS})
 
@@ -98,7 +98,7 @@ def member_layout(slot_bits: int, length_bits: int) -> data.StructLayout:
 
 
 def problem_layout(config: Config) -> data.StructLayout:
-    """Return the layout of a problem's record: the request's, but ``base`` with its sign."""
+    """Return the layout of a problem's record: as in the request, but with a signed ``base``."""
     fields = dict(problem_request(config).fields)
     assert fields["base"] == BASE_BITS
     return data.StructLayout({**fields, "base": signed(BASE_BITS)})
@@ -113,7 +113,7 @@ def row_layout(lanes: int, coordinate_bits: int) -> data.StructLayout:
 
 
 def shape_layout(coordinate_bits: int) -> data.StructLayout:
-    """Return the layout of corners that become blocked: the request's, but edges with their signs.
+    """Return the layout of corners to block: as in the request, but with signed edges.
 
     See :func:`pathgene.hdl.protocol.planner.no_fly_request`.
     """

@@ -1,4 +1,4 @@
-"""Corner of the map nearest to an end."""
+"""Map corner nearest to an end."""
 
 from amaranth import *
 from amaranth.lib import data
@@ -13,15 +13,15 @@ __all__ = ["NearestCorner"]
 
 
 class NearestCorner(Unit):
-    """Gives the corner nearest to a position, and the step at or below it.
+    """Outputs the corner nearest to a position, and the altitude step at or below it.
 
-    The corner is within the limits. It follows position and limits by a cycle. Equals
+    The corner is within the limits. It follows position and limits by one cycle. Equals
     :func:`pathgene.sim.model.planner.definition.score.corner_of`.
 
     Members
     -------
     position : In(position_layout)
-        ``x``, ``y`` and ``altitude``, as a problem has them.
+        ``x``, ``y`` and ``altitude``, as in a problem.
     limits : In(corner_layout)
         The altitude is ignored.
     corner : Out(corner_layout)

@@ -12,24 +12,24 @@ __all__ = ["PopulationMemory", "decided_layout", "margin_layout", "place_layout"
 
 
 class PopulationMemory(Unit):
-    """Waypoints by slot and place, each with the margin that counts.
+    """Waypoints by slot and place, each with its valid margin.
 
-    A waypoint is written with the margin that it inherits. The margins that the walk of a path
-    finds go to a memory of their own. One flag per slot selects walked or inherited margins. So
-    writes of waypoints and of margins never wait for each other.
+    A waypoint is written with the margin that it inherits. The margins found by the walk of a path
+    go to a separate memory. One flag per slot selects walked or inherited margins. Therefore writes
+    of waypoints and of margins never wait for each other.
 
     A row must not be read in the cycle in which it is written. The flag of a slot and its walked
-    margins are written only while the slot is not read: while its path is being evaluated, after
-    the last read of the previous path, and before the path's key is known. A path that is
-    walked gets the margins of all its waypoints.
+    margins are only written while the slot is not read: while its path is being evaluated, after
+    the last read of the previous path and before the path's key is known. A walked path gets the
+    margins of all its waypoints.
 
     A slot has a power of two of rows for its first waypoints; rows for the remaining waypoints
-    follow after the first rows of all slots. So 108 slots of 18 waypoints take 2,008 rows, not the
-    3,456 of 32 each.
+    follow after the first rows of all slots. In this way 108 slots of 18 waypoints take 2,008 rows
+    instead of 3,456, 32 each.
 
-    Each of the two memories has one port for writes and one for reads, so block RAMs take both: on
-    an ECP5, with 108 slots of 18 waypoints, corners of 9 bits and altitudes of 11 or 12, five for
-    waypoints and two for margins. Flags are LUT RAM.
+    Each of the two memories has one write port and one read port, as in block RAMs: on an ECP5,
+    with 108 slots of 18 waypoints, corners of 9 bits and altitudes of 11 or 12, five for waypoints
+    and two for margins. Flags are LUT RAM.
 
     Attributes
     ----------
@@ -45,8 +45,7 @@ class PopulationMemory(Unit):
     write : In(write_layout)
         ``valid``: write ``waypoint`` to ``place``, with the margin that it inherits.
     decided : In(decided_layout)
-        ``valid``: ``slot`` uses walked margins if the path there is ``walked``, else inherited
-        margins.
+        ``valid``: ``slot`` uses walked margins if its path is ``walked``, else inherited margins.
     margin : In(margin_layout)
         ``valid``: the walk of a path finds this ``margin`` at ``place``.
     """
@@ -78,7 +77,7 @@ class PopulationMemory(Unit):
         rows = self._rows
 
         def memory_of(name, shape, write, word):
-            """Return the contents of the place that was read in the previous cycle."""
+            """Return the contents of the place read in the previous cycle."""
             m.submodules[name] = held = memory.Memory(
                 shape=shape, depth=rows.depth, init=[], attrs={"no_rw_check": 1}
             )
@@ -115,11 +114,11 @@ class PopulationMemory(Unit):
 
 
 class _Rows:
-    """Rows of the waypoints of all slots: a power of two for each slot, then the rest of each.
+    """Rows of the waypoints of all slots: a power of two per slot, then the rest of each slot.
 
-    The rest, too, has a power of two of rows for each slot. It begins at a row whose number is a
-    constant above slot and index, so that no row is the result of an addition. If that does not
-    take fewer rows, a slot has rows for all of its waypoints together.
+    The rest also has a power of two of rows per slot. It begins at a row whose number consists of a
+    constant above slot and index, so that no row number needs an addition. If that does not save
+    rows, a slot has rows for all its waypoints together.
 
     Parameters
     ----------
@@ -162,7 +161,7 @@ def place_layout(slots, max_waypoints):
 
 
 def decided_layout(slots):
-    """Return the layout of a decision on the path in a slot: it is ``walked`` or not."""
+    """Return the layout of a decision on the path in a slot: whether it is ``walked``."""
     return data.StructLayout({"valid": 1, "slot": range(slots), "walked": 1})
 
 

@@ -15,40 +15,40 @@ __all__ = ["RunControl", "RunLimits"]
 
 
 class RunLimits(Unit):
-    """Counts the cycles and generations of a run, and says when to breed no further one.
+    """Counts the cycles and generations of a run, and says when to stop breeding.
 
-    ``split`` takes an island's part: ``share / 2**share_bits`` of the cycles that are left, and of
-    the generations of the run, rounded down. ``aim`` sets the limits of the run, or the limits of
-    an island: the present numbers plus its parts, clamped to the maximum count.
+    ``split`` takes an island's part: ``share / 2**share_bits`` of the remaining cycles, and of the
+    generations of the run, rounded down. ``aim`` sets the limits of the run, or the limits of an
+    island: the current counts plus its parts, clamped to the maximum count.
 
     Members
     -------
     launch : In(1)
         Pulse: a run begins in the next cycle, which is cycle 0.
     running : In(1)
-        From that cycle to the last one of the run.
+        High from that cycle to the last cycle of the run.
     bred : In(1)
-        Pulse: a generation is bred.
+        Pulse: a generation has been bred.
     stop : In(1)
-        Pulse: breed no further generation. Ignored unless ``running``.
+        Pulse: breed no more generations. Ignored unless ``running``.
     most_cycles, most_generations : In(counter_bits)
     share : In(share_bits)
         Limits of the run, and the share of an island. Steady while ``running``.
     split : In(1)
-        Pulse: take an island's part of the cycles that are left after this one.
+        Pulse: take an island's part of the cycles that remain after this cycle.
     splitting : Out(1)
-        For ``share_bits`` cycles, starting in the one after ``split``.
+        High for ``share_bits`` cycles, from the cycle after ``split`` on.
     aim : In(1)
-        Pulse: set limits, starting in the next cycle. Not while ``splitting``.
+        Pulse: set limits that apply from the next cycle on. Not while ``splitting``.
     waits : In(1)
-        The limit of generations does not count yet.
+        The limit on generations does not count yet.
     final : In(1)
-        With ``aim``: set the limits of the run, else the numbers of this cycle plus the island's
+        With ``aim``: set the limits of the run; otherwise the current counts plus the island's
         parts.
     reached : Out(1)
         In the previous cycle, a limit was reached, or the run had been stopped.
     cycles : Out(counter_bits)
-        Number of this cycle; afterwards, cycles of the run. Saturates.
+        Number of this cycle; after the run, its number of cycles. Saturates.
     generations : Out(counter_bits)
         Generations bred before this cycle.
     """
@@ -88,7 +88,7 @@ class RunLimits(Unit):
         with m.If(self.launch):
             m.d.sync += [self.cycles.eq(0), self.generations.eq(0), stopped.eq(0)]
 
-        # A part is a product with the share, a bit of it per cycle, the lowest first.
+        # A part is a product with the share, computed one bit of the share per cycle, lowest first.
         bits = self.counter_bits
         left = Signal(bits, reset_less=True)
         difference = Signal(bits + 1)
@@ -134,38 +134,38 @@ class RunLimits(Unit):
 
 
 class RunControl(Unit):
-    """Goes through the steps of a run, each when the previous one is done.
+    """Sequences the steps of a run, each when the previous one is done.
 
-    Blocks are scanned while the random source warms up and the memo is emptied. On a warm run the
-    earlier population is revived, as island 0. Each island of new paths gets a route, seeds, and
-    passes that lift its population. If there are two islands, each is bred for its part of the
-    cycles and generations that are left, then the best of both become one population, which is bred
-    to the limits of the run. If the limits wait for a feasible path, generations do not count until
+    Blocks are scanned while the random source warms up and the memo is cleared. In a warm run, the
+    earlier population is revived as island 0. Each island of new paths gets a route, seeds, and
+    passes that lift its population. If there are two islands, each is bred for its share of the
+    remaining cycles and generations, then the best of both become one population, which is bred to
+    the limits of the run. If the limits wait for a feasible path, generations do not count until
     there is one.
 
-    A generation begins the cycle after ``evolver_ready``, unless a limit was reached in that cycle,
-    or the run had been stopped; then the last generation is finished instead. All other numbers of
-    cycles are in :mod:`pathgene.sim.model.planner.run_cycles`. A run ends if the units do:
-    ``make formal PROOF=run_control``.
+    A generation begins in the cycle after ``evolver_ready``, unless a limit was reached in that
+    cycle or the run had been stopped; then the last generation is finished instead. All other
+    numbers of cycles are in :mod:`pathgene.sim.model.planner.run_cycles`. A run ends if the units
+    do: ``make formal PROOF=run_control``.
 
     Members
     -------
     runs : In(stream.Signature(struct(run_request(config))))
-        A run, and its options. Taken while no run is ``running``, in cycles with ``phase``.
+        The options of a run. Taken while no run is ``running``, in cycles with ``phase``.
     stop : In(1)
-        Pulse: breed no further generation. Ignored unless ``running``.
+        Pulse: breed no more generations. Ignored unless ``running``.
     running : Out(1)
-        From cycle 0 of the run, the one after it is taken, to its last.
+        High from cycle 0 of the run, the cycle after it is taken, to its last cycle.
     ends : Out(1)
         The last cycle of the run.
     phase : Out(1)
-        Alternates, and is 0 in cycle 0 of a run.
+        Alternates; 0 in cycle 0 of a run.
     options : Out(struct(run_request(config)))
         Options of the latest run. Registers.
     cycles, generations : Out(32)
-        Counts of the latest run, also while it runs.
+        Counts of the latest run, even while it is in progress.
     launch : Out(1)
-        Cycle 0: load the random source, empty the memo, scan the blocks.
+        Cycle 0: load the random source, clear the memo, scan the blocks.
     clear : Out(1)
         With ``launch``: free all slots.
     source_ready, memo_busy, seeds_busy : In(1)
@@ -175,29 +175,29 @@ class RunControl(Unit):
     slope : Out(SLOPE_BITS)
         Steady until the next route.
     spreading : Out(1)
-        Blocks are scanned, or a route is found.
+        Blocks are being scanned, or a route is being found.
     make_paths : Out(1)
         Pulse: make first paths.
     kind : Out(FirstPathKind)
     count : Out(16)
-        Their kind and number. Steady until they are stored.
+        Kind and number of the paths. Steady until they are stored.
     paths_busy : In(1)
-        From the cycle after ``make_paths`` until the last one has been given.
+        High from the cycle after ``make_paths`` until the last path has been output.
     evaluator_idle : In(1)
         No path is being evaluated.
     fills : Out(1)
-        First populations come, starting in the cycle after ``launch``.
+        First populations are being filled, from the cycle after ``launch`` on.
     store : Out(1)
         Pulse: the first population of ``island`` is complete.
     begin, finish : Out(1)
-        Pulse: breed a generation of ``island``; collect the last one without breeding.
+        Pulses: breed a generation of ``island``; collect the last one without breeding.
     merge : Out(1)
         Pulse: make the best of both islands the population of island 0.
     island : Out(range(ISLANDS))
-        Steady while a population is filled, bred or merged.
+        Steady while a population is being filled, bred or merged.
     evolver_ready : In(1)
-        A generation may begin: any population that was stored, finished or merged is complete.
-        Undefined in the cycle after a pulse, like the answers of all units.
+        A generation may begin, because any population that was stored, finished or merged is
+        complete. Undefined in the cycle after a pulse, like the answers of all units.
     feasible : In(1)
         With ``evolver_ready``: the best path of the population is feasible.
     """
@@ -259,11 +259,11 @@ class RunControl(Unit):
         ]
         m.d.sync += self.phase.eq(~self.phase)
 
-        # `settled`: this is not the cycle after a pulse, in which units do not answer yet.
+        # `settled`: this is not the cycle after a pulse, in which units do not respond yet.
         settled = Signal()
         last_island = Signal()
         lifts = Signal(len(options.lifts), reset_less=True)
-        # There is one population; a generation is not collected.
+        # There is one population; a generation is not yet collected.
         is_final = Signal()
         pending = Signal()
         m.d.comb += [
@@ -347,7 +347,7 @@ class RunControl(Unit):
                         m.next = "SPLIT"
 
     def _breed(self, m, limits, settled, is_final, pending):
-        """Add the states of generations: of an island, or of the one population."""
+        """Add the states of generations, for an island or for the one population."""
         with m.State("SPLIT"):
             m.d.comb += limits.split.eq(1)
             m.next = "SPLITTING"
@@ -382,5 +382,5 @@ class RunControl(Unit):
             m.next = "AIM"
 
 
-#: Pulses that units answer in the second cycle after it or later.
+#: Pulses to which units respond in the second cycle after them or later.
 _PULSES = ("launch", "find_route", "make_paths", "store", "begin", "finish", "merge")

@@ -16,13 +16,13 @@ _COUNTER_BITS = 32
 
 
 def run_status_layout() -> data.StructLayout:
-    """Return the layout of the status of a run: its fields of the reply to STATUS."""
+    """Return the layout of the status of a run: its fields in the reply to STATUS."""
     counters = ("generation", "cycles", "key", *UNITS)
     return data.StructLayout({"running": 1, **dict.fromkeys(counters, _COUNTER_BITS)})
 
 
 class RunStatus(Unit):
-    """Counts the cycles of the units of a run, and keeps the key of its best path.
+    """Counts the cycles of the units in a run, and stores the key of its best path.
 
     Members
     -------
@@ -32,20 +32,20 @@ class RunStatus(Unit):
     generations, cycles, score, walk : In(32)
         Counts of the latest run.
     planning, sorting, spreading : In(1)
-        Children are planned, populations sorted, blocks scanned or routes found.
+        Children are being planned, populations sorted, blocks scanned or routes found.
     bred : In(1)
         Pulse: a generation begins. ``best`` is the key of its population 3 cycles later.
     best : In(KEY_BITS)
-        Key of the best path of the population that was bred from last.
+        Key of the best path of the population last bred from.
     first : In(KEY_BITS)
         Key of the best path, if ``is_first``.
     is_first : In(1)
     void : In(1)
-        Pulse: there are no paths any more.
+        Pulse: there are no more paths.
     status : Out(run_status_layout)
-        Counters stay until the next run. ``running`` follows by a cycle, and so do the counts of
-        planning, sorting and spreading, which are complete once it is low. ``key`` is void until a
-        generation has begun or the run is over, and again starting two cycles after ``void``.
+        Counters stay until the next run. ``running`` and the counts of planning, sorting and
+        spreading lag by one cycle; the counts are complete once it is low. ``key`` is void until a
+        generation has begun or the run is over, and again from two cycles after ``void`` on.
     """
 
     def interface(self):
@@ -69,7 +69,7 @@ class RunStatus(Unit):
             status.score.eq(self.score),
             status.walk.eq(self.walk),
         ]
-        # Delay all inputs by a cycle: they arrive late.
+        # Delay all inputs by one cycle, because they arrive late.
         launched = Signal()
         m.d.sync += [launched.eq(self.launch), status.running.eq(self.running)]
         counted = {"breed": self.planning, "sort": self.sorting, "wavefront": self.spreading}
@@ -90,7 +90,7 @@ class RunStatus(Unit):
             m.d.sync += key.eq(self.best)
         with m.If(self.is_first):
             m.d.sync += key.eq(self.first)
-        # Delay both by a cycle: they arrive late.
+        # Delay both by one cycle, because they arrive late.
         voids = Signal()
         m.d.sync += voids.eq(self.launch | self.void)
         with m.If(voids):

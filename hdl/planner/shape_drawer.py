@@ -1,4 +1,4 @@
-"""Drawer of shapes: the corners in a shape become blocked."""
+"""Drawer of shapes: blocks the corners in a shape."""
 
 from amaranth import *
 from amaranth.lib import stream
@@ -15,16 +15,17 @@ __all__ = ["ShapeDrawer"]
 
 
 class ShapeDrawer(Unit):
-    """Visits the corners of a shape's box, one per cycle, and writes each that is in the shape.
+    """Visits the corners of a shape's box, one per cycle, and writes those in the shape.
 
-    The corners written equal :func:`pathgene.sim.model.run_commands.block`, by rows; every other
-    row is drawn backwards, so that the next corner is always a neighbour. The value of an edge
-    gains the edge's fall towards it, which for the first edge, as that bends, loses twice the bend
-    in each step. A corner is in the shape unless the value of an edge is negative.
+    The corners written equal :func:`pathgene.sim.model.run_commands.block`, by rows; every second
+    row is drawn backwards, so that the next corner is always a neighbour. In each step, the value
+    of an edge gains the edge's fall in that direction; for the first edge, which can bend, the fall
+    itself decreases by twice the bend per step. A corner is in the shape unless the value of an
+    edge is negative.
 
     In a box of n corners, corner k, counted from 0, is written k + 2 cycles after its shape is
-    offered. The shape is taken with the last of them, n + 1 cycles after it is offered, and the
-    next one may be offered in the cycle after: see
+    offered. The shape is taken with the last corner, n + 1 cycles after it is offered, and the next
+    shape may be offered in the following cycle: see
     :attr:`pathgene.hdl.protocol.planner.NoFlyShape.drawing_cycles`.
 
     Members
@@ -32,7 +33,7 @@ class ShapeDrawer(Unit):
     shapes : In(stream.Signature(shape_layout))
         Steady until it is taken. ``first_x`` is at most ``last_x``, and ``first_y`` ``last_y``.
     cells : Out(stream.Signature(cell_layout))
-        Corners with the top altitude, ``last`` is low. Each is offered for one cycle; ``ready``
+        Corners with the top altitude; ``last`` is low. Each is offered for one cycle; ``ready``
         must be high.
     """
 
@@ -49,8 +50,8 @@ class ShapeDrawer(Unit):
         m = Module()
         shape, cell = self.shapes.p, self.cells.p
 
-        # The current corner. The next one is above it if it `turns`, else next to it, in rows that
-        # go `back` to the left. Control comes a cycle ahead, with a register for each edge.
+        # The current corner. The next one is above it if it `turns`, else beside it, to the left in
+        # rows that go `back`. Control is one cycle ahead, with a register for each edge.
         x, y = (Signal(self.coordinate_bits, name=name, reset_less=True) for name in "xy")
         next_x = Signal.like(x)
         back = Signal()
@@ -65,8 +66,8 @@ class ShapeDrawer(Unit):
             Signal(self.coordinate_bits, name=name, reset_less=True)
             for name in ("after_first", "before_last")
         )
-        # The next corner is the last of its row, if it is not the first. A register, as wires lead
-        # from the next signals to every edge.
+        # The next corner is the last of its row, if it is not the first. A register, because the
+        # next signals are wired to every edge.
         ends = Signal()
         m.d.sync += [after_first.eq(shape.first_x + 1), before_last.eq(shape.last_x - 1)]
         is_last = Signal()
@@ -119,7 +120,7 @@ class ShapeDrawer(Unit):
         lowest = (2 << self.coordinate_bits + EDGE_BITS) + 2 * most_bend * longest**2
         value = Signal(signed(lowest.bit_length() + 1), name="value_0", reset_less=True)
         # Gains of the value in the next step sideways and upwards. In a row that goes back, the
-        # signs of the former are opposite, and it still falls by twice the bend in each step.
+        # former have the opposite sign, and still decrease by twice the bend in each step.
         beside, above = (
             Signal(signed(steepest.bit_length() + 1), name=name, reset_less=True)
             for name in ("beside", "above")

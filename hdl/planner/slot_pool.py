@@ -1,4 +1,4 @@
-"""Pool of the slots that do not hold a path."""
+"""Pool of the slots without a path."""
 
 from amaranth import *
 from amaranth.lib import stream
@@ -12,17 +12,17 @@ __all__ = ["SlotPool"]
 
 
 class SlotPool(Unit):
-    """Hands out free slots: unused ones first, then those put back, the oldest first.
+    """Hands out free slots: unused slots first, then returned slots, oldest first.
 
-    After ``clear`` all slots are unused, and handed out starting with 0. So no slot has to be
-    written to start with. A slot that was put back is handed out as late as possible, and may be
-    read until then. A slot is offered 2 cycles after the previous one is taken, and 2 cycles or
-    more after it is put back.
+    After ``clear``, all slots are unused and are handed out starting with 0, so no slot has to be
+    written initially. A returned slot is handed out as late as possible, and may be read until
+    then. A slot is offered 2 cycles after the previous one is taken, and at least 2 cycles after it
+    is put back.
 
     Members
     -------
     clear : In(1)
-        All slots are unused. Overrides the rest.
+        Make all slots unused. Overrides the rest.
     put : In(1)
         Put ``slot`` back.
     slot : In(range(total))
@@ -47,7 +47,7 @@ class SlotPool(Unit):
         m = Module()
 
         m.submodules.queue = queue = MemoryQueue(self.slot.shape(), self.depth)
-        # All slots starting at a number are unused.
+        # All slots from this number on are unused.
         unused = Signal(range(self.total + 1))
         is_unused = Signal()
         offered = Signal(self.slot.shape(), reset_less=True)
@@ -57,7 +57,7 @@ class SlotPool(Unit):
             queue.put.eq(self.put),
             queue.word.eq(self.slot),
             is_unused.eq(unused != self.total),
-            # `ready` arrives late, so the next slot follows a cycle later.
+            # `ready` arrives late, so the next slot follows one cycle later.
             queue.words.ready.eq(~self.slots.valid & ~is_unused),
         ]
         with m.If(self.slots.ready):

@@ -1,4 +1,4 @@
-"""Sorter: the members of a population in the order of their keys."""
+"""Sorter of the members of a population by their keys."""
 
 from amaranth import *
 from amaranth.lib import data, memory, stream
@@ -11,30 +11,32 @@ __all__ = ["Sorter"]
 
 
 class Sorter(Unit):
-    """Sorts members by their keys, by insertion, and keeps the best of them.
+    """Sorts members by their keys by insertion, and keeps the best.
 
-    Members lie in a memory by their ranks, the best in row 0. A new one is compared with the worst
-    first. It passes the members below it, a row per cycle, and each of them moves on by a row. If
-    it passes n members, the next one is taken 2 + n cycles after it, or later.
+    Members are stored in a memory by rank, with the best in row 0. A new member is first compared
+    with the worst. It passes the members below it, one row per cycle, and each of them moves down
+    by a row. If it passes n members, the next member is taken at least 2 + n cycles after it.
 
     Among equal keys, members that are not ``late`` come first; if that is equal too, the earlier
-    member comes first. Once ``capacity`` members are inside, each further one drops the worst
-    member, or is dropped itself if it passes none. A worst member that is dropped counts as passed.
+    member comes first. Once ``capacity`` members are inside, each new one drops the worst member,
+    or is dropped itself if it passes none. A dropped worst member counts as passed.
 
     Members
     -------
     members : In(stream.Signature(member_layout))
         ``key``, ``late`` and ``tag``. Ready unless a member is being inserted, or ``emptying``.
     empty : In(1)
-        Pulse: let all leave. In a cycle after the last member was taken, of ``capacity`` or more.
+        Pulse: let all members leave. In a cycle after the last of ``capacity`` or more members was
+        taken.
     emptying : Out(1)
-        From the cycle after ``empty`` until the last row has been read: ``capacity`` cycles,
+        High from the cycle after ``empty`` until the last row has been read: ``capacity`` cycles,
         preceded by the cycles in which the last member is inserted.
     left : Out(left_layout)
         ``valid``: a member has left, from the best to the worst, in the ``capacity`` cycles that
-        end with the one after ``emptying``. ``rank``, ``key`` and ``tag`` are its own.
+        end with the cycle after ``emptying``. ``rank``, ``key`` and ``tag`` belong to it.
     dropped : Out(dropped_layout)
-        ``valid``: a member too many has left, 2 cycles after one was taken. ``tag`` is its own.
+        ``valid``: a surplus member has left, 2 cycles after a member was taken. ``tag`` belongs to
+        it.
     """
 
     capacity: Count(2, text="Members inside.")
@@ -61,13 +63,13 @@ class Sorter(Unit):
         m = Module()
         last = self.capacity - 1
 
-        # In LUTs on a target. The register is after them, in front of the comparison.
+        # LUTs on a target, with the register after them, in front of the comparison.
         m.submodules.rows = rows = memory.Memory(
             shape=self.member_layout, depth=self.capacity, init=[]
         )
         write, read = rows.write_port(), rows.read_port(domain="comb")
-        # The row of the worst member, the one that is read, and the one in the register; -1 where
-        # there is none.
+        # The row of the worst member, the row being read, and the row in the register; -1 if there
+        # is none.
         worst, row, at = (
             Signal(range(-1, self.capacity), init=-1, name=name) for name in ("worst", "row", "at")
         )
@@ -75,7 +77,7 @@ class Sorter(Unit):
         entering = Signal(self.member_layout, reset_less=True)
         inserting = Signal()
         passes = Signal()
-        # The order, from the lowest bit: `late`, then the key.
+        # The sort order, from the lowest bit: `late`, then the key.
         order_bits = 1 + self.key_bits
         new, old = (each.as_value()[:order_bits] for each in (entering, held))
         m.d.comb += [
@@ -100,7 +102,7 @@ class Sorter(Unit):
         # `valid` arrives late.
         with m.If(self.members.ready):
             m.d.sync += entering.eq(self.members.p)
-        # A member that stops is in the row after the one compared; the worst is read next.
+        # A member that stops goes to the row after the compared one; the worst is read next.
         stopped = Signal(worst.shape())
         m.d.comb += stopped.eq(Mux(worst == last, last, worst + 1))
         with m.If(self.empty):

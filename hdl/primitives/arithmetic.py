@@ -13,9 +13,8 @@ __all__ = ["AddSubtract", "Divider", "Multiplier", "SquareRoot", "WideMultiplier
 class AddSubtract(Unit):
     """Sum or difference of two numbers modulo ``2**width``, without a register.
 
-    One carry chain does both on a platform with a cell for it
-    (:meth:`pathgene.hdl.primitives.cells.Cells.add_subtract`); synthesis by itself makes two chains
-    and a multiplexer.
+    On a platform with a cell for it (:meth:`pathgene.hdl.primitives.cells.Cells.add_subtract`), one
+    carry chain does both; synthesis alone makes two chains and a multiplexer.
 
     Members
     -------
@@ -55,17 +54,17 @@ class AddSubtract(Unit):
 
 
 class Multiplier(Unit):
-    """Multiplies two numbers; ``product`` follows a cycle later.
+    """Multiplies two numbers; ``product`` follows one cycle later.
 
     If the platform has a multiplier cell for such factors
-    (:meth:`pathgene.hdl.primitives.cells.Cells.multiplier`), the register lies within the cell:
-    there is no routing between product and register.
+    (:meth:`pathgene.hdl.primitives.cells.Cells.multiplier`), the register is inside the cell,
+    without routing between product and register.
 
     Members
     -------
     first, second : In(Shape)
     product : Out(Shape)
-        ``first * second >> shift`` of the previous cycle. Signed if a factor is signed.
+        ``first * second >> shift`` of the previous cycle; signed if a factor is signed.
     """
 
     widths: Given("(int, int)", "Widths of the factors.")
@@ -106,16 +105,16 @@ CELL_BITS = 18
 class WideMultiplier(Unit):
     """Product of two numbers of any width in every cycle.
 
-    The factors are cut into parts of 18 bits; the products of the parts are added in pairs, a
-    register after each addition.
+    The factors are split into parts of 18 bits; the products of the parts are added in pairs, with
+    a register after each addition.
 
     Attributes
     ----------
     latency : int
-        Cycles from the factors to their product: 1 if each factor is one part, and 1 more for
-        every doubling of the products.
+        Cycles from the factors to their product: 1 if each factor is one part, plus 1 for every
+        doubling of the number of products.
     multipliers : int
-        Products of parts, each of which takes a multiplier.
+        Number of products of parts, each of which takes a multiplier.
 
     Members
     -------
@@ -143,7 +142,7 @@ class WideMultiplier(Unit):
     def elaborate(self, platform):
         m = Module()
 
-        # Numbers with their weights. Only the product of the lowest parts has bits that `shift`
+        # Terms with their weights. Only the product of the lowest parts has bits that `shift`
         # discards.
         terms = []
         for i, (low, first) in enumerate(_parts(self.first)):
@@ -161,7 +160,7 @@ class WideMultiplier(Unit):
         level = 0
         while len(terms) > 1:
             level += 1
-            # Neighbours in weight share the fewest bits.
+            # Terms with neighbouring weights overlap in the fewest bits.
             terms.sort(key=lambda term: term[0])
             terms = [
                 self._add(m, terms[n : n + 2], f"sum_{level}_{n // 2}")
@@ -201,8 +200,8 @@ class Divider(Unit):
     """Quotient of two unsigned numbers in every cycle, rounded down.
 
     A stage adds or subtracts the divisor once and yields one bit (non-restoring division).
-    ``quotient`` follows ``quotient_bits`` cycles after its dividend. It is undefined where it has
-    more bits, or the divisor is 0.
+    ``quotient`` follows ``quotient_bits`` cycles after its dividend. It is undefined if it has more
+    bits or the divisor is 0.
 
     Attributes
     ----------
@@ -234,8 +233,8 @@ class Divider(Unit):
         width, bits = self.divisor_bits, self.quotient_bits
         divisor = self.divisor
         # `rest` holds the remaining bits of the dividend above the bits of the quotient. A
-        # remainder may be negative: the next stage then adds, and need not restore it. It is at
-        # least -divisor and less than divisor, so that it fits in a bit more.
+        # remainder may be negative; the next stage then adds, and need not restore it. It is at
+        # least -divisor and less than divisor, so it fits into one more bit.
         rest, remainder = self.dividend[:bits], Cat(self.dividend[bits:], C(0))
         for stage in range(1, bits + 1):
             m.submodules[f"stage_{stage}"] = chain = AddSubtract(width + 1)
@@ -260,8 +259,8 @@ class Divider(Unit):
 class SquareRoot(Unit):
     """Square root of a number in every cycle, rounded down.
 
-    Digit by digit: each stage takes two bits of the radicand and yields one bit of the root.
-    ``root`` follows ``width`` cycles after its radicand.
+    It works digit by digit: each stage takes two bits of the radicand and yields one bit of the
+    root. ``root`` follows ``width`` cycles after its radicand.
 
     Attributes
     ----------
@@ -284,8 +283,8 @@ class SquareRoot(Unit):
         m = Module()
 
         # `root` and `remainder` belong to the bits taken; the remainder is at most twice the root.
-        # If it is negative, the last bit of the root is 0; the next digit adds the excess back and
-        # need not restore it. Before the first digit, the root has no bits.
+        # If it is negative, the last bit of the root is 0; the next digit adds the excess back
+        # instead of restoring it. Before the first digit, the root has no bits.
         root, remainder, rest = Const(0, 0), Const(0, 1), self.radicand
         for digit in range(1, self.width + 1):
             following = 2 * (self.width - digit)

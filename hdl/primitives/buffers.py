@@ -12,17 +12,17 @@ __all__ = ["MemoryQueue", "ResultQueue", "SkidBuffer", "StreamRegister"]
 
 
 class SkidBuffer(Unit):
-    """Breaks a chain of ``ready`` signals: takes one word that it cannot pass on, and keeps it.
+    """Breaks a chain of ``ready`` signals by storing one word that it cannot pass on.
 
     An empty buffer passes words through in the same cycle, with ``ready`` high regardless of
-    ``passed.ready``; it does not cost a cycle or add pauses to a stream.
+    ``passed.ready``; it neither costs a cycle nor adds pauses to a stream.
 
     Members
     -------
     words : In(stream.Signature(shape))
         ``ready`` is a register.
     passed : Out(stream.Signature(shape))
-        The same words. ``valid`` and ``payload`` come through one multiplexer from ``words``.
+        The same words. ``valid`` and ``payload`` come from ``words`` through one multiplexer.
     """
 
     shape: Given("ShapeLike", "Shape of a word.")
@@ -56,7 +56,7 @@ class SkidBuffer(Unit):
 class StreamRegister(Unit):
     """Puts registers in the path of ``valid`` and ``payload``; ``ready`` passes through.
 
-    A word is offered a cycle after it is taken; it does not add pauses to a stream.
+    A word is offered one cycle after it is taken; no pauses are added to the stream.
 
     Members
     -------
@@ -89,7 +89,7 @@ class StreamRegister(Unit):
 
 
 class ResultQueue(Unit):
-    """First-in, first-out queue; a word is offered in the cycle after it is put in.
+    """FIFO queue; a word is offered in the cycle after it is put in.
 
     ``valid`` and ``payload`` are registers. An incoming word goes to two registers instead of the
     memory; a word that cannot be offered at once enters the memory one cycle later. This leaves
@@ -152,12 +152,12 @@ class ResultQueue(Unit):
         return m
 
 
-#: Maximum depth of one row of LUTs.
+#: Maximum depth of a single row of LUTs.
 _SHALLOW = 16
 
 
 class MemoryQueue(Unit):
-    """First-in, first-out queue; a word is offered in the cycle after it is put in.
+    """FIFO queue; a word is offered in the cycle after it is put in.
 
     On a target the memory consists of LUTs, unless it is deep and the platform prefers block RAMs.
 
@@ -166,7 +166,7 @@ class MemoryQueue(Unit):
     clear : In(1)
         Empty the queue. Overrides the rest.
     put : In(1)
-        Put ``word`` in; not where ``depth`` words are inside.
+        Put ``word`` in; not while ``depth`` words are inside.
     word : In(shape)
     words : Out(stream.Signature(shape))
     """
@@ -185,7 +185,7 @@ class MemoryQueue(Unit):
     def elaborate(self, platform):
         m = Module()
 
-        # Only a deep queue has more words than one row of LUTs holds.
+        # Only a deep queue has more words than fit into one row of LUTs.
         style = cells_of(platform).ram_style if self.depth > _SHALLOW else "distributed"
         m.submodules.rows = rows = memory.Memory(
             shape=self.shape, depth=self.depth, init=[], attrs={"ram_style": style}
@@ -205,7 +205,7 @@ class MemoryQueue(Unit):
             write.data.eq(self.word),
             write.en.eq(self.put),
         ]
-        # The same word, either way: LUTs are read after the register of the address.
+        # The word is the same either way: LUTs are read after the register of the address.
         if style == "block":
             read = rows.read_port(transparent_for=(write,))
             m.d.comb += read.addr.eq(following[1][1])
@@ -213,7 +213,7 @@ class MemoryQueue(Unit):
             read = rows.read_port(domain="comb")
             m.d.comb += read.addr.eq(following[1][0])
         m.d.comb += self.words.payload.eq(read.data)
-        # A register, since `ready` often arrives late.
+        # A register, because `ready` often arrives late.
         left, is_single = Signal(range(self.depth + 1)), Signal()
         with m.If(self.put & ~takes):
             m.d.sync += [left.eq(left + 1), is_single.eq(left == 0), self.words.valid.eq(1)]

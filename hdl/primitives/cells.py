@@ -1,12 +1,12 @@
-"""Cells that a family of devices may supply in place of a primitive's generic description.
+"""Cells that a device family may supply instead of a primitive's generic description.
 
 Synthesis leaves some registers of the hard cells of a family unused. A platform that can use them
 has an attribute ``cells``, an instance of a subclass of :class:`Cells`; the board files set it. A
-primitive asks :func:`cells_of` and describes itself in registers and memories where the answer is
+primitive asks :func:`cells_of`, and describes itself with registers and memories if the answer is
 None, so that a core never names a device.
 
 The copies of :func:`pathgene.hdl.primitives.logic.fanout` do not need a cell: their attribute
-``keep`` is enough for a family's synthesis script to leave them apart.
+``keep`` suffices for a family's synthesis script to keep them apart.
 """
 
 from amaranth.lib import wiring
@@ -16,12 +16,12 @@ __all__ = ["Cells", "cells_of"]
 
 
 class Cells:
-    """Cells of an unknown device: none. Families override the methods.
+    """Cells of an unknown device, which has none. Families override the methods.
 
     Attributes
     ----------
     ram_style : str
-        Memories that long delays and tables take, ``"distributed"`` or ``"block"``.
+        Kind of memory for long delays and tables, ``"distributed"`` or ``"block"``.
     """
 
     ram_style = "distributed"
@@ -29,7 +29,7 @@ class Cells:
     def memory(
         self, *, rows: int, width: int, ports: int, number: int | None
     ) -> wiring.Component | None:
-        """Return a memory whose data come out of registers within its block RAMs, or None.
+        """Return a memory whose data come from registers within its block RAMs, or None.
 
         Parameters
         ----------
@@ -51,7 +51,7 @@ class Cells:
             ``second`` and ``product`` of :class:`pathgene.hdl.primitives.arithmetic.Multiplier`
             without a shift.
         signs : (bool, bool)
-            The factors that have a sign.
+            Whether each factor is signed.
         """
         return None
 
@@ -70,5 +70,5 @@ _GENERIC = Cells()
 
 
 def cells_of(platform: object) -> Cells:
-    """Return the cells of ``platform``, which is None in simulation."""
+    """Return the cells of ``platform``; in simulation, ``platform`` is None."""
     return getattr(platform, "cells", _GENERIC)

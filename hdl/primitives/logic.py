@@ -20,11 +20,11 @@ __all__ = [
 
 
 def assign_each(targets: Iterable[Value], sources: Iterable[Value]) -> list:
-    """Return the assignments of each of ``sources`` to its target; there are as many of both."""
+    """Return the assignments of each of ``sources`` to its target; both have equal length."""
     return [target.eq(source) for target, source in zip(targets, sources, strict=True)]
 
 
-# Inputs of a lookup table of most FPGAs; two joined tables have more.
+# Inputs of a lookup table in common FPGAs; two joined tables have more.
 _TABLE_INPUTS = 4
 
 
@@ -32,7 +32,7 @@ def multiplex(index: Value, items: Sequence[Value]) -> Value:
     """Return ``items[index]`` as a tree of two-way multiplexers; the highest bit is at its root.
 
     An index past the end selects an arbitrary item. Indexing a view of an array would shift the
-    whole array, which is slow to simulate and large to build.
+    whole array, which is slow to simulate and takes much logic.
     """
     if len(items) == 1:
         return items[0]
@@ -43,20 +43,20 @@ def multiplex(index: Value, items: Sequence[Value]) -> Value:
 
 
 def one_hot_multiplex(select: Value, items: Sequence[Value]) -> Value:
-    """Return the item whose bit of ``select`` is set, 0 if none is; at most one bit is set.
+    """Return the item whose bit of ``select`` is set, or 0 if none is; at most one bit may be set.
 
-    If a register holds the decoded choice, this is smaller than :func:`multiplex` in tables of
-    four inputs, and each wire of ``select`` drives as many loads as an item has bits, not half of
-    all loads.
+    If the decoded selection is in a register, this is smaller than :func:`multiplex` with
+    four-input tables, and each wire of ``select`` drives as many loads as an item has bits instead
+    of half of all loads.
     """
     return _or(item & bit.replicate(len(item)) for bit, item in zip(select, items, strict=True))
 
 
 def one_hot_multiplex_tree(m: Module, select: Value, items: Sequence[Value], name: str) -> Value:
-    """Return :func:`one_hot_multiplex` as a tree of tables that synthesis keeps.
+    """Return :func:`one_hot_multiplex` as a tree of tables that synthesis preserves.
 
-    A mapper that sees longer paths elsewhere makes a chain of the same size instead, which is too
-    slow where the items come from far across the chip. Wires of the tree are called ``name`` with
+    A mapper that sees longer paths elsewhere would make a chain of the same size instead, which is
+    too slow if the items come from across the chip. Wires of the tree are called ``name`` with
     numbers.
     """
     size = len(items[0])
@@ -86,9 +86,9 @@ def _or(terms: Iterable[Value]) -> Value:
 
 
 def delay_line(m: Module, value: Value, cycles: int, name: str) -> Value:
-    """Return ``value`` of ``cycles`` cycles ago, through registers without reset.
+    """Return ``value`` from ``cycles`` cycles ago, through registers without reset.
 
-    A value without bits is returned as it is: Verilog has no registers of that width.
+    A value without bits is returned unchanged, because Verilog has no registers of zero width.
     """
     if Shape.cast(value.shape()).width == 0:
         return value
@@ -100,11 +100,11 @@ def delay_line(m: Module, value: Value, cycles: int, name: str) -> Value:
 
 
 def fanout(m: Module, *values: Value, name: str, init: int = 0) -> list[Signal]:
-    """Return a register of the domain ``sync`` for each of ``values``, which are all equal.
+    """Return a register in the domain ``sync`` for each of ``values``, which are all equal.
 
-    A wire across the chip takes a cycle, and a register that drives a thousand registers lies far
-    from most of them; a copy can lie among its loads. The attribute ``keep`` of the copies is for a
-    board's synthesis, which would merge them again.
+    A wire across the chip takes a cycle, and a register that drives a thousand registers is far
+    from most of them; a copy can be placed among its loads. The attribute ``keep`` of the copies
+    tells a board's synthesis not to merge them again.
     """
     registers = [
         Signal(len(value), name=f"{name}_{number}", init=init, attrs={"keep": 1})

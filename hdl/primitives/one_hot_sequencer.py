@@ -15,23 +15,22 @@ __all__ = ["OneHotSequencer"]
 
 
 class OneHotSequencer(Unit):
-    """State machine that takes the requested step in the next cycle.
+    """State machine that performs the requested step in the next cycle.
 
-    Each state is a register, which sees only the steps into its state and out of it: no signal of
-    one state is decoded from the registers of all states. States without a step in or out are
-    omitted.
+    Each state is a register that only depends on the steps into and out of this state, so no signal
+    is decoded from the registers of all states. States without a step in or out are omitted.
 
     Members
     -------
     take : In(len(steps))
-        Take that step: the second state of the step follows the first in the next cycle. Ignored
-        in other states; at most one of the steps out of a state may be high.
+        Take this step: the second state of the step follows the first in the next cycle. Ignored in
+        any other state; at most one step out of a state may be high.
     on : Out(StructLayout({state: 1, ...}))
-        The present state, one bit for each, by its name in lower case.
+        The current state, one bit per state, by its name in lower case.
     state : Out(type(initial))
-        The present state.
+        The current state.
     history : Out(history_length * history_entry_bits)
-        The latest states entered, the last lowest; 0 before the first. One cycle late.
+        The last states entered, the latest lowest; 0 before the first. One cycle late.
     """
 
     initial: InstanceOf(

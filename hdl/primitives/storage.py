@@ -18,10 +18,10 @@ def memory_members(*, rows, width, ports):
     Members
     -------
     a : In(Signature({address, write_enable, write_data, data}))
-        ``address``: row to be read, or with ``write_enable`` to be written. ``data``: content of
-        the row that was addressed ``latency`` cycles ago.
+        ``address``: row to read or, with ``write_enable``, to write. ``data``: content of the row
+        that was addressed ``latency`` cycles ago.
     b : In(Signature({address, data}))
-        The second port, with ``ports`` of 2.
+        The second port, if ``ports`` is 2.
     """
     read = {"address": Out(ceil_log2(rows)), "data": In(width)}
     write = {"write_enable": Out(1), "write_data": Out(width)}
@@ -32,11 +32,11 @@ def memory_members(*, rows, width, ports):
 
 
 class BlockMemory(Unit):
-    """Memory that is read through one or two ports, and written through the first.
+    """Memory with one or two read ports, written through the first.
 
     Rows are read in every cycle. Data read while a row is written are undefined, in all rows; rows
-    never written are undefined. With a latency of 2, data come out of registers: within the block
-    RAMs where the platform's cells have them (:meth:`pathgene.hdl.primitives.cells.Cells.memory`),
+    never written are undefined. With a latency of 2, data come from registers: within the block
+    RAMs if the platform's cells have them (:meth:`pathgene.hdl.primitives.cells.Cells.memory`),
     otherwise in the fabric.
 
     Members
@@ -97,17 +97,17 @@ class BlockMemory(Unit):
 class MemoryDelay(Unit):
     """Delays a word by a number of steps.
 
-    A ring of rows, read and written at the end of a step: a bit of a memory for every row where
+    It is a ring of rows, read and written at the end of a step, which takes a memory bit where
     registers would take a flip-flop.
 
     Members
     -------
     step : In(1)
-        A step ends with this cycle.
+        A step ends in this cycle.
     word : In(shape)
         Taken in the last cycle of a step.
     delayed : Out(shape)
-        The word of ``steps`` steps ago, a register.
+        The word from ``steps`` steps ago, a register.
     """
 
     shape: Given("ShapeLike", "Shape of a word.")
@@ -148,9 +148,9 @@ class CommitRing(Unit):
     """One block RAM between a writer that may discard rows and a stream.
 
     Row pointers count modulo ``2 * depth``, so that full and empty differ; a row number is a
-    pointer without its highest bit. The rows from ``fetched`` up to, not including, ``committed``
-    are read in order; the writer may write all remaining rows in any order and any number of times.
-    It must not write a row ``depth`` or more past ``fetched``.
+    pointer without its highest bit. The rows from ``fetched`` up to but not including ``committed``
+    are read in order; the writer may write all other rows in any order and any number of times. It
+    must not write a row ``depth`` or more past ``fetched``.
 
     A row is offered 2 cycles after ``committed`` has moved past it, then one per cycle.
     Rows are read ahead: ``fetched`` leads the transferred words by up to two.
@@ -163,7 +163,7 @@ class CommitRing(Unit):
     write_enable : In(1)
     write_row : In(log2(depth))
     write_data : In(shape)
-        Row written in each cycle in which writing is enabled.
+        Row written in each cycle with ``write_enable``.
     committed : In(log2(depth) + 1)
         Pointer past the last row that may be read; it only moves forward.
     fetched : Out(log2(depth) + 1)
@@ -195,7 +195,7 @@ class CommitRing(Unit):
         write = rows.write_port()
         read = rows.read_port()
 
-        loaded = Signal()  # The read port holds a row that has not moved on.
+        loaded = Signal()  # The read port has a row that has not moved on.
         move_on = Signal()
 
         m.d.comb += [

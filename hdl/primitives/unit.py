@@ -1,4 +1,4 @@
-"""Base class of the gateware's components: parameters are declared, and so checked and documented.
+"""Base class of the gateware's components, which checks and documents declared parameters.
 
 A unit declares its parameters as annotations, as Amaranth declares ports::
 
@@ -11,9 +11,9 @@ A unit declares its parameters as annotations, as Amaranth declares ports::
         def interface(self):
             return {"members": In(stream.Signature(self.key_bits)), ...}
 
-One declaration makes the argument of the constructor, its check and the sentence of the error, the
-attribute that holds it, and its entry in the docstring's section "Parameters". A class attribute of
-the same name is the default.
+One declaration makes the argument of the constructor, its check with the error message, the
+attribute that stores it, and its entry in the docstring's section "Parameters". A class attribute
+with the same name is the default.
 """
 
 import inspect
@@ -34,7 +34,7 @@ __all__ = [
     "Width",
 ]
 
-# The sections before which the docstring's "Parameters" go.
+# The sections that follow the docstring's "Parameters".
 _NEXT_SECTION = re.compile(r"\n\n(?=(?:Attributes|Members)\n-)")
 _ERRORS = """
 
@@ -45,14 +45,14 @@ TypeError, ValueError
 
 
 class Parameter:
-    """Value that a unit is built from.
+    """A value from which a unit is built.
 
     Parameters
     ----------
     text : str
         Sentences for the docstring of the unit.
     name : str or None
-        Name in messages and in the docstring; None for the attribute's, in words.
+        Name in messages and in the docstring; None for the attribute's name in words.
     also : tuple of object
         Values that are accepted although the rule forbids them.
     """
@@ -72,15 +72,15 @@ class Parameter:
 
     @property
     def depends(self):
-        """The rule names other parameters."""
+        """True if the rule names other parameters."""
         return False
 
     def rule(self, values=None):
-        """Return the rule in words, with bounds that depend on ``values`` as numbers."""
+        """Describe the rule in words, with bounds evaluated from ``values``."""
         return ""
 
     def check(self, title, value, values):
-        """Return the ``value`` to store; raise if the rule forbids it.
+        """Return the ``value`` to store; raise an error if the rule forbids it.
 
         Parameters
         ----------
@@ -113,7 +113,7 @@ class Given(Parameter):
 
 
 class Flag(Parameter):
-    """Option that is on or off; any value counts by its truth."""
+    """Option that is on or off; any value is converted to its truth."""
 
     kind = "bool"
     is_checked = False
@@ -140,7 +140,7 @@ class InstanceOf(Parameter):
 
 
 class Choice(Parameter):
-    """One of some values."""
+    """One of several values."""
 
     kind = "int"
 
@@ -149,7 +149,7 @@ class Choice(Parameter):
         self.choices = choices
 
     def rule(self, values=None):
-        """Return the choices in words."""
+        """List the choices in words."""
         return " or ".join(map(repr, self.choices))
 
     def check(self, title, value, values):
@@ -160,7 +160,7 @@ class Choice(Parameter):
 
 
 class Count(Parameter):
-    """Integer from ``minimum`` to ``maximum``, without an upper bound where that is None.
+    """Integer from ``minimum`` to ``maximum``, without an upper bound if ``maximum`` is None.
 
     Parameters
     ----------
@@ -178,7 +178,7 @@ class Count(Parameter):
 
     @property
     def depends(self):
-        """A bound is an expression."""
+        """True if a bound is an expression."""
         return isinstance(self.minimum, str) or isinstance(self.maximum, str)
 
     def bounds(self, values):
@@ -189,7 +189,7 @@ class Count(Parameter):
         )
 
     def rule(self, values=None):
-        """Return the bounds in words."""
+        """Describe the bounds in words."""
         minimum, maximum = (self.minimum, self.maximum) if values is None else self.bounds(values)
         return f"{minimum} or more" if maximum is None else f"from {minimum} to {maximum}"
 
@@ -210,7 +210,7 @@ class Count(Parameter):
 
 
 class Width(Count):
-    """Count of bits; an attribute ``key_bits`` is named "Key width"."""
+    """Number of bits; an attribute ``key_bits`` is named "Key width"."""
 
     def title(self, attribute):
         """Return the name of the width in messages."""
@@ -219,16 +219,16 @@ class Width(Count):
 
 
 class PowerOfTwo(Count):
-    """Power of two from ``minimum`` to ``maximum``, both such powers."""
+    """Power of two from ``minimum`` to ``maximum``, which are powers of two."""
 
     def rule(self, values=None):
-        """Return the bounds in words."""
+        """Describe the bounds in words."""
         minimum, maximum = (self.minimum, self.maximum) if values is None else self.bounds(values)
         upper = "on" if maximum is None else f"to {maximum}"
         return f"a power of two from {minimum} {upper}"
 
     def allows(self, value, values):
-        """Return whether an integer is such a power."""
+        """Return whether an integer is an allowed power of two."""
         return value > 0 and value & (value - 1) == 0 and super().allows(value, values)
 
 
@@ -236,7 +236,7 @@ class Unit(wiring.Component):
     """Component whose constructor takes the parameters that its class declares.
 
     Arguments are given by position, in the order of the declarations, or by name. A subclass
-    declares its ports as annotations, or makes them of its parameters in :meth:`interface`.
+    declares its ports as annotations, or makes them from its parameters in :meth:`interface`.
     """
 
     #: The declared parameters by name, inherited ones first.
@@ -263,7 +263,7 @@ class Unit(wiring.Component):
         bound = type(self).__signature__.bind(*arguments, **named)
         bound.apply_defaults()
         values = bound.arguments
-        # Bounds that name other parameters come last: they count with checked values.
+        # Bounds that name other parameters come last, because they use checked values.
         for name in sorted(self.parameters, key=lambda name: self.parameters[name].depends):
             parameter = self.parameters[name]
             values[name] = parameter.check(parameter.title(name), values[name], values)
@@ -273,8 +273,8 @@ class Unit(wiring.Component):
     def interface(self) -> dict | wiring.Signature | None:
         """Return the members of the signature; None if the class declares them as annotations.
 
-        Called once, when all parameters are attributes. Layouts and inner units that the ports
-        need, or that a user reads, become attributes here.
+        It is called once, after all parameters have become attributes. Layouts and inner units that
+        the ports need, or that a user reads, become attributes here.
         """
 
 

@@ -10,25 +10,25 @@ so every host can ask any chip for its version.
 
 Order
 -----
-A host opens the session after the chip's present one, modulo 256 (:data:`Command.OPEN`); this sets
-the expected sequence number to 0. Opening the present session changes nothing. Opening any other
+A host opens the session after the chip's current one, modulo 256 (:data:`Command.OPEN`); this sets
+the expected sequence number to 0. Opening the current session changes nothing. Opening any other
 session is answered with :data:`Status.NO_SESSION`, so a delayed frame cannot open one. Every
-command but ``INFO`` and ``OPEN`` carries the session and the next sequence number, modulo 256. The
-chip
+command except ``INFO`` and ``OPEN`` carries the session and the next sequence number, modulo 256.
+The chip
 
 - executes the command with the expected number, answers, and expects the next number;
-- answers the command before that one again without executing it again (the answer was lost);
+- repeats the answer of the previous command without executing it again (the answer was lost);
 - answers :data:`Status.DUPLICATE` to the 126 numbers before these, :data:`Status.OUT_OF_ORDER` to
   all remaining numbers;
 - answers :data:`Status.NO_SESSION` to another session, and nothing to a damaged frame.
 
 A refused command (its status is an error) does not count as executed: its number stays the expected
-one. A repeated GENERATE may ask for another :class:`LinkMode` than the first time, and a repeated
-check for :data:`CheckFlag.BRIEF`, so a host can settle for a short answer where long ones are
-damaged. A command is executed exactly once and in order, even if the line loses, damages, repeats
-or reorders frames. A host may have several commands unanswered as long as their bodies with CRCs
-fit in :attr:`pathgene.hdl.config.Config.receive_buffer`; an answer confirms every command up to its
-own.
+one. A repeated GENERATE may ask for a different :class:`LinkMode` than the first time, and a
+repeated check for :data:`CheckFlag.BRIEF`, so a host can settle for a short answer if long answers
+are damaged. A command is executed exactly once and in order, even if the line loses, damages,
+repeats or reorders frames. A host may have several commands unanswered as long as their bodies with
+CRCs fit in :attr:`pathgene.hdl.config.Config.receive_buffer`; an answer confirms every command up
+to its own.
 
 The answer has the command's session and sequence, a :class:`Status` as code, and the payload of the
 reply; with a status other than ``OK`` there is no payload.

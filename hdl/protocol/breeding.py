@@ -1,10 +1,10 @@
-"""Breeding: from the paths of a population to the next population.
+"""Breeding: makes the next population from the paths of a population.
 
 A path is a list of packed waypoints. The population of the paper core after a generation is the
 elites, best first, then the survivors in the order in which they were drawn, then the children. The
-model breeds with its own draws, a host with the :class:`Recipe` of the chip; both call the
-functions of this module, and the gateware is tested against them. The planner core breeds
-differently: its odds, and the places of its draws in the random words, are the constants here.
+model breeds with its own draws, a host with the chip's :class:`Recipe`; both call the functions of
+this module, and the gateware is tested against them. The planner core breeds differently: the
+constants here are its probabilities and the places of its draws in the random words.
 """
 
 from __future__ import annotations
@@ -38,13 +38,13 @@ __all__ = [
 ]
 
 
-#: Uniform draws, the best of which is a parent's rank. The first parent's draws begin at bit 0 of
-#: the selection word; the second parent's are above them.
+#: Number of uniform draws, the best of which is a parent's rank. The first parent's draws begin at
+#: bit 0 of the selection word; the second parent's draws are above them.
 PARENT_DRAWS = 4
 #: Width of the draw of a survivor, above the parents' draws.
 SURVIVOR_BITS = 24
-#: Out of ``MUTATIONS`` equally likely draws, the first perturb; the draws from each of the first
-#: three numbers on insert, delete and settle.
+#: There are ``MUTATIONS`` equally likely draws. The first ones perturb; from each of the first
+#: three numbers on, draws insert, delete and settle.
 INSERT, DELETE, SETTLE, MUTATIONS = 8, 11, 14, 18
 #: First bit in the mutation word, and width, of the draws of the operator, the place, the size, the
 #: offset in x (with y and altitude above it), and the cut of the parents.
@@ -60,7 +60,7 @@ class MutationRecord:
     ----------
     kind : MutationKind
     applied : bool
-        False leaves the child as it is.
+        False leaves the child unchanged.
     child : int
         Number of the child, 0..children - 1.
     index : int
@@ -78,7 +78,7 @@ class MutationRecord:
 
 @dataclass(frozen=True)
 class Recipe:
-    """Choices of one generation: with them, its children follow from the paths before it.
+    """Choices of one generation, which determine the children from the previous paths.
 
     Attributes
     ----------
@@ -107,7 +107,7 @@ class Recipe:
 
     @classmethod
     def unpack(cls, config: Config, payload: bytes) -> tuple[Recipe, int]:
-        """Return the recipe in ``payload`` and the checksum, the inverse of :meth:`pack`.
+        """Return the recipe and the checksum in ``payload``: the inverse of :meth:`pack`.
 
         Raises
         ------
@@ -134,7 +134,7 @@ class Recipe:
 
 
 def crossover(parents: Sequence[list[int]]) -> list[list[int]]:
-    """Return the children of ``parents`` joined in a ring (*allaire-2008*, section 4.5).
+    """Return the children of ``parents``, joined in a ring (*allaire-2008*, section 4.5).
 
     Module ``i`` takes parents ``i`` and ``i + 1``, the last module the first parent again, so that
     each parent is used twice. Child ``2 i`` has the head of ``i`` and the tail of ``i + 1``; child
@@ -151,7 +151,7 @@ def crossover(parents: Sequence[list[int]]) -> list[list[int]]:
 
 
 def may_mutate(config: Config, kind: MutationKind, length: int) -> bool:
-    """Return whether the limits on the length allow ``kind`` on a child of ``length`` waypoints."""
+    """Return whether the length limits allow ``kind`` on a child of ``length`` waypoints."""
     if kind is MutationKind.DELETE:
         return length > config.MIN_WAYPOINTS
     return kind is MutationKind.PERTURB or length < config.max_waypoints
@@ -174,14 +174,14 @@ def mutate(children: Sequence[list[int]], mutation: MutationRecord) -> None:
 
 
 def keep(config: Config, order: Sequence[int], survivors: Sequence[int]) -> tuple[int, ...]:
-    """Return the slots of the paths that stay: the elites of ``order``, then the ``survivors``."""
+    """Return the slots of surviving paths: the elites of ``order``, then the ``survivors``."""
     return (*order[: config.elites], *survivors)
 
 
 def breed(
     config: Config, paths: Sequence[list[int]], order: Sequence[int], recipe: Recipe
 ) -> list[list[int]]:
-    """Return the population that ``recipe`` makes of ``paths``.
+    """Return the population that ``recipe`` makes from ``paths``.
 
     Parameters
     ----------

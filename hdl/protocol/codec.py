@@ -1,6 +1,6 @@
-"""Frames in software: header, CRC and COBS, for the host and the model alike.
+"""Frames in software: header, CRC and COBS, for host and model.
 
-Pure Python with the COBS codec of the package ``cobs``.
+It is pure Python with the COBS codec of the package ``cobs``.
 """
 
 from __future__ import annotations
@@ -44,7 +44,8 @@ _DELIMITER = bytes([DELIMITER])
 
 def frame_crc(body: bytes, *, plain: bool) -> int:
     """Return the CRC that follows ``body`` in a frame."""
-    # Every byte of the CRC is altered: no single damaged byte turns a frame into a plain one.
+    # Every byte of the CRC is altered, so that no single damaged byte turns a frame into a plain
+    # one.
     return zlib.crc32(body) ^ (0 if plain else VERSION * 0x01010101)
 
 
@@ -108,7 +109,7 @@ class FrameSplitter:
 
     @property
     def inside(self) -> bool:
-        """True if bytes have come since the last delimiter."""
+        """True if bytes have arrived since the last delimiter."""
         return bool(self._begun)
 
     def feed(self, data: bytes) -> list[bytes]:

@@ -57,19 +57,19 @@ class Command(enum.IntEnum):
     CHECK_PATHS = 12
     #: Results of the latest check again: :func:`results_request`; the reply is the results.
     RESULTS = 13
-    #: A problem: :func:`pathgene.hdl.protocol.planner.problem_request`. It voids the paths for
-    #: BEST; the population stays for a warm run. PROBLEM to BLOCK are unknown to a chip without the
-    #: planner core.
+    #: A problem: :func:`pathgene.hdl.protocol.planner.problem_request`. It invalidates the paths
+    #: for BEST; the population stays for a warm run. PROBLEM to BLOCK are unknown to a chip without
+    #: the planner core.
     PROBLEM = 14
-    #: A run on the problem: :func:`pathgene.hdl.protocol.runs.run_request`. The answer comes when
+    #: A run on the problem: :func:`pathgene.hdl.protocol.runs.run_request`. The answer arrives when
     #: it begins.
     RUN = 15
-    #: End the run with its present generation. Without a run, nothing happens.
+    #: End the run with its current generation. Without a run, nothing happens.
     STOP = 16
     #: Paths of the latest run, the best first: :func:`pathgene.hdl.protocol.runs.pack_best`.
     BEST = 17
-    #: The corners of a shape become blocked: :func:`pathgene.hdl.protocol.planner.no_fly_request`.
-    #: The answer comes when it is drawn.
+    #: Block the corners of a shape: :func:`pathgene.hdl.protocol.planner.no_fly_request`. The
+    #: answer arrives when it is drawn.
     BLOCK = 18
 
 
@@ -96,7 +96,7 @@ class Status(enum.IntEnum):
 class LinkMode(enum.IntEnum):
     """Contents of the request and reply of a generation."""
 
-    #: The population is sorted already. The reply is the whole new population.
+    #: The population is already sorted. The reply is the whole new population.
     POPULATION = 0
     #: The request carries the order of the slots, the reply the survivors' slots and the children.
     RANK = 1
@@ -110,7 +110,7 @@ class CheckFlag(enum.IntFlag):
 
     #: Count the colliding cells of every segment instead of stopping at the first.
     COUNT = 1
-    #: Answer with :func:`check_reply` only.
+    #: Answer only with :func:`check_reply`.
     BRIEF = 2
 
 
@@ -128,7 +128,7 @@ class ChipState(enum.IntEnum):
 
 
 class StickyError(enum.IntFlag):
-    """Errors the chip has seen since the last CLEAR."""
+    """Errors that the chip has seen since the last CLEAR."""
 
     #: A byte without a stop bit.
     FRAMING = 1
@@ -147,7 +147,7 @@ class Counter(enum.StrEnum):
 
     #: Cycles. "clocks" is the key in ``summary.json`` and in the golden frames, which scripts read.
     CYCLES = "clocks"
-    #: Cycles in which a frame was coming in or a command was being taken.
+    #: Cycles in which a frame was being received or a command was being taken.
     RECEIVE = "receive"
     #: Cycles of each unit.
     CROSSOVER = "crossover"
@@ -160,13 +160,13 @@ class Counter(enum.StrEnum):
     LONGEST = "longest"
     #: Generations executed, or bred in runs.
     GENERATIONS = "generations"
-    #: Mutations that a limit on the length forbade.
+    #: Mutations that a length limit forbade.
     REFUSED_MUTATIONS = "refused_mutations"
     #: Bytes on the line, both ways, delimiters and damaged frames included.
     BYTES_RECEIVED = "bytes_received"
     BYTES_SENT = "bytes_sent"
-    #: Cycles of the collision checker: for each path, from its first point or from the verdict
-    #: before it, whichever is later, to its verdict.
+    #: Cycles of the collision checker: for each path, from its first point or from the previous
+    #: verdict, whichever is later, to its verdict.
     FEASIBILITY = "feasibility"
     #: Cells checked: in each path, the cells up to the first colliding one.
     CELLS = "cells"
@@ -174,7 +174,7 @@ class Counter(enum.StrEnum):
     READS = "reads"
     #: Paths checked.
     PATHS = "paths"
-    #: Further draws of new waypoints whose earlier draws lay in the ground.
+    #: Repeated draws of new waypoints whose earlier draws lay in the ground.
     REDRAWN = "redrawn"
     #: Mutations left out because every draw of the new waypoint lay in the ground.
     LEFT_OUT = "left_out"

@@ -12,7 +12,7 @@ __all__ = ["Field", "Layout", "numbered", "sized"]
 
 
 class Field(tuple[str, int]):
-    """Name and width of a field, with its text for the page of the protocol.
+    """Name and width of a field, with its text for the protocol page.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ class Field(tuple[str, int]):
         Range of values.
     meaning : str
     size : str or None
-        Attribute of :class:`pathgene.hdl.config.Config` that is the width; None if the width is
+        Attribute of :class:`pathgene.hdl.config.Config` that gives the width; None if the width is
         constant.
     """
 
@@ -39,7 +39,7 @@ class Field(tuple[str, int]):
         meaning: str,
         size: str | None = None,
     ) -> Field:
-        """Make a field, which is equal to the pair of its name and width."""
+        """Make a field, which equals the pair of its name and width."""
         field = super().__new__(cls, (name, width))
         field.values, field.meaning, field.size = values, meaning, size
         return field
@@ -57,12 +57,12 @@ def sized(config: Config, name: str, size: str, values: str, meaning: str) -> Fi
 
 @dataclass(frozen=True)
 class Layout:
-    """Bit fields of a payload, without gaps and the first field lowest.
+    """Bit fields of a payload without gaps, first field lowest.
 
     Parameters
     ----------
     fields : tuple of (str, int)
-        Name and width in bits of each field, the lowest first: a :class:`Field` each, or pairs
+        Name and width in bits of each field, lowest first, as :class:`Field` objects or as pairs
         without a text.
     """
 
@@ -79,7 +79,7 @@ class Layout:
         return (self.bits + 7) // 8
 
     def pack(self, **values: int) -> bytes:
-        """Return the payload with ``values``, one value for each field.
+        """Return the payload of ``values``, one value for each field.
 
         Raises
         ------

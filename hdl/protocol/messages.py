@@ -1,4 +1,4 @@
-"""Fixed fields of every request and every reply, as functions of the configuration."""
+"""Fixed fields of requests and replies, as functions of the configuration."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ __all__ = [
 #: Checkers in the order of their numbers in :func:`info_reply`. Number 3 belonged to a build that
 #: has been removed; it stays unused.
 _CHECKERS = (CheckerBuild.NONE, CheckerBuild.TWO_TIER, CheckerBuild.PARALLEL)
-#: Genetic cores in the order of their numbers there.
+#: Genetic cores in the order of their numbers in :func:`info_reply`.
 _CORES = (GeneticCore.NONE, GeneticCore.PAPER, GeneticCore.PLANNER)
 
 
 _SLOTS = "0 … population − 1"
-#: Meanings of the cycles of a run by their units.
+#: Meanings of the cycles of a run, by unit.
 _UNITS = {
     "breed": "Cycles in which children were planned",
     "score": "Cycles in which points were scored",
@@ -73,7 +73,7 @@ def start_request(config: Config) -> Layout:
 
     ``x``, ``y`` and ``altitude`` are the highest values of a new waypoint. With ``avoid_ground``,
     which needs a checker, a new waypoint in the ground is drawn again; if no draw is above the
-    ground, the mutation is left out.
+    ground, the mutation is skipped.
     """
     return Layout(
         (
@@ -102,7 +102,7 @@ def read_request(config: Config) -> Layout:
 
 
 def generate_request(config: Config, mode: LinkMode) -> Layout:
-    """Return the link mode and, in all modes but POPULATION, the slots from best to worst."""
+    """Return the link mode and, in all modes except POPULATION, the slots from best to worst."""
     order = (
         ()
         if mode is LinkMode.POPULATION
@@ -118,7 +118,7 @@ def generate_request(config: Config, mode: LinkMode) -> Layout:
 
 
 def map_request(config: Config) -> Layout:
-    """Return the south-western cell and the size of a rectangle; its cells follow by rows."""
+    """Return the south-western cell and the size of a rectangle; the cells follow by rows."""
     return Layout(
         (
             Field("x", 16, "0 … map_size − 1", "Westernmost column"),
@@ -135,7 +135,7 @@ def check_request(config: Config) -> Layout:
 
 
 def check_paths_request(config: Config) -> Layout:
-    """Return the slots to check, :class:`CheckFlag`, and the two ends that all paths share."""
+    """Return the slots to check, :class:`CheckFlag`, and the common ends of all paths."""
     return Layout(
         (
             Field("slot", 8, _SLOTS, "First slot"),
@@ -158,7 +158,7 @@ def results_request(config: Config) -> Layout:
 
 
 def info_reply(config: Config) -> Layout:
-    """Return version and build, whose place never changes, the session, then the configuration."""
+    """Return version and build, whose place never changes, then session and configuration."""
     return Layout(
         (
             Field("version", 8, "1 … 255", "Version of the protocol"),
@@ -230,10 +230,10 @@ def config_from_info(values: dict[str, int]) -> Config:
 def status_reply(config: Config) -> Layout:
     """Return the state, the eight latest states, the sticky errors, and the progress of the core.
 
-    ``history`` holds 4 bits for each state, the latest lowest. ``crossover``, ``mutation`` and
-    ``update`` are cycles of the latest generation.
+    ``history`` has 4 bits per state, the latest lowest. ``crossover``, ``mutation`` and ``update``
+    are cycles of the latest generation.
 
-    A chip with the planner core has fields of the latest run instead: ``running``, 1 until the run
+    A chip with the planner core instead has fields of the latest run: ``running``, 1 until the run
     ends; its ``cycles``; the ``key`` of its best path up to now, in the form of
     :data:`pathgene.hdl.protocol.planner.VALUE_BITS`; and the cycles of its units. ``generation``
     counts the generations of the run. Each field is consistent in itself, and final when
@@ -365,8 +365,8 @@ def path_record(config: Config) -> Layout:
 def hit_record(config: Config) -> Layout:
     """Return the first colliding segment and cell, which follow :func:`path_record` of a collision.
 
-    ``x`` and ``y`` count cells of the map that the cell belongs to, the coarse map if ``coarse``.
-    ``cells`` are the cells checked, from the first cell of the path to the colliding one.
+    ``x`` and ``y`` are in cells of the map that the cell belongs to, the coarse map if ``coarse``.
+    ``cells`` is the number of cells checked, from the first cell of the path to the colliding one.
     """
     return Layout(
         (

@@ -91,10 +91,10 @@ class PathResult:
     coarse : bool or None
         True if that cell belongs to the coarse map.
     cells : int or None
-        Cells checked, up to and including that one.
+        Cells checked, up to and including this cell.
     entries : tuple of (int, int, int)
         For each segment with colliding cells, if the check counts them: number of the segment,
-        cells in terrain, blocked cells.
+        colliding cells of terrain, blocked cells.
     """
 
     collision: bool = False

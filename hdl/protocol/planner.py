@@ -1,6 +1,6 @@
 """Numbers of the planner core: fixed points, keys of paths, and the record of a problem.
 
-Gateware, model and host read them here. Pure Python.
+Gateware, model and host read them here. The module is pure Python.
 """
 
 from __future__ import annotations
@@ -111,17 +111,17 @@ class PathClass(enum.IntEnum):
 
     #: Feasible: nothing collides, no slope is too steep, every arc fits. The value is the cost.
     FEASIBLE = 0
-    #: Too costly to be checked for collisions; otherwise feasible. The value is the cost.
+    #: Too costly to be checked for collisions, but otherwise feasible. The value is the cost.
     GIVEN_UP = 1
     #: The value is the penalty.
     INFEASIBLE = 2
-    #: No path, or the copy of a better one.
+    #: No path, or a copy of a better path.
     VOID = 3
 
 
 @dataclass(frozen=True, kw_only=True)
 class ProblemRecord:
-    """A problem in the integers of the chip.
+    """A problem as integers of the chip.
 
     Parameters
     ----------
@@ -150,8 +150,8 @@ class ProblemRecord:
     block_shift : int
         A block of the wavefront has ``2**block_shift`` corners along each edge.
     has_entry, has_exit : int
-        1 where the heading at start or goal is fixed: by an *entry*, a point before the start, and
-        an *exit*, a point after the goal.
+        1 if the heading at start or goal is fixed, by an *entry*, a point before the start, or an
+        *exit*, a point after the goal.
     entry_x, entry_y, entry_altitude, exit_x, exit_y, exit_altitude : int
         Entry and exit, in the units of start and goal.
     """
@@ -202,10 +202,10 @@ class ProblemRecord:
         return problem_request(config).pack(**values)
 
     def is_valid(self, config: Config) -> bool:
-        """Return whether a chip of ``config`` takes the record: every field is within its range.
+        """Return whether a chip of ``config`` accepts the record: every field is within its range.
 
         Limits are on the map, a waypoint is below the blocked altitude, both scales are at most 1,
-        and the blocks are no larger than the map needs and reach all corners within the limits.
+        and the blocks are no larger than the map needs but cover all corners within the limits.
         """
         most_shift = max(config.coordinate_bits - (BLOCKS.bit_length() - 1), 0)
         return (
@@ -225,12 +225,12 @@ class ProblemRecord:
 
 @dataclass(frozen=True, kw_only=True)
 class NoFlyShape:
-    """Corners that become blocked: all corners of a box on the inner side of every edge.
+    """Corners to block: all corners of a box that are on the inner side of every edge.
 
-    Corner (x, y) is on the inner side of an edge where ``at + east * u + north * v``, with u = x -
-    first_x and v = y - first_y, is 0 or more. The first edge may bend:
-    ``bend_x * u**2 + bend_y * v**2`` is subtracted there, so that a shape of one edge can be a disc
-    for any sides of a cell.
+    Corner (x, y) is on the inner side of an edge if ``at + east * u + north * v``, with u = x -
+    first_x and v = y - first_y, is 0 or more. The first edge may bend: then
+    ``bend_x * u**2 + bend_y * v**2`` is subtracted, so that a shape with one edge can be a disc for
+    any cell sides.
 
     Parameters
     ----------
@@ -252,7 +252,7 @@ class NoFlyShape:
 
     @property
     def drawing_cycles(self) -> int:
-        """Cycles in which the shape is offered to the drawer, the last of which takes it."""
+        """Cycles in which the shape is offered to the drawer, which takes it in the last one."""
         return (self.last_x - self.first_x + 1) * (self.last_y - self.first_y + 1) + 2
 
     def pack(self, config: Config) -> bytes:
@@ -269,7 +269,7 @@ class NoFlyShape:
             raise ValueError("A shape with a bend must have an edge, which bends")
         widths = dict(no_fly_request(config).fields)
         values = {name: getattr(self, name) for name in widths if hasattr(self, name)}
-        # An edge of zeros has all corners on its inner side.
+        # All corners are on the inner side of an edge of zeros.
         edges = *self.edges, *[(0, 0, 0)] * (EDGES - len(self.edges))
         for i, edge in enumerate(edges):
             for name, value in zip(_EDGE, edge, strict=True):
@@ -283,7 +283,7 @@ class NoFlyShape:
         return no_fly_request(config).pack(**values)
 
     def is_valid(self) -> bool:
-        """Return whether a chip takes the shape: its box has at least one corner."""
+        """Return whether a chip accepts the shape: its box has at least one corner."""
         return self.first_x <= self.last_x and self.first_y <= self.last_y
 
     @classmethod
@@ -404,10 +404,10 @@ def seed_waypoints(longest: int) -> tuple[int, int]:
 
 
 def turn_table() -> tuple[int, ...]:
-    """Return turns by the tangents of their halves: ``floor(2 atan(i / 64) * 4096)``, i = 0..257.
+    """Return turns by the tangent of half the turn: ``floor(2 atan(i / 64) * 4096)``, i = 0..257.
 
-    One entry more than :data:`MAX_HALF_TURN` requires, so that a look-up interpolates without a
-    special case. Exact: Euler's series in integers.
+    It has one entry more than :data:`MAX_HALF_TURN` requires, so that a look-up interpolates
+    without a special case. It is computed exactly, by Euler's series in integers.
     """
     guard = 64
     quarter = _arctangent(1, 1, TURN_FRACTION + guard)

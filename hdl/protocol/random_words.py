@@ -1,4 +1,4 @@
-"""Places of the random draws in the words of the random source, for gateware and model alike.
+"""Places of the random draws in the words of the random source, for gateware and model.
 
 A generation takes :attr:`pathgene.hdl.config.Config.draw_steps` steps of the source; each step
 gives one selection word and one mutation word. Pure Python.
@@ -14,9 +14,9 @@ from pathgene.hdl.config import Config
 
 __all__ = ["LANES", "SEED_BITS", "WARM_UP_STEPS", "WORD_BITS", "RandomWordLayout", "Slice"]
 
-#: Width of a word; also the widest that Trivium's feedback taps allow in one step.
+#: Width of a word, and the maximum that Trivium's feedback taps allow in one step.
 WORD_BITS = 64
-#: Words per step: selection first, then mutation. Each comes from its own generator.
+#: Words per step: selection first, then mutation, each from its own generator.
 LANES = 2
 #: Width of the seed.
 SEED_BITS = 64
@@ -43,7 +43,7 @@ class RandomWordLayout:
 
     config: Config
 
-    #: Width of the draws that pick different children and survivors.
+    #: Width of the draws that pick distinct children and survivors.
     DISTINCT_BITS = 24
     #: Width of the draw that picks a waypoint, and of each coordinate's offset.
     OFFSET_BITS = 16
@@ -60,7 +60,7 @@ class RandomWordLayout:
 
     @cached_property
     def survivor_first(self) -> Slice:
-        """Draw of a survivor among those left."""
+        """Draw of a survivor among the remaining paths."""
         low = 2 * self.config.slot_bits
         return low, low + self.DISTINCT_BITS
 
@@ -72,12 +72,12 @@ class RandomWordLayout:
 
     @cached_property
     def child(self) -> Slice:
-        """Draw of a mutator's child among those left."""
+        """Draw of a mutator's child among the remaining children."""
         return 0, self.DISTINCT_BITS
 
     @cached_property
     def waypoint(self) -> Slice:
-        """Draw of the waypoint a mutator works on."""
+        """Draw of the waypoint that a mutator works on."""
         return self.DISTINCT_BITS, self.DISTINCT_BITS + self.OFFSET_BITS
 
     @cached_property

@@ -1,4 +1,4 @@
-"""A run of the planner core: its options, its outcome, and both on the link."""
+"""A run of the planner core: its options, its outcome, and their form on the link."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ __all__ = [
     "unpack_best",
 ]
 
-#: Corners and steps of the waypoints of paths.
+#: Corners and altitude steps of the waypoints of paths.
 Population = Sequence[Sequence[tuple[int, int, int]]]
-#: Maximum populations of a run before they become one.
+#: Maximum number of populations of a run before they become one.
 ISLANDS = 2
 #: Maximum passes that raise the first paths of an island.
 LIFTS = 4
@@ -49,22 +49,23 @@ class RunOptions:
     Parameters
     ----------
     seed : int
-        0..2**64 - 1. All random draws follow from it.
+        0..2**64 - 1. It determines all random draws.
     cycles, generations : int
-        The run breeds no further generation once it has reached either number, all islands
-        together. The first populations are always completed.
+        The run stops breeding once it reaches either number, over all islands together. The first
+        populations are always completed.
     until_feasible : bool
-        Once there is one population, the generations end the run only if its best path is feasible.
+        Once there is one population, the limit on generations only ends the run if its best path is
+        feasible.
     give_up_rank : int
-        While the best path is feasible, a child is walked only if it is cheaper than the path of
+        While the best path is feasible, a child is only walked if it is cheaper than the path of
         this rank.
     slopes : tuple of int
-        One island for each, bred in turn: at most two, and on a warm start at most one, alongside
-        the earlier population. Its route is found on the minimum ground of the blocks, raised until
-        no slope exceeds this number, 1..15, times half the climb limit; 0 leaves the ground
-        unchanged.
+        One island for each, bred one after another: at most two, or at most one on a warm start, in
+        addition to the earlier population. The island's route is found on the minimum ground of the
+        blocks, raised until no slope exceeds this number, 1..15, times half the climb limit; 0
+        leaves the ground unchanged.
     seeds : int
-        Paths seeded along each route, of which the best become the island's population.
+        Number of paths seeded along each route; the best become the island's population.
     lifts : int
         Passes that raise each waypoint of an island's first population out of the ground, 0..4.
     share : int
@@ -74,8 +75,8 @@ class RunOptions:
     paths : int
         Maximum paths returned, 1..8.
     memo : int
-        Rows of the memo of segments: 0, or a power of two. Affects only the cycles. Built into a
-        chip.
+        Rows of the memo of segments: 0, or a power of two. It is fixed in a chip and only affects
+        the cycles.
     """
 
     seed: int = 0
@@ -92,7 +93,7 @@ class RunOptions:
     memo: int = MEMO_ROWS
 
     def check(self, config: Config) -> None:
-        """Raise unless a chip of ``config`` can run this.
+        """Raise an error unless a chip of ``config`` can run this.
 
         Raises
         ------
@@ -149,7 +150,7 @@ class RunOptions:
         Raises
         ------
         ValueError
-            If the payload has another size, or a value is outside its range.
+            If the payload has the wrong size, or a value is outside its range.
         """
         values = run_request(config).unpack(payload)
         count = values.pop("islands")
@@ -169,19 +170,19 @@ class Outcome:
     Attributes
     ----------
     paths : list of list of (int, int, int)
-        Paths of different keys, at most as many as the options ask for, the best first: corners
-        and steps of their waypoints, start and goal left out.
+        Paths with distinct keys, at most the number in the options, best first: corners and steps
+        of their waypoints, without start and goal.
     keys : list of int
         Their keys.
     population : list of list of (int, int, int)
-        All paths at the end, the best first: the population for a warm run.
+        All paths at the end, best first: the population for a warm run.
     generations : int
         Generations bred, on all islands together.
     cycles : int
         Cycles of the run.
     breed, score, walk, sort, wavefront : int
-        Cycles in which children were planned; points were scored; segments and chords walked; a
-        population collected and sorted; blocks scanned, costs spread and routes found. Most of them
+        Cycles in which children were planned; points scored; segments and chords walked; a
+        population collected and sorted; blocks scanned, costs spread and routes found. These
         overlap.
     """
 

@@ -1,4 +1,4 @@
-"""The simulated board: a chip's Verilog at a real TCP port or terminal.
+"""The simulated board: a chip's Verilog with a real TCP port or terminal.
 
 :func:`open_simulated` starts one from a URL. Below it, :mod:`pathgene.sim.board.programs` builds
 the program (Verilator, or Icarus as a second opinion), and :mod:`pathgene.sim.board.process` runs

@@ -1,4 +1,4 @@
-"""The simulated board as a process, which ends with the process that started it."""
+"""The simulated board as a process that ends with the process that started it."""
 
 from __future__ import annotations
 
@@ -34,18 +34,18 @@ class SimulatedBoard:
     program : Program
         Program to run.
     listen : str
-        ``HOST:PORT`` to listen at; port 0 takes a free port.
+        ``HOST:PORT`` to listen at; port 0 chooses a free port.
     pty : bool
         Serve a pseudo terminal instead of TCP.
     keep : bool
-        Wait for another client when one leaves, and give the board to one that waits when no byte
+        Wait for another client when one leaves, and give the board to a waiting client when no byte
         passes for a second; otherwise the simulator ends with its only client.
     idle_clocks : int, optional
         Cycles simulated at full speed after the last activity; default 2**20.
     trace : Path, optional
         VCD file to write.
     timeout_s : float
-        Longest wait for the simulator to start, or to report its cycles, seconds.
+        Maximum wait in seconds for the simulator to start or to report its cycles.
 
     Raises
     ------
@@ -101,12 +101,12 @@ class SimulatedBoard:
         timeout : float or None
             Timeout of the port's reads, seconds.
         ends_board : bool
-            Closing the port ends the board as well.
+            Closing the port also ends the board.
 
         Raises
         ------
         JobError
-            If the simulator has ended, does not take clients, or serves a pseudo terminal.
+            If the simulator has ended, does not accept clients, or serves a pseudo terminal.
         """
         self.check()
         if self._address is None:
@@ -168,7 +168,7 @@ class SimulatedBoard:
 
     def log(self) -> str:
         """Return the simulator's standard error: line errors and a summary."""
-        # pread leaves the position alone that the file shares with the simulator's writes.
+        # pread does not change the file position, which is shared with the simulator's writes.
         return os.pread(self._log, os.fstat(self._log).st_size, 0).decode(errors="replace")
 
     def close(self) -> None:
@@ -187,7 +187,7 @@ class SimulatedBoard:
         self.close()
 
     def _order(self, line: str) -> None:
-        """Write a line to the simulator's standard input; ``bridge.hpp`` has the orders."""
+        """Write a line to the simulator's standard input; ``bridge.hpp`` describes the orders."""
         self.check()
         with contextlib.suppress(BrokenPipeError):
             assert self._process.stdin is not None
@@ -238,10 +238,10 @@ def _describe(status: int) -> str:
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
-    """End a simulator and the processes that it started: with SIGTERM, then with SIGKILL."""
+    """End a simulator and the processes that it started, with SIGTERM, then SIGKILL."""
     if process.poll() is None:
         process.terminate()
-        process.send_signal(signal.SIGCONT)  # A stopped process handles no signal.
+        process.send_signal(signal.SIGCONT)  # A stopped process does not handle signals.
         try:
             process.wait(2.0)
         except subprocess.TimeoutExpired:

@@ -1,4 +1,4 @@
-"""Builds the programs of the simulated board: a chip's Verilog with a UART bridge around it."""
+"""Builds the programs of the simulated board: a chip's Verilog in a UART bridge."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class Program:
             waves = [] if trace is None else ["--trace", str(trace)]
             return [str(self.path), *options, *waves]
         waves = [] if trace is None else [f"+trace={trace}"]
-        # -n ends a simulation that stops, which otherwise would wait for the terminal.
+        # -n ends a simulation that stops and would otherwise wait for the terminal.
         assert self.module is not None
         start = ["vvp", "-n", "-M", str(self.module.parent), "-m", self.module.stem]
         return [*start, str(self.path), *options, *waves]
@@ -96,7 +96,7 @@ def verilate(
     clocks_per_bit : int
         UART divisor of the chip, cycles, 2 or more.
     trace : bool
-        Let the program write a VCD file. Such a program is slower, even if it writes none.
+        Let the program write a VCD file. Such a program is slower even if it does not write one.
     build_dir : Path, optional
         Keeps the builds; default ``sim/`` in :func:`pathgene.sim.cache.build_root`.
 
@@ -129,7 +129,7 @@ def build_program(
     """Build the simulated board with either simulator; parameters as in :func:`verilate`.
 
     Icarus interprets the Verilog and runs a chip a thousand times slower. It models undefined
-    values, and so gives a second opinion on short runs.
+    values, and therefore gives a second opinion on short runs.
     """
     if simulator == "verilator":
         return verilate(verilog, top, clocks_per_bit, trace=trace, build_dir=build_dir)

@@ -1,4 +1,4 @@
-"""Boards of the scheme ``sim:``: a simulator runs the Verilog that the URL orders."""
+"""Boards of the scheme ``sim:``: a simulator runs the Verilog that the URL specifies."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from pathgene.sim.exported import exported_verilog
 
 __all__ = ["SCHEME", "SimulatedScheme", "start_simulated"]
 
-#: Attempts of a frame: TCP loses none, so one is sent again only to a board that hangs.
+#: Attempts per frame: TCP loses none, so a frame is only sent again to a board that hangs.
 _ATTEMPTS = 3
 #: Default patience of a URL, in seconds, by simulator; Icarus is a thousand times slower.
 _PATIENCE_S = {"verilator": PATIENCE_S, "icarus": 360.0}
@@ -41,7 +41,7 @@ class SimulatedScheme(BoardScheme):
         return OpenPort(board.open(ends_board=True), patience_s / _ATTEMPTS, _ATTEMPTS)
 
     def known_config(self, url: str) -> Config:
-        """Return the configuration that the URL orders."""
+        """Return the configuration that the URL specifies."""
         return split_config(url, DEFAULT_CONFIG)[1]
 
     def serve(self, url: str, *, listen: str, pty: bool) -> SimulatedBoard:
@@ -49,12 +49,12 @@ class SimulatedScheme(BoardScheme):
         return start_simulated(url, listen=listen, pty=pty, keep=True)
 
 
-#: Found through the entry point ``sim``.
+#: The entry point ``sim`` refers to this object.
 SCHEME = SimulatedScheme()
 
 
 def start_simulated(url: str, **options: Any) -> SimulatedBoard:
-    """Build and start the simulated board that ``url`` orders.
+    """Build and start the simulated board that ``url`` specifies.
 
     Parameters
     ----------

@@ -31,8 +31,8 @@ class BoardOptions:
     trace : Path, optional
         VCD file to write.
     patience : float, optional
-        Seconds without an answer after which the host gives the board up; None: the simulator's
-        default. Clients of a served board name their own.
+        Seconds without an answer after which the host gives up on the board; None: the simulator's
+        default. Clients of a served board set their own.
     """
 
     sim: Simulator = "verilator"
@@ -48,7 +48,7 @@ def parse_board_url(url: str) -> BoardOptions:
     Raises
     ------
     InputError
-        If the URL has another form, or an option is unknown, given twice or has a wrong value.
+        If the URL has the wrong form, or an option is unknown, given twice or has a wrong value.
     """
     scheme, colon, rest = url.partition(":")
     path, _, query = rest.partition("?")

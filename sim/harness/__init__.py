@@ -1,4 +1,4 @@
-"""Verilated collision checker as a program that runs at full speed, without a link."""
+"""The Verilated collision checker as a program that runs at full speed, without a link."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class CheckerBatch:
     entries : list of list of dict
         Fields of ``count_layout`` of each path.
     offered : list of int
-        Clock in which each verdict was first offered; the first point has clock 1.
+        Cycle in which each verdict was first offered; the first point has cycle 1.
     cycles : int
         Cycles from the first point to the transfer of the last verdict.
     """
@@ -121,7 +121,7 @@ class VerilatedChecker:
     ) -> CheckerBatch:
         """Check ``paths`` back to back, each 2 or more points ``x, y, altitude``.
 
-        With ``stall`` above 0, answers are taken in one of every ``stall`` cycles only.
+        With ``stall`` above 0, answers are only taken in one of every ``stall`` cycles.
         """
         batch = [self._packed(path) for path in paths]
         words = np.concatenate(batch)
@@ -139,7 +139,7 @@ class VerilatedChecker:
         return CheckerBatch(verdicts, entries, raw[:, -1].tolist(), int(self._receive(1)[0]))
 
     def look_up(self, cells: Sequence[tuple[int, int]], latency: int) -> list[int]:
-        """Return the altitude at each of ``cells`` (x, y), read one a cycle."""
+        """Return the altitude at each of ``cells`` (x, y), read one per cycle."""
         words = np.array([x | y << 32 for x, y in cells], dtype=np.uint64)
         self._send(_LOOK_UP, latency, words.size, payload=words)
         altitudes: list[int] = self._receive(len(cells)).tolist()

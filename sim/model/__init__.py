@@ -1,1 +1,1 @@
-"""Bit-exact software model of the gateware: integers only, the standard the RTL is held to."""
+"""Bit-exact integer software model of the gateware: the reference for the RTL."""

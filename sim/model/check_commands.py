@@ -33,7 +33,7 @@ class CheckingModel:
     Parameters
     ----------
     config : Config
-        Must have a checker.
+        Configuration with a checker.
 
     Attributes
     ----------
@@ -59,7 +59,8 @@ class CheckingModel:
     def write(self, payload: bytes, repeated: bool) -> bytes:
         """Execute a MAP.
 
-        A MAP of a wrong length is refused, but the cells that it has for its rectangle are written.
+        A MAP of wrong length is refused, but the cells that it contains for its rectangle are
+        written.
         """
         layout = map_request(self.config)
         expect(len(payload) >= layout.size, Status.BAD_LENGTH)

@@ -1,7 +1,7 @@
 """Definition of the collision check of *allaire two-tier*, which every build must reproduce.
 
-It goes cell by cell, and is written to be read. :mod:`pathgene.sim.model.checker_kernels` gives the
-same verdicts on thousands of paths at once.
+It goes cell by cell and is written for readability. :mod:`pathgene.sim.model.checker_kernels` gives
+the same verdicts on thousands of paths at once.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ Heights = npt.NDArray[np.uint16]
 #: x and y in cells, and the altitude in steps.
 Point = tuple[int, int, int]
 
-#: Cycles of the paper's machine (table 2): to capture a path, and between two segments.
+#: Cycles of the paper's circuit (table 2): to capture a path, and between two segments.
 _CAPTURE_CYCLES = 4
 _SWITCH_CYCLES = 3
 
@@ -42,7 +42,7 @@ _SWITCH_CYCLES = 3
 class TerrainModel:
     """The ground on the chip: the detailed map, and the highest cell of each of its blocks.
 
-    The chip's memory is undefined until it has been written. Here every cell is blocked at first,
+    The chip's memory is undefined until it has been written. Here every cell is initially blocked,
     so that no path can cross cells that were not uploaded.
 
     Parameters
@@ -54,10 +54,10 @@ class TerrainModel:
     heights : ndarray
         ``(map_size, map_size)`` uint16 altitude steps, [y, x], row 0 the south; read only.
     coarse : ndarray
-        Maxima of its blocks of ``coarse_factor`` x ``coarse_factor`` cells, with the same type and
+        Maxima of blocks of ``coarse_factor`` x ``coarse_factor`` cells, with the same type and
         axes.
     observer : callable, optional
-        Called with x, y, columns and rows of each rectangle that has been written.
+        Called with x, y, columns and rows of each rectangle after it is written.
     """
 
     observer: Callable[[int, int, int, int], object] | None = None
@@ -78,8 +78,8 @@ class TerrainModel:
         Raises
         ------
         ValueError
-            If ``block`` is empty, has not two axes, holds other numbers than integers or other
-            integers than altitudes, or leaves the map.
+            If ``block`` is empty, does not have two axes, contains numbers that are not integers or
+            not altitudes, or leaves the map.
         """
         cells = np.asarray(block)
         if cells.ndim != 2 or cells.size == 0 or not np.issubdtype(cells.dtype, np.integer):
@@ -109,7 +109,7 @@ class TerrainModel:
         self._renew_coarse(x, y, columns, rows)
 
     def _renew_coarse(self, x: int, y: int, columns: int, rows: int) -> None:
-        # Whole blocks, so that a maximum falls with its cell.
+        # Whole blocks, so that a maximum can decrease with its cell.
         factor = self._factor
         south, west = y // factor, x // factor
         north, east = (y + rows - 1) // factor + 1, (x + columns - 1) // factor + 1
@@ -126,19 +126,20 @@ class Verdict:
     ----------
     collision : bool
     clear : bool
-        The opposite of ``collision``: every check ends. The paper's flag "over".
+        The opposite of ``collision``, because every check ends: the paper's flag "over".
     segment : int
-        First segment that collides, 0 the one that leaves the aircraft; 0 if none collides.
+        First colliding segment; 0 is the segment from the aircraft, and also means that none
+        collides.
     x, y : int
-        Its first colliding cell, in cells of its map; 0 if none collides.
+        First colliding cell of that segment, in cells of its map; 0 if none collides.
     coarse : bool
-        That map is the coarse one.
+        True if that map is the coarse map.
     cells : int
-        Cells from the path's first to the colliding one, both included, or all of the path's. Both
-        end cells of every segment count. Counting colliding cells does not change it.
+        Number of cells from the path's first to the colliding cell, including both, or of the whole
+        path. Both end cells of every segment count. Counting colliding cells does not change this.
     entries : tuple of (int, int, int)
-        For each segment with colliding cells, in order: its number, and its colliding cells of
-        terrain and of blocked ground. Empty unless they are counted.
+        For each segment with colliding cells, in order: its number, and its numbers of colliding
+        cells of terrain and of blocked ground. Empty unless they are counted.
     """
 
     collision: bool
@@ -159,9 +160,9 @@ def segment_cells(start: Point, stop: Point) -> int:
 def walk(start: Point, stop: Point) -> Iterator[tuple[int, int, Fraction]]:
     """Yield x, y and the exact altitude of every cell of a segment, from its start to its stop.
 
-    Cell k of n = ``segment_cells(start, stop) - 1`` lies k/n of the way; halves are rounded up. The
-    two directions of a segment may therefore differ in cells. A segment within one cell is at the
-    lower of its ends.
+    Cell k of n = ``segment_cells(start, stop) - 1`` lies k/n of the way; halves are rounded up. A
+    segment and its reverse may therefore have different cells. A segment within one cell has the
+    altitude of its lower end.
     """
     (x, y, z), n = start, segment_cells(start, stop) - 1
     dx, dy, dz = stop[0] - x, stop[1] - y, stop[2] - z
@@ -180,12 +181,12 @@ def to_coarse(config: Config, point: Point) -> Point:
 
 
 def check_points(config: Config, points: Sequence[Sequence[int]]) -> None:
-    """Refuse ``points`` that are not a path of ``config``: two or more, aircraft and goal included.
+    """Refuse ``points`` that are not a path of ``config``: at least aircraft and goal.
 
     Raises
     ------
     ValueError
-        If there are too few points or too many, or one of them is off the map.
+        If there are too few or too many points, or one of them is off the map.
     """
     most = config.max_waypoints + 2
     if not 2 <= len(points) <= most:
@@ -201,11 +202,11 @@ def check_points(config: Config, points: Sequence[Sequence[int]]) -> None:
 def check_path(
     config: Config, terrain: TerrainModel, points: Sequence[Point], count: bool = False
 ) -> Verdict:
-    """Check a path against the ground, as the build that ``config.checker`` names does.
+    """Check a path against the ground, as the build named by ``config.checker`` does.
 
-    The two-tier build compares all segments after the first two with the coarse map, where their
-    ends have coarse cells and their own altitudes. The parallel build compares every segment with
-    the detailed map. A cell collides where the path is not above its ground.
+    The two-tier build compares all segments after the first two with the coarse map; their ends
+    then have coarse cells and their own altitudes. The parallel build compares every segment with
+    the detailed map. A cell collides if the path is not above its ground.
 
     Parameters
     ----------
@@ -219,7 +220,7 @@ def check_path(
     Raises
     ------
     ValueError
-        If ``config`` has no checker, or ``points`` is no path of it: see :func:`check_points`.
+        If ``config`` has no checker, or ``points`` is not a path of it: see :func:`check_points`.
     """
     if config.checker is CheckerBuild.NONE:
         raise ValueError(f"Config.checker must name a build, not {config.checker.value!r}")
@@ -255,17 +256,17 @@ def check_path(
 
 
 def paper_cycles(cells: int, segments: int) -> int:
-    """Return the cycles of the paper's machine for a path (*allaire two-tier*, table 2).
+    """Return the cycles of the paper's circuit for a path (*allaire two-tier*, table 2).
 
-    Four to capture the path, one for each cell, three between two segments. The table's row of
-    three for the return to idle is not in its total, and not here.
+    There are four to capture the path, one for each cell, and three between two segments. The
+    table's three for the return to idle are not part of its total, and are left out here.
 
     Parameters
     ----------
     cells : int
         Cells compared: :attr:`Verdict.cells`.
     segments : int
-        Segments begun.
+        Number of segments begun.
     """
     return _CAPTURE_CYCLES + cells + _SWITCH_CYCLES * (segments - 1)
 

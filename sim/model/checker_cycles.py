@@ -1,4 +1,4 @@
-"""Cycles and reads of the collision checker, as its own counters give them.
+"""Cycles and reads of the collision checker, as reported by its counters.
 
 Path by path, without a simulation of each cycle: a function for each build.
 """
@@ -29,13 +29,13 @@ __all__ = ["batch_cycles", "parallel_cycles", "two_tier_cycles"]
 def two_tier_cycles(
     config: Config, terrain: TerrainModel, paths: Iterable[Sequence[Point]], count: bool = False
 ) -> list[tuple[int, int]]:
-    """Return the cycles and the reads in the verdict of every path of a queue.
+    """Return the cycles and reads in the verdict of every path of a queue.
 
-    The source always has the next point and verdicts are taken at once; the chip is idle before
-    the first path. A queue of one path is a path by itself.
+    The source always has the next point, and verdicts are taken immediately; the chip is idle
+    before the first path. A queue of one path is a single path.
 
-    The model follows each segment through the stages of the walker, by the cycles in which it
-    enters and leaves them. The walk stops in the cycle in which a hit leaves the comparison.
+    The model follows each segment through the stages of the walker by the cycles in which it enters
+    and leaves them. The walk stops in the cycle in which a hit leaves the comparison.
 
     Parameters
     ----------
@@ -50,16 +50,16 @@ def two_tier_cycles(
     places = count_depth(config)
     freed: list[int] = []  # First cycle in which the place of each counted segment is free again.
     results = []
-    taken = 0  # Clock in which the latest point was taken.
-    measured = 0  # In which the latest segment left the first stage of the set-up,
+    taken = 0  # Cycle in which the latest point was taken.
+    measured = 0  # Cycle in which the latest segment left the first stage of the set-up,
     passed = 0  # the second stage,
     ended = 0  # and the walker.
-    verdict = 0  # In which the latest verdict was offered.
+    verdict = 0  # Cycle in which the latest verdict was offered.
     for path in paths:
         outcome = check_path(config, terrain, path, count)
         counted = {segment for segment, _, _ in outcome.entries}
         began = taken = taken + 1
-        hit: int | None = None  # Clock of the step that ends the walk.
+        hit: int | None = None  # Cycle of the step that ends the walk.
         reads = 0
         for number, (start, stop) in enumerate(itertools.pairwise(path)):
             taken = max(taken + 1, measured)
@@ -89,7 +89,7 @@ def two_tier_cycles(
 
 
 #: Cycles from the launch of a group of cells to its addresses at the memory; from there to its
-#: step, besides the latency of the memory; from the step to the verdict.
+#: step, not counting the latency of the memory; from the step to the verdict.
 _LAUNCH_TO_READ = 3
 _READ_TO_STEP = 3
 _STEP_TO_VERDICT = 1
@@ -120,7 +120,7 @@ def parallel_cycles(
 
 
 def _hit(path: Sequence[Point], verdict: Verdict) -> tuple[int, int] | None:
-    """Return the segment and the cell of it that collides first."""
+    """Return the first colliding segment and its colliding cell."""
     if not verdict.collision:
         return None
     passed = sum(segment_cells(path[i], path[i + 1]) for i in range(verdict.segment))
@@ -133,7 +133,7 @@ class _Segment:
     cells: int
     groups: int
     ends_path: bool
-    #: Group that decides its path, by a hit or by its end.
+    #: The group that decides its path, by a hit or by its end.
     decides: int | None
     launched: int = 0
 
@@ -143,7 +143,7 @@ class _Front:
 
     See :class:`pathgene.hdl.feasibility.parallel.segment_setup.SegmentSetup`.
 
-    A segment is measured, waits, and is launched after the one before it, a group each cycle. The
+    A segment is measured, waits, and is launched after the previous one, one group per cycle. The
     stages after the launch take fixed times.
 
     Parameters
@@ -156,9 +156,9 @@ class _Front:
     Attributes
     ----------
     taken : list of int
-        Clock in which the first point of each path is taken.
+        Cycle in which the first point of each path is taken.
     decided : list of int
-        Clock of the step that decides each path.
+        Cycle of the step that decides each path.
     """
 
     def __init__(
@@ -186,7 +186,7 @@ class _Front:
         self.decided: list[int] = []
 
     def reads(self, path: int) -> int:
-        """Return the addresses given for ``path`` up to the cycle in which it is decided."""
+        """Return the number of addresses given for ``path`` until it is decided."""
         last = self.decided[path] - _LAUNCH_TO_READ
         return sum(
             min(segment.cells, self._lanes * (last - segment.launched + 1))
@@ -198,7 +198,7 @@ class _Front:
         """Launch all segments of paths that are not dropped."""
         points = deque(
             segment for segments in self._segments for segment in (None, *segments)
-        )  # None is the first point of a path; any other completes a segment.
+        )  # None stands for the first point of a path; any other point completes a segment.
         drops: deque[tuple[int, int]] = deque()  # Clock, path.
         measured: _Segment | None = None
         waiting: _Segment | None = None
@@ -236,7 +236,7 @@ class _Front:
             waiting = _unless(measured if moves else waiting, unwanted)
             measured = _unless(entering if ready else measured, unwanted)
 
-            # With all stages full, nothing changes until the present segment has been launched.
+            # With all stages full, nothing changes until the current segment has been launched.
             cycle += 1
             if left and measured and waiting:
                 pause = min(left, drops[0][0] - cycle if drops else left)
@@ -250,14 +250,14 @@ def _unless(segment: _Segment | None, path: int) -> _Segment | None:
 def batch_cycles(
     config: Config, terrain: TerrainModel, paths: Sequence[Sequence[Point]], count: bool = False
 ) -> list[tuple[int, int]]:
-    """Return ``cycles`` and ``reads`` of each path's verdict, exactly.
+    """Return the exact ``cycles`` and ``reads`` of each path's verdict.
 
     The paths are queued: the checker is offered a point in every cycle, and its verdicts and counts
-    are taken at once. A batch of one is a single path.
+    are taken immediately. A batch of one is a single path.
 
-    ``cycles`` begin with the one in which the path's first point is taken or, if that is later,
-    with the one after the previous verdict was offered; they end with the one in which the path's
-    own verdict is offered. ``reads`` are the addresses given to the memories for the path.
+    ``cycles`` begin with the cycle in which the path's first point is taken or, if later, with the
+    cycle after the previous verdict was offered; they end with the cycle in which the path's own
+    verdict is offered. ``reads`` is the number of addresses given to the memories for the path.
 
     Raises
     ------

@@ -1,8 +1,8 @@
 """Compiled collision check of whole batches of paths.
 
-The integers are as in :func:`pathgene.sim.model.checker.check_path`, without a division per
-cell: x and y advance by the remainders of their sides (*Bresenham*), the altitude by its rise times
-the length.
+The integers are the same as in :func:`pathgene.sim.model.checker.check_path`, but without a
+division per cell: x and y advance by the remainders of their sides (*Bresenham*), the altitude by
+its rise times the length.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Integers = npt.NDArray[np.int64]
 
 #: Columns of the kernel's verdicts.
 _COLLISION, _SEGMENT, _X, _Y, _COARSE, _CELLS = range(6)
-#: A segment number that none reaches.
+#: A segment number that no segment reaches.
 _NEVER = np.iinfo(np.int64).max
 
 
@@ -35,10 +35,10 @@ class Batch:
     Parameters
     ----------
     points : ndarray
-        ``(points, 3)`` int64: x, y, altitude step. All must be on the map, which is not checked.
+        ``(points, 3)`` int64: x, y, altitude step. All must be on the map; this is not checked.
     bounds : ndarray
         ``(paths + 1,)`` int64: first point of each path, and end of the last one. Each path has two
-        points or more.
+        or more points.
     """
 
     points: Integers
@@ -51,7 +51,7 @@ class Batch:
         Raises
         ------
         ValueError
-            If one of them is no path of ``config``: see
+            If one of them is not a path of ``config``: see
             :func:`pathgene.sim.model.checker.check_points`.
         """
         listed = [np.asarray(path, dtype=np.int64) for path in paths]
@@ -67,14 +67,14 @@ class Batch:
 
 @dataclass(frozen=True)
 class Verdicts:
-    """Verdicts on the paths of a batch: the members of :class:`Verdict`, a row for each path.
+    """Verdicts on the paths of a batch: the members of :class:`Verdict`, one row per path.
 
     Attributes
     ----------
     collision, coarse : ndarray of bool
     segment, x, y, cells : ndarray of int64
     colliding : ndarray of int64, or None
-        ``(segments, 2)``: colliding cells of terrain and blocked ones of every segment of the
+        ``(segments, 2)``: colliding cells of terrain and blocked cells of every segment of the
         batch, path after path; None unless they were counted.
     """
 
@@ -134,7 +134,7 @@ def check_paths(
     Raises
     ------
     ValueError
-        If ``config`` has no checker, or a path has too few points, too many, or one off the map.
+        If ``config`` has no checker, or a path has too few or too many points, or one off the map.
     """
     batch = Batch.of(config, paths)
     found = check_batch(config, terrain, batch, count)
@@ -143,7 +143,7 @@ def check_paths(
         collision = bool(found.collision[path])
         entries: tuple[tuple[int, int, int], ...] = ()
         if found.colliding is not None:
-            # Each path, those before this one included, has one segment fewer than points.
+            # Each path, including the earlier ones, has one segment fewer than points.
             rows = found.colliding[batch.bounds[path] - path : batch.bounds[path + 1] - path - 1]
             entries = tuple(
                 (segment, int(below), int(inside))
@@ -213,7 +213,7 @@ def _check(
                 altitude += dz
                 across += 2 * dx
                 along += 2 * dy
-                # Neither moves by more than a cell at a time.
+                # Neither moves by more than one cell at a time.
                 if across >= 2 * scale:
                     across -= 2 * scale
                     x += 1

@@ -46,8 +46,8 @@ if TYPE_CHECKING:
 class Chip:
     """Answers requests as the chip does.
 
-    The cycles of core and checker equal the chip exactly. The cycles of receiver and transmitter
-    count the bytes on the line; the chip takes a few more for each command.
+    The cycles of core and checker equal the chip's exactly. The cycles of receiver and transmitter
+    count the bytes on the line; the chip takes a few more per command.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ class Chip:
         return bytes(answers)
 
     def close(self) -> None:
-        """End a run in progress, whose result is no longer needed."""
+        """End a run in progress whose result is no longer needed."""
         if self.running:
             self.running.end()
 
@@ -180,7 +180,7 @@ class Chip:
             "mutation": latest.mutation_cycles if latest else 0,
             "update": latest.update_cycles if latest else 0,
         }
-        # The registers are read when the answer is made.
+        # The registers are read when the answer is built.
         states = (ChipState.TRANSMIT, *self._states[:7])
         return status_reply(self.config).pack(
             state=states[0],
@@ -318,7 +318,7 @@ class Chip:
 def _checking(config: Config) -> CheckingModel | None:
     if config.checker is CheckerBuild.NONE:
         return None
-    # This import compiles kernels: a chip without a checker does not wait for them.
+    # This import compiles kernels, for which a chip without a checker need not wait.
     from pathgene.sim.model.check_commands import CheckingModel
 
     return CheckingModel(config)
@@ -327,7 +327,7 @@ def _checking(config: Config) -> CheckingModel | None:
 class ModelPort:
     """The methods of :class:`serial.Serial` that a link uses, over a :class:`Chip`.
 
-    The model answers during a write, so a read never waits: bytes that are not there yet come only
+    The model answers during a write, so a read never waits: bytes that are missing only arrive
     after another write.
 
     Parameters
@@ -347,7 +347,7 @@ class ModelPort:
         return len(self._received)
 
     def read(self, size: int = 1) -> bytes:
-        """Return at most ``size`` of the bytes that the chip has sent."""
+        """Return at most ``size`` bytes of those that the chip has sent."""
         part = bytes(self._received[:size])
         del self._received[:size]
         return part

@@ -45,17 +45,17 @@ class Generation:
 
     @property
     def redrawn(self) -> int:
-        """Number of further draws of new waypoints, because of the ground."""
+        """Number of repeated draws of new waypoints because of the ground."""
         return sum(mutated.redraws for mutated in self.mutations)
 
     @property
     def left_out(self) -> int:
-        """Number of mutations not applied because of the ground."""
+        """Number of mutations that were not applied because of the ground."""
         return sum(mutated.left_out for mutated in self.mutations)
 
     @property
     def refused(self) -> int:
-        """Number of mutations that a limit on the length forbade."""
+        """Number of mutations that a length limit forbade."""
         return sum(not mutated.applied for mutated in self.mutations) - self.left_out
 
 
@@ -69,7 +69,7 @@ class PaperCore:
     ----------
     config : Config
     terrain : TerrainModel, optional
-        The map on the chip, if ``config.checker`` has one. By default the core makes it.
+        The map on the chip, if ``config.checker`` has one. By default, the core makes one.
 
     Attributes
     ----------
@@ -79,14 +79,14 @@ class PaperCore:
         Generations since :meth:`start`.
     limits : Limits
     avoid_ground : bool
-        As :meth:`start` set them.
+        Values set by :meth:`start`.
     """
 
     #: Cycles of the mutators after the last waypoint: move and clamp, then store.
     MUTATION_CYCLES = 2
     #: Cycles of the population update (*allaire-2008*, section 4.4).
     UPDATE_CYCLES = 1
-    #: Cycles, besides a lookup, from a candidate to the state after its mutation: move,
+    #: Cycles, not counting the lookup, from a candidate to the state after its mutation: move,
     #: clamp, compare, decide, store.
     CANDIDATE_CYCLES = 5
 
@@ -106,7 +106,7 @@ class PaperCore:
     def start(self, seed: int, limits: Limits, avoid_ground: bool = False) -> None:
         """Seed the random source, set the limits of new waypoints, count from generation 0.
 
-        ``avoid_ground``: new waypoints in the ground are rejected. Without a map, none is.
+        With ``avoid_ground``, new waypoints in the ground are rejected; without a map, none is.
         """
         self._source = RandomSource(seed)
         self.limits = limits
@@ -136,7 +136,7 @@ class PaperCore:
         self.generation += 1
         self._draws = self._selection.draw(self._source)
 
-        # All paths are read in lock step; a waypoint is written a cycle after it is read.
+        # All paths are read in lockstep; a waypoint is written one cycle after it is read.
         crossover_cycles = max(map(len, kept + bred)) + 1
         mutation_cycles = max(
             self.MUTATION_CYCLES, self._candidates_cycles(mutations) - crossover_cycles
@@ -146,11 +146,11 @@ class PaperCore:
         )
 
     def _candidates_cycles(self, mutations: list[Mutated]) -> int:
-        """Cycles from the start of a generation until all new waypoints are stored."""
+        """Return the cycles from the start of a generation until all new waypoints are stored."""
         config = self.config
         if config.checker is CheckerBuild.NONE:
             return 0
-        # One candidate per cycle, in rounds of one for each patch, up to the last that matters.
+        # One candidate per cycle, in rounds of one per patch, up to the last that matters.
         candidates = max(
             mutated.redraws * config.patches + number + 1
             for number, mutated in enumerate(mutations[: config.patches])
@@ -159,5 +159,5 @@ class PaperCore:
         return candidates + config.lookup_latency + self.CANDIDATE_CYCLES
 
     def checksum(self) -> int:
-        """CRC-32 of the population as ``pack_paths`` sends it, slot by slot."""
+        """Return the CRC-32 of the population as ``pack_paths`` sends it, slot by slot."""
         return zlib.crc32(pack_paths(self.config, self.paths))

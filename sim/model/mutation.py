@@ -18,7 +18,7 @@ __all__ = ["Limits", "Mutated", "Mutation", "clamp"]
 
 @dataclass(frozen=True)
 class Limits:
-    """Highest x, y and altitude of a new waypoint. The host sets them, within the map."""
+    """Maximum x, y and altitude of a new waypoint, which the host sets within the map."""
 
     x: int
     y: int
@@ -27,12 +27,12 @@ class Limits:
 
 @dataclass(frozen=True)
 class Mutated(MutationRecord):
-    """Effect of one mutator, and the draws that it took.
+    """Effect of one mutator, and the draws that it needed.
 
     Attributes
     ----------
     redraws : int
-        Further draws of the new waypoint, because earlier draws were in the ground.
+        Number of repeated draws of the new waypoint because earlier draws were in the ground.
     left_out : bool
         All draws of the new waypoint were in the ground.
     """
@@ -58,7 +58,7 @@ class Mutation:
     Raises
     ------
     ValueError
-        If there is a map and the chip has none, or the reverse.
+        If there is a map although the chip has none, or the reverse.
     """
 
     def __init__(self, config: Config, terrain: TerrainModel | None = None) -> None:
@@ -76,7 +76,7 @@ class Mutation:
         limits: Limits,
         avoid_ground: bool = False,
     ) -> list[Mutated]:
-        """Change ``children`` according to ``draws``, and return the effect of each mutator.
+        """Change ``children`` according to ``draws``; return the effect of each mutator.
 
         The mutators work on different children, so their order does not matter. With
         ``avoid_ground``, a new waypoint is the first of its candidates that is above the ground; if

@@ -1,4 +1,4 @@
-"""Model of the random source: Trivium generators side by side, 64 bits of each per step.
+"""Model of the random source: parallel Trivium generators, each with 64 bits per step.
 
 Trivium (De Canniere and Preneel, 2005) is a stream cipher of 288 bits of state whose 64 output bits
 per cycle cost a few gates each. Its state update is invertible and the loaded state is never zero,
@@ -17,7 +17,7 @@ _A, _B, _C = 93, 84, 111
 
 
 def check_seed(seed: int) -> None:
-    """Raise unless ``seed`` is one of the chip's.
+    """Raise an error unless ``seed`` is a valid seed of the chip.
 
     Raises
     ------
@@ -31,7 +31,7 @@ def check_seed(seed: int) -> None:
 class Trivium:
     """One generator.
 
-    Bit ``i - 1`` of a register holds the cipher's ``s_i`` counted from the register's first, so new
+    Bit ``i - 1`` of a register is the cipher's ``s_i``, counted from the register's first, so new
     bits enter at bit 0. The first of the 64 output bits of a step is the highest of the word.
 
     Parameters

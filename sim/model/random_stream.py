@@ -1,4 +1,4 @@
-"""Model of the random source, compiled: for test batteries that read many gigabytes.
+"""Compiled model of the random source, for test batteries that read many gigabytes.
 
 ``python -m pathgene.sim.model.random_stream --seed 1 | dieharder -g 200 -a`` tests the raw bits of
 the chip's source: the words of each cycle in the order of the ports, least significant byte first.
@@ -80,7 +80,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         while True:
             output.write(stream.words(_BLOCK_STEPS).astype("<u8", copy=False).tobytes())
     except BrokenPipeError:
-        # The interpreter flushes once more when it ends, into a closed pipe.
+        # The interpreter flushes once more at exit, into a closed pipe.
         os.dup2(os.open(os.devnull, os.O_WRONLY), output.fileno())
         return 0
 

@@ -1,7 +1,7 @@
 """Requests in the model: the chip's receiver of frames, as a function of bytes, and refusals.
 
 :mod:`pathgene.hdl.link.frame` is tested against this model: for any bytes it yields the same bodies
-and the same errors, as long as the chip takes bodies out of its buffer as fast as they come.
+and the same errors, as long as the chip takes bodies from its buffer as fast as they arrive.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ __all__ = ["FrameReceiverModel", "RefusedError", "encode_frame", "expect"]
 
 
 class RefusedError(Exception):
-    """A refused command: it is answered with ``status`` and changes nothing else."""
+    """A refused command, which is answered with ``status`` and changes nothing."""
 
     def __init__(self, status: Status) -> None:
         self.status = status
@@ -33,12 +33,12 @@ class FrameReceiverModel:
     Parameters
     ----------
     config : Config
-        Its ``receive_buffer`` bounds the bodies.
+        Configuration whose ``receive_buffer`` limits the bodies.
 
     Attributes
     ----------
     errors : StickyError
-        Every kind of error since the start, or since the caller cleared them.
+        All kinds of errors since the start, or since the caller cleared them.
     verdicts : list of StickyError
         The errors one by one, in the order of the discarded frames.
     """
@@ -51,16 +51,16 @@ class FrameReceiverModel:
 
     @property
     def line_busy(self) -> bool:
-        """True if a frame has begun and not ended."""
+        """True if a frame has begun but not ended."""
         return self._splitter.inside
 
     @property
     def longest_body(self) -> int:
-        """Bytes of the longest body that the buffer holds: one row is needed for its header."""
+        """Bytes of the longest body that fits into the buffer: one row is needed for its header."""
         return self.config.receive_buffer - 1
 
     def feed(self, data: bytes) -> list[Frame]:
-        """Take bytes off the line and return the frames that they complete."""
+        """Take bytes from the line and return the frames that they complete."""
         frames = []
         for encoded in self._splitter.feed(data):
             try:

@@ -1,4 +1,4 @@
-"""Model of the commands of the planner core: problems, runs on them, shapes to be blocked."""
+"""Model of the commands of the planner core: problems, runs on them, shapes to block."""
 
 from __future__ import annotations
 
@@ -43,16 +43,16 @@ Corners = npt.NDArray[np.integer]
 
 
 class BlockMarks:
-    """Which blocks a run scans: the marks of ``BlockMap``.
+    """Marks that determine which blocks a run scans, as in ``BlockMap``.
 
-    A corner that is written marks its block; corners beyond the blocks mark none. All blocks are
-    scanned the first time, and where a corner was written, or a scan begins, with another size of
-    blocks than the previous scan.
+    Writing a corner marks its block; corners beyond the blocks mark none. All blocks are scanned
+    the first time, and when a corner was written, or a scan begins, with a different block size
+    than in the previous scan.
 
     Attributes
     ----------
     shift : int
-        The size of blocks in force: ``2**shift`` corners along each edge.
+        The current block size: ``2**shift`` corners along each edge.
     """
 
     def __init__(self) -> None:
@@ -66,7 +66,7 @@ class BlockMarks:
         Parameters
         ----------
         x, y : ndarray
-            Integers of shapes that broadcast: each pair is a corner.
+            Integers that broadcast: each pair is a corner.
         """
         if x.size == 0 or y.size == 0:
             return
@@ -77,7 +77,7 @@ class BlockMarks:
         self._marks[y[on_blocks], x[on_blocks]] = True
 
     def scan(self) -> int:
-        """Return the number of blocks that a scan reads, and take the marks away."""
+        """Return the number of blocks that a scan reads, and clear the marks."""
         is_known = self._scanned_shift == self.shift
         marked = int(self._marks.sum()) if is_known else self._marks.size
         self._marks[:] = False
@@ -99,25 +99,25 @@ def block(ground: Ground, blocked: int, shape: NoFlyShape) -> None:
 
 
 _NONE = Outcome([], [], [])
-#: Minimum number of generations before RUN is answered, unless the run is over.
+#: Minimum number of generations before RUN is answered, unless the run ends earlier.
 _BRED_FIRST = 4000
-#: Seconds that a STATUS or a BEST waits for the end of a run.
+#: Maximum seconds that a STATUS or a BEST waits for the end of a run.
 _LOOK_S = 0.1
 
 
 class RunningModel:
     """Executes PROBLEM, RUN, STOP, BEST and BLOCK.
 
-    A run of up to 4,000 generations is over when RUN is answered. A longer one continues in a
-    thread: STATUS reports it, STOP ends it, BEST is refused, and before all else the caller waits
-    for its end by :meth:`settle`, if the chip refuses the command.
+    A run of up to 4,000 generations is over when RUN is answered. A longer run continues in a
+    thread: STATUS reports it, STOP ends it, BEST is refused, and before any other command that the
+    chip would refuse, the caller waits for its end with :meth:`settle`.
 
     Parameters
     ----------
     config : Config
-        Must have the planner core.
+        Configuration with the planner core.
     terrain : TerrainModel
-        The map, of corners; observed from this point.
+        The map, whose cells are corners; observed from now on.
 
     Attributes
     ----------
@@ -139,7 +139,7 @@ class RunningModel:
 
     @property
     def latest(self) -> Outcome:
-        """Result of the latest run; without paths after a PROBLEM, but with its population."""
+        """Result of the latest run; after a PROBLEM, it has no paths but still a population."""
         self.settle()
         return self._latest
 
@@ -152,7 +152,7 @@ class RunningModel:
             self.generations += self._latest.generations
 
     def end(self) -> None:
-        """Let a run in progress end with its present generation."""
+        """End a run in progress with its current generation."""
         if self._run is not None:
             self._run.watched[WATCHED_STOP] = 1
 
@@ -266,7 +266,7 @@ class _Run:
     Parameters
     ----------
     work : callable
-        Does the run; takes the array ``watched``.
+        Executes the run, given the array ``watched``.
 
     Attributes
     ----------
@@ -290,11 +290,11 @@ class _Run:
 
     @property
     def goes_on(self) -> bool:
-        """The run is not over."""
+        """True while the run is not over."""
         return self._thread.is_alive()
 
     def wait(self, seconds: float) -> None:
-        """Wait for the end, ``seconds`` at most."""
+        """Wait for the end, at most ``seconds``."""
         self._thread.join(seconds)
 
     def result(self) -> Outcome:

@@ -27,16 +27,16 @@ class Draws:
     Attributes
     ----------
     parents : tuple of int
-        Rank of each of the ``crossovers`` parents, 0 the best: P(r) = (2 (N - r) - 1) / N**2.
+        Rank of each of the ``crossovers`` parents; 0 is the best. P(r) = (2 (N - r) - 1) / N**2.
     survivors : tuple of int
-        Different ranks from ``elites`` to ``population - 1``, in the order drawn.
+        Distinct ranks from ``elites`` to ``population - 1``, in the order drawn.
     children : tuple of int
-        Different children, one for each mutator.
+        Distinct children, one for each mutator.
     waypoints : tuple of int
         16 bits for each mutator: its waypoint is ``bits * length >> 16``.
     offsets : tuple of (int, int, int)
-        Steps in x, y and altitude, each within the box: of the first candidate of each mutator that
-        makes a waypoint, then of their second candidates, up to ``config.candidates``.
+        Steps in x, y and altitude, each within the box: for the first candidate of each mutator
+        that makes a waypoint, then for their second candidates, up to ``config.candidates``.
     """
 
     parents: tuple[int, ...]
@@ -47,11 +47,12 @@ class Draws:
 
 
 class DistinctDraw:
-    """Draws different numbers below ``total``, one per call.
+    """Draws distinct numbers below ``total``, one per call.
 
-    A draw ``d`` among those left, counted upwards, becomes ``d`` plus the count of earlier results
-    at or below it. The gateware compares with all of them at once: it keeps ``e_j = c_j - j`` of
-    the sorted results ``c_j``, for which that count is the number of ``e_j <= d``.
+    A draw ``d`` selects among the remaining numbers in increasing order: the result is ``d`` plus
+    the count of earlier results at or below it. The gateware compares with all of them at once: it
+    stores ``e_j = c_j - j`` of the sorted results ``c_j``, for which that count is the number of
+    ``e_j <= d``.
     """
 
     def __init__(self, total: int) -> None:
@@ -60,7 +61,7 @@ class DistinctDraw:
 
     @property
     def left(self) -> int:
-        """Count of the numbers that have not been drawn."""
+        """Number of the numbers not yet drawn."""
         return self._total - len(self._lowered)
 
     def take(self, draw: int) -> int:
@@ -75,7 +76,7 @@ class DistinctDraw:
 
 
 class Selection:
-    """The selection unit: makes the draws of the next generation while one runs."""
+    """The selection unit, which makes the draws of the next generation during the current one."""
 
     def __init__(self, config: Config) -> None:
         self._config = config

@@ -1,4 +1,4 @@
-"""Chromium for the tests of pages, with a guard: a page that asks any network for anything fails.
+"""Chromium for the tests of pages, guarded so that any network request of a page fails the test.
 
 The desk's tests use the same fixtures; they serve their pages on this machine.
 """
@@ -12,7 +12,7 @@ from tests.browser.desk_page import PATIENCE_MS, ready, serving
 from tests.browser.seen import AFAR, is_local
 
 
-# WebGL is drawn by the processor: the same on every machine, with or without a graphics card.
+# WebGL is rendered by the processor, identically on every machine, with or without a graphics card.
 OPTIONS = ("--enable-unsafe-swiftshader", "--use-angle=swiftshader")
 
 
@@ -20,7 +20,7 @@ OPTIONS = ("--enable-unsafe-swiftshader", "--use-angle=swiftshader")
 def browser():
     """Chromium, without a window.
 
-    It ends with its module: its event loop, which runs until then, would disturb later modules.
+    It ends with its module, because its event loop would disturb later modules.
     """
     program = shutil.which("chromium")
     if program is None:
@@ -37,9 +37,9 @@ def browser():
 
 @pytest.fixture
 def new_page(browser):
-    """Function (width, height, **options) that opens a page; its options are a context's.
+    """Function (width, height, **options) that opens a page; the options are those of a context.
 
-    After the test it fails for each request to a network and each error on a page, which are in
+    After the test, it fails for each network request and each error on a page; they are in
     ``new_page.faults``.
     """
     contexts, faults = [], []
@@ -57,7 +57,7 @@ def new_page(browser):
                 route.abort()
 
         context.route("**/*", guard)
-        # A route that connects to nothing.
+        # This route connects to nothing.
         context.route_web_socket(AFAR, lambda socket: faults.append(f"a WebSocket to {socket.url}"))
         page = context.new_page()
         page.on("pageerror", lambda error: faults.append(f"an error: {error}"))

@@ -19,7 +19,7 @@ PATIENCE_MS = 120_000
 
 @contextlib.contextmanager
 def serving(folder, *arguments):
-    """Serve a desk in a process of its own; yield its address and the process."""
+    """Serve a desk in a separate process; yield its address and the process."""
     command = [sys.executable, "-m", "pathgene", "desk", "--out", folder, "--json", *arguments]
     # NiceGUI behaves differently within pytest.
     environment = {key: value for key, value in os.environ.items() if "PYTEST" not in key}
@@ -59,11 +59,11 @@ def panel(page, name):
 
 
 def canyon(page, **fields):
-    """Go to a small terrain and a quick planner."""
+    """Select a small terrain and a quick planner."""
     choose(page, "terrain", "canyon")
     ready(page, "canyon")
     choose(page, "planner", "ga-pc")
-    # The fields of the planner before must be gone.
+    # The fields of the previous planner must be gone.
     told(page, planner="ga-pc")
     panel(page, "Planner").click()
     fields = {"generations": 40, **fields}
@@ -84,7 +84,7 @@ def saved(page):
 
 
 def spot(page, x, y):
-    """Return the place on the screen of a share of the map's sides."""
+    """Return the screen position of a point given as shares of the map's sides."""
     return page.evaluate(
         """([x, y]) => {
           const { map } = window.pathgene;
@@ -109,13 +109,13 @@ def told(page, **expected):
 
 
 def problem_of(page):
-    """Return the values of the problem file that the page gives."""
+    """Return the values of the problem file that the page downloads."""
     with page.expect_download() as download:
         page.get_by_role("button", name="Problem file").click()
     return parse_problem(Path(download.value.path()).read_text(), Path())
 
 
 def changed(page, before):
-    """Wait until the address holds another problem, and return it."""
+    """Wait until the address has a different problem; return the problem."""
     page.wait_for_function("before => location.hash !== before", arg=before)
     return page.evaluate("location.hash")

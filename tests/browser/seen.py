@@ -10,7 +10,7 @@ from matplotlib.image import imread
 
 LOCAL_HOSTS = {"localhost", "127.0.0.1", "::1"}
 LOCAL_SCHEMES = {"file", "data", "blob", "about"}
-#: WebSockets that leave this machine. Playwright leaves local ones alone only for a pattern.
+#: WebSockets that leave this machine. Playwright only ignores local ones if a pattern is given.
 AFAR = re.compile(r"wss?://(?!(localhost|127\.0\.0\.1|\[::1\])[:/])")
 
 
@@ -26,7 +26,7 @@ def pixels(locator):
 
 
 def colours(image):
-    """Number of different colours of an image, told apart in steps of 16."""
+    """Number of distinct colours of an image, in steps of 16."""
     coarse = (image * 15).round().astype(int) @ np.array([256, 16, 1])
     return len(np.unique(coarse))
 

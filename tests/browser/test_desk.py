@@ -1,4 +1,4 @@
-"""The desk in Chromium: draw, plan, compare, take along, open again; with and without a mouse."""
+"""The desk in Chromium: draw, plan, compare, download, reopen; with and without a mouse."""
 
 import json
 import re
@@ -42,7 +42,7 @@ def test_draw_plan_take_along_and_open_again(open_desk, tmp_path):
     for part in ("relief", "plan"):
         assert colours(pixels(page.locator(f'[data-part="{part}"] canvas'))) > 100, part
     before = page.evaluate("location.hash")
-    # A circle on the route, a polygon next to it, another start.
+    # A circle on the route, a polygon next to it, a new start.
     page.get_by_role("button", name="Circle", exact=True).click()
     page.mouse.move(*spot(page, 0.5, 0.5))
     page.mouse.down()
@@ -92,7 +92,7 @@ def test_draw_plan_take_along_and_open_again(open_desk, tmp_path):
     assert read_problem(files["problem.toml"])["zones"] == values["zones"]
     assert "<script" in files["path.html"].read_text()
 
-    # The link, in another browser.
+    # Open the link in another browser.
     page.get_by_role("button", name="Link", exact=True).click()
     link = page.get_by_label("link", exact=True).input_value()
     other = open_desk("#" + link.partition("#")[2])
@@ -127,7 +127,7 @@ def test_generations_are_seen_as_they_come_and_a_stopped_plan_is_saved(open_desk
     frames = page.evaluate("frames_")
     trails = [frame for frame in frames if len(frame) > 1]
     assert trails, "no path was drawn over an older one"
-    # The latest is whole, the older ones fade.
+    # The latest is fully drawn; older ones fade.
     assert all(frame[-1] == 1 and frame == sorted(frame) for frame in trails if max(frame) == 1)
 
 
@@ -170,7 +170,7 @@ def test_everything_by_the_keyboard(open_desk):
     profile = page.locator('[data-part="altitude"] canvas')
     readout = page.locator('[data-part="altitude"] .readout')
     deadline = time.monotonic() + 60
-    # The track of the saved plan may come a moment after its name.
+    # The track of the saved plan may arrive a moment after its name.
     while "clear by" not in readout.text_content():
         assert time.monotonic() < deadline
         profile.focus()

@@ -1,4 +1,4 @@
-"""A flight on the page of the desk: zones are drawn in its way, and it gets new paths."""
+"""A flight on the page of the desk: zones are drawn in its way, and it is replanned."""
 
 import re
 import time
@@ -14,7 +14,7 @@ pytestmark = pytest.mark.ci
 
 
 def aircraft(page):
-    """Where the map shows the aircraft."""
+    """Position of the aircraft on the map."""
     return page.evaluate("window.pathgene.map.aircraft")
 
 
@@ -48,7 +48,7 @@ def test_zones_drawn_in_flight_are_flown_around(open_desk):
     folder = take_off(page)
     first = aircraft(page)
     until(page, lambda: aircraft(page)["y"] > first["y"] + 30)
-    # A zone on the path, by the keyboard.
+    # A zone on the path, with the keyboard.
     page.get_by_role("button", name="Zone ahead").press("Enter")
     until(page, lambda: latest(page))
     found = re.fullmatch(
@@ -60,7 +60,7 @@ def test_zones_drawn_in_flight_are_flown_around(open_desk):
     assert float(found[2]) < 3
     page.wait_for_function("() => window.pathgene.map.zones[0]?.name === 'pop-up 1'")
     assert page.locator('[data-role="flying"]').bounding_box()["height"] > 10
-    # Another by the mouse, on the goal; then it is gone.
+    # Another with the mouse, on the goal; then it is removed.
     page.get_by_role("button", name="Circle", exact=True).click()
     goal = page.evaluate("window.pathgene.map.points[1]")
     sides = page.evaluate(
@@ -107,7 +107,7 @@ def test_the_goal_is_another_in_flight_and_a_flight_ends_without_files(open_desk
     page.wait_for_function(
         "() => Math.abs(pathgene.map.points[1].x / pathgene.map.terrain.width_m - 0.3) < 0.01"
     )
-    # The same by the keyboard.
+    # The same with the keyboard.
     for name, value in (("New goal, east m", 1000), ("New goal, north m", 4200)):
         page.get_by_label(name).fill(str(value))
     page.get_by_role("button", name="New goal").press("Enter")
@@ -126,7 +126,7 @@ def test_a_flight_whose_tab_is_closed_is_flown_to_its_end(open_desk):
     page = open_desk()
     folder = take_off(page)
     page.close()
-    # Another client watches it meanwhile.
+    # Meanwhile, another client watches it.
     other = open_desk()
     panel(other, "Saved plans").click()
     other.get_by_role("button", name=re.compile(r"\(flies\)")).click()

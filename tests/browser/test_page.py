@@ -39,7 +39,7 @@ def place(page):
 
 
 def still(page):
-    """Wait until the 3-D view has come to rest: a slow machine draws movements coarsely."""
+    """Wait until the 3-D view is still, because a slow machine draws movements coarsely."""
     page.evaluate(
         """() => new Promise((done) => {
           const { view } = pathgene;
@@ -76,7 +76,7 @@ def test_all_views_draw_and_the_pointer_over_the_profile_marks_them(opened):
     assert after["distance"] != before["distance"]
     for view in VIEWS:
         moved = np.abs(pixels(page.locator(f"{view} canvas")) - shown[view]).max(axis=2) > 0.3
-        # The mark has left one place for another, and nothing else has changed.
+        # The mark has moved, and nothing else has changed.
         assert 20 < moved.sum() < 0.05 * moved.size, view
 
     samples = planned("plain").evaluator.track(planned("plain").path).sample(1.0)
@@ -203,7 +203,7 @@ def test_the_guard_notices_a_websocket(new_page):
             f"ws://127.0.0.1:{server.getsockname()[1]}/x",
         ]
         page.evaluate("urls => { for (const url of urls) new WebSocket(url); }", urls)
-        # The one to this machine arrives.
+        # The request to this machine arrives.
         server.settimeout(30)
         server.accept()[0].close()
     page.wait_for_timeout(100)
@@ -264,7 +264,7 @@ def test_large_land_is_drawn_thinned_and_says_so(opened):
     assert page.locator("#verdict").text_content() == "No verdict"
 
 
-# A browser without WebGL gives no context for it.
+# A browser without WebGL returns no context for it.
 NO_WEBGL = """
 const own = HTMLCanvasElement.prototype.getContext;
 HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {

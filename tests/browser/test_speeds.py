@@ -1,4 +1,4 @@
-"""The benchmark of the desk runs, on few frames and loads."""
+"""The benchmark of the desk runs, with few frames and loads."""
 
 import os
 
@@ -18,7 +18,7 @@ def test_what_is_measured_of_the_desk(monkeypatch):
     monkeypatch.setattr(desk, "_SECONDS", 4.0)
     report = desk.run(Options())
     if not report.rows:
-        # As in all tests of pages: Chromium is no package of Python, and may be missing.
+        # As in all tests of pages, Chromium may be missing, because it is not a Python package.
         pytest.skip(report.notes[-1])
     page, shown, all_shown, frames, generations = (value for _, value in report.rows)
     assert 0 < page < shown < all_shown < 120

@@ -30,7 +30,7 @@ ENDS = (
 )
 #: No-fly zones that block the map from edge to edge.
 WALL = [part for y in range(0, 4001, 400) for part in ("--nofly-circle", f"3000,{y},300")]
-#: A plan by the planner of the chip with the paper core.
+#: A plan by the planner for the chip with the paper core.
 PAPER = ("--planner", "ga-fpga", "--generations", "60", "--seed", "1")
 #: Files of a plan.
 FILES = ["path.geojson", "path.png", "summary.json", "terrain.npz"]
@@ -66,7 +66,7 @@ def assert_check_agrees(out, summary, capsys):
 
 
 def wait_for(process, begin):
-    """Read standard error up to a line; notes on compilation may come first."""
+    """Read standard error up to a line; notes on compilation may precede it."""
     assert any(line.startswith(begin) for line in process.stderr), begin
 
 

@@ -51,14 +51,14 @@ def test_writes_a_summary_and_a_picture(tmp_path, capsys, planner):
 
 
 def test_as_paper_is_version_0_1(tmp_path, capsys):
-    """The figures of version 0.1 with the same options."""
+    """The figures equal those of version 0.1 with the same options."""
     summary = run(capsys, tmp_path, "--as-paper", "--seed", "1", "--generations", "40")
     again = run(capsys, tmp_path, "--samples", "21", "--seed", "1", "--generations", "40")
     assert (summary["as_paper"], summary["samples"]) == (True, 21)
     assert summary["delta"] == pytest.approx(0.6370660068856192, rel=1e-9)
     assert summary["at_1001_samples"]["delta"] == pytest.approx(2.624330736509207, rel=1e-9)
     assert again["control_points"] == summary["control_points"]
-    # Reports of the paper's samples are even in the parameter, too.
+    # Reports with the paper's samples are also even in the parameter.
     control = np.zeros((1, 10, 2))
     points = summary["control_points"][0]
     control[0, : len(points)] = points

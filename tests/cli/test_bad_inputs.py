@@ -1,4 +1,4 @@
-"""Random bad inputs: each ends with one sentence, soon, and in little memory."""
+"""Random bad inputs: each ends quickly with one sentence, using little memory."""
 
 import json
 import subprocess
@@ -12,12 +12,13 @@ from .conftest import ROOT
 
 
 SEED = 1
-# Cases, and the minimum share of refused ones: a damage may hit bytes that nobody reads.
+# Number of cases, and the minimum share of refused ones, because damage may hit bytes that nobody
+# reads.
 CASES, REFUSED = 1200, 0.84
 
 
 def assert_refused(first, last):
-    """Run cases in a process of their own; none breaks the rule, and few were no bad input."""
+    """Run cases in a separate process; none breaks the rule, and few are not bad input."""
     command = [
         sys.executable,
         "-m",

@@ -84,7 +84,7 @@ def test_no_path_is_status_1(files, tmp_path, capsys):
     row = next(line.split() for line in printed.splitlines() if line.startswith("one"))
     assert row[:2] == ["one", "no"]
     assert not (tmp_path / "out" / "one" / "terrain.npz").exists()
-    # The reason of a result that is kept is the same.
+    # The reason of a kept result is the same.
     again = batch(capsys, *files, *options, "--generations", 2, "--no-grid")[2]
     told = [line for line in said.splitlines() if line.startswith("pathgene: one: ")]
     assert told == [line for line in again.splitlines() if line.startswith("pathgene: one: ")]
@@ -107,7 +107,7 @@ def test_fallback_is_that_of_the_option_before_that_of_the_file(files, tmp_path,
     (row,) = json.loads(batch(capsys, file, *options, "--json")[1])["problems"]
     assert (row["kept"], row["planner"], row["fallback"]) == (True, "fpa", "astar")
 
-    # Another fallback is another search: earlier results are not kept.
+    # A different fallback is a different search, so earlier results are not kept.
     status, printed, said = batch(capsys, file, *options, "--fallback", "none", "--json")
     assert status == 1
     (row,) = json.loads(printed)["problems"]
@@ -237,6 +237,6 @@ def test_a_gpu_gets_problems_in_parts(files, monkeypatch):
     nodes = tasks[0].mission.whole.terrain.elevation.size
     monkeypatch.setattr("pathgene.host.mission.batch._MOST_NODES", 2 * nodes)
     assert parts() == [[0, 1], [2, 3], [4, 5], [6, 7]]
-    # A map that is too large by itself is planned alone.
+    # A map that is already too large is planned alone.
     monkeypatch.setattr("pathgene.host.mission.batch._MOST_NODES", nodes - 1)
     assert parts() == [[at] for at in range(8)]

@@ -117,7 +117,7 @@ def test_old_names_are_read_with_a_note(capsys, tmp_path):
 
 
 def test_check_takes_the_options_of_a_summary(capsys, tmp_path):
-    """The options apply also to a given terrain: filling, cells and step."""
+    """The options also apply to a given terrain: filling, cells and step."""
     ny, nx = 40, 60
     heights = np.full((ny, nx), 100.0)
     heights[:, 25:30] = np.nan  # A river of voids blocks the way.

@@ -24,7 +24,7 @@ SCRIPTS = {
 @pytest.mark.parametrize("kernels", SCRIPTS)
 @pytest.mark.parametrize("off", [False, True])
 def test_notes_the_first_compilation(tmp_path, kernels, off):
-    """It notes a cache that is empty, and nothing if there is no compiler."""
+    """It notes an empty cache, and nothing if there is no compiler."""
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
     environment["NUMBA_DISABLE_JIT"] = str(int(off))
     script = f"from pathgene.host.cli.compiling import *; {SCRIPTS[kernels]}"

@@ -78,7 +78,7 @@ def test_a_desk_answers_to_its_token_and_ends_at_a_signal(tmp_path):
         status, headers, page = answer(address)
         assert status == 200
         assert b"pathgene desk" in page
-        # Nothing on the page is fetched from elsewhere.
+        # The page loads nothing from elsewhere.
         assert re.findall(rb"(?:src|href)=\"https?://", page) == []
         cookie = headers["set-cookie"].partition(";")[0]
         assert cookie.endswith(token)
@@ -100,7 +100,7 @@ def test_a_desk_answers_to_its_token_and_ends_at_a_signal(tmp_path):
     assert not (tmp_path / ".nicegui").exists()
 
 
-#: It writes its arguments to a file and much elsewhere, and stays.
+#: It writes its arguments to a file, prints much more, and keeps running.
 BROWSER = """#!/bin/sh
 echo noise
 echo noise >&2
@@ -134,7 +134,7 @@ def test_open_opens_the_page_where_there_is_a_screen(tmp_path, screen, monkeypat
         return
     number, url = opened.read_text().split()
     assert url == address
-    # The browser stays when the desk has ended.
+    # The browser keeps running after the desk has ended.
     os.kill(int(number), signal.SIGKILL)
 
 
@@ -172,7 +172,7 @@ def test_clients_that_ask_for_nothing_stop_nobody(tmp_path):
         begun = time.monotonic()
         assert answer(address)[0] == 200
         assert time.monotonic() - begun < usual_s + 1
-        # The oldest are closed at once, the rest after a while.
+        # The oldest connections are closed at once, the rest after a while.
         assert is_closed(first, 5)
         assert is_closed(clients[-1], 20)
         assert time.monotonic() - begun > 5
@@ -180,11 +180,11 @@ def test_clients_that_ask_for_nothing_stop_nobody(tmp_path):
 
 
 def asked(port, *lines):
-    """Send a request on a new connection, and read as much of the answer as comes at once."""
+    """Send a request on a new connection, and read the part of the answer that arrives at once."""
     client = socket.create_connection(("127.0.0.1", port))
     client.settimeout(20)
     client.sendall("\r\n".join([*lines, "Host: desk", "", ""]).encode())
-    # Frames of a WebSocket, which are no text, may follow at once.
+    # Frames of a WebSocket, which are not text, may follow immediately.
     return client, client.recv(4096).decode("latin-1")
 
 
@@ -216,7 +216,7 @@ def test_clients_that_have_asked_stop_nobody_afterwards(tmp_path):
         tab, reply = asked(port, *WEBSOCKET, cookie)
         stack.enter_context(tab)
         assert reply.startswith("HTTP/1.1 101 ")
-        # Answered, each begins another request, as if it were not idle.
+        # After its answer, each begins another request, as if it were not idle.
         clients = []
         for _ in range(300):
             client, reply = asked(port, "GET /meshes/x HTTP/1.1", cookie)

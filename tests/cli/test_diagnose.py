@@ -49,7 +49,7 @@ def test_closed(diagnosed):
 
 @pytest.mark.parametrize("command", ["diagnose", "plan"])
 def test_a_goal_in_a_pit_too_deep_for_costs_has_a_reason(command, tmp_path, capsys):
-    """The straight line there burns no fuel, so costs have nothing to be relative to."""
+    """The straight line there burns no fuel, so costs have no reference."""
     heights = np.full((60, 60), 900.0)
     heights[39:42, 39:42] = 100.0
     ground = tmp_path / "pit.npz"
@@ -87,7 +87,7 @@ def test_writes_the_reason_and_its_picture(diagnosed, tmp_path):
     assert written == json.loads(diagnosed(*WALL, "--json")[1])
     assert (out / "diagnosis.png").read_bytes().startswith(b"\x89PNG")
 
-    # A later run that finds a path does not leave a picture of a reason.
+    # A later run that finds a path leaves no picture of a reason.
     assert diagnosed("--out", str(out))[0] == 0
     assert [file.name for file in out.iterdir()] == ["diagnosis.json"]
     assert json.loads((out / "diagnosis.json").read_text())["connected"] is True

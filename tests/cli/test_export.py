@@ -160,7 +160,7 @@ def edited(flown, out, move_to_m):
 
 @pytest.fixture(scope="module")
 def safe(hills, tmp_path_factory):
-    """Return the folder of a plan by the rules of safe flight, with a terrain of its own."""
+    """Return the folder of a plan with the rules of safe flight, including its terrain."""
     out = tmp_path_factory.mktemp("safe") / "run"
     options = ("--planner", "astar", "--no-picture", "--origin", "-33.5,151.25")
     assert plan(hills, out, *options, "--write", "plan") == 0

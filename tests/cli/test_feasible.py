@@ -105,7 +105,7 @@ def test_the_testing_trajectory_in_detail(canyon, capsys, mode):
 
 
 def test_modes_differ_only_in_their_cycles(canyon, capsys):
-    """A cell per cycle against eight, and the stop of the two-tier mode at the coarse map."""
+    """One cell per cycle against eight, and the stop of the two-tier mode at the coarse map."""
     cycles = {mode: feasible(capsys, *canyon, "--mode", mode)["cycles"] for mode in MODES}
     assert cycles["parallel"] <= 44
     assert cycles["parallel"] < cycles["two-tier"] <= 171 < cycles["detailed"]
@@ -199,7 +199,7 @@ def test_gateware_matches_the_model(tmp_path, capsys, mode):
 def test_sends_only_the_part_of_the_map_that_the_path_may_reach(
     tmp_path, capsys, monkeypatch, mode
 ):
-    """The results equal the results of an upload of the whole map."""
+    """The results equal those after an upload of the whole map."""
     sent = []
     real_open, real_part = (
         pathgene.host.device.boards.open_board,

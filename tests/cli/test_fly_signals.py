@@ -140,7 +140,7 @@ def test_a_second_signal_while_the_flight_is_judged_loses_nothing(
     at_step(UNDERWAY)
 
     def signalled(value):
-        time.sleep(0.2)  # Sooner it would be the same request.
+        time.sleep(0.2)  # A signal any sooner would count as the same request.
         os.kill(os.getpid(), signal.SIGINT)
         return json_bytes(value)
 
@@ -198,7 +198,7 @@ def test_a_served_board_ends_after_a_signal(number):
 
 
 def test_a_served_board_heeds_a_signal_that_another_thread_takes():
-    """As one to a stopped process may be taken."""
+    """A signal to a stopped process may be taken like this."""
     command = ["board", "serve", "--board", board_url("sim", SMALL)]
     program = (
         "import signal, sys, threading, time\n"

@@ -1,4 +1,4 @@
-"""``pathgene plan`` over the folder of an older run, on a disk that fails at each call in turn."""
+"""``pathgene plan`` into the folder of an older run, on a disk that fails at each call in turn."""
 
 import errno
 import json
@@ -36,20 +36,20 @@ def older(hills, tmp_path_factory):
 
 
 def plan(hills, out):
-    """Plan another problem, whose files differ."""
+    """Plan a different problem, whose files differ."""
     command = ["plan", "--terrain", str(hills), *ENDS, *PLACED, "--out", str(out)]
     return main([*command, "--write", "kml,waypoints"])
 
 
 def content(folder):
-    """Return the visible files, with their content, and the number of the hidden ones."""
+    """Return the visible files with their content, and the number of hidden files."""
     files = {file.name: file.read_bytes() for file in folder.iterdir()}
     visible = {name: text for name, text in files.items() if name[0] != "."}
     return visible, len(files) - len(visible)
 
 
 def is_newer(folder):
-    """Return whether the visible files belong to the newer run, whole."""
+    """Return whether the visible files are exactly those of the newer run."""
     file = folder / "summary.json"
     summary = json.loads(file.read_text())
     try:

@@ -77,7 +77,7 @@ def test_further_signals_during_writing_lose_nothing(hills, tmp_path):
 
 def test_an_interrupt_before_a_path_is_found_writes_nothing(hills, tmp_path, monkeypatch, capsys):
     def interrupted(*arguments, **options):
-        """As two signals during the first generation."""
+        """Two signals during the first generation."""
         os.kill(os.getpid(), signal.SIGTERM)
         time.sleep(0.2)
         os.kill(os.getpid(), signal.SIGTERM)
@@ -120,7 +120,7 @@ def test_a_job_that_fails_by_the_signal_is_an_interrupt(hills, tmp_path, monkeyp
     "line", ["pathgene.host.errors", "pathgene.host.cli.streams", "pathgene.host.cli.parser"]
 )
 def test_an_interrupt_while_the_program_is_imported(line):
-    """Standard error has the imports until then, and no traceback."""
+    """Standard error lists the imports up to then, and has no traceback."""
     command = [sys.executable, "-X", "importtime", "-m", "pathgene", "plan", "--help"]
     with subprocess.Popen(
         command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
@@ -188,7 +188,7 @@ def test_a_comparison_keeps_its_runs_and_ends_its_processes(hills, tmp_path, num
         while not (file.exists() and file.read_bytes().endswith(b"\n")):
             assert process.poll() is None
             time.sleep(0.05)
-        os.killpg(process.pid, number)  # All its processes, as from a terminal.
+        os.killpg(process.pid, number)  # To all its processes, as from a terminal.
         output, error = process.communicate(timeout=60)
     assert process.returncode == 128 + number
     assert output == ""

@@ -34,7 +34,7 @@ def test_plan(hills, tmp_path):
     check = link(tmp_path, "terrain.npz", "path.geojson", "path.png", "path.kml", "path.waypoints")
     command = ["plan", "--terrain", str(hills), *ENDS, "--planner", "astar", "--as-paper"]
     place = ["--origin", "-33.5,151.25", "--write", "kml", "--out", str(tmp_path)]
-    assert main([*command, *place]) == 0  # path.waypoints is one to be removed.
+    assert main([*command, *place]) == 0  # path.waypoints is a file to be removed.
     check()
     summary = json.loads((tmp_path / "summary.json").read_text())
     assert list(summary["files"]) == ["terrain.npz", "path.geojson", "path.kml"]

@@ -219,7 +219,7 @@ def stalled(request):
     with contextlib.suppress(BlockingIOError):
         while True:
             os.write(writer, b"." * 4096)
-    # The mode belongs to the descriptor, whoever has it.
+    # The mode belongs to the descriptor, whichever process has it.
     os.set_blocking(writer, True)
     yield reader, writer
     os.close(reader)
@@ -253,7 +253,7 @@ def test_a_slow_reader_gets_the_sentence(stalled):
         assert process.wait(timeout=60) == 2
 
 
-# Every command that has not been run above, and a file that it writes.
+# Every command not run above, with a file that it writes.
 COMMANDS = {
     "problem new": (("problem", "new", "{out}/new.toml"), "new.toml"),
     "problem check": (("problem", "check", "{problem}"), None),
@@ -280,7 +280,7 @@ COMMANDS = {
     "terrain synth": (("terrain", "synth", "river", "--out", "{out}/river.npz"), "river.npz"),
     "verilog": (("verilog", "--top", "uart", "--out", "{out}/uart.v"), "uart.v"),
     "upload": (("upload", "{summary}", "--to", "{autopilot}"), None),
-    # The URL is lost, so nobody could use the board: it ends.
+    # The URL is lost, so nobody could use the board, and it ends.
     "board serve": (("board", "serve", "--board", "{board}"), None),
 }
 
@@ -316,7 +316,7 @@ LOST = (">&- 2>&-", ">full 2>full", ">broken 2>broken", ">broken")
 @pytest.mark.parametrize(
     ("name", "redirection"),
     [
-        # Each command with one of them, in turn; all of them take minutes.
+        # Each command with one of them, in rotation, because all combinations take minutes.
         pytest.param(name, lost, marks=pytest.mark.ci if (i + j) % 4 == 0 else pytest.mark.long)
         for i, name in enumerate(COMMANDS)
         for j, lost in enumerate(LOST)

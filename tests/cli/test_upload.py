@@ -96,7 +96,7 @@ def test_a_plan_file_of_a_path_that_is_not_feasible_stays_here_too(
     )
     assert main([*arguments, "--infeasible"]) == 0
 
-    # A ground station saves only its own members.
+    # A ground station only saves its own members.
     document = json.loads(file.read_text())
     del document["pathgene"]
     file.write_text(json.dumps(document))
@@ -115,7 +115,7 @@ def test_plan_states_the_verdict_in_its_file(flown, hills, tmp_path):
 def test_a_broken_connection_is_one_sentence_and_the_next_upload_succeeds(flown, autopilot, capsys):
     assert main(["upload", str(flown / "path.plan"), "--to", autopilot.address]) == 0
     items = len(json.loads((flown / "path.plan").read_text())["mission"]["items"])
-    # Heartbeat, both lists, the new fence and its reading; then the mission begins.
+    # Heartbeat, both lists, the new fence and its verification; then the mission begins.
     proxy = Proxy(autopilot.port, 1 + 2 + 1 + items + 2 + 2 + items // 2)
     assert main(["upload", str(flown / "path.plan"), "--to", proxy.address]) == 1
     proxy.close()

@@ -123,7 +123,7 @@ async def queues(dut, stalled, count):
 
 @cocotb.test()
 async def alone(dut):
-    """Check single paths: cycles and reads are the model's, the flags follow the verdict."""
+    """Check single paths: cycles and reads equal the model's, and the flags follow the verdict."""
     bench = Bench(dut, seed=3)
     await bench.reset()
     await bench.upload()
@@ -144,7 +144,7 @@ async def reset_during_a_check(dut):
     bench = Bench(dut, seed=4)
     await bench.reset()
     await bench.upload()
-    # Afterwards the coarse map is up to date; a reset before would leave it partly rebuilt.
+    # Afterwards the coarse map is up to date; an earlier reset would leave it partly rebuilt.
     await bench.check([bench.path()])
     for cycles in (3, 9, 20):
         driver = cocotb.start_soon(bench.points.put(*({"x": 31, "last": i == 7} for i in range(8))))

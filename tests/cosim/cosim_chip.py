@@ -1,6 +1,6 @@
 """The whole exported chip at its UART pins, driven by the host, against the model.
 
-CHIP in the environment chooses the configuration: ``small``, with a collision checker, or
+CHIP in the environment selects the configuration: ``small``, with a collision checker, or
 ``default`` for the paper's sizes.
 """
 
@@ -32,14 +32,14 @@ CONFIG = {"small": CHECKING, "default": Config(clocks_per_bit=4)}[os.environ.get
 CLOCK_NS = 10
 BIT_NS = CLOCK_NS * CONFIG.clocks_per_bit
 BYTE_NS = 10 * BIT_NS
-#: Exceeds the chip's longest silence; an attempt, 8 times as long, must fit a window of frames.
+#: Longer than the chip's longest silence; an attempt, 8 times as long, must fit a window of frames.
 TIMEOUT_S = CONFIG.receive_buffer * BYTE_NS / 4 * 1e-9
 
 
 class Pins:
     """A serial port at the pins of the chip, for host code in a thread.
 
-    Time is simulated time: a call returns when the simulation has done its work.
+    Time is simulated: a call returns when the simulation has done its work.
 
     Parameters
     ----------

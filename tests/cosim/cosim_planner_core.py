@@ -1,6 +1,6 @@
 """The exported planner: a cold run, and a run that continues from it and is stopped.
 
-The same flight, against the model, as in ``test_planner_core.py``.
+The flight, compared with the model, is the same as in ``test_planner_core.py``.
 """
 
 import cocotb

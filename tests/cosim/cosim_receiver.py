@@ -189,7 +189,7 @@ async def random_requests(dut, stalled):
 
 
 def check_orders(collected, body, answer, generates):
-    """Assert that START reaches the core with its values, and GENERATE with its ranking."""
+    """Assert that START reaches the core with its values and GENERATE with its ranking."""
     accepted = answer[2:3] == bytes((Status.OK,))
     requests = [
         (each.seed, each.x, each.y, each.altitude, each.avoid_ground)

@@ -205,7 +205,7 @@ async def every_kind_after_every_other(dut, stalled):
 
 @cocotb.test()
 async def first_byte_and_rate(dut):
-    """Send the first byte 3 cycles after ``on``; every six bytes of fields take one cycle more."""
+    """Send the first byte 3 cycles after ``on``; every six bytes of fields take one more cycle."""
     bench = Bench(dut, stalled=False)
     await bench.reset()
     dut.answer.value = packed(answer_layout, {"kind": AnswerKind.COUNTERS, "session": 1})

@@ -60,7 +60,7 @@ ALTERATIONS = {
     ),
 }
 
-#: The same of the planner.
+#: The same for the planner.
 ALTERATIONS_OF_THE_PLANNER = {
     "cut": ("planner/child_planner.py", "length << 2, 0", 1, "length << 1, 0"),
     "worse-parent": ("planner/child_planner.py", "Mux(one < other, one, other)", 1, "one"),
@@ -110,7 +110,7 @@ def altered_verilog(folder, name):
 
 
 def exported_of(folder, alteration, program, *arguments):
-    """Return the output of a program that runs next to an altered copy of the gateware."""
+    """Return the output of a program that runs with an altered copy of the gateware."""
 
     def export():
         file, old, times, new = alteration

@@ -108,7 +108,7 @@ def test_cycles_of_full_length_parents(pair, config, generations):
 
 @pytest.mark.ci
 def test_replies_to_random_frames_as_the_model():
-    """Whole, broken, repeated and damaged frames, and garbage between them; byte for byte."""
+    """Intact, broken, repeated and damaged frames with garbage between them match byte for byte."""
     fuzz = fuzz_simulated_board(SMALL, seed=1, frames=3000)
     counts = {status: fuzz.statuses[status] for status in Status if status is not Status.BUSY}
     assert min(counts.values()) > 20, counts
@@ -171,7 +171,7 @@ def test_gives_up_a_stopped_board():
 
 @pytest.mark.ci
 def test_ctrl_c_does_not_wait_for_a_stopped_board(tmp_path):
-    """The best path until then is written at once, and the simulator ends with its host."""
+    """The best path found is written at once, and the simulator ends with its host."""
     terrain = tmp_path / "plain.npz"
     np.savez(terrain, elevation=np.zeros((21, 21)), dx_m=100.0, dy_m=100.0)
     command = [sys.executable, "-m", "pathgene", "plan", "--terrain", terrain, "--agl", "--start",
@@ -190,8 +190,8 @@ def test_ctrl_c_does_not_wait_for_a_stopped_board(tmp_path):
     assert error.splitlines()[-1] == "pathgene: Interrupted; the best path so far is written."
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert (summary["stopped_by"], summary["hardware"]) == ("interrupt", None)
-    # Until the signal, and a second longer. Waiting for the board would take three attempts of 5 s.
-    # A loaded machine draws the picture late, but that is not time of the link.
+    # The time until the signal, and one second more. Waiting for the board would take three
+    # attempts of 5 s. A loaded machine draws the picture late, but that is not link time.
     assert 1 < summary["seconds"]["link"] < 10
     assert not Path(f"/proc/{simulator}").exists()
 

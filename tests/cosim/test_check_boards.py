@@ -149,7 +149,7 @@ def test_icarus_agrees(pair, icarus):
 
 @pytest.mark.ci
 def test_replies_to_random_frames_as_the_model():
-    """Whole, broken, repeated and damaged frames of every command; byte for byte."""
+    """Intact, broken, repeated and damaged frames of every command match byte for byte."""
     fuzz = fuzz_simulated_board(CHECKERS["parallel"], seed=1, frames=3000)
     counts = {status: fuzz.statuses[status] for status in Status if status is not Status.BUSY}
     assert min(counts.values()) > 20, counts

@@ -1,7 +1,7 @@
 """A reset of the whole chip for one cycle, at any moment of any command.
 
-The host must notice it and say so, or be done. Everything that it had been told until then is
-right, and a new session on the same chip does the same job with the same results.
+The host must notice and report it, or be done. Everything it was told until then must be right, and
+a new session on the same chip must do the same job with the same results.
 """
 
 import contextlib
@@ -24,9 +24,9 @@ from tests.support.planner.cases import ground, record, shape
 pytestmark = pytest.mark.cosim
 
 PLANNER = SMALL_PLANNER.replace(clocks_per_bit=4, receive_buffer=512)
-#: Cycles at most from a byte to the reset: within a byte, within a reply, within a run.
+#: Maximum cycles from a byte to the reset: within a byte, within a reply, within a run.
 FAR = (40, 3_000, 40_000)
-#: Bytes of INFO and OPEN, in which one reset of four happens at least.
+#: Bytes of INFO and OPEN, during which at least one reset in four happens.
 OPENING_BYTES = 24
 RESET = "The board was reset or taken by another host: open it again."
 LAST_SESSION = "The last session with the board cannot be resumed: open it again."
@@ -92,7 +92,7 @@ def error_of(call, *arguments):
 
 
 def interrupted(port, job):
-    """Do the job; return its results until the reset was noticed, and whether it was."""
+    """Execute the job; return its results until the reset was noticed, and whether it was."""
     results, chips = [], []
 
     def do():

@@ -1,4 +1,4 @@
-"""The time stated for a replan on the chip, compared with the time of the gates and their line."""
+"""The stated time of a replan on the chip, compared with the time of the gates and their line."""
 
 import contextlib
 import dataclasses
@@ -26,7 +26,7 @@ CONFIG = CHIPS["planner"].replace(clocks_per_bit=33)
 
 
 class Gates:
-    """A chip as a port, and as the host's clock: time passes by cycles alone."""
+    """A chip as a port and as the host's clock: time only passes in cycles."""
 
     timeout = write_timeout = None
 
@@ -39,7 +39,7 @@ class Gates:
 
     def read(self, size):
         if not self._received:
-            # Until a frame comes.
+            # Until a frame arrives.
             self._received, _ = self._chip.wait(1e6 / CLOCK_HZ)
         data, self._received = self._received[:size], self._received[size:]
         return data
@@ -102,7 +102,7 @@ def test_replans_on_the_gates_take_the_time_that_is_stated(evaluator, monkeypatc
             assert run["cycles"] >= limit if ends_by == "cycles" else run["generations"] == limit
             assert hardware["drawing_cycles"] > 1_000
             taken.append(ended[-1] - before)
-            # At this clock a bit takes as long as on the line whose time is stated.
+            # At this clock a bit takes as long as on the line of the stated time.
             clock_hz = CONFIG.clocks_per_bit * BAUD
             stated.append(chip_time({**hardware, "clock_hz": clock_hz}).whole_s * clock_hz)
             plan.finish()

@@ -1,4 +1,4 @@
-"""Random frames with right checksums to simulated boards and the software model, byte for byte."""
+"""Random frames with correct checksums to simulated boards and the model, byte for byte."""
 
 import collections
 
@@ -28,14 +28,14 @@ def fuzz_board(chip, seeds, frames):
 
 @pytest.mark.parametrize("chip", ["paper", PLANNER])
 def test_answers_as_the_model(chip):
-    """Each answer, the state that later answers show, and valid sessions among the frames."""
+    """Each answer matches, and so does the state in later answers, also in valid sessions."""
     fuzz_board(chip, 1, 500)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("chip", CHIPS)
 def test_answers_to_thousands_as_the_model(chip):
-    """With the frames to runs, 20,000 of both chips."""
+    """With the frames to runs, both chips get 20,000 frames."""
     fuzz_board(chip, 6, 1500)
 
 
@@ -44,12 +44,12 @@ def test_answers_to_thousands_as_the_model(chip):
     [pytest.param(1, 200, marks=pytest.mark.ci), pytest.param(4, 500, marks=pytest.mark.long)],
 )
 def test_a_run_makes_commands_wait(seeds, frames):
-    """By the rules, in their order; a refused command changes nothing."""
+    """A run delays commands by the rules, in order; a refused command changes nothing."""
     counts = collections.Counter()
     for seed in range(seeds):
         counts += fuzz_during_runs(seed, frames)
     print(table(counts))
     assert counts.total() == seeds * frames
-    # Few are BAD_VALUE: of the commands that need not wait, only a repeated RUN has values.
+    # Few are BAD_VALUE, because a repeated RUN is the only command with values that need not wait.
     rare = {Status.DUPLICATE, Status.BAD_VALUE}
     assert {status for _, status in counts} >= {*Status, None} - rare

@@ -25,7 +25,7 @@ LONG_ON_ICARUS = (
 
 
 def marks(simulator, name):
-    """Return the marks of a bench: one of them shows in `make test` that both simulators work."""
+    """Return the marks of a bench; one runs in `make test` to show that both simulators work."""
     if simulator == "icarus" and name in LONG_ON_ICARUS:
         return [pytest.mark.long]
     return [] if name == "uart" else [pytest.mark.ci]
@@ -47,7 +47,7 @@ def marks(simulator, name):
 )
 def test_bench(bench, simulator):
     result = run_bench(simulator, bench)
-    # None is missing or skipped; a parametrized test counts more than once.
+    # No test is missing or skipped; a parametrized test counts more than once.
     defined = len(re.findall(r"^@(cocotb\.test\(|with_host$)", bench.read_text(), re.MULTILINE))
     assert result.tests >= defined > 0
 

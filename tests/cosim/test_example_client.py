@@ -205,12 +205,13 @@ def test_over_a_bad_line(client):
 
     with served_model(SMALL, damage) as (port, frames):
         assert client(port, "20") == expected_line(SMALL)
-    # INFO, OPEN, START, WRITEs, generations and READs would take fewer if each were sent once.
+    # INFO, OPEN, START, WRITEs, generations and READs would take fewer frames if each were sent
+    # once.
     assert len(frames) > 2 * (3 + SMALL.population + 5 + SMALL.population) * 6 / 5
 
 
 def test_plans_over_a_bad_line(planner):
-    """Every fourth frame is lost, so that commands are repeated, a RUN among them."""
+    """Every fourth frame is lost, so that commands are repeated, including a RUN."""
 
     def damage(number, frame):
         return frame if number % 4 else b""
@@ -220,7 +221,7 @@ def test_plans_over_a_bad_line(planner):
 
 
 def leave_a_run(url):
-    """Start a run that takes minutes, and leave."""
+    """Start a run that takes minutes, and disconnect."""
     with open_board(url) as chip:
         edge = chip.config.map_size
         chip.update_map(np.zeros((edge, edge), dtype=np.int64))

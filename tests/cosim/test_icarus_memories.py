@@ -1,4 +1,4 @@
-"""Exported Verilog on Icarus, to which a memory without initial contents would be unknown."""
+"""Exported Verilog on Icarus, where a memory without initial contents would be unknown."""
 
 import re
 import subprocess
@@ -57,7 +57,7 @@ endmodule
 
 
 def test_a_wavefront_ends(icarus, tmp_path):
-    """A cost that was unknown once would stay unknown: lower costs are found by comparisons."""
+    """An unknown cost would stay unknown, because lower costs are found by comparison."""
     problem = record(SMALL, np.random.default_rng(1))
     vector, sizes = problem_vector(SMALL, problem), sizes_vector(SMALL, 0)
     distances, prices = np.zeros(3, dtype=np.int64), np.zeros(PRICES, dtype=np.int64)

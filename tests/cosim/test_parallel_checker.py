@@ -74,7 +74,7 @@ def test_every_segment_of_a_tiny_map():
     ("lanes", "latency", "bits"), [(8, 1, 16), (8, 2, 6), (16, 1, 6), (16, 2, 14)]
 )
 def test_many_lanes_on_a_small_map(lanes, latency, bits):
-    """Rows of a segment that are mostly empty; single and queued paths; lookups."""
+    """Mostly empty rows of a segment; single and queued paths; lookups."""
     config = TINY.replace(map_size=16, lanes=lanes, memory_latency=latency, altitude_bits=bits)
     rng = np.random.default_rng(lanes + bits)
     with VerilatedChecker(config) as chip:

@@ -120,7 +120,7 @@ def findings(layouts, numbers, count):
     ids=["small", "one lane", "usual", "no memo"],
 )
 def test_keys_margins_and_cycles(config, rows, repeat, count):
-    """With and without entry and exit, freely and under back-pressure; long and short walks."""
+    """All match with and without entry and exit, back-pressure and long walks."""
     rng = np.random.default_rng([rows, config.lanes])
     layouts = Layouts(config)
     cases, sent = [], []

@@ -147,7 +147,7 @@ def check(chip, heights, paths, *, stall=0):
 
 
 def random_paths(config, rng, number, *, pool=40, repeat=0.6, heading=0):
-    """Paths over few points: many are an earlier one with another point, as children are."""
+    """Paths over few points; many differ from an earlier path in one point, as children do."""
     points = [any_point(config, rng) for _ in range(pool)]
     start, goal = any_point(config, rng), any_point(config, rng)
     headings = [bool(heading & 1), bool(heading >> 1)]
@@ -183,7 +183,7 @@ def random_paths(config, rng, number, *, pool=40, repeat=0.6, heading=0):
     ],
 )
 def test_tiny_map(lanes, rows, latency, bits):
-    """All pairs of corners at random altitudes; children of paths, also with pauses."""
+    """All pairs of corners at random altitudes, and children of paths, also with pauses."""
     config = TINY.replace(lanes=lanes, memory_latency=latency, altitude_bits=bits)
     rng = np.random.default_rng(lanes)
     cells = list(itertools.product(range(config.map_size), repeat=2))

@@ -25,7 +25,7 @@ CHIP = SMALL.replace(clocks_per_bit=4, receive_buffer=512)
     [pytest.param(400, marks=pytest.mark.ci), pytest.param(20_000, marks=pytest.mark.long)],
 )
 def test_random_frames(frames):
-    """Frames whole and broken; of every run, its paths, and the cycles of all units."""
+    """Intact and broken frames match, and for every run its paths and the cycles of all units."""
     fuzz = fuzz_simulated_board(CHIP, seed=frames, frames=frames)
     assert all(fuzz.statuses[status] for status in Status if status is not Status.BUSY)
 
@@ -64,7 +64,7 @@ def test_a_run_makes_other_commands_wait():
         best = runs.best()
         assert best.classes[0] is PathClass.FEASIBLE
         assert best.keys[0] == ended.key
-        # A session that is opened again ends the run that the previous one has left.
+        # Opening a session again ends the run that the previous session left.
         runs.start(options)
         assert runs.status().running
         chip.reopen()
@@ -74,7 +74,7 @@ def test_a_run_makes_other_commands_wait():
 
 @pytest.mark.long
 def test_a_run_is_the_same_on_every_board(icarus):
-    """The model, Verilator and Icarus: paths, keys and cycles."""
+    """Paths, keys and cycles are equal on the model, Verilator and Icarus."""
     rng = np.random.default_rng(4)
     heights, problem, block = ground(CHIP, rng), record(CHIP, rng), shape(CHIP, rng)
     options = RunOptions(

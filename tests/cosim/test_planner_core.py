@@ -1,4 +1,4 @@
-"""The exported planner in Verilator: whole runs against the model, all they report included."""
+"""The exported planner in Verilator: whole runs and all that they report, against the model."""
 
 import dataclasses
 import shutil
@@ -46,7 +46,7 @@ def planner_verilog(config, rows):
 class VerilatedPlanner:
     """The planner, simulated by Verilator in another process, and its map.
 
-    With ``builds``, it compiles quickly and simulates slowly. ``text`` is other Verilog of it.
+    With ``builds``, it compiles quickly and simulates slowly. ``text`` replaces its Verilog.
     """
 
     def __init__(self, config, rows, builds=None, text=None):
@@ -133,7 +133,7 @@ def _words(payload):
 
 
 def fly(config, rows, seed, runs, generations, builds=None, text=None):
-    """Do runs on changing maps and problems; return the kinds of runs."""
+    """Execute runs on changing maps and problems; return the kinds of runs."""
     with VerilatedPlanner(config, rows, builds, text) as chip:
         flight = Flight(config, rows, seed, chip)
         assert chip.status()[0] == [0, 0, 0]
@@ -233,7 +233,7 @@ def test_a_stop_without_a_run_means_nothing():
 
 @pytest.mark.parametrize("runs", [12, pytest.param(300, marks=pytest.mark.long)])
 def test_a_reset_in_the_middle_of_a_run_leaves_a_new_chip(runs):
-    """It has neither problem, population nor paths; the map stays, and is scanned again."""
+    """The chip has no problem, population or paths; the map stays, and is scanned again."""
     with VerilatedPlanner(SMALL, 64) as chip:
         flight = Flight(SMALL, 64, 9, chip)
         flight.upload()

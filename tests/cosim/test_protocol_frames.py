@@ -32,10 +32,10 @@ def test_gateware_gives_the_golden_replies(name):
         for exchange in chip["exchanges"]:
             port.write(bytes.fromhex(exchange["request"]["frame"]))
             if exchange["reply"] is None:
-                continue  # A reply would precede that to the next request and fail there.
+                continue  # A reply would precede the reply to the next request and fail there.
             replied = reply(port)
             if exchange["request"].get("command") == Command.RUN.name:
-                # Few at a time: they fit in the receive buffer.
+                # A few at a time, so that they fit into the receive buffer.
                 for waiting in WAITING.split(bytes([DELIMITER]))[:-1]:
                     port.write(waiting + bytes([DELIMITER]))
                     reply(port)

@@ -33,7 +33,7 @@ def words(value, count):
 
 
 def batch(config, problem, paths, pause):
-    """Return a problem and its paths as the program takes them."""
+    """Return a problem and its paths in the form that the program reads."""
     layout = point_layout(config.coordinate_bits, config.altitude_bits)
     record = problem_layout(config)
     points = [
@@ -58,7 +58,7 @@ def sizes_of(problem, paths):
 
 
 def unpack(config, raw, sizes):
-    """Return launches, scores and chords of a batch, with their cycles, and the words left."""
+    """Return launches, scores and chords of a batch, with their cycles, and the remaining words."""
     launches, raw = raw[: len(sizes)].tolist(), raw[len(sizes) :]
     scores, raw = raw[: 2 * len(sizes)].reshape(-1, 2), raw[2 * len(sizes) :]
     segments = sum(sizes) - len(sizes)

@@ -53,7 +53,7 @@ def frame_words(config, record):
 
 
 def packed(config, job, drawn):
-    """Return a job as the program takes it."""
+    """Return a job in the form that the program reads."""
     record = problem_layout(config)
     fields = words(record.const(vars(job.problem)).as_bits(), -(-record.size // 32))
     written = [(x, y, job.ground[y, x]) for x, y in job.written.tolist()]
@@ -95,7 +95,7 @@ def program(config, folder):
 
 
 def drawn_jobs(config, rng, maps, runs, most_shift):
-    """Return jobs: of each map some runs, most with corners written before, near each other."""
+    """Return jobs: several runs per map, usually after writes of neighbouring corners."""
     size, jobs = config.map_size, []
     for _ in range(maps):
         share = float(rng.choice([0, 0.0005, 0.01, 0.2]))
@@ -135,7 +135,7 @@ def drawn_jobs(config, rng, maps, runs, most_shift):
 
 @dataclass
 class Expected:
-    """Findings of the definition, and the words that it takes."""
+    """Findings of the definition, and the random words that it takes."""
 
     blocks: object
     surface: dict
@@ -162,7 +162,7 @@ def expected_of(config, job, rng):
 
 
 def check(config, job, expected, raw):
-    """Compare one job's words with the expected ones; return the words left."""
+    """Compare a job's words with the expected ones; return the remaining words."""
     z = config.altitude_bits
     scanned, ran, seeded, passes, length, waypoints, taken = raw[:7].tolist()
     raw = raw[7:]

@@ -1,4 +1,4 @@
-"""A simulated board that several clients want: real sockets and terminals, real processes."""
+"""A simulated board with competing clients: real sockets and terminals, real processes."""
 
 import contextlib
 import json
@@ -32,20 +32,21 @@ from tests.support.gateware.chips import SMALL, board_url
 pytestmark = pytest.mark.cosim
 
 ROOT = Path(__file__).resolve().parents[2]
-#: Longest time that one client may keep the board from another, and as much for a loaded machine.
+#: Maximum time that one client may keep the board from another, and as much again for a loaded
+#: machine.
 SOON_S = 2.5
 INFO = b"\0" + encode_frame(bytes((0, 1, Command.INFO)), plain=True)
 
 
 @pytest.fixture(scope="module")
 def echo():
-    """Program of a chip that sends back all that it receives."""
+    """Program of a chip that echoes everything that it receives."""
     return build_program("verilator", echo_verilog(4), "uart_echo", 4)
 
 
 @pytest.fixture
 def served(echo):
-    """A served board that echoes."""
+    """A served board with an echo chip."""
     with SimulatedBoard(echo, keep=True) as board:
         yield board
 
@@ -73,7 +74,7 @@ def read(client, size):
 
 
 def flood(client, data, seconds):
-    """Send ``data`` again and again without reading; return the bytes that were taken."""
+    """Send ``data`` repeatedly without reading; return the number of bytes accepted."""
     client.setblocking(False)
     sent, end = 0, time.monotonic() + seconds
     try:
@@ -182,7 +183,7 @@ def test_a_host_whose_board_was_taken_says_so(chip):
 
 @pytest.mark.ci
 def test_a_plan_that_loses_its_board_to_another_client_keeps_its_best_path(chip, tmp_path):
-    """A host that computes for more than a second between two frames, here one that is stopped."""
+    """The host computes for more than a second between two frames; here, it is stopped."""
     terrain = tmp_path / "plain.npz"
     np.savez(terrain, elevation=np.zeros((21, 21)), dx_m=100.0, dy_m=100.0)
     command = [sys.executable, "-m", "pathgene", "plan", "--terrain", terrain, "--agl", "--start",
@@ -232,7 +233,7 @@ def test_garbage_of_a_client_that_left_delays_nobody(chip):
     ids=["random", "zeros", "questions"],
 )  # fmt: skip
 def test_a_client_that_never_stops_and_never_reads(chip, data):
-    """It is disconnected when it is far ahead of the chip; the board answers the next at once."""
+    """It is disconnected when far ahead of the chip; the board then answers the next client."""
     with connect(chip) as client:
         thread = threading.Thread(target=flood, args=(client, data, 20))
         begun = time.monotonic()
@@ -278,7 +279,7 @@ def test_fifty_connections_at_once(chip):
         told = [read(client, len(BUSY)) for client in clients[1:-8]]
         assert told == [BUSY] * 41
         assert time.monotonic() - begun < SOON_S
-        # The first is silent, so one that is not has the board a second later.
+        # The first client is silent, so an active one has the board a second later.
         clients[-3].sendall(INFO)
         assert read(clients[-3], 1)
         assert read(clients[0], 1) == b""
@@ -346,7 +347,7 @@ def test_a_client_that_sends_garbage_now_and_then_loses_the_board(chip, pause_s)
 
 @pytest.mark.parametrize("garbage", [b"x", INFO[:-1]], ids=["a byte", "half a frame"])
 def test_a_client_that_the_chip_does_not_answer_loses_the_board(chip, garbage):
-    """Another of that kind waits before, and has the board for a second, too."""
+    """Another such client waits before it, and also has the board for a second."""
     with connect(chip) as first, connect(chip) as second:
         first.sendall(garbage)
         second.sendall(garbage)

@@ -28,7 +28,7 @@ def echo():
 
 
 def gone(pid, within_s=5.0):
-    """Wait until the process has ended; return False after ``within_s``."""
+    """Wait until the process has ended; return False if it has not after ``within_s``."""
     deadline = time.monotonic() + within_s
     while time.monotonic() < deadline:
         try:
@@ -69,7 +69,7 @@ def test_echo(simulator, clocks_per_bit):
 
 
 def test_line_runs_at_full_rate(echo):
-    # Without pauses a byte takes 10 bits; its echo follows a byte and a few cycles later.
+    # Without pauses, a byte takes 10 bits; its echo follows one byte and a few cycles later.
     with SimulatedBoard(echo, idle_clocks=0) as board, board.open(timeout=30) as port:
         start = board.cycles()
         port.write(bytes(1000))
@@ -284,7 +284,7 @@ LINE_TEST = ROOT / "tests" / "cosim" / "uart_line.cpp"
 
 @pytest.mark.parametrize("clocks_per_bit", [2, 3, 4, 33, 868])
 def test_line_levels(tmp_path_factory, clocks_per_bit):
-    """The driver makes every level of the line, and the sampler reads the same bytes."""
+    """The driver produces every level of the line, and the sampler reads the same bytes."""
     program = tmp_path_factory.getbasetemp() / "uart_line"
     if not program.exists():
         include = ROOT / "sim" / "board"

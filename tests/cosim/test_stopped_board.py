@@ -1,4 +1,4 @@
-"""A simulator that is stopped: its host stops waiting in time."""
+"""A stopped simulator: its host stops waiting in time."""
 
 import os
 import signal
@@ -25,7 +25,7 @@ ROOT = Path(__file__).resolve().parents[2]
 @pytest.mark.ci
 @pytest.mark.parametrize("pty", [True, False])
 def test_a_stopped_simulator_costs_the_patience(pty):
-    """In the middle of an upload, and before the first answer."""
+    """It stops in the middle of an upload, or before the first answer."""
     with start_simulated(board_url("sim", CHECKING), pty=pty, keep=True) as board:
         size = CHECKING.map_size
         with open_board(f"{board.url}?patience=1.5") as client:

@@ -16,7 +16,7 @@ PAGES = (
 )
 #: Languages of fences that show commands or programs.
 RUN = {"sh", "python"}
-#: Languages of fences that show something else; directives of the site have braces.
+#: Languages of all other fences; directives of the site have braces.
 SHOWN = {"text", "json", "toml", "csv", "c", "verilog", "http"}
 
 _FENCE = re.compile(
@@ -78,14 +78,14 @@ def fences(page, text=None):
 
 
 def link_sources(folder):
-    """Link the sources into ``folder``, except the leftovers of runs in their root."""
+    """Link the sources into ``folder``, except for leftovers of runs in their root."""
     for entry in ROOT.iterdir():
         if entry.name not in {".git", "build", "dist", "out"}:
             (folder / entry.name).symlink_to(entry)
 
 
 def copy_sources(folder):
-    """Copy the files that git knows or would add into ``folder``, links as links."""
+    """Copy the files that git tracks or would add into ``folder``, keeping links."""
     command = ["git", "-C", ROOT, "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
     listed = subprocess.run(command, stdout=subprocess.PIPE, check=True).stdout.decode()
     for name in listed.split("\0"):

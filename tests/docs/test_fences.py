@@ -1,4 +1,4 @@
-"""Every command and program of the documentation runs, or has a reason why it does not."""
+"""Every command and program of the documentation runs, or states why it does not."""
 
 import json
 import os
@@ -78,7 +78,7 @@ def test_every_fence_names_its_language(page):
 @pytest.mark.parametrize(
     "page",
     [
-        # The page that a newcomer follows; all further pages take longer.
+        # The page that a newcomer follows; the remaining pages take longer.
         pytest.param(page, marks=[] if page == "README.md" else [pytest.mark.ci])
         for page in pages_with(slow=False)
     ],

@@ -1,4 +1,4 @@
-"""The notebook is the tutorial, has no outputs, and runs from top to bottom."""
+"""The notebook equals the tutorial, has no outputs, and runs from top to bottom."""
 
 import asyncio
 import json

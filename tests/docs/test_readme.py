@@ -1,4 +1,4 @@
-"""The claims of README are the kept results of the benchmarks."""
+"""The claims of README match the stored results of the benchmarks."""
 
 import json
 import re

@@ -66,7 +66,7 @@ def run(folder, *command):
 
 @pytest.fixture
 def straight(monkeypatch):
-    """The planner of the recipe, in the table: its file, and its row."""
+    """The planner of the recipe in the table: its file and its row."""
     source, row = recipe("Add a planner")
     module = types.ModuleType("pathgene.host.planners.grid.straight")
     exec(compile(source, "straight.py", "exec"), vars(module))
@@ -76,12 +76,12 @@ def straight(monkeypatch):
 
 
 def test_a_planner_is_two_files(straight, capsys, tmp_path):
-    """The command line, comparisons and the API know it without another change."""
+    """The command line, comparisons and the API know it without further changes."""
     ends = ["--terrain", "canyon", "--agl", "--start", "300,300,60", "--goal", "4700,4600,60"]
     assert main(["plan", *ends, "--planner", "straight", "--fallback", "none", "--no-picture",
                  "--out", str(tmp_path / "out")]) == 0  # fmt: skip
     assert "straight" in capsys.readouterr().out
-    # Runs of a comparison are other processes, which import the tables of the sources.
+    # Runs of a comparison are separate processes, which import the tables of the sources.
     assert [entrant.planner for entrant in parse_entrants("straight,astar", {}, {})] == [
         "straight",
         "astar",
@@ -100,12 +100,12 @@ def unit():
     exec(compile(source, "pulse_counter.py", "exec"), names)
     exec(compile(test, "test_pulse_counter.py", "exec"), names)
     yield names["PulseCounter"], names["test_counts_pulses"]
-    # Other tests see the units that exist.
+    # The remaining tests see the existing units.
     names["PulseCounter"].__module__ = "recipe"
 
 
 def test_a_unit_declares_its_parameters(unit):
-    """Its checks and its documentation come with the declaration, and tests find the unit."""
+    """The declaration provides its checks and documentation, and tests find the unit."""
     kind, test = unit
     test()
     assert kind in unit_classes()
@@ -145,7 +145,7 @@ def test_a_board_is_a_file_and_its_rows(tmp_path):
     folder = tmp_path / "build" / "bitstream" / "ulx3s-25f" / "paper"
     assert "--25k" in (folder / "build_chip.sh").read_text()
     assert 'LOCATE COMP "uart_0__rx__io" SITE "M1"' in (folder / "chip.lpf").read_text()
-    # Tables of boards are no gateware, which the mutation tester alters.
+    # The mutation tester only alters gateware, which tables of boards are not.
     assert "ulx3s_25f" not in run(tmp_path, "tools.mutate", "--list", "--count", "4000")
 
 

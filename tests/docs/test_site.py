@@ -1,4 +1,4 @@
-"""``make docs``: the site builds without a warning and needs no network to be read."""
+"""``make docs``: the site builds without warnings and can be read without a network."""
 
 import re
 import subprocess

@@ -37,7 +37,7 @@ def free(m, *signals):
 
 
 def comes_back(m, states, earlier, age, away, limit, *, most):
-    """Claim that a control unit is in LISTEN again at most ``most * limit`` cycles after it left.
+    """Claim that a control unit returns to LISTEN at most ``most * limit`` cycles after leaving it.
 
     Parameters
     ----------
@@ -45,11 +45,11 @@ def comes_back(m, states, earlier, age, away, limit, *, most):
     states : (Signal, Signal)
         The state in the previous cycle, and in this one.
     earlier : dict of ChipState to int
-        Every other state, and how many have been before it, at most.
+        Every other state, and the maximum number of states before it.
     age, away : Signal
-        Cycles in the state, and out of LISTEN.
+        Cycles in the state, and outside LISTEN.
     limit : Signal
-        Longest time in a state.
+        Maximum time in a state.
     most : int
     """
     before, state = states
@@ -69,7 +69,7 @@ def comes_back(m, states, earlier, age, away, limit, *, most):
 
 
 def made_of(component, **units):
-    """Return the class of a component in whose module other classes stand for those it uses."""
+    """Return a component's class from a copy of its module with other classes as its parts."""
     copy = altered(component, ("__all__", "__all__"))
     if missing := units.keys() - vars(inspect.getmodule(component)).keys():
         raise ValueError(f"{component.__name__} uses no {', '.join(missing)}")
@@ -84,7 +84,7 @@ def _set(m, signal, source):
 
 
 class Opened(Elaboratable):
-    """A component whose inside can be seen, as a proof by induction needs.
+    """A component whose internals are visible, as a proof by induction needs.
 
     Parameters
     ----------
@@ -103,20 +103,20 @@ class Opened(Elaboratable):
         self.submodules = self._module.submodules
 
     def memory(self, m, name, address):
-        """Return row ``address`` of the memory that is a submodule; call it before `signal`."""
+        """Return row ``address`` of a memory that is a submodule; call it before `signal`."""
         port = self.submodules[name].read_port(domain="comb")
         m.d.comb += port.addr.eq(address)
         return Value.cast(port.data)
 
     def open(self, name):
-        """Return the submodule of that name, opened as well; before `signal`."""
+        """Return the submodule of that name, also opened; call it before `signal`."""
         component, where = self._module._named_submodules[name]
         inner = Opened(component)
         self._module._named_submodules[name] = inner, where
         return inner
 
     def signal(self, name, domain=None):
-        """Return the signal of that name that the component itself drives, in a domain or any."""
+        """Return the signal of that name that the component drives, in a given or any domain."""
         if self._fragment is None:
             self._fragment = Fragment.get(self._module, None)
         found = {
@@ -133,9 +133,9 @@ class Opened(Elaboratable):
 
 
 class Scoreboard(Elaboratable):
-    """Asserts that words come out as they went in: none lost, none invented, in order.
+    """Asserts that words leave as they entered: in order, none lost, none invented.
 
-    It watches any one word: the word whose number, modulo ``2**bits``, is ``watched``. A claim
+    It watches an arbitrary word: the word whose number, modulo ``2**bits``, is ``watched``. A claim
     about this word is a claim about every word.
 
     Parameters
@@ -143,18 +143,18 @@ class Scoreboard(Elaboratable):
     shape : ShapeLike
         Shape of a word.
     bits : int
-        Width of the counters; ``2**bits`` is more than the words that can be in flight.
+        Width of the counters; ``2**bits`` exceeds the number of words that can be in flight.
 
     Attributes
     ----------
     put, put_word, take, take_word
-        In this cycle a word goes in, comes out.
+        A word enters or leaves in this cycle, and that word.
     inside : Signal(bits)
-        Words that went in and did not come out.
+        Number of words that entered and have not left.
     watched, value : Signal
-        Number of the word that is watched, and that word once it went in.
+        Number of the watched word, and the word itself once it has entered.
     taken : Signal(bits)
-        Words that came out.
+        Number of words that left.
     """
 
     def __init__(self, shape, bits):
@@ -176,7 +176,7 @@ class Scoreboard(Elaboratable):
         ]
         with m.If(self.put & (self.given == self.watched)):
             m.d.sync += Value.cast(self.value).eq(Value.cast(self.put_word))
-        # A word may come out in the cycle in which it goes in.
+        # A word may leave in the cycle in which it enters.
         known = Mux(
             self.put & (self.given == self.watched),
             Value.cast(self.put_word),
@@ -210,7 +210,7 @@ class FreeCrc(wiring.Component):
 
 
 class FreeEncoder(wiring.Component):
-    """A COBS encoder that takes bytes at any time and sends any bytes."""
+    """A COBS encoder that takes bytes and sends arbitrary bytes at any time."""
 
     def __init__(self):
         layout = data.StructLayout({"data": 8, "last": 1})

@@ -1,4 +1,4 @@
-"""No two lanes of the parallel checker ever address one port of one bank."""
+"""No two lanes of the parallel checker ever address the same port of the same bank."""
 
 from amaranth import *
 from amaranth.hdl import Assert, Cover
@@ -12,14 +12,14 @@ from tools.formal import Proof
 class Banks(Elaboratable):
     """Proved for all time, for 1, 2, 4, 8 and 16 lanes on a map of 32 x 32 cells.
 
-    For all time, since in any cycle the addresses of the banks depend only on the lanes of the
-    previous cycle. Assumed is ``walking``. Lane c has a cell whose coordinate along the major axis
-    is c modulo the number of lanes, which its ``row`` always says, and any other coordinate; all
-    at once or some.
+    The proof holds for all time, because in any cycle the addresses of the banks only depend on the
+    lanes in the previous cycle. ``walking`` is assumed. Lane c has a cell whose coordinate along
+    the major axis is c modulo the number of lanes, as its ``row`` always implies, and any other
+    coordinate; any subset of the lanes may have a cell.
 
-    - Cell (x, y) is looked for in bank (x mod B, y mod B), by the first port for the first B lanes
-      and by the second port for the remaining lanes, in the row of that cell, a cycle later.
-    - At most one lane looks for a cell in a bank through a port.
+    - Cell (x, y) is read in bank (x mod B, y mod B), through the first port for the first B lanes
+      and through the second port for the remaining lanes, in the row of that cell, one cycle later.
+    - At most one lane reads a cell in a bank through a port.
     """
 
     LANES = (1, 2, 4, 8, 16)
@@ -45,7 +45,7 @@ class Banks(Elaboratable):
         free(m, terrain.steep, terrain.write_enable, terrain.write_x, terrain.write_y)
         free(m, terrain.write_altitude, terrain.lookup_x, terrain.lookup_y, terrain.lookup_valid)
 
-        users = {}  # For each port of each bank: the lanes that use it, each with its row.
+        users = {}  # For each port of each bank, the lanes that use it, each with its row.
         for number, lane in enumerate(terrain.lanes):
             free(m, lane.valid, lane.row, lane.minor, lane.ceiling)
             major = Signal(config.coordinate_bits, name=f"major_{number}")

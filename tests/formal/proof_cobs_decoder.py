@@ -1,4 +1,4 @@
-"""The COBS decoder inverts the definition of the code, whatever bytes come."""
+"""The COBS decoder inverts the definition of the code for any bytes."""
 
 from amaranth import *
 from amaranth.hdl import Assert, Cover
@@ -9,22 +9,23 @@ from tools.formal import Proof
 
 
 class Decoder(Elaboratable):
-    """Proved for all time, by induction; any bytes come, in any cycles.
+    """Proved for all time, by induction; any bytes arrive in any cycles.
 
-    The definition counts places in a frame: place 0 holds a code, and a code c in place p says that
-    the next code, or the delimiter, is in place p + c. The places between are data. A code stands
-    for a zero, except for the first code of a frame and the code after a full block (code 255).
+    The definition counts places in a frame: place 0 has a code, and a code c in place p says that
+    the next code, or the delimiter, is in place p + c. The places in between are data. A code
+    stands for a zero, except for the first code of a frame and the code after a full block (code
+    255).
 
-    - Each place is decoded in the cycle after it came, to at most one transfer: data to itself, a
-      code to the zero that it stands for, a delimiter to the end of its frame, ``broken`` exactly
-      when it is in a place that is not a code's. There is no other transfer: no byte is lost, and
-      none is invented.
+    - Each place is decoded in the cycle after it arrived, to at most one transfer: data to itself,
+      a code to the zero that it stands for, a delimiter to the end of its frame, with ``broken``
+      exactly if it is not in the place of a code. There are no other transfers: no byte is lost or
+      invented.
     - A delimiter right after a delimiter is decoded to nothing.
-    - A delimiter restores the state after reset, whatever came before it.
+    - A delimiter restores the state after reset, whatever preceded it.
     - In the cycle after the end of a frame there is no transfer.
 
-    So that faults of full blocks show within a few cycles, it is proved for a code whose full block
-    is of 4, too.
+    It is also proved for a code with full blocks of 4, so that faults in full blocks show within a
+    few cycles.
     """
 
     FULL = (0xFF, 4)
@@ -45,7 +46,7 @@ class Decoder(Elaboratable):
         m.submodules.dut = dut = Opened(decoder)
         free(m, encoded.valid, encoded.payload)
 
-        # Places count modulo a number that is more than two of them are ever apart.
+        # Places count modulo a number that exceeds the distance of any two.
         place, following = Signal(9), Signal(9)
         begun, full = Signal(), Signal()
         transfer, delimits, broken, byte = Signal(), Signal(), Signal(), Signal(8)

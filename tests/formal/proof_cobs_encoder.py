@@ -1,4 +1,4 @@
-"""The COBS encoder sends the code of each frame by its definition, and nothing else."""
+"""The COBS encoder sends the code of each frame as defined, and nothing else."""
 
 from amaranth import *
 from amaranth.hdl import Assert, Cover
@@ -11,25 +11,25 @@ from tools.formal import Proof
 class Encoder(Elaboratable):
     """Proved for all time, by induction, for a full block of 4 and a buffer of 16 bytes.
 
-    (For the real sizes, see the proof ``cobs_encoder_full``.) Frames have any length and any bytes;
-    they come and are taken in any cycles.
+    (For the real sizes, see the proof ``cobs_encoder_full``.) Frames have any length and any bytes,
+    which arrive and are taken in any cycles.
 
     The definition counts places in the encoded frame. A frame starts with the place of a code, and
-    each of its bytes takes the next place: itself if it is not zero, else a code. A code also
+    each of its bytes takes the next place: as itself if it is not zero, else as a code. A code also
     follows a full block if the frame continues; the delimiter follows the last byte. A code is the
     number of places from it to the next code or the delimiter.
 
-    - The bytes that are sent are these, in order: none is lost, sent twice or invented. Watched is
-      any place, with the byte that the definition puts there.
-    - Nothing is sent of a block that is not complete.
-    - With room in the buffer, it is ready again after two cycles or earlier. Without room, that is
+    - Exactly these bytes are sent, in order: none is lost, sent twice or invented. An arbitrary
+      place is watched, with the byte that the definition puts there.
+    - No byte of an incomplete block is sent.
+    - With room in the buffer, it is ready again after at most two cycles. Without room, that is
       with five free rows or fewer, it has bytes of complete blocks to send: if these are taken, the
       wait ends.
     """
 
     #: Code of a full block, rows of the buffer.
     FULL, DEPTH = 4, 16
-    #: It is shown that the delimiter is sent of the first of two frames.
+    #: Shows that the delimiter of the first of two frames is sent.
     SHOWN = True
 
     def __init__(self, unit):
@@ -48,8 +48,8 @@ class Encoder(Elaboratable):
         stored = inner.memory(m, "rows", watched[:-1])
         free(m, frames.valid, frames.payload, encoded.ready)
 
-        # Three places: of the code of the present block, of the next byte, and of the byte to be
-        # sent next. They count modulo a number above their maximum distance.
+        # Three places: of the current block's code, of the next byte, and of the next byte to be
+        # sent. They count modulo a number above their maximum distance.
         block, place, taken = (
             Signal(pointer, init=init, name=name)
             for name, init in (("block", 0), ("place", 1), ("taken", 0))
@@ -106,7 +106,7 @@ class Encoder(Elaboratable):
             Assert(state <= 2),
             Assert(complete < used),
             Assert(used <= depth),
-            # The room is a cycle old; in that cycle a row came or went.
+            # The room is one cycle old; in that cycle a row was added or removed.
             Assert(Mux(room, used <= depth - 4, used >= depth - 5)),
             Assert(code <= full),
             Assert((tail - start)[: len(tail)] == code),
@@ -123,7 +123,7 @@ class Encoder(Elaboratable):
         with m.If(state == delimit):
             m.d.comb += [Assert(block == tail), Assert(ended), Assert(code == 1)]
 
-        # ... of the place watched, from when it is known to when its byte is fetched, ...
+        # ... of the watched place, from when it is known until its byte is fetched, ...
         known = (at < used) & (at != complete)
         with m.If(known):
             m.d.comb += Assert(stored == expected)
@@ -146,7 +146,7 @@ class Encoder(Elaboratable):
         with m.If(loaded & (Value.cast(taken + encoded.valid)[: len(taken)] == watched)):
             m.d.comb += Assert(inner.submodules.rows.read_ports[0].data == expected)
 
-        # Cycles without need in which no byte was taken, since the last.
+        # Cycles without need in which no byte was taken, since the last byte.
         stalled = Signal(2)
         with m.If(frames.ready):
             m.d.sync += stalled.eq(0)

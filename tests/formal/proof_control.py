@@ -1,4 +1,4 @@
-"""The control unit always returns to listening, one unit on at a time."""
+"""The control unit always returns to listening, with one unit on at a time."""
 
 from amaranth import *
 from amaranth.hdl import Assert, Assume, Cover
@@ -17,7 +17,7 @@ GENERATION = {
     ChipState.UPDATE: ("update", 3),
 }
 
-#: State that follows the state of each unit, the receiver excepted.
+#: State that follows the state of each unit, except the receiver.
 NEXT = {
     ChipState.CROSSOVER: ChipState.MUTATE,
     ChipState.MUTATE: ChipState.UPDATE,
@@ -28,26 +28,26 @@ NEXT = {
 
 
 class Returns(Elaboratable):
-    """Proved for all time, by induction, for the chip of the default configuration.
+    """Proved for all time, by induction, for the chip with the default configuration.
 
     (For a chip that only checks paths, see ``check_control``.)
 
     Assumed: a unit is done in one of the first ``limit`` cycles in which it is on, for any
     ``limit`` from 1 to 255; the receiving unit, if it asks for a generation, is done and the chip
     ``ready`` in one of them, and it never asks for a generation and a check at once. All other
-    inputs have any value in every cycle, ``done`` of units that are off included.
+    inputs have any value in every cycle, including ``done`` of units that are off.
 
-    - After it has left LISTEN, the state is LISTEN again at most ``5 * limit + 1`` cycles later.
-    - It leaves LISTEN in the cycle after ``pending``, for RECEIVE, and not otherwise.
-    - The unit of the state is on and no other; in LISTEN none is.
-    - A unit is off in the cycle after it is done, and not earlier; the unit that is on then is the
-      next one of its kind of command: crossover, mutation, update and answer of a generation, check
-      and answer, or only the answer. A generation starts only when ``ready``, and ``begin`` tells
-      in the cycle between; the receiving unit is on in that cycle, too.
+    - The state returns to LISTEN at most ``5 * limit + 1`` cycles after leaving it.
+    - It leaves LISTEN in the cycle after ``pending``, for RECEIVE, and never otherwise.
+    - Only the unit of the state is on; in LISTEN none is.
+    - A unit turns off in the cycle after it is done, and not earlier; the unit that is on then is
+      the next one of its kind of command: crossover, mutation, update and answer of a generation,
+      check and answer, or only the answer. A generation only starts when ``ready``, and ``begin``
+      announces it in the cycle in between, in which the receiving unit is still on.
     """
 
     CONFIG = Config()
-    #: Units that a command turns on, at most.
+    #: Maximum number of units that a command turns on.
     MOST_UNITS = 5
 
     def __init__(self, unit):
@@ -95,7 +95,8 @@ class Returns(Elaboratable):
         if has_core:
             m.d.comb += Assert(core.begin == asked)
 
-        # Cycles in the state and out of LISTEN, without the present cycle and the cycle of `asked`.
+        # Cycles in the state and outside LISTEN, without the current cycle and the cycle of
+        # `asked`.
         before, stays = Signal.like(state), Signal()
         age, age_before = Signal(9), Signal(9)
         away, away_before = Signal(12), Signal(12)

@@ -1,4 +1,4 @@
-"""The parallel checker's lanes are given each segment of the paths, in order and as it is."""
+"""The parallel checker's lanes receive each segment of the paths, unchanged and in order."""
 
 from amaranth import *
 from amaranth.hdl import Assert, Cover
@@ -24,21 +24,21 @@ MIXED = (
 class SetUpInOrder(Elaboratable):
     """Proved for the first 9 cycles from reset, for 2 lanes on 8 x 8 cells of 16 altitudes.
 
-    That is long enough for 4 segments of a group each, or for a longer one and segments that wait
-    for it. Points arrive at any time, paths have any number of points, and there may or may not be
-    room for results. Assumed: no path is dropped. The walker is the whole one, but that its
-    multipliers compute a plainer function of both factors; ``lane_starts`` proves the use of the
+    That is long enough for 4 segments of one group each, or for a longer segment with others
+    waiting for it. Points arrive at any time, paths have any number of points, and there may or may
+    not be room for results. Assumed: no path is dropped. The walker is complete, except that its
+    multipliers compute a simpler function of both factors; ``lane_starts`` proves the use of the
     products.
 
-    - Segments reach the lanes in the order of their points, each once: where it begins, along which
-      axis, in which direction, how long it is. The axis is the one of the longer side; of equal
-      sides it may be either, since the cells are the same.
-    - ``places`` is, of each lane, the first cell along the segment whose major coordinate is the
-      lane's number, modulo the number of lanes.
-    - With it come, for its minor coordinate and altitude, the products of its gain and of the gains
-      up to these places with the reciprocal of its length.
+    - Segments reach the lanes in the order of their points, each once: with its start, its axis,
+      its direction and its length. The axis is that of the longer side; if the sides are equal, it
+      may be either, because the cells are the same.
+    - ``places`` has, for each lane, the first cell along the segment whose major coordinate is
+      congruent to the lane's number modulo the number of lanes.
+    - It comes with the products, for its minor coordinate and altitude, of its gain and of the
+      gains up to these places with the reciprocal of its length.
     - A segment has one token for each group of as many cells as there are lanes, in consecutive
-      cycles, and the last token ends the segment. There are no further tokens.
+      cycles, and the last token ends the segment. There are no other tokens.
     """
 
     def __init__(self, unit):
@@ -60,7 +60,7 @@ class SetUpInOrder(Elaboratable):
         free(m, points.valid, point.x, point.y, point.altitude, point.last)
         free(m, walker.room, walker.segment_room)
 
-        # The segment watched, any one, as its points come.
+        # The watched segment, an arbitrary one, as its points arrive.
         watched = any_constant(m, 3, "watched")
         layout = point_layout(config.coordinate_bits, config.altitude_bits)
         before, inside, number, known = Signal(layout), Signal(), Signal(3), Signal()
@@ -91,7 +91,7 @@ class SetUpInOrder(Elaboratable):
             m.d.sync += left.eq(left - 1)
             m.d.comb += Assert(launched.ends_segment == (left == 1))
 
-        # The values that come with it.
+        # The values that accompany it.
         steep = segment.steep
         gain, across = (
             Signal(signed(config.coordinate_bits + 1), name=name) for name in ("gain", "across")
@@ -142,7 +142,7 @@ class SetUpInOrder(Elaboratable):
 
 
 def expected_altitude(segment):
-    """Return the altitude from which a segment climbs: the lower one, if it is of one cell."""
+    """Return the altitude from which a segment climbs: the lower one if it has one cell."""
     return Mux(segment.length == 0, segment.lowest(), segment.start.altitude)
 
 

@@ -1,4 +1,4 @@
-"""From where the lanes of the parallel checker start, they get to the cells of the definition."""
+"""From their starts, the lanes of the parallel checker reach the cells of the definition."""
 
 from amaranth import *
 from amaranth.hdl import Assert, Cover
@@ -17,15 +17,15 @@ class Starts(Elaboratable):
     """Proved for each segment of a map of 8 x 8 cells and 16 altitudes, with 2 lanes.
 
     It is the first segment after reset; ``lane_set_up`` proves that every later segment gets the
-    same, whatever was before. So the proof is of the 8 cycles in which it is set up, and bounded by
-    them. Start and stop are any two points; the walker is the whole one, with its reciprocals.
+    same, whatever preceded it. Therefore a proof over the 8 cycles of its set-up is enough. Start
+    and stop are any two points; the walker is complete, with its reciprocals.
 
     - The segment reaches the lanes once.
-    - For each cell k of it, n its length, d its gain along the minor axis and dz its gain in
-    altitude:
-      the start of the lane that has cell k, plus the gain of a group for each previous group, has
-      as its whole parts ``floor((2 k d + n) / (2 n))`` from the start, and the ceiling,
-      ``ceil(k dz / n)`` from the altitude of the start; of a segment of one cell, the lower end.
+    - For each cell k, where n is the length, d the gain along the minor axis and dz the gain in
+      altitude: the start of the lane that has cell k, plus the gain of a group for each previous
+      group, has as its integer parts ``floor((2 k d + n) / (2 n))`` from the start, and as the
+      ceiling ``ceil(k dz / n)`` from the altitude of the start; for a segment of one cell, the
+      lower end.
     """
 
     CYCLES = 8
@@ -96,7 +96,7 @@ def _ceiling(n, gain, k):
 
 
 def _gain(n, gain, k, definition):
-    """Return, looked up, ``definition`` of three signals."""
+    """Return ``definition`` of three signals from a table."""
 
     def chosen(signal, of):
         width = len(signal)

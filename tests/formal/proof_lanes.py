@@ -20,15 +20,16 @@ class Together(Elaboratable):
     each lane's first cell, and a token for each group. The lanes may start anywhere and go any
     distance in a cycle: ``lane_starts`` proves both correct.
 
-    - Cell k of the segment, any one, is visited in group k / lanes, by one lane, and never else; so
-      there are as many cells as the segment has.
-    - The lane says of it the ``row`` that belongs to its major coordinate, and of both other
-      numbers the whole part of where it started plus the gains of all groups before.
-    - Without a group no lane has a cell.
+    - An arbitrary cell k of the segment is visited in group k / lanes, by one lane, and at no other
+      time, so the number of cells is the segment's.
+    - The lane outputs the ``row`` of the cell's major coordinate and, for both other numbers, the
+      integer part of the lane's start plus the gains of all previous groups.
+    - Without a group, no lane has a cell.
     - Axis, direction, the major coordinate of the first cell, minor coordinates and number of
       cells of a group are reported in the same cycle.
 
-    The induction is longer than any segment: the registers of the lanes depend only on its start.
+    The induction is longer than any segment, because the registers of the lanes only depend on its
+    start.
     """
 
     LANES, MAP_SIZE = 4, 8
@@ -76,7 +77,7 @@ class Together(Elaboratable):
         with m.If(launched.valid):
             m.d.sync += walking.eq(~launched.ends_segment)
 
-        # A cycle later: the segment whose group is with the lanes, and the number of that.
+        # One cycle later: the segment whose group is in the lanes, and the number of the group.
         kept = [Signal.like(Value.cast(signal)) for signal in inputs]
         visits, here = Signal(), Signal.like(group)
         m.d.sync += [visits.eq(launched.valid), here.eq(Mux(walking, group, 0))]
@@ -106,7 +107,7 @@ class Together(Elaboratable):
                     Assert(lane.minor == total.minor[fractions["minor"] :]),
                     Assert(lane.ceiling == total.rise[fractions["rise"] :]),
                 ]
-                # Invariants that the induction needs, besides the previous groups.
+                # Invariants that the induction needs, in addition to the previous groups.
                 m.d.comb += Assert(dut.signal(f"motion_{number}") == total.as_value())
             cell = Signal(config.coordinate_bits)
             m.d.comb += cell.eq(lane.row * count + number)

@@ -1,4 +1,4 @@
-"""The memo of segments never answers for another segment, nor with another one's value."""
+"""The memo never answers for a different segment, nor with a different segment's value."""
 
 from typing import NamedTuple
 
@@ -12,18 +12,18 @@ from tools.formal import Proof
 
 
 class Answers(Elaboratable):
-    """Proved for all time, by induction, for 2 rows, 3 epochs and points of one bit in each axis.
+    """Proved for all time, by induction, for 2 rows, 3 epochs and points of one bit per axis.
 
     Segments arrive and leave at any time; walked segments return at any time with any contents.
-    Assumed: an epoch begins only while nothing is looked up and no row is made void.
+    Assumed: an epoch only begins while nothing is being looked up and no row is being cleared.
 
-    - A segment is answered if, and only if, the latest segment before it in its row, in the order
-      in which they come, is the same one, and belongs to the same epoch.
-    - An answered segment that comes back has as its result the latest value that came back before
-      it for its row, unanswered; another one has its own.
+    - A segment is answered if and only if the previous segment in its row, in order of arrival, is
+      the same segment in the same epoch.
+    - When an answered segment returns, its result is the latest value returned before for its row
+      by an unanswered segment; any other segment has its own value.
 
-    Segments come back in the order in which they are found, as the walker keeps their order: so the
-    value belongs to the same segment.
+    Segments return in the order in which they are found, because the walker keeps their order;
+    therefore the value belongs to the same segment.
     """
 
     def __init__(self, unit):
@@ -40,7 +40,7 @@ class Answers(Elaboratable):
         values = dut.open("values")
         tag, stored = dut.memory(m, "tags", watched), values.memory(m, "rows", watched)
 
-        # Segments looked up and not found.
+        # Number of segments looked up but not found.
         looked_up = Signal(3)
         taken = memo.segments.valid & memo.segments.ready
         passed = found.valid & found.ready
@@ -48,7 +48,7 @@ class Answers(Elaboratable):
         m.d.sync += looked_up.eq(looked_up + taken - passed)
         m.d.comb += Assume(~memo.clear | idle)
 
-        # The latest one of the row watched.
+        # The latest segment of the watched row.
         ends = Cat(found.p.start, found.p.stop)
         latest, is_there = Signal(6), Signal()
         here = passed & (identity.row == watched)
@@ -60,7 +60,7 @@ class Answers(Elaboratable):
             m.d.comb += Assert(identity.answered == (is_there & (latest == ends)))
         self._induce(m, dut, looked_up, watched, tag, _Latest(is_there, latest))
 
-        # The latest value of the row watched. Results are two cycles late.
+        # The latest value of the watched row. Results are two cycles late.
         free(m, walked.valid, walked.identity, walked.hits, walked.margin)
         value, known = Signal(4), Signal()
         now, row = Cat(walked.hits, walked.margin), walked.identity.row
@@ -100,14 +100,14 @@ class Answers(Elaboratable):
         void = 3
 
         def after(stage, is_full, before):
-            """Return the latest segment of the row once a stage has been passed."""
+            """Return the latest segment of the row that has passed a stage."""
             is_here = is_full & (stage.row == watched)
             return _Latest(
                 is_here | before.is_there, Mux(is_here, Value.cast(stage.ends), before.ends)
             )
 
         def is_tag_of(found, before):
-            """Return whether a tag says what the latest segment of the row was."""
+            """Return whether a tag matches the latest segment of the row."""
             is_valid = found.epoch == present
             return (is_valid == before.is_there) & (
                 ~is_valid | (Value.cast(found.ends) == before.ends)

@@ -1,4 +1,4 @@
-"""The frame receiver passes on the bodies of good frames, whole and in order, and nothing else."""
+"""The frame receiver passes on exactly the bodies of good frames, complete and in order."""
 
 import zlib
 from types import SimpleNamespace
@@ -12,7 +12,7 @@ from tests.formal.parts import Opened, any_constant, free
 from tools.formal import Proof
 
 
-#: A CRC that may compute anything: so any frame may be found right, and any wrong.
+#: A CRC that may compute anything, so that any frame may be found right or wrong.
 FREE = (
     "from amaranth.lib.crc.catalog import CRC32_ISO_HDLC",
     "from tests.formal.parts import FreeCrc as CRC32_ISO_HDLC",
@@ -22,30 +22,31 @@ SHORTEST = BODY_HEADER_BYTES + CRC_BYTES
 
 
 def residue(*, plain):
-    """Return the state of the CRC unit after a body and its right CRC."""
+    """Return the state of the CRC unit after a body and its correct CRC."""
     return zlib.crc32(frame_crc(b"", plain=plain).to_bytes(CRC_BYTES, "little"))
 
 
 class Receiver(Elaboratable):
     """Proved for all time, by induction, for a buffer of 8 rows.
 
-    Only the widths of the pointers depend on the depth. Any bytes come in any cycles; the user
-    takes bytes in any cycles; the CRC unit may compute anything. COBS decoder and ring are the real
-    ones; the decoding itself is proved of the decoder.
+    Only the widths of the pointers depend on the depth. Any bytes arrive in any cycles; the user
+    takes bytes in any cycles; the CRC unit may compute anything. The COBS decoder and the ring are
+    the real ones; the decoding itself is proved for the decoder.
 
     - The CRC unit gets exactly the bytes of the frame, and starts again with each frame: a frame is
       judged only by its own bytes.
-    - A frame is stored if it is not broken, has 7 bytes or more, a right CRC and room for its body.
-      The ring then gets, in this order, a row that says whether the frame is plain, and all bytes
-      of the frame but the last four, the last of them marked. No row is lost, doubled or invented,
-      and other frames store none. The proof watches an arbitrary row and its contents.
+    - A frame is stored if it is not broken, has 7 bytes or more, a correct CRC and room for its
+      body. The ring then gets, in this order, a row that says whether the frame is plain, and all
+      bytes of the frame except the last four, with the last of them marked. No row is lost, doubled
+      or invented, and other frames store none. The proof watches an arbitrary row and its contents.
     - Each other frame causes one pulse: ``malformed``, else ``crc_error``, else ``overrun``, 2
       cycles after its delimiter. There is no other pulse.
-    - ``overrun`` comes only if the bodies, with one more byte for each, do not fit in the buffer.
+    - ``overrun`` only occurs if the bodies, with one more byte for each, do not fit into the
+      buffer.
     - Rows of the ring are passed on as bytes of bodies in the cycle in which they are read, with
       ``plain`` from the row before the body, which is not passed on.
-    - One cycle after the end of any frame, the receiver is ready for the next one: it does not hold
-      or count any byte, and stores only bytes of accepted bodies.
+    - One cycle after the end of any frame, the receiver is ready for the next one: it neither holds
+      nor counts any byte, and only stores bytes of accepted bodies.
     """
 
     ROWS = 8
@@ -75,8 +76,8 @@ class Receiver(Elaboratable):
             Assert(crc.start == ends),
         ]
 
-        # Its rows: one at `base`, and one for each byte of the body. The oldest byte of those held
-        # is stored when the next byte comes, or the delimiter.
+        # Its rows: one at `base`, and one for each byte of the body. The oldest held byte is stored
+        # when the next byte or the delimiter arrives.
         base, taken = Signal(pointer), Signal(pointer)
         place, unread, waiting, at = (
             Signal(pointer, name=name) for name in ("place", "unread", "waiting", "at")
@@ -138,7 +139,7 @@ class Receiver(Elaboratable):
         )  # fmt: skip
         self._check_requests(m, dut, ring, row)
 
-        # Between frames no state of any frame is left.
+        # Between frames, no state of a frame is left.
         count, tail, commit = (dut.signal(name) for name in ("count", "tail", "commit"))
         dropped, behind, ended = dut.signal("dropped"), Signal(pointer), Signal()
         m.d.sync += ended.eq(ends)

@@ -1,4 +1,4 @@
-"""A run ends once nothing more shall be bred, and in time nothing more is."""
+"""A run ends once it must stop breeding, and it must stop at some time."""
 
 from amaranth import *
 from amaranth.hdl import Assert, Assume, Cover
@@ -11,9 +11,9 @@ from tools.formal import Proof
 
 #: Maximum number of states of a run, each entered once, if nothing is bred.
 MOST = 90
-#: Maximum number of these after the end of first populations.
+#: Maximum number of these after the end of the first populations.
 TAIL = 20
-#: States that are left, this one included, of the first population that comes.
+#: Remaining states, including this one, of the first population being filled.
 FIRST = {
     "SCAN": 7,
     "ROUTE": 6,
@@ -28,16 +28,16 @@ FIRST = {
 class Ends(Elaboratable):
     """Proved for all time, by induction, for counters of 4 bits and any options.
 
-    Assumed: each state waits at most ``limit`` cycles, for any ``limit`` from 8 to 255.
-    Otherwise units answer anything in every cycle, and ``stop`` comes at any time.
+    Assumed: each state waits at most ``limit`` cycles, for any ``limit`` from 8 to 255. Apart from
+    that, units answer anything in every cycle, and ``stop`` arrives at any time.
 
     - No state except IDLE lasts ``limit`` cycles.
-    - While first populations come, each state leaves fewer to come than the previous one, starting
-      from 90. The same holds from the second cycle after a stop, or after the count of cycles has
-      reached its maximum. So first populations take less than ``90 * limit`` cycles, and a run
-      ends within the same number of cycles after a stop or after that maximum.
+    - While first populations are being filled, each state leaves fewer states than the previous
+      one, starting from 90. The same holds from the second cycle after a stop, or after the count
+      of cycles has reached its maximum. So first populations take less than ``90 * limit`` cycles,
+      and a run ends within the same number of cycles after a stop or after that maximum.
     - The cycles of a run are counted, up to the maximum.
-    - Nothing is bred while first populations come.
+    - Nothing is bred while first populations are being filled.
     """
 
     COUNTER_BITS = 4
@@ -70,7 +70,7 @@ class Ends(Elaboratable):
         names = [state.decoder(code).partition("/")[0] for code in range(_STATES)]
         codes = {name: code for code, name in enumerate(names)}
 
-        # The event that each state waits for, and the cycles left to it.
+        # The event that each state waits for, and its remaining cycles.
         goes = Signal()
         m.d.comb += goes.eq(1)
         for name, condition in {
@@ -100,7 +100,7 @@ class Ends(Elaboratable):
             Assert(number <= RunControl.SHARE_BITS),
         ]
 
-        # States that are left, this one included, if nothing more is bred.
+        # Remaining states, including this one, if breeding has stopped.
         rank, rank_before = Signal(range(MOST + 1)), Signal(range(MOST + 1))
         each = control.options.lifts
         islands_left = last_island & ~control.island
@@ -125,7 +125,7 @@ class Ends(Elaboratable):
                 with m.Case(codes[name]):
                     m.d.comb += rank.eq(left)
 
-        # Since the previous cycle nothing more was to be bred; its state knew then.
+        # Breeding had to stop since the previous cycle, and its state knew then.
         decided, knew = Signal(), Signal()
         first = Cat(state == codes[name] for name in ("START", *FIRST)).any()
         first_before = Signal()
@@ -166,7 +166,7 @@ class Ends(Elaboratable):
         return m
 
 
-#: States, and those that wait for a unit.
+#: States, and states that wait for a unit.
 _STATES = 16
 _WAITS = ("SCAN", "ROUTED", "EVALUATED", "STORED", "EVOLVE")
 

@@ -10,14 +10,14 @@ from tools.formal import Proof
 
 
 class Drawn(Elaboratable):
-    """Proved for all time, by induction, for a map of 4 x 4 corners; shapes come as they like.
+    """Proved for all time, by induction, for a map of 4 x 4 corners and arbitrary shapes.
 
     Assumed: a shape stays until it is taken, and its first corner is not after its last one.
 
     - A shape with a box of n corners is taken n + 1 cycles after it is offered, and at no other
       time.
-    - Any one corner, watched, is visited exactly in the cycle of its number if it is in the box,
-      and never if it is not. Numbers go by rows, backwards in every other row.
+    - An arbitrary watched corner is visited exactly in the cycle of its number if it is in the box,
+      and never otherwise. Numbers go by rows, backwards in every second row.
     - A write has the corner of the previous cycle.
     """
 
@@ -53,7 +53,7 @@ class Drawn(Elaboratable):
         ]
 
         def number_of(x, y):
-            """Return the number of a corner in the box, the first one's 0."""
+            """Return the number of a corner in the box, starting at 0."""
             row = y - shape.first_y
             return row * width + Mux(row[0], shape.last_x - x, x - shape.first_x)
 

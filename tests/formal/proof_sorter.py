@@ -14,13 +14,13 @@ from tools.formal import Proof
 class Sorted(Elaboratable):
     """Proved for all time, by induction, for 3 members of 2 bits of key; the source is free.
 
-    Assumed of the user: all are let go only once 3 members or more were taken, in a cycle after the
-    last of them, and not again meanwhile.
+    Assumed of the user: the sorter is only emptied after at least 3 members were taken, in a cycle
+    after the last of them, and not again meanwhile.
 
-    - The rows are in order, the best first, also while they leave. With numbers for tags, the
-      earlier of two equal members comes first.
-    - Any one member, watched by its number, is inside as often as it entered and has not left, with
-      its key. If it is dropped, none inside is worse.
+    - The rows are in order, best first, even while they leave. With numbers as tags, the earlier of
+      two equal members comes first.
+    - An arbitrary member, watched by its number, is inside exactly if it entered and has not left,
+      with its key. If it is dropped, no member inside is worse.
     """
 
     CAPACITY, KEY_BITS, TAG_BITS = 3, 2, 3
@@ -41,7 +41,7 @@ class Sorted(Elaboratable):
         takes = members.valid & members.ready
         emptying = sorter.emptying & ~inserting
         free(m, members.valid, members.payload, sorter.empty)
-        # Tags are numbers of the order of entrance, as far as they go.
+        # Tags are numbers in order of entrance, up to their width.
         number = Signal(self.TAG_BITS)
         m.d.comb += [
             Assume(~sorter.empty | (~sorter.emptying & ~takes & (worst + inserting >= last))),

@@ -1,4 +1,4 @@
-"""The frame transmitter sends each body once, and its CRC after it."""
+"""The frame transmitter sends each body once, followed by its CRC."""
 
 from amaranth import *
 from amaranth.hdl import Assert, Cover
@@ -25,12 +25,12 @@ FREE = (
 class Transmitter(Elaboratable):
     """Proved for all time, by induction.
 
-    Bodies have any length and come in any cycles; the COBS encoder takes bytes in any cycles, and
+    Bodies have any length and arrive in any cycles; the COBS encoder takes bytes in any cycles, and
     the CRC unit may compute anything.
 
-    - The encoder gets the bytes of a body in the cycles in which they are taken, and right after
-      them four bytes: the CRC of that body, lowest byte first, as its version has it. The fourth is
-      marked as the last of the frame. No byte is lost, and none is invented.
+    - The encoder gets the bytes of a body in the cycles in which they are taken, and immediately
+      after them four bytes: the CRC of that body in the form of its version, lowest byte first. The
+      fourth is marked as the last of the frame. No byte is lost or invented.
     - The CRC unit gets exactly the bytes of the body, and starts again before the next one.
     """
 

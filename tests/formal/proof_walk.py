@@ -13,14 +13,14 @@ from tools.formal import Proof
 class Walk(Elaboratable):
     """Proved for all time, by induction, for 8 x 8 cells of 16 altitudes.
 
-    Segments between any two points come as they like, and may be taken when they like. Assumed:
-    they are set up rightly, and no path is dropped.
+    Segments between any two points arrive and may be taken at any time. Assumed: they are set up
+    correctly, and no path is dropped.
 
-    - Cell k of the walk is cell k of the definition, one in every cycle from that after the segment
-      was taken; after cell n, which is marked as the last, the walk is done: no cell is missing,
-      none is visited twice.
-    - A cycle later, the altitude is the exact ``(z0 n + k dz) / n``; of a segment of one cell, that
-      which the set-up gave.
+    - Cell k of the walk is cell k of the definition, one per cycle from the cycle after the segment
+      was taken; after cell n, which is marked as the last, the walk is done: no cell is missing or
+      visited twice.
+    - One cycle later, the altitude is the exact ``(z0 n + k dz) / n``, or the altitude from the
+      set-up for a segment of one cell.
     """
 
     def __init__(self, unit):
@@ -43,7 +43,7 @@ class Walk(Elaboratable):
         offer, visit = walker.segments.p, walker.visit
         free(m, walker.segments.valid, walker.room, walker.segment_room)
 
-        # A segment as the set-up has to make it.
+        # A segment as the set-up must make it.
         point = point_layout(config.coordinate_bits, config.altitude_bits)
         offered = [Signal(point, name=name) for name in ("offered", "offered_end")]
         free(m, *offered, offer.coarse, offer.number, offer.last)

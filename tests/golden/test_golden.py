@@ -1,4 +1,4 @@
-"""Results that no change may alter, committed in ``golden.json``.
+"""Results that no change may affect, committed in ``golden.json``.
 
 ``python -m tools.record --goldens`` rewrites the file after an intended change of results.
 """

@@ -14,7 +14,7 @@ from pathgene.sim.model.checker_cycles import batch_cycles
 pytestmark = [pytest.mark.cosim, pytest.mark.long]
 
 PATHS = 1_000
-#: Paths of which cycles and reads are compared, which the model computes slowly.
+#: Number of paths whose cycles and reads are compared, because the model computes these slowly.
 WITH_CYCLES = 200
 
 

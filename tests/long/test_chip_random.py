@@ -1,4 +1,4 @@
-"""Random problems over real ground: where astar finds a path, the planner core does, too."""
+"""Random problems over real ground: if astar finds a path, the planner core finds one too."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -29,8 +29,8 @@ terrain = cache(lambda name: problem(name).terrain)
 def random_problem(rng):
     """Return the evaluator of a flight over any terrain; None if it is refused.
 
-    Both ends are anywhere, a quarter of the diagonal or more apart, and from below the clearance to
-    well above it. Up to six zones lie near the line between them.
+    The ends are anywhere, at least a quarter of the diagonal apart, at heights from below the
+    clearance to well above it. Up to six zones lie near the line between them.
     """
     ground = terrain(str(rng.choice([*names(), *SYNTHETIC])))
     clearance_m = float(rng.choice([0, 30, 30, 50, 100]))
@@ -59,13 +59,13 @@ def random_problem(rng):
             threads=1,
         )
     except InputError:
-        # An end in a zone, outside of the map, or over a void.
+        # An end in a zone, off the map, or over a void.
         return None
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """Outcome of a problem: whether the chip by itself, and whether astar, has a path."""
+    """Outcome of a problem: whether the chip alone has a path, and whether astar has one."""
 
     case: int
     blocked: bool
@@ -75,17 +75,17 @@ class Outcome:
 
 
 def plan_a_case(case):
-    """Return the outcome of a random problem, with the oracle's consent; None if it is refused."""
+    """Return the outcome of a random problem, confirmed by the oracle; None if it is refused."""
     evaluator = random_problem(np.random.default_rng((2026, case)))
     if evaluator is None:
         return None
     flight = evaluator.problem
     straight = evaluator.evaluate(np.array([flight.start, flight.goal]))
     plan = Search("ga-chip", chip_ms=CHIP_MS, seed=case, fallback="astar").run(evaluator)
-    # Feasible is the strict rule's word, on the path that is reported.
+    # Feasible is the verdict of the strict rule on the reported path.
     assert plan.evaluation == evaluator.evaluate(plan.path), case
     assert plan.evaluation.feasible or plan.reason is not None, case
-    # So does an oracle of dense samples, which does not share code with that rule.
+    # An oracle of dense samples, which shares no code with that rule, must agree.
     if plan.evaluation.feasible:
         assert not examine(flight, plan.path).rejected, case
     return Outcome(

@@ -27,7 +27,7 @@ BUILDS = [
 
 @pytest.mark.parametrize("config", BUILDS, ids=lambda config: config.checker.value)
 def test_the_line_is_never_idle(config):
-    """The upload takes at most 1.11 times the cycles of the cells' bytes, and the map is right."""
+    """The upload takes at most 1.11 times the cycles of the cells' bytes; the map is correct."""
     edge = config.map_size
     heights = np.random.default_rng(1).integers(0, 1 << config.altitude_bits, (edge, edge))
     with (

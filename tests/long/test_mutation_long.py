@@ -1,4 +1,4 @@
-"""Mutation testing of all of the gateware: hours."""
+"""Mutation testing of the whole gateware, which takes hours."""
 
 import pytest
 

@@ -1,7 +1,7 @@
 """Dieharder on the raw bits of the random source: all draws of each cycle, in port order.
 
-Takes more than an hour; ``make test-long`` installs the Debian package if it may. The published
-results belong to these seeds.
+It takes more than an hour; ``make test-long`` installs the Debian package if it is allowed to. The
+published results belong to these seeds.
 """
 
 import shutil
@@ -79,7 +79,7 @@ stdin_input_raw|  4.23e+06  |2910847918|
 
 
 def test_stream_is_fast_enough():
-    """The stream has at least 100 MB/s; a battery reads about 200 GB."""
+    """The stream delivers at least 100 MB/s; a battery reads about 200 GB."""
     with subprocess.Popen([*TWIN, "1"], stdout=subprocess.PIPE, cwd=ROOT) as twin:
         twin.stdout.read(1 << 20)  # Start-up and compilation.
         start = time.perf_counter()

@@ -1,1 +1,1 @@
-"""Drawings of the pictures in ``docs/architecture.md`` from the gateware and from the imports."""
+"""Generator of the pictures in ``docs/architecture.md`` from the gateware and the imports."""

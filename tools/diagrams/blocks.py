@@ -1,4 +1,4 @@
-"""Block diagrams of the chip, both genetic cores and the host, as graphs in DOT."""
+"""Block diagrams of the chip, both genetic cores and the host, as DOT graphs."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _HEAD = """digraph {
 _BLUE, _GREY = "#e8f0fa", "#f4f4f4"
 #: Names of files in docs/pictures.
 GRAPHS = ("chip", "core", "host", "planner_core", "evolver", "evaluator")
-#: Packages that the host's picture shows, besides the folders of host.
+#: Packages in the host's picture, in addition to the folders of host.
 _NEIGHBOURS = (
     "pathgene.hdl.config",
     "pathgene.hdl.protocol",
@@ -38,7 +38,7 @@ _NEIGHBOURS = (
 
 
 def graphs() -> dict[str, str]:
-    """Return each graph by its name."""
+    """Return the graphs by name."""
     top = chip()
     planner = units_of(PlannerCore(PLANNER))
     return {
@@ -92,7 +92,7 @@ def _units_graph(
 def _joined(
     feeds: Mapping[tuple[str, str], list[str]], buffer: str
 ) -> dict[tuple[str, str], list[str]]:
-    """Return ``feeds`` without ``buffer``, its inputs joined to its outputs."""
+    """Return ``feeds`` without ``buffer``, with its inputs joined to its outputs."""
     sources = [(source, names) for (source, target), names in feeds.items() if target == buffer]
     targets = [target for source, target in feeds if source == buffer]
     kept = {pair: list(names) for pair, names in feeds.items() if buffer not in pair}
@@ -133,7 +133,7 @@ def _host_graph() -> str:
         fill = "" if box.startswith("pathgene.host") else f', fillcolor="{_GREY}"'
         lines.append(f'  "{_short(box)}" [label=<{_described(box)}>{fill}]')
     for box, used in sorted(uses.items()):
-        # An arrow is left out if a path through another box implies it.
+        # An arrow is left out if it is implied by a path through another box.
         direct = sorted(map(_short, used - _beyond(uses, used)))
         lines += [f'  "{_short(box)}" -> "{other}"' for other in direct]
     return "\n".join([*lines, "}", ""])

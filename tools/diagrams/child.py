@@ -1,4 +1,4 @@
-"""Waveform of the builder of children, which crosses two paths and moves a waypoint."""
+"""Waveform of the child builder, which crosses two paths and moves a waypoint."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ PICTURES = Path(__file__).resolve().parents[2] / "docs" / "pictures"
 
 
 def drawn() -> dict[Path, str]:
-    """Return every picture as SVG; needs the program `graphviz-pure`."""
+    """Return every picture as SVG; this needs the package `graphviz-pure`."""
     pictures = {_path(name): _laid_out(graph) for name, graph in graphs().items()}
     return pictures | waveforms()
 
@@ -59,7 +59,7 @@ def _laid_out(graph: str) -> str:
 
 
 def _centred(node: re.Match[str]) -> str:
-    """Return a box with centred texts, so that they fit in any viewer's font."""
+    """Return a box with centred texts, which fit with any viewer's font."""
     outline = re.search(r' d="([^"]*)"', node[0])
     if outline is None:
         return node[0]

@@ -36,7 +36,7 @@ _LIMIT = 20_000
 
 
 class Recording:
-    """A simulated chip, driven at its pins, and recorded signals.
+    """A simulated chip that is driven at its pins, with recorded signals.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ class Recording:
         self._sending = top.find("Line").component.sending
 
     def run(self, frames: Sequence[tuple[bytes, bool]]) -> None:
-        """Send each frame after the reply to its predecessor; record the marked ones."""
+        """Send each frame after the reply to the previous one; record the marked frames."""
         simulator = Simulator(self._top.fragment)
 
         async def bench(ctx: Any) -> None:
@@ -100,7 +100,7 @@ class Recording:
             await ctx.delay(5e-9)
 
     def bytes_of(self, label: str) -> Trace:
-        """Return a row with the bytes on a UART line, each from start bit to stop bit."""
+        """Return a row of the bytes on a UART line, each from start bit to stop bit."""
         line = self.values[label]
         width = SMALL.clocks_per_bit
         trace = Trace(f"bytes of {label}", hexadecimal, [0] * len(line), [0] * len(line))
@@ -133,7 +133,7 @@ class Recording:
 
 
 def scenes(top: Unit) -> dict[str, str]:
-    """Return the SVG of each waveform by its name."""
+    """Return the SVGs of the waveforms by name."""
     recording = Recording(top, _rows(top))
     recording.run(_frames())
     return {
@@ -200,7 +200,7 @@ def _waypoint() -> data.StructLayout:
 
 
 def _frames() -> list[tuple[bytes, bool]]:
-    """Return every frame, with a flag for those to record."""
+    """Return every frame, with a flag that marks frames to record."""
     bits, edge = SMALL.coordinate_bits, SMALL.map_size - 1
     paths = [
         [
@@ -209,7 +209,7 @@ def _frames() -> list[tuple[bytes, bool]]:
         ]
         for slot in range(SMALL.population)
     ]
-    # A ridge from south to north with a gap; one cell of the gap is too high.
+    # A ridge from south to north with a gap, in which one cell is too high.
     ridge = map_request(SMALL).pack(x=8, y=0, width=1, height=16)
     ground = [14, 14, 14, 3, 3, 11, 3, 3, 3, 14, 14, 14, 14, 14, 14, 14]
     order = {f"slot_{slot}": slot for slot in range(SMALL.population)}

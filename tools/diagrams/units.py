@@ -67,10 +67,10 @@ class Unit:
             yield from unit.walk()
 
     def connections(self) -> dict[tuple[str, str], list[str]]:
-        """Return the outputs that connect each pair of units, by (source, target).
+        """Return the outputs that connect each pair of units, indexed by (source, target).
 
         The name of this unit stands for its own ports. The `ready` of streams is left out because
-        it runs against the data.
+        it runs in the opposite direction.
         """
         ports: dict[int, tuple[str, str]] = {}
         for unit in (*self.units.values(), self):

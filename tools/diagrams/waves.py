@@ -26,7 +26,7 @@ class Trace:
     show : Callable[[int], str], optional
         Text of a value; None for a row of one bit.
     valid : list of int
-        If given, the row shows nothing where this is 0.
+        If given, the row shows nothing while this is 0.
     values : list of int
         One value per cycle.
     """

@@ -57,7 +57,7 @@ def main() -> int:
 
 
 def _seeds(text: str) -> range:
-    """Return the seeds of ``FIRST:END``, or of a number of them."""
+    """Return the seeds of ``FIRST:END``, or the given number of seeds."""
     first, colon, end = text.rpartition(":")
     try:
         return range(int(first) if colon else 0, int(end))

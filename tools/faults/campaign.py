@@ -23,7 +23,7 @@ from tools.faults.verdict import Verdict
 
 __all__ = ["Campaign", "case_of", "judge_of", "run", "sessions"]
 
-#: Cases that a process takes at once.
+#: Number of cases that a process takes at a time.
 _CHUNK = 10
 
 
@@ -34,7 +34,7 @@ class Campaign:
     Attributes
     ----------
     sessions, outcomes, faults : Counter
-        Cases by session, and by how they ended; faults that happened, by name.
+        Numbers of cases by session and by how they ended, and of faults that happened, by name.
     violations : list of (Case, str)
         Cases that broke a promise, each with the broken promise.
     """
@@ -53,7 +53,7 @@ class Campaign:
             self.violations.append((case, verdict.violation))
 
     def to_json(self) -> dict[str, Any]:
-        """Return all of it for JSON."""
+        """Return everything in a form for JSON."""
         return {
             "sessions": dict(self.sessions),
             "outcomes": dict(self.outcomes),
@@ -65,7 +65,7 @@ class Campaign:
 
 
 def sessions(board: Board) -> list[str]:
-    """Return the names of the sessions that are run on a kind of board, which take turns."""
+    """Return the names of the sessions for a kind of board, which take turns."""
     return [*chip_names(board), *(DISK_SESSIONS if board is Board.MODEL else ())]
 
 
@@ -88,7 +88,7 @@ def case_of(board: Board, seed: int) -> Case:
 
 
 def _judge(board: Board, seeds: Sequence[int], bug: str | None) -> list[tuple[Case, Verdict]]:
-    # Sessions without faults run without bugs, too.
+    # Sessions without faults also run without bugs.
     cases = [case_of(board, seed) for seed in seeds]
     with planted(bug) if bug else contextlib.nullcontext():
         return [(case, judge_of(board, case.session).judge(case)) for case in cases]
@@ -97,7 +97,7 @@ def _judge(board: Board, seeds: Sequence[int], bug: str | None) -> list[tuple[Ca
 def run(
     board: Board, seeds: Iterable[int], jobs: int, bug: str | None = None
 ) -> Generator[tuple[Case, Verdict]]:
-    """Run the cases of ``seeds``, ``jobs`` at a time; yield them in their order.
+    """Run the cases of ``seeds``, ``jobs`` at a time; yield them in order.
 
     ``bug`` is one of :data:`tools.faults.planted.PLANTED`.
     """

@@ -1,4 +1,4 @@
-"""Cases: a session, and the faults that it meets, drawn from a seed."""
+"""Cases: a session and its faults, drawn from a seed."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from tools.faults.line import LineEvent, LineFault, Way
 
 __all__ = ["Case", "DiskExtent", "DiskFault", "Extent", "draw"]
 
-#: Sessions of a chip, by the seed of their work: their results without faults are kept.
+#: Number of sessions of a chip, by the seed of their work; their results without faults are kept.
 _WORKS = 8
-#: Sessions opened before: a session has the number of the last one plus 1, modulo 256, and
-#: a chip that was reset begins at 0.
+#: Numbers of sessions opened before: a session's number is the last one plus 1, modulo 256, and a
+#: chip begins at 0 after a reset.
 _SESSIONS_BEFORE = (0, 0, 0, 1, 254, 255)
 
 
@@ -30,11 +30,11 @@ class Extent:
     Parameters
     ----------
     bytes : dict of Way to int
-        Bytes of each way.
+        Number of bytes in each direction.
     readings : int
-        Readings of the clock.
+        Number of readings of the clock.
     lines : int
-        Lines of the host's code that it executes and Ctrl-C may meet.
+        Number of executed lines of the host's code at which Ctrl-C may arrive.
     """
 
     bytes: dict[Way, int]
@@ -49,9 +49,9 @@ class DiskExtent:
     Parameters
     ----------
     calls : int
-        Calls of the disk.
+        Number of calls of the disk.
     lines : int
-        As of :class:`Extent`.
+        As in :class:`Extent`.
     """
 
     calls: int
@@ -60,7 +60,7 @@ class DiskExtent:
 
 @dataclass(frozen=True)
 class DiskFault:
-    """A call of the disk that fails, or is slow; see :class:`tools.faults.disk.FaultyDisk`.
+    """A call of the disk that fails or is slow; see :class:`tools.faults.disk.FaultyDisk`.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ class DiskFault:
     error : int
         Number of the error; 0 if the call is slow.
     lasting, kill : bool
-        All later calls fail, or are slow; the process is killed.
+        Whether all later calls fail or are slow too, and whether the process is killed.
     """
 
     at: int
@@ -91,20 +91,21 @@ class Case:
     work : int
         Seed of the session's work.
     sessions_before : int
-        Sessions that the chip has had.
+        Number of earlier sessions of the chip.
     line : tuple of LineEvent
         Faults of the line.
     jumps : tuple of (int, float)
-        Readings of the processor's clock at which it jumps ahead, and the seconds.
+        Readings of the processor's clock at which it jumps ahead, with the seconds.
     signal_at : int or None
         The line of the host's code, counted as they are executed, at which a signal arrives;
         :func:`tools.faults.tracing.signal_of` says which.
     resumes : bool
-        After an error, the session continues with the same chip and another link session.
+        After an error, the work continues with the same chip in a new link session.
     disk : tuple of DiskFault
-        Fault of the disk in each attempt of a session that writes files; one more follows without.
+        Fault of the disk in each attempt of a session that writes files; a further attempt without
+        faults follows.
     death_after : int or None
-        Results after which a worker process is killed, in the first attempt.
+        Number of results after which a worker process is killed in the first attempt.
     """
 
     seed: int
@@ -136,7 +137,7 @@ class Case:
 
     @property
     def faults(self) -> list[tuple[str, Any]]:
-        """Every fault, as the name of its field and its value; see :meth:`with_faults`."""
+        """Every fault as field name and value; see :meth:`with_faults`."""
         found: list[tuple[str, Any]] = [("line", event) for event in self.line]
         found += [("jumps", jump) for jump in self.jumps]
         found += [("disk", fault) for fault in self.disk]
@@ -190,7 +191,7 @@ def draw(seed: int, session: str, extent_of: Callable[[int], Extent | DiskExtent
             (rng.randrange(extent.readings), rng.choice((0.3, 5.0, 3600.0)))
             for _ in range(rng.choice((1, 1, 3)))
         )
-    # A line without faults still meets signals.
+    # Signals arrive even on a line without faults.
     signal_at = rng.randrange(extent.lines) if not line or rng.random() < 0.1 else None
     return Case(
         seed=seed,
@@ -226,7 +227,7 @@ def _disk_case(rng: random.Random, seed: int, session: str, extent: DiskExtent) 
 
 
 def _noisy(rng: random.Random, extent: Extent) -> Iterator[LineEvent]:
-    """Yield the faults of a line that is noisy all the time, repeated frames included."""
+    """Yield the faults of a constantly noisy line, including repeated frames."""
     rate = 10 ** rng.uniform(-4, -2.5)
     faults = rng.choice(
         (
@@ -247,7 +248,7 @@ def _any_event(rng: random.Random, extent: Extent) -> LineEvent:
     way = rng.choice(list(Way))
     at = int(rng.random() * extent.bytes[way])
     if rng.random() < 0.2:
-        at //= 50  # The beginning, where the session opens.
+        at //= 50  # The beginning, during which the session is opened.
     fault = rng.choice(list(LineFault))
     if fault in (LineFault.FULL, LineFault.RESET):
         way = Way.TO_BOARD

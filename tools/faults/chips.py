@@ -1,4 +1,4 @@
-"""Chips at the far end of a faulty line: the software model, and the Verilog in Verilator."""
+"""Chips at the far end of a faulty line: the software model, and Verilog in Verilator."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ __all__ = [
 
 _SIM = Path(__file__).parents[2] / "sim"
 
-#: Clock of a Verilated chip in virtual time: slow, since every silence is simulated.
+#: Clock of a Verilated chip in virtual time, slow because every silence is simulated.
 CLOCK_HZ = 1e6
 
 
@@ -41,8 +41,8 @@ class Board(StrEnum):
     SIM = "sim:"
 
 
-#: Chips by name: the paper core with its checker, small and of the usual population, and the
-#: planner's.
+#: Chips by name: the paper core with its checker, small or with the usual population, and the
+#: planner core.
 CHIPS = {
     "paper": SMALL.replace(checker=CheckerBuild.TWO_TIER, lanes=1),
     "paper, 32 paths": Config(map_size=64, coarse_factor=8, altitude_bits=8),
@@ -65,12 +65,12 @@ CHIPS = {
 }
 
 
-#: Chips whose sessions simulate too many cycles in Verilog.
+#: Chips whose sessions would simulate too many cycles in Verilog.
 _LARGE = {"paper, 32 paths"}
 
 
 def chip_names(board: Board) -> list[str]:
-    """Return the chips whose sessions are run on a kind of board."""
+    """Return the chips that are tested on a kind of board."""
     return [name for name in CHIPS if board is Board.MODEL or name not in _LARGE]
 
 
@@ -88,12 +88,12 @@ def chip_on_line(board: Board, chip: str) -> Iterator[ChipOnLine]:
 
 
 class ModelOnLine:
-    """The software model, which answers at once.
+    """The software model, which answers immediately.
 
     Parameters
     ----------
     config : Config
-        The chip's.
+        Configuration of the chip.
     """
 
     def __init__(self, config: Config) -> None:
@@ -107,7 +107,7 @@ class ModelOnLine:
         if reset % 2:
             self._model.feed(data)
         self._model.close()
-        # The memories of a real chip keep their contents. Nobody may rely on that.
+        # The memories of a real chip would keep their contents, but nobody may rely on that.
         self._model = Chip(self._config)
         return b""
 
@@ -122,7 +122,7 @@ class VerilatedOnLine:
     Parameters
     ----------
     config : Config
-        The chip's.
+        Configuration of the chip.
 
     Attributes
     ----------
@@ -175,7 +175,7 @@ class VerilatedOnLine:
         self._process.stdin.flush()
 
     def _sent(self) -> tuple[bytes, int]:
-        """Return the bytes that the chip has sent, and the cycles that passed."""
+        """Return the bytes that the chip has sent, and the cycles elapsed."""
         assert self._process.stdout is not None
         size, cycles = struct.unpack("<2Q", self._process.stdout.read(16))
         self.cycles += cycles

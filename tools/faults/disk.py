@@ -1,4 +1,4 @@
-"""A disk that fails or is slow at a chosen call, or whose process is killed there."""
+"""A disk that fails or is slow at a chosen call, or at which the process is killed."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 __all__ = ["SLOW", "FaultyDisk", "Killed"]
 
-#: Not an error number: the call takes long, and succeeds.
+#: Not an error number: the call takes a long time but succeeds.
 SLOW = 0
-# Seconds of a slow call, and of each if all later ones are slow, too.
+# Seconds of a slow call, and of each call if all later ones are slow too.
 _SLOW_S, _ALWAYS_SLOW_S = 0.05, 0.002
 
 # The errors of a full disk.
@@ -35,30 +35,30 @@ class FaultyDisk(Disk):
     """A real disk that counts its calls, from 1, and fails at one of them.
 
     Each method of :class:`pathgene.host.files.disk.Disk` is a call, and so is each write that a
-    file passes on to the system. A write that fails is torn: a part of its data, drawn from the
-    seed, reaches the disk. As for the kernel, a write of some bytes is no error yet; the call after
-    it is. A sync does not wait for the real disk.
+    file passes on to the system. A write that fails is torn: part of its data, drawn from the seed,
+    reaches the disk. As in the kernel, a partial write is not an error; the call after it fails. A
+    sync does not wait for the real disk.
 
     Parameters
     ----------
     at : int, optional
-        Number of the call that fails; None counts only. A full disk fails at the first call from
-        there on that needs space: it still renames and removes.
+        Number of the call that fails; None only counts. A full disk fails at the first call from
+        there on that needs space; renaming and removing still work.
     error : int
         Number of the error, a constant of :mod:`errno`, or :data:`SLOW`; a full disk by default.
     lasting : bool
-        Every later call fails, or is slow, as well.
+        Every later call also fails or is slow.
     kill : bool
-        Raise :class:`Killed` instead, then and at every later call.
+        Raise :class:`Killed` instead, at this and every later call.
     seed : int
         Seed of the lengths of torn writes.
 
     Attributes
     ----------
     calls : list of str
-        The calls made: their names, and the names of their files.
+        The calls made, with the names of their files.
     failed, slowed : bool
-        True once a call has failed, or the process is killed; once a call was slow.
+        True once a call has failed or the process is killed; true once a call was slow.
     """
 
     def __init__(
@@ -134,7 +134,7 @@ class FaultyDisk(Disk):
         return size
 
     def _call(self, name: str, path: Path, *, needs_space: bool = True) -> None:
-        """Count a call, and fail if it is one that does."""
+        """Count a call, and fail if it is due."""
         is_due = self._owed or self._is_due(needs_space=needs_space)
         self._owed = False
         self.calls.append(f"{name} {path.name}")

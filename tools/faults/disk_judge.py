@@ -22,9 +22,9 @@ __all__ = ["DiskJudge"]
 class DiskJudge(Judge):
     """Judges sessions that write files.
 
-    Each attempt ends as it does without faults, or with a documented error, by Ctrl-C, or because
-    its process is killed. The files on the disk are then whole, or say that they are not. The last
-    attempt, without faults, continues from there, and ends as if nothing had happened.
+    Each attempt must end as it does without faults, with a documented error, by Ctrl-C, or because
+    its process is killed. The files on the disk must then be whole, or be marked as incomplete. The
+    last attempt, without faults, continues from there and must end as if nothing had happened.
     """
 
     def extent(self, session: str, work: int) -> DiskExtent:
@@ -38,7 +38,7 @@ class DiskJudge(Judge):
         may_mix = False
         with in_folder() as folder:
             session.prepare(folder)
-            # A signal may end the attempt without faults, too.
+            # A signal may also end the attempt without faults.
             for number, fault in enumerate((*case.disk, None, None), 1):
                 disk = FaultyDisk()
                 if fault is not None:
@@ -55,7 +55,7 @@ class DiskJudge(Judge):
                 end = _attempt(session, folder, number, disk, signal_at, death)
                 if fault is not None and (disk.failed or disk.slowed):
                     if fault.kill:
-                        end = "killed"  # Whatever came after it: a signal, held back until then.
+                        end = "killed"  # A signal that was held back until now.
                     verdict.faults[f"disk: {_name(fault)}"] += 1
                 if end != "done":
                     may_mix |= end in ("killed", "not put back")
@@ -87,14 +87,14 @@ def _attempt(
     signal_at: int | None,
     death: int | None,
 ) -> str:
-    """Do an attempt; return how it ended."""
+    """Execute an attempt; return how it ended."""
     try:
         with using(disk), signalled(signal_at, session.packages):
             session.attempt(folder, number, death)
     except Killed:
         return "killed"
     except KeyboardInterrupt as error:
-        # Held back until the files were given up.
+        # Held back until the files were abandoned.
         return "not put back" if "put back" in str(error.__context__) else "interrupted"
     except (InputError, JobError) as error:
         if not disk.failed:

@@ -1,4 +1,4 @@
-"""Sessions that write files: a comparison that is resumed, and runs that replace one another."""
+"""Sessions that write files: a comparison that is resumed, and runs that replace each other."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class DiskSession(ABC):
 
     @abstractmethod
     def attempt(self, folder: Path, number: int, death: int | None) -> None:
-        """Do the work. ``death`` is the number of results after which a worker is killed."""
+        """Execute the work. ``death`` is the number of results after which a worker is killed."""
 
     @abstractmethod
     def check(self, folder: Path, number: int, *, is_whole: bool, may_mix: bool) -> None:
@@ -78,20 +78,20 @@ class DiskSession(ABC):
         number : int
             Number of the attempt.
         is_whole : bool
-            It ended as without faults.
+            The attempt ended as without faults.
         may_mix : bool
-            A process was killed, or said that files could not be put back, since the last attempt
-            that ended as without faults.
+            A process was killed, or reported that files could not be restored, since the last
+            attempt that ended as without faults.
 
         Raises
         ------
         DifferentError
-            If something in the folder is wrong, or missing.
+            If something in the folder is wrong or missing.
         """
 
 
 class Comparison(DiskSession):
-    """Runs of a planner on a board and of one without, each stored when it ends."""
+    """Runs of a planner on a board and of one without a board, each stored when it ends."""
 
     packages = ("compare", "files")
 
@@ -101,7 +101,7 @@ class Comparison(DiskSession):
         self._digest = problem_digest(problem())
 
     def attempt(self, folder: Path, number: int, death: int | None) -> None:
-        """Do the runs that are missing."""
+        """Execute the missing runs."""
         execute = functools.partial(_dying, death) if death is not None else _alone
         with RunStore(folder, self._digest) as store:
             fields = kept(store, self._entrants, _SEEDS)
@@ -138,7 +138,7 @@ def _alone(tasks: Sequence[Task]) -> Generator[Outcome]:
 
 
 def _timeless(outcomes: Generator[Outcome]) -> Generator[Outcome]:
-    """Yield outcomes without seconds: the bytes that are written shall not depend on the time."""
+    """Yield outcomes without seconds, so that the bytes written do not depend on the time."""
     with contextlib.closing(outcomes):
         for outcome in outcomes:
             assert outcome.record is not None, outcome.failure
@@ -147,7 +147,7 @@ def _timeless(outcomes: Generator[Outcome]) -> Generator[Outcome]:
 
 
 def _dying(after: int, tasks: Sequence[Task]) -> Generator[Outcome]:
-    """Do tasks in two processes, and kill one of them after ``after`` outcomes."""
+    """Execute tasks in two processes, and kill one of them after ``after`` outcomes."""
     before = multiprocessing.active_children()
     outcomes = _timeless(run_in_processes(problem(), tasks, 2))
     with contextlib.closing(outcomes):
@@ -168,7 +168,7 @@ class Replacement(DiskSession):
         self.attempt(folder, 0, None)
 
     def attempt(self, folder: Path, number: int, death: int | None) -> None:
-        """Write the files of a run; files of further formats differ from run to run."""
+        """Write the files of a run; files of additional formats differ from run to run."""
         evaluator, results = self._results
         result = results[number % len(results)]
         summary = summarise(
@@ -178,7 +178,7 @@ class Replacement(DiskSession):
         write_report(folder, evaluator, result, summary, _no_warning, picture=False, others=others)
 
     def check(self, folder: Path, number: int, *, is_whole: bool, may_mix: bool) -> None:
-        """Check that the folder has the files of one run, or says that it has not."""
+        """Check that the folder has the files of a single run, or says that it does not."""
         visible = {file.name for file in folder.iterdir() if file.name[0] != "."}
         if not visible and not is_whole:
             return
@@ -194,7 +194,7 @@ class Replacement(DiskSession):
         except InputError:
             is_mixed = True
         else:
-            # A missing file is no mixture, but nobody here has removed one.
+            # A missing file does not make a mixture, but nothing here removes files.
             if may_mix and visible < {*summary["files"], SUMMARY}:
                 raise DifferentError("a file is missing, and the summary is taken for whole")
         if is_mixed and not may_mix:

@@ -1,4 +1,4 @@
-"""Runs a case, and turns whatever happens into a verdict."""
+"""Runs a case and converts the outcome to a verdict."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tools.faults.verdict import DifferentError, HangError, Verdict, limited
 
 __all__ = ["Judge"]
 
-#: Seconds of this machine after which a session hangs, whatever the virtual time.
+#: Real seconds after which a session counts as hanging, whatever the virtual time.
 _LIMIT_S = 600
 
 
@@ -25,12 +25,12 @@ class Judge(ABC):
 
     @abstractmethod
     def run(self, case: Case, verdict: Verdict) -> None:
-        """Run a case, and note its events.
+        """Run a case and note its events.
 
         Raises
         ------
         DifferentError, HangError
-            If something is not kept. So is any other exception.
+            If a promise is broken, as it also is by any other exception.
         """
 
     def judge(self, case: Case) -> Verdict:

@@ -53,8 +53,9 @@ class LineFault(StrEnum):
     CUT = "cut"
     #: The port does not accept bytes for ``value`` milliseconds.
     FULL = "full"
-    #: The chip is reset: ``value`` cycles after it has the frame. The model, which answers at once,
-    #: is reset before it has the frame if ``value`` is even, else before its answer leaves.
+    #: The chip is reset ``value`` cycles after it has received the frame. The model, which answers
+    #: immediately, is reset before it receives the frame if ``value`` is even, else before its
+    #: answer leaves.
     RESET = "reset"
 
 
@@ -76,9 +77,9 @@ class LineEvent:
     Parameters
     ----------
     at : int
-        Number of the byte among those sent this way in the session, from 0.
+        Number of the byte in its direction during the session, from 0.
     way : Way
-        Which way.
+        Direction.
     fault : LineFault
         Kind of the fault.
     value : int
@@ -100,7 +101,7 @@ class Frame:
     data : bytes
         The bytes.
     reset : int or None
-        The value of a reset of the chip that has them.
+        The value of a reset of the chip that receives them.
     """
 
     data: bytes
@@ -111,28 +112,28 @@ class ChipOnLine(Protocol):
     """Chip at the far end of a line."""
 
     def feed(self, data: bytes, reset: int | None = None) -> bytes:
-        """Receive bytes, and be reset in between; return the bytes sent meanwhile."""
+        """Receive bytes, possibly with a reset in between; return the bytes sent meanwhile."""
         ...
 
     def wait(self, seconds: float) -> tuple[bytes, float]:
-        """Let time pass, until a frame has been sent; return its bytes, and the seconds."""
+        """Let time pass until a frame has been sent; return its bytes and the seconds."""
         ...
 
 
 class VirtualClock:
-    """A clock that reads of a line advance.
+    """A clock that advances with reads from a line.
 
     Parameters
     ----------
     jumps : mapping of int to float
-        Seconds that the clock jumps ahead, by the number of the reading: the process was asleep.
+        Seconds that the clock jumps ahead, by number of the reading, as if the process had slept.
 
     Attributes
     ----------
     now_s : float
         Time, seconds.
     readings : int
-        Readings made.
+        Number of readings made.
     """
 
     def __init__(self, jumps: Mapping[int, float] | None = None) -> None:
@@ -212,7 +213,7 @@ class _OneWay:
         return self._passed(frame, faults)
 
     def heal(self) -> None:
-        """Drop the events that are still to come."""
+        """Discard the remaining events."""
         self._events.clear()
 
     def _passed(self, data: bytes, events: list[LineEvent]) -> list[Frame]:
@@ -251,23 +252,23 @@ class FaultyLine:
     chip : ChipOnLine
         The chip.
     clock : VirtualClock
-        Reads advance it, by the time of their bytes or by the timeout.
+        Clock that reads advance, by the time of their bytes or by the timeout.
     events : sequence of LineEvent
         The faults.
     patience_s : float
-        Silence after which the host should have given up, seconds.
+        Silence in seconds after which the host must have given up.
 
     Attributes
     ----------
     timeout, write_timeout : float or None
-        As of :class:`serial.Serial`.
+        As in :class:`serial.Serial`.
     clock : VirtualClock
         The clock.
 
     Raises
     ------
     HangError
-        From :meth:`read`, after a longer silence.
+        From :meth:`read`, after too long a silence.
     OSError
         From all methods, once the port is lost; from :meth:`write` after ``write_timeout``.
     """
@@ -338,7 +339,7 @@ class FaultyLine:
         return len(data)
 
     def heal(self) -> None:
-        """End all faults that are still to come; a port that is lost stays lost."""
+        """Discard all remaining faults; a lost port stays lost."""
         for way in self._ways.values():
             way.heal()
         for queue in self._flying.values():
@@ -366,12 +367,12 @@ class FaultyLine:
                 frames, others = one_way.send(data[0])
             data = data[size:]
             self._happen(way, others)
-            # In order, also after frames that a stall holds back.
+            # In order, even after frames that a stall holds back.
             at_s = max(self._stalled_until_s, self.clock.now_s)
             self._flying[way] += ((at_s, frame) for frame in frames)
 
     def _happen(self, way: Way, events: list[LineEvent]) -> None:
-        """Let events happen that do not change bytes."""
+        """Apply events that do not change bytes."""
         for event in events:
             if event.fault is LineFault.CUT:
                 self._is_cut = True
@@ -383,7 +384,7 @@ class FaultyLine:
                 self._fill(event.value / 1000)
 
     def _fill(self, seconds: float) -> None:
-        """Take no bytes for some seconds."""
+        """Accept no bytes for some seconds."""
         limit_s = self.write_timeout
         self.clock.now_s += seconds if limit_s is None else min(seconds, limit_s)
         if limit_s is None and seconds > self._patience_s:

@@ -21,7 +21,8 @@ from tools.faults.verdict import DifferentError, Verdict
 
 __all__ = ["LineJudge"]
 
-#: Patience of a link, seconds and attempts: of the model, which answers at once; of the Verilog.
+#: Patience of a link, in seconds and attempts: for the model, which answers immediately, and for
+#: the Verilog.
 _PATIENCE = {Board.MODEL: (0.25, 12), Board.SIM: (0.03, 12)}
 #: Packages of ``host`` whose lines Ctrl-C may meet.
 _PACKAGES = ("device",)
@@ -50,14 +51,14 @@ class _Comparison:
 class LineJudge(Judge):
     """Judges sessions with a kind of board; keeps their messages without faults.
 
-    A session ends as it does without faults, or with a documented error, or by Ctrl-C. Replies
-    received before the end equal the replies without faults. After it another session does the
-    whole work, over a line without faults.
+    A session must end as it does without faults, with a documented error, or by Ctrl-C. Replies
+    received before the end must equal the replies without faults. After that, another session does
+    the whole work over a line without faults.
 
     Parameters
     ----------
     board : Board
-        The kind.
+        The kind of board.
     """
 
     def __init__(self, board: Board) -> None:
@@ -131,7 +132,7 @@ def _session(name: str) -> Session:
 
 
 def _do(chip: Chip, case: Case, told: Told) -> None:
-    """Do a session; a refusal is no documented end of it, since everything asked is right."""
+    """Execute a session; a refusal is not a documented end, because all requests are valid."""
     comparison = _Comparison(told)
     try:
         _session(case.session)(chip, case.work, comparison)

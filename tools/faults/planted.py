@@ -1,4 +1,4 @@
-"""Bugs to be planted in the product, one at a time: the judge must notice each."""
+"""Bugs to plant in the product, one at a time; the judge must notice each."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def _lost_acknowledgement_accepted() -> Patch:
 
 
 def _sequence_number_reused() -> Patch:
-    """After commands that were sent again, their sequence numbers are used once more."""
+    """After commands are sent again, their sequence numbers are reused."""
     usual = Link._exchange
 
     def exchange(self: Link, session: int, requests: Sequence[Request]) -> None:
@@ -59,7 +59,7 @@ def _sequence_number_reused() -> Patch:
 
 
 def _checksum_ignored() -> Patch:
-    """A frame from the board with a wrong checksum is taken."""
+    """A frame from the board with a wrong checksum is accepted."""
     usual = codec.decode_frame
 
     def decode(encoded: bytes) -> Frame:
@@ -95,7 +95,7 @@ def _board_taken_back_in_silence() -> Patch:
 
 
 def _map_believed_after_a_reset() -> Patch:
-    """A session is opened again on a board that was reset, whose map is taken for the old one."""
+    """A session is reopened on a board that was reset, and its map is assumed unchanged."""
 
     def reopen(self: Link) -> None:
         self.open(info_reply(_ANY).unpack(self.info())["session"], credit=self._credit)
@@ -104,7 +104,7 @@ def _map_believed_after_a_reset() -> Patch:
 
 
 def _map_known_before_it_is_acknowledged() -> Patch:
-    """The cells of an upload count as the chip's before the chip has them."""
+    """The cells of an upload count as known before the chip has them."""
     usual = MapCopy._send
 
     def send(
@@ -122,7 +122,7 @@ def _map_known_before_it_is_acknowledged() -> Patch:
 
 
 def _no_limit_of_silence() -> Patch:
-    """The link sends again without end."""
+    """The link resends forever."""
     usual = Link.__init__
 
     def init(self: Link, *arguments: Any, **options: Any) -> None:
@@ -143,7 +143,7 @@ def _command_repeated_by_the_chip() -> Patch:
 
 
 def _file_written_in_its_place() -> Patch:
-    """The files of a run are written where they belong, file by file."""
+    """The files of a run are written directly to their final places, one by one."""
 
     def replace_files(directory: Path, contents: Any, *, gone: Any = ()) -> None:
         for name, content in contents.items():
@@ -157,7 +157,7 @@ def _file_written_in_its_place() -> Patch:
 
 
 def _torn_line_taken_for_whole() -> Patch:
-    """A stored run is added after the torn line of an earlier one."""
+    """A stored run is appended to the truncated line of an earlier one."""
     usual = RunStore._read
 
     def read(self: RunStore) -> None:
@@ -180,7 +180,7 @@ class _Unwritten:
         return iter(self._file)
 
     def write(self, data: bytes) -> int:
-        """Take nothing."""
+        """Accept no bytes."""
         return len(data)
 
 

@@ -1,4 +1,4 @@
-"""Work of a host with a board in a session: its results, in order of arrival."""
+"""Work of a host with a board in a session, with results in order of arrival."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from pathgene.host.terrain import Terrain
 
 __all__ = ["GENERATIONS", "SESSIONS", "Session", "Tell", "ground"]
 
-#: Generations in each link mode.
+#: Number of generations in each link mode.
 GENERATIONS = 50
-#: Generations between two checks of the whole population.
+#: Number of generations between two checks of the whole population.
 _PER_CHECK = 10
-#: Looks at a run until it must be over, on a line without faults.
+#: Maximum number of polls until a run must be over on a line without faults.
 _MOST_LOOKS = 10_000
 
 #: Takes each result; any value that can be compared.
@@ -69,7 +69,7 @@ def _breed(chip: Chip, seed: int, tell: Tell) -> None:
         )
         for generation in range(GENERATIONS):
             step = chip.step(rng.sample(range(config.population), config.population), mode)
-            # In population mode, the origin comes only where a long reply was given up.
+            # In population mode, the origin is only known if a long reply was given up.
             tell((step.paths, None if mode is LinkMode.POPULATION else step.origin))
             if generation % _PER_CHECK == 0:
                 found = chip.check_population(start, goal, counting=bool(rng.getrandbits(1)))
@@ -137,7 +137,7 @@ def _plan(chip: Chip, seed: int, tell: Tell) -> None:
 
 
 def _run(task: ProblemOnChip, options: RunOptions, evaluator: Evaluator, tell: Tell) -> Any:
-    """Do a run, tell what the chip says and the host's opinion of it; return the best path."""
+    """Execute a run, report the chip's replies and the host's verdict; return the best path."""
     looks = iter(range(_MOST_LOOKS))
     status, best = task.run(options, lambda _: next(looks, None) is None)
     paths = [task.metres(path) for path in best.paths]
@@ -147,5 +147,5 @@ def _run(task: ProblemOnChip, options: RunOptions, evaluator: Evaluator, tell: T
     return paths[0]
 
 
-#: Sessions by the chip that they are for, from the beginning of its name.
+#: Sessions by the beginning of the name of their chip.
 SESSIONS: dict[str, Session] = {"paper": _breed, "planner": _plan}

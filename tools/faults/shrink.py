@@ -1,4 +1,4 @@
-"""The fewest faults of a case that still break something."""
+"""Reduction of a case to the faults that are needed to fail."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ __all__ = ["shrunk"]
 
 
 def shrunk(case: Case, fails: Callable[[Case], bool]) -> Case:
-    """Return a case with some of the faults of ``case``, each of which is needed to fail.
+    """Return a case with a subset of the faults of ``case``, each of which is needed to fail.
 
-    Leaves out halves, then quarters and so on, then single faults, until none can go.
+    It leaves out halves, then quarters and so on, then single faults, until none can be removed.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A signal at a chosen line of the product's code, and the number of its lines."""
+"""A signal at a chosen line of the product's code, and a count of its executed lines."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from pathgene.host.interrupts import SIGNALS, caught
 
 __all__ = ["counted_lines", "signal_of", "signalled"]
 
-# As frames name it: through the link in pathgene/.
+# The name in frames: through the link in pathgene/.
 _HOST = Path(host.__file__).parent
 
 
 def signal_of(at: int) -> signal.Signals:
-    """Return the signal that is sent at a line: Ctrl-C and its like in turn."""
+    """Return the signal that is sent at a line: Ctrl-C and similar signals in rotation."""
     return SIGNALS[at % len(SIGNALS)]
 
 
 @contextlib.contextmanager
 def signalled(at: int | None, packages: tuple[str, ...]) -> Iterator[None]:
-    """Send this process a signal at a line that is executed in the block.
+    """Send this process a signal at a line executed in the block.
 
-    The product's own handlers take it.
+    The product's own handlers receive it.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def signalled(at: int | None, packages: tuple[str, ...]) -> Iterator[None]:
         if next(left, None) == 0:
             signal.raise_signal(signal_of(at))
 
-    # A process in the background may have been started deaf to some of them.
+    # A background process may have been started with some of them ignored.
     before = {number: signal.signal(number, signal.SIG_DFL) for number in SIGNALS}
     try:
         with caught(), _traced(count, packages):
@@ -59,7 +59,7 @@ def signalled(at: int | None, packages: tuple[str, ...]) -> Iterator[None]:
 
 @contextlib.contextmanager
 def counted_lines(packages: tuple[str, ...]) -> Iterator[list[int]]:
-    """Count the lines in the block; the list has their number at its end."""
+    """Count the lines executed in the block; afterwards the list has their number."""
     counted = [0]
 
     def count() -> None:

@@ -14,11 +14,11 @@ __all__ = ["DifferentError", "HangError", "Verdict", "limited"]
 
 
 class DifferentError(Exception):
-    """Something is not as it is without faults; the message says what."""
+    """Something differs from a session without faults; the message says what."""
 
 
 class HangError(BaseException):
-    """The host waits where it should have given up, or works without end."""
+    """The host waits although it should have given up, or works forever."""
 
 
 @dataclass

@@ -11,14 +11,14 @@ from tools.netlist import Netlist
 __all__ = ["OptimizedNetlist", "equal_circuits"]
 
 #: Removes logic that no output depends on, such as the constant bit of a register that is too wide.
-#: Words become bits, so that the place of a bit in its word does not count.
+#: Words are split into bits, so that the place of a bit in its word does not count.
 _PASSES = "opt -full; wreduce; opt -full; simplemap; opt -full; opt_clean -purge"
 
 
 class OptimizedNetlist(Netlist):
-    """Netlist in which initial values count for registers only, and once each.
+    """Netlist in which initial values only count for registers, and once each.
 
-    Optimization leaves other names for the same wire, constants among them, in an arbitrary order.
+    Optimization leaves several names for the same wire, including constants, in an arbitrary order.
     """
 
     def __init__(self, module: dict[str, Any], *, port_names: bool = True) -> None:

@@ -1,7 +1,7 @@
 """Pytest plugin that limits the processor time of each test, to end a hanging simulation.
 
 Load it with ``-p tools.mutation.limit``; ``MUTATION_LIMIT`` is the limit in seconds. Only the
-test's own processor time counts, so a busy machine fails no test.
+test's own processor time counts, so no test fails because the machine is busy.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Sites of the gateware's sources that an alteration can touch, with their new texts."""
+"""Sites of the gateware's sources where alterations are possible, with the new texts."""
 
 from __future__ import annotations
 
@@ -99,11 +99,11 @@ class Alteration:
     start, stop : int
         Bytes of the file that ``new`` replaces.
     guard : bool
-        True if the expression belongs to a check that raises an exception, or to nothing that a
-        netlist shows.
+        True if the expression belongs to a check that raises an exception, or does not affect the
+        netlist.
     site : str
-        Name of the site: its file, the text of its line, its place in that line. It stays the same
-        while other lines change.
+        Name of the site: its file, the text of its line, and its place in that line. It stays the
+        same when different lines change.
     """
 
     file: str
@@ -157,11 +157,11 @@ def sites_of(root: Path, file: str) -> list[Site]:
 
 
 def draw(sites: Sequence[Site], seed: int, count: int) -> list[Alteration]:
-    """Draw ``count`` different sites uniformly, and one of the alterations of each uniformly.
+    """Draw ``count`` distinct sites uniformly, and one alteration of each uniformly.
 
     A larger ``count`` continues the list of a smaller one. The rank of a site in the draw is a hash
-    of the seed and of the name of the site, so a change elsewhere in the gateware moves no other
-    site into the draw than those it adds or removes.
+    of the seed and of the site's name, so a change of the gateware only affects the draw by the
+    sites that it adds or removes.
 
     Raises
     ------
@@ -309,14 +309,14 @@ class _Finder(ast.NodeVisitor):
             self.visit(statement)
 
     def visit_AugAssign(self, node: ast.AugAssign) -> None:
-        # The statement lists of Amaranth grow by `+=`, which is no arithmetic.
+        # Amaranth's statement lists grow by `+=`, which is not arithmetic.
         self.visit(node.value)
 
     def visit_Assert(self, node: ast.Assert) -> None:
-        """Leave assertions out: they do not become circuits."""
+        """Skip assertions, which do not become circuits."""
 
     def visit_Raise(self, node: ast.Raise) -> None:
-        """Leave messages out: the tests of the units match them as a whole."""
+        """Skip messages, which the tests of the units match as a whole."""
 
     def visit_JoinedStr(self, node: ast.JoinedStr) -> None:
-        """Leave text out: names of submodules, messages."""
+        """Skip text: names of submodules, and messages."""

@@ -1,4 +1,4 @@
-"""Choose the tests of a gateware file: the nearest and quickest first."""
+"""Choice of the tests for a gateware file, nearest and quickest first."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ __all__ = ["slow_suite", "suites"]
 
 #: Packages whose tests exercise every file, cheapest first.
 _ALL = ("primitives", "protocol", "ga_core", "command", "feasibility", "link", "boards")
-#: Simulated whole chips. Tests that alter the gateware's text themselves are left out, because
-#: they fail on any change of it.
+#: Simulated whole chips. Tests that themselves alter the gateware's text are left out, because they
+#: fail on any change of it.
 _SLOW = (
     "tests/cosim/test_cosim.py",
     "tests/cosim/test_boards.py",
@@ -22,10 +22,11 @@ _SLOW = (
 
 
 def suites(root: Path, file: str) -> list[list[str]]:
-    """Return the test files for an altered ``file``: the unit's, its package's, and all.
+    """Return the test files for an altered ``file``: of the unit, of its package, and all.
 
     Each file is named once. A unit's tests are the mirrored test file and every file that imports
-    the unit; the last stage has all unit, model and golden tests that need no Verilog simulator.
+    the unit; the last stage has all unit, model and golden tests that do not need a Verilog
+    simulator.
     """
     relative = Path(file).relative_to("hdl")
     unit = root / "tests" / "unit"
@@ -64,7 +65,7 @@ def suites(root: Path, file: str) -> list[list[str]]:
 
 
 def slow_suite(root: Path) -> list[str]:
-    """Return the tests of simulated chips, for an alteration that survives all further tests."""
+    """Return the tests of simulated chips, for an alteration that survives all faster tests."""
     return [name for name in _SLOW if (root / name).is_file()]
 
 

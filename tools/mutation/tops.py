@@ -1,7 +1,7 @@
-"""Circuits of the tops, which show whether an alteration changes anything.
+"""Circuits of the top levels, which show whether an alteration changes anything.
 
-``python -m tools.mutation.tops small FOLDER`` writes each top of a set as RTLIL, Amaranth's own
-netlist; equal texts are equal circuits. A third argument ``verilog`` also writes Verilog, for
+``python -m tools.mutation.tops small FOLDER`` writes each top level of a set as RTLIL, Amaranth's
+own netlist; equal texts are equal circuits. A third argument ``verilog`` also writes Verilog, for
 :mod:`tools.netlist`.
 """
 
@@ -24,7 +24,7 @@ from tools.chips import SMALL
 
 __all__ = ["SETS", "main"]
 
-#: Chips that elaborate in seconds: every build, and sizes at the ends of their ranges.
+#: Chips that elaborate in seconds: every build, with sizes at the ends of their ranges.
 _SMALL_CHIPS: dict[str, Config] = {
     "small": SMALL,
     "two_tier": SMALL.replace(checker=CheckerBuild.TWO_TIER, lanes=1),
@@ -33,7 +33,7 @@ _SMALL_CHIPS: dict[str, Config] = {
         elites=1, survivors=3, box_percent=100, survivor_selection=SurvivorSelection.RANK
     ),
 }
-#: The shipped sizes, and further builds.
+#: The shipped sizes, and more builds.
 _CHIPS: dict[str, Config] = {
     "default": Config(),
     "no_checker": Config(checker=CheckerBuild.NONE, lanes=1),
@@ -45,7 +45,7 @@ _CHIPS: dict[str, Config] = {
     "lanes_1": SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=1),
     "odd": SMALL.replace(max_waypoints=20, survivors=1, elites=1, children=6, deletes=3),
 }
-#: One board of each family, with the chip with the paper core.
+#: One board of each family, with the chip that has the paper core.
 _BOARDS = ("ulx3s-85f", "arty-a7-100", "icebreaker")
 
 
@@ -72,7 +72,7 @@ def _writers(chips: dict[str, Config], boards: Sequence[str]) -> dict[str, Write
     return writers | {name: partial(_board, name) for name in boards}
 
 
-#: Tops by name; the small ones take seconds, the large ones minutes.
+#: Top levels by name; the small sets take seconds, the large ones minutes.
 SETS = {
     "small": _writers(_SMALL_CHIPS, ()),
     "large": _writers(_CHIPS, ()),

@@ -1,4 +1,4 @@
-"""A copy of the project in which alterations are tried in order."""
+"""A copy of the project in which alterations are tried one after another."""
 
 from __future__ import annotations
 
@@ -35,7 +35,8 @@ _COPIED = (
     "constraints",
 )
 _FAILED = re.compile(r"^(?:FAILED|ERROR) (\S+(?: \S+)*?)(?: - .*)?$", re.MULTILINE)
-#: Folders whose results do not all show in a netlist: hosts and models use them as well.
+#: Folders whose effects are not all visible in a netlist, because hosts and models use them as
+#: well.
 _SHARED = ("hdl/protocol/", "hdl/config.py")
 
 
@@ -50,9 +51,9 @@ class Result:
     by : str
         Test that failed, or the proof that nothing changed.
     depth : str
-        Last stage that the workshop would have gone to.
+        Last stage that the workshop would have tried.
     seconds : float
-        Time, other programs' included.
+        Wall time, including other programs.
     """
 
     alteration: Alteration
@@ -75,14 +76,14 @@ class Workshop:
     root : Path
         The project.
     folder : Path
-        Folder of the copy; it is created.
+        Folder of the copy, which is created.
     limit_s : float
         Maximum processor time of one test.
     wall_s : float
-        Longest time of one run of pytest.
+        Maximum wall time of one run of pytest.
     depth : {"near", "units", "chips"}
-        Last stage that a living alteration goes through: the tests of its unit and package; the
-        comparison of circuits and the tests of all units; simulated chips.
+        Last stage to try: the tests of its unit and package; the comparison of circuits and the
+        tests of all units; or simulated chips.
     """
 
     root: Path
@@ -108,19 +109,19 @@ class Workshop:
     # --- One alteration -------------------------------------------------------------------------
 
     def judge(self, alteration: Alteration) -> Result:
-        """Apply an alteration, let the tests look for it, and take it back."""
+        """Apply an alteration, run the tests, and revert it."""
         start = time.monotonic()
         with self._altered(alteration):
             verdict, by = self._verdict(alteration)
         return Result(alteration, verdict, by, self.depth, round(time.monotonic() - start, 1))
 
     def failures(self, tests: Sequence[str], options: Sequence[str] = ()) -> list[str]:
-        """Run pytest on some tests and return those that failed; the first of a list of files."""
+        """Run pytest on some tests; return the failed ones, or a list of files' first failure."""
         if not tests:
             return []
         command = [sys.executable, "-m", "pytest", "-q", "--no-header", "--tb=no", "-rfE"]
         command += ["-p", "no:cacheprovider", "-p", "tools.mutation.limit", *options, *tests]
-        # A new session: processes of a hanging test end with it.
+        # A new session, so that the processes of a hanging test end with it.
         with subprocess.Popen(
             command,
             cwd=self.folder,
@@ -154,7 +155,7 @@ class Workshop:
         if not changed and shown:
             return "equivalent", "the same RTLIL of every top"
         if changed == ["elaboration"]:
-            # Some test must say so, and not this tool.
+            # A test must report that, not this tool.
             shown = False
         if shown and self._equal_netlists(alteration.file):
             return "equivalent", "the same netlist of every top"
@@ -171,7 +172,7 @@ class Workshop:
         source = path.read_bytes()
         build = self.folder / "build"
         before = set(build.glob("*/*"))
-        # The compiled file bears the date of its source in whole seconds, which may stay the same.
+        # The compiled file records its source's date in whole seconds, which may not change.
         shutil.rmtree(path.parent / "__pycache__", ignore_errors=True)
         path.write_bytes(alteration.apply(source))
         try:
@@ -180,7 +181,8 @@ class Workshop:
             path.write_bytes(source)
             shutil.rmtree(path.parent / "__pycache__", ignore_errors=True)
             for entry in set(build.glob("*/*")) - before:
-                # The altered chip's, and of no more use; objects are the simulator's.
+                # Builds of the altered chip are of no further use; object files belong to the
+                # simulator.
                 if entry.is_dir() and not entry.name.startswith("object-"):
                     shutil.rmtree(entry)
 
@@ -216,7 +218,7 @@ class Workshop:
         }
 
     def _changed(self, which: str) -> list[str]:
-        """Return the tops of a set whose circuit is another now."""
+        """Return the top levels of a set whose circuit has changed."""
         original = self._originals(which)
         folder = self._write(which, "altered")
         if folder is None:
@@ -225,7 +227,7 @@ class Workshop:
         return [name for name, text in original.items() if digests[name] != text]
 
     def _originals(self, which: str, *options: str) -> dict[str, str]:
-        """Return the digests of the unaltered circuits of a set, made once."""
+        """Return the digests of the unaltered circuits of a set, computed once."""
         name = "-".join(["original", which, *options])
         if name not in self._circuits:
             altered, kept = self.folder / "hdl", self.folder / "hdl.altered"
@@ -242,7 +244,7 @@ class Workshop:
         return self._circuits[name]
 
     def _equal_netlists(self, file: str) -> bool:
-        """Return whether an altered ``file`` leaves every top as it is; boards' tops if it can."""
+        """Return whether an altered ``file`` leaves all top levels unchanged, including boards."""
         cells = file.startswith("hdl/boards/") or file == "hdl/primitives/cells.py"
         for which in ("small", "large", *(["boards"] if cells else [])):
             original = self._originals(which, "verilog")

@@ -1,1 +1,1 @@
-"""Generator of ``docs/protocol.md`` and ``docs/protocol_frames.json`` from ``protocol``."""
+"""Generator of ``docs/protocol.md`` and ``docs/protocol_frames.json`` from ``hdl/protocol``."""

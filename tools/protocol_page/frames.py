@@ -47,9 +47,9 @@ DEFAULT = Config(clocks_per_bit=4)
 SMALL = chips.SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=4)
 #: A chip that only checks paths.
 CHECK_ONLY = SMALL.replace(core="none")
-#: A chip that plans by itself.
+#: A chip that plans on its own.
 PLANNER = SMALL.replace(core="planner")
-#: Fields of COUNTERS that the model predicts only to within a few cycles per command.
+#: Fields of COUNTERS that the model only predicts to within a few cycles per command.
 TIMED = ("clocks", "receive", "transmit")
 
 
@@ -348,7 +348,7 @@ def _without_core(host: Recorder) -> None:
 
 
 def _runs(host: Recorder) -> None:
-    """Record a run, a shape that appears on the path, and a warm run from further ahead."""
+    """Record a run, a shape that appears on the path, and a warm run from farther along it."""
     config = host.config
     open_session(host)
     host.say("RUN refused", "there is no problem yet", Command.RUN, _options().pack(config))
@@ -386,7 +386,7 @@ def _options(*, warm: bool = False) -> RunOptions:
 
 
 def _problem(start_x: int) -> ProblemRecord:
-    """Return a problem on the small map: a step of altitude is a quarter of a cell high."""
+    """Return a problem on the small map, with altitude steps of a quarter of a cell."""
     return ProblemRecord(
         start_x=start_x << POSITION_FRACTION,
         start_y=6 << POSITION_FRACTION,

@@ -1,4 +1,4 @@
-"""The protocol's page: a template filled with tables of layouts and worked frames."""
+"""The protocol page: a template filled with tables of layouts and worked frames."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from tools.protocol_page.texts import CODES, COMMANDS, MESSAGES
 __all__ = ["protocol_page"]
 
 _TEMPLATE = Path(__file__).with_name("page.md")
-#: Sizes derived from the configuration, in the order of the page's table.
+#: Sizes derived from the configuration, in the order of the table on the page.
 _SIZES = {
     "coordinate_bits": "⌈log₂ map_size⌉",
     "waypoint_bits": "2 · coordinate_bits + altitude_bits",
@@ -169,7 +169,7 @@ def _layout_table(name: str) -> str:
 
 
 def _fields_of(name: str, layout: Layout) -> list[Field]:
-    """Return the fields of a message, each of which has a text."""
+    """Return the fields of a message, all of which have a text."""
     bare = [field[0] for field in layout.fields if not isinstance(field, Field)]
     if bare:
         raise ValueError(f"Fields of {name} must have texts, unlike {', '.join(bare)}")

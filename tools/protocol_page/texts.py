@@ -1,4 +1,4 @@
-"""Texts of the protocol's page for commands and codes; each field has its own text next to it."""
+"""Texts of the protocol page for commands and codes; fields have their own texts next to them."""
 
 from __future__ import annotations
 
@@ -102,11 +102,11 @@ CODES: Mapping[type[Enum], Mapping[Enum, str]] = {
 
 
 def _planner(config: Config) -> Config:
-    """Return a chip with the planner core, whose sizes are those of ``config``."""
+    """Return a chip with the planner core that has the sizes of ``config``."""
     return config.replace(core="planner", checker="parallel")
 
 
-#: Layout of each message; its fields have their texts.
+#: Layout of each message, whose fields have texts.
 MESSAGES: Mapping[str, Callable[[Config], Layout]] = {
     "waypoint": waypoint_layout,
     "info_reply": info_reply,

@@ -1,1 +1,1 @@
-"""The scorer: from the points of paths to their costs, penalties and chords."""
+"""The scorer: computes costs, penalties and chords from the points of paths."""

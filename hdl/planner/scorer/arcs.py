@@ -27,8 +27,8 @@ __all__ = ["ArcFitter", "ArcMeasurer", "ArcPlacer", "corner_layout", "fitted_lay
 def turn_layout(widths: Widths) -> data.StructLayout:
     """Return the layout of a segment and of the turn into it.
 
-    ``first``, ``last`` (the slot of a path's first point, which has no segment, or of its last),
-    ``length``, ``steep`` and ``excess`` (of the segment), ``half_turn``, ``tangent``.
+    ``first``, ``last`` (the slot of a path's first point, which has no segment, or of its last
+    point), ``length``, ``steep`` and ``excess`` (of the segment), ``half_turn``, ``tangent``.
     """
     return data.StructLayout(
         {
@@ -47,7 +47,7 @@ def fitted_layout(widths: Widths) -> data.StructLayout:
     """Return the layout of a segment and of the arc at its end.
 
     ``first``, ``last`` (segment of its path), ``steep``, ``excess``, ``length`` (of the segment),
-    ``next_length`` (of the next one), ``fits`` (there is an arc and it does), ``half_turn``,
+    ``next_length`` (of the next one), ``fits`` (there is an arc and it fits), ``half_turn``,
     ``tangent`` (of the arc; 0 if it does not fit).
     """
     return data.StructLayout(
@@ -69,19 +69,20 @@ class ArcFitter(Unit):
     """Finds the arcs that fit.
 
     An arc fits if its tangent and the tangents of its neighbours leave each of its two segments a
-    length of 0 or more. So a segment, with the arc at its end, leaves as the second slot after its
-    own comes in, or in the two slots after the last of a path, whatever comes in then. That is
-    always in time: the first two slots of a path have nothing to send.
+    length of 0 or more. Therefore a segment, with the arc at its end, leaves when the second slot
+    after its own enters, or, at the end of a path, in the two slots after the last, whatever they
+    contain. That never collides, because the first two slots of a path have nothing to send.
 
-    Slots without ``valid`` hold nothing up: the contents move on with the next valid slot. The
-    second slot of a path must follow the first at once. Inputs are steady in both cycles of a slot.
+    Slots without ``valid`` do not advance the contents, which move on with the next valid slot. The
+    second slot of a path must follow the first immediately. Inputs are steady in both cycles of a
+    slot.
 
     Source: step 2 of the score in ``docs/chip_planner.md``.
 
     Attributes
     ----------
     latency : int
-        Cycles from a slot to the slot of the segment which it sends, 2.
+        Cycles from a slot to the slot of the segment that it sends: 2.
 
     Members
     -------
@@ -116,7 +117,7 @@ class ArcFitter(Unit):
         m = Module()
 
         turn, length_bits = self.turn, self.widths.length
-        # The slots one and two steps before, and whether the one before that began its path.
+        # The slots one and two steps ago, and whether the slot before these began its path.
         before = Signal(turn_layout(self.widths), reset_less=True)
         second = Signal(turn_layout(self.widths), reset_less=True)
         opens = Signal(reset_less=True)
@@ -125,9 +126,9 @@ class ArcFitter(Unit):
 
         # After the last point, and at the first point of the next path, there is no tangent.
         tangent = Signal(self.widths.tangent)
-        # Length of the previous segment, less the tangent of the turn into it.
+        # Length of the previous segment minus the tangent of the turn into it.
         left = Signal(signed(self.widths.tangent + 1), reset_less=True)
-        # Whether it leaves enough: found in the first cycle of a slot, for the second.
+        # Whether that leaves enough: computed in the first cycle of a slot, for the second.
         room, room_before = Signal(reset_less=True), Signal(reset_less=True)
         fits = Signal()
         fitted = Signal(fitted_layout(self.widths), reset_less=True)
@@ -172,7 +173,7 @@ class ArcFitter(Unit):
 
 _TURNS = turn_table()
 assert max(_TURNS).bit_length() == TURN_BITS
-#: Bits of a tangent between two entries of the table.
+#: Number of tangent bits between two entries of the table.
 _REST_BITS = 6
 #: Maximum index for interpolation.
 _LAST_TURN = MAX_HALF_TURN << TURN_FRACTION - _REST_BITS
@@ -201,7 +202,7 @@ class ArcMeasurer(Unit):
         Lengths of the segments before and after the arc.
     radius : In(RADIUS_BITS)
     back, on : Out(widths.share)
-        Tangent as shares of these segments.
+        The tangent as shares of these segments.
     arc_length : Out(widths.arc)
     """
 
@@ -250,9 +251,9 @@ class ArcMeasurer(Unit):
         return m
 
     def _measure(self, m, stages):
-        """Return the length of the arc, held."""
+        """Return the length of the arc as a held value."""
         half_turn = Timed(self.half_turn, 0)
-        # Sharper turns than the table's count as its sharpest.
+        # Turns sharper than the table's sharpest count as that one.
         last = _LAST_TURN << _REST_BITS
         place = stages.compute_held(
             "place",
@@ -283,7 +284,7 @@ class ArcMeasurer(Unit):
 
 
 def corner_layout(widths: Widths) -> data.StructLayout:
-    """Return the layout of a point as arcs see it: a corner, and its ``altitude`` in parts."""
+    """Return the layout of a point for arcs: a corner, and its ``altitude`` in parts."""
     return data.StructLayout(
         {"x": widths.coordinate, "y": widths.coordinate, "altitude": widths.part}
     )
@@ -292,9 +293,8 @@ def corner_layout(widths: Widths) -> data.StructLayout:
 class ArcPlacer(Unit):
     """Places an arc's ends on the two segments that meet at its waypoint.
 
-    The window of three points moves on where
-    :class:`pathgene.hdl.planner.scorer.arcs.ArcFitter` says so; the arc is at the point in
-    the middle.
+    The window of three points advances when :class:`pathgene.hdl.planner.scorer.arcs.ArcFitter`
+    says so; the arc is at the point in the middle.
 
     Source: steps 3 and, for chords, "The score" in ``docs/chip_planner.md``.
 
@@ -313,13 +313,13 @@ class ArcPlacer(Unit):
     curves : In(1)
         There is an arc, with a tangent above 0.
     back, on : In(widths.share)
-        Its shares.
+        Shares of the arc.
     start_altitude : Out(widths.part)
         Altitude of the point before the arc.
     before, after : Out(widths.part)
         Altitudes of the ends of the arc, or of the point if there is no arc.
     rise : Out(signed(widths.part + SHARE_BITS + 2))
-        Their difference with 16 more bits.
+        Difference of these altitudes with 16 more bits.
     ends : Out(end_layout).array(2)
         Ends of the chord, if there is an arc.
     """
@@ -418,7 +418,7 @@ class ArcPlacer(Unit):
         return m
 
     def _nearest(self, away, here):
-        """Return the corner nearest to the place that lies ``away`` from ``here``, a product."""
+        """Return the corner nearest to the place ``away`` from ``here``; ``away`` is a product."""
         half = C(1 << SHARE_BITS - 1, SHARE_BITS)
         return (away + Cat(half, here) >> SHARE_BITS)[: self.widths.coordinate]
 

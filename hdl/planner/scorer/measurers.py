@@ -22,15 +22,15 @@ def place_layout(widths: Widths) -> data.StructLayout:
 class SegmentMeasurer(Unit):
     """Measures the segment from the previous point to each point.
 
-    A place is taken in every slot in which ``valid`` is set; other slots do not count. The result
-    at the first point of a path does not belong to a segment.
+    A place is taken in every slot in which ``valid`` is set; all other slots are ignored. The
+    result at the first point of a path does not belong to a segment.
 
     Source: step 1 of the score in ``docs/chip_planner.md``.
 
     Attributes
     ----------
     latency : int
-        Cycles from a place's slot to its segment's.
+        Cycles from a place's slot to its segment's slot.
 
     Members
     -------
@@ -106,7 +106,7 @@ class SegmentMeasurer(Unit):
         return m
 
     def _rounded(self, product):
-        """Return a scaled difference, halves away from 0."""
+        """Return a scaled difference, with halves rounded away from 0."""
         half = 1 << SCALE_FRACTION - 1
         side = product + Mux(product < 0, half - 1, half) >> SCALE_FRACTION
         return side[: self.widths.side].as_signed()
@@ -115,16 +115,16 @@ class SegmentMeasurer(Unit):
 class TurnMeasurer(Unit):
     """Measures the turn from each segment's predecessor into the segment.
 
-    A segment is taken in every slot in which ``valid`` is set; other slots do not count. The first
-    two slots of a path have no turn, and a tangent length of 0: the first point has no segment, and
-    the second none before it.
+    A segment is taken in every slot in which ``valid`` is set; all other slots are ignored. The
+    first two slots of a path have no turn and a tangent length of 0, because the first point has no
+    segment and the second has no previous one.
 
     Source: step 2 of the score in ``docs/chip_planner.md``.
 
     Attributes
     ----------
     latency : int
-        Cycles from a segment's slot to its turn's.
+        Cycles from a segment's slot to its turn's slot.
 
     Members
     -------
@@ -132,14 +132,14 @@ class TurnMeasurer(Unit):
         1 in the second cycle of every slot.
     valid : In(1)
     first : In(1)
-        The slot holds a path's first point.
+        The slot contains a path's first point.
     dx, dy : In(signed(widths.side))
     length : In(widths.length)
     radius : In(RADIUS_BITS)
     half_turn : Out(widths.half_turn)
-        Tangent of half the turn, rounded up; undefined where no segment has room for the arc.
+        Tangent of half the turn, rounded up; undefined if no segment has room for the arc.
     tangent : Out(widths.tangent)
-        Length; with the highest bit set where no segment has room for it.
+        Tangent length, with the highest bit set if no segment has room for it.
     """
 
     widths: InstanceOf(Widths)
@@ -150,7 +150,7 @@ class TurnMeasurer(Unit):
         self.cross = WideMultiplier(side, side)
         self.dot = WideMultiplier(side, side)
         self.lengths = WideMultiplier(widths.length, widths.length)
-        # Two products of vectors make the divisor.
+        # The divisor consists of two products of vectors.
         self.divider = Divider(widths.cross + 1, SHARPEST_BITS + TURN_FRACTION)
         self.tangents = WideMultiplier(RADIUS_BITS, widths.half_turn)
         latency = 7 + self.cross.latency + self.divider.latency + self.tangents.latency
@@ -206,7 +206,7 @@ class TurnMeasurer(Unit):
         return m
 
     def _divide(self, stages, cross, along, turns):
-        """Return the tangent of half the turn, and the tangent length, held."""
+        """Return the tangent of half the turn, and the tangent length, as held values."""
         # Only a divisor above 0 is greater than this.
         sharp = stages.compute(
             "sharp", lambda cross, along: (cross >> SHARPEST_BITS) >= along, cross, along

@@ -25,7 +25,7 @@ _SHIFT_BITS = 5
 
 
 class PiecePricer(Unit):
-    """Prices a piece in every cycle: altitude times length, and fuel where the engine must pull.
+    """Prices a piece per cycle: altitude times length, plus fuel if the engine must pull.
 
     Source: step 4 of the score in ``docs/chip_planner.md``.
 
@@ -55,7 +55,7 @@ class PiecePricer(Unit):
         self.climb = WideMultiplier(signed(widths.part + 1), RISE_BITS)
         self.up_square = WideMultiplier(up, up)
         self.length_square = WideMultiplier(widths.run, widths.run)
-        # A bit more than the length's, for rounding.
+        # One bit more than the length's, for rounding.
         self.root = SquareRoot(widths.flown + 1)
         self.drag_pull = WideMultiplier(DRAG_FRACTION, widths.flown)
         self.burn = WideMultiplier(widths.pull, FUEL_BITS)
@@ -79,7 +79,7 @@ class PiecePricer(Unit):
     def elaborate(self, platform):
         m = Module()
 
-        # Every cycle has a piece; nothing depends on slots.
+        # There is a piece in every cycle; nothing depends on slots.
         stages = Schedule(m, Const(0))
         before, after, length = (
             Timed(each, 0, Kind.PAIR) for each in (self.before, self.after, self.length)
@@ -159,7 +159,7 @@ def laid_layout(widths: Widths) -> data.StructLayout:
 
 
 class PathPricer(Unit):
-    """Adds up the costs of a path's pieces: its arcs, and the straight rest of its segments.
+    """Adds up the costs of a path's pieces: its arcs, and the straight remainders of its segments.
 
     Attributes
     ----------
@@ -188,7 +188,8 @@ class PathPricer(Unit):
     def interface(self):
         widths = self.widths
         self.pieces = PiecePricer(widths)
-        # A register before the pieces, the sums of the two pieces and of the path, and the value.
+        # A register before the pieces, one each for the sums of the two pieces and of the path, and
+        # the value.
         self.latency = (3 + self.pieces.latency | 1) + 1 + 2 + 8
         return {
             "phase": In(1),
@@ -231,7 +232,7 @@ class PathPricer(Unit):
 
     def _price(self, m, stages, laid):
         """Return the costs of segment and arc, a pair."""
-        # Altitude at which the arc before ends.
+        # Altitude at the end of the previous arc.
         altitude = Signal(self.widths.part, reset_less=True)
         taken = Signal(self.widths.length, reset_less=True)
         with m.If(self.phase & self.valid):
@@ -260,7 +261,7 @@ class PathPricer(Unit):
         beyond = Timed(C(0, 1), value.time, Kind.STEADY)
         shift = Timed(self.key_shift, 0, Kind.STEADY)
         for number, low in enumerate((4, 2, 0)):
-            # Discard bits that no later stage shifts into the value.
+            # Discard bits that no later stage can shift into the value.
             kept = VALUE_BITS + (1 << low) - 1
             shifted = stages.compute(
                 f"shifted_{number}",

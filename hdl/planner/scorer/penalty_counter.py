@@ -22,7 +22,7 @@ __all__ = ["PenaltyCounter", "SlopeComparator", "judged_layout"]
 
 
 class SlopeComparator(Unit):
-    """Tells whether a ``rise`` over a ``length`` is too steep, and by which excess.
+    """Determines whether a ``rise`` over a ``length`` is too steep, and the excess.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class SlopeComparator(Unit):
         Limits of slopes upwards and downwards.
     steep : Out(1)
     excess : Out(rise_bits - fraction + EXCESS_BITS)
-        Excess rise or fall of a slope that is too steep, in quarters of a part, rounded down.
+        Excess rise or fall of a steep slope, in quarters of a part, rounded down.
     """
 
     length_bits: Width(1)
@@ -77,7 +77,7 @@ class SlopeComparator(Unit):
             "size", lambda rise: Mux(rise < 0, -rise, rise)[: self.rise_bits], rise
         )
         product = stages.through("grade", self.grade, "product", first=length, second=limit)
-        # Both sides with as many bits below the part; no rise reaches the bits above.
+        # Both sides have the same number of bits below the part; no rise reaches the bits above.
         fraction = max(self.fraction, SLOPE_FRACTION)
         top = self.rise_bits - 1 + fraction - self.fraction + 1
         grade = Timed(product.value << fraction - SLOPE_FRACTION, product.time, product.kind)
@@ -103,7 +103,7 @@ class SlopeComparator(Unit):
         return m
 
 
-#: A length of one cell: the minimum that counts for an arc that is too steep.
+#: A length of one cell: the minimum that counts for a steep arc.
 _CELL = 1 << POSITION_FRACTION
 
 #: A missing arc counts as an eighth of the path.
@@ -113,8 +113,9 @@ _SHARE_SHIFT = 3
 def judged_layout(widths: Widths) -> data.StructLayout:
     """Return the layout of a segment and the arc at its end, with their faults.
 
-    ``first``, ``last`` (segment of its path), ``steep`` (the segment is), ``excess`` (of a steep
-    one), ``sharp`` (the arc does not fit), ``steep_arc`` (the arc is), ``length``, ``arc_length``.
+    ``first``, ``last`` (segment of its path), ``steep`` (the segment is too steep), ``excess`` (of
+    a steep segment), ``sharp`` (the arc does not fit), ``steep_arc`` (the arc is too steep),
+    ``length``, ``arc_length``.
     """
     return data.StructLayout(
         {
@@ -133,8 +134,8 @@ def judged_layout(widths: Widths) -> data.StructLayout:
 class PenaltyCounter(Unit):
     """Adds up a path's penalty.
 
-    A quarter of a cell and the excess count for each steep segment, an eighth of the path for each
-    missing arc, and the length of each steep arc, at least a cell.
+    It is the sum of a quarter of a cell plus the excess for each steep segment, an eighth of the
+    path for each missing arc, and the length of each steep arc, but at least one cell.
 
     Source: step 5 of the score in ``docs/chip_planner.md``.
 

@@ -1,4 +1,4 @@
-"""Points of paths, one in every slot."""
+"""Launcher of the points of paths, one in every slot."""
 
 from amaranth import *
 from amaranth.lib import stream
@@ -18,13 +18,13 @@ _HALF = 1 << POSITION_FRACTION - 1
 
 
 class PointLauncher(Unit):
-    """Launches a point in every slot, as long as points come: a path with its entry and exit.
+    """Launches a point in every slot while points arrive: a path with its entry and exit.
 
-    One point is kept. It leaves in the second cycle of a slot, and the next slot is its own; in
-    that cycle, or if none is kept, the next one is taken. The first point of a path, or the
+    The unit stores one point. It leaves in the second cycle of a slot, for the next slot; in that
+    cycle, or if no point is stored, the next point is taken. The first point of a path, or the
     entry, leaves if the point was taken in an earlier cycle, the second is offered, and there was
-    room in the previous cycle. The second is then in time for the slot after; if a later one is
-    not, slots without ``valid`` go before it.
+    room in the previous cycle. The second point is then in time for the following slot; if a later
+    point is not in time, slots without ``valid`` precede it.
 
     Members
     -------
@@ -38,11 +38,12 @@ class PointLauncher(Unit):
         There is a point before the start, or after the goal.
     start, goal, entry, exit : In(place_layout)
         Places of a path's ends. The corners of start and goal are among the points; entry and exit
-        use the nearest corners. All steady from the cycle in which a path's first point is taken.
+        use the nearest corners. All are steady from the cycle in which a path's first point is
+        taken.
     x_limit, y_limit : In(widths.coordinate)
-        Highest corner, of entry and exit as well.
+        Highest corner, for entry and exit as well.
     launches : Out(1)
-        Pulse: a path begins with the next slot.
+        Pulse: a path begins in the next slot.
     valid : Out(1)
     first, last : Out(1)
         Point of its path.
@@ -83,7 +84,7 @@ class PointLauncher(Unit):
 
         # The next point, which waits for its slot, and whether it is the start of a path.
         kept, full, opens = Signal(self.point_layout, reset_less=True), Signal(), Signal(init=1)
-        # The next slot begins a path, or holds an exit.
+        # The next slot begins a path or contains an exit.
         begins, exits = Signal(init=1), Signal()
         enters, may, leaves, uses, had_room = Signal(), Signal(), Signal(), Signal(), Signal()
         m.d.sync += had_room.eq(self.room)

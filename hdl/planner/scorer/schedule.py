@@ -1,16 +1,16 @@
-"""Times of values in a pipeline that takes a segment every two cycles.
+"""Timing of values in a pipeline that takes a segment every two cycles.
 
 The scorer has no stalls: a value leaves a stage a fixed number of cycles after it enters. A *slot*
-is two cycles, told apart by ``phase``, and a segment enters in every slot. Its values are of four
-kinds:
+is two cycles, distinguished by ``phase``, and a segment enters in every slot. There are four kinds
+of values:
 
-- *steady* through a run: the fields of the problem's record;
-- *held* through a slot, both of its cycles;
-- *single*, there in one cycle;
-- a *pair*: one value in a cycle, its twin in the next, so that one multiplier serves both.
+- *steady* throughout a run: the fields of the problem's record;
+- *held* for both cycles of a slot;
+- *single*, available in one cycle;
+- a *pair*: one value in a cycle and its twin in the next, so that one multiplier serves both.
 
 :class:`Schedule` keeps the time of each value, counted from the unit's input slot, whose cycles are
-0 and 1, and puts registers wherever values of different times meet.
+0 and 1, and inserts registers where values with different times meet.
 """
 
 import enum
@@ -23,7 +23,7 @@ from pathgene.hdl.primitives.storage import MemoryDelay
 
 __all__ = ["Kind", "Schedule", "Timed"]
 
-#: Steps and bits from which a delay is cheaper in a memory than in registers.
+#: Numbers of steps and bits from which a delay is cheaper in a memory than in registers.
 MEMORY_STEPS, MEMORY_BITS = 6, 8
 
 
@@ -44,7 +44,7 @@ class Timed:
     ----------
     value : Value
     time : int
-        First cycle in which the value is available; even for held ones, 0 for steady ones.
+        First cycle in which the value is available; even for held values, 0 for steady values.
     kind : Kind
     """
 
@@ -80,7 +80,7 @@ class Schedule:
         return self._delay(timed.value, steps, step) if steps else timed.value
 
     def together(self, time: int, *held: Timed) -> list[Timed]:
-        """Return held values in the slot at ``time``, delayed in one memory."""
+        """Return held values in the slot at ``time``, delayed in a common memory."""
         assert time % 2 == 0
         assert all(each.kind is Kind.HELD for each in held)
         latest = max(each.time for each in held)
@@ -94,7 +94,7 @@ class Schedule:
         return parts
 
     def compute(self, name, function, *inputs: Timed) -> Timed:
-        """Return a register of ``function(*inputs)``: a pair if an input is one, else single."""
+        """Return a register of ``function(*inputs)``: a pair if an input is a pair, else single."""
         time, kind = self._meet(inputs)
         value = Value.cast(function(*(self.at(each, time) for each in inputs)))
         register = Signal(value.shape(), name=name, reset_less=True)
@@ -109,7 +109,7 @@ class Schedule:
         return self._held(name, value, time)
 
     def mux(self, first: Timed, second: Timed) -> Timed:
-        """Return two held values as a pair, out of a multiplexer."""
+        """Return two held values as a pair, through a multiplexer."""
         assert first.kind is second.kind is Kind.HELD
         time, _ = self._meet((first, second))
         value = Mux(self._phase, self.at(second, time), self.at(first, time))
@@ -128,13 +128,13 @@ class Schedule:
         )
 
     def hold(self, name, single: Timed) -> Timed:
-        """Return a single value held."""
+        """Return a single value as a held value."""
         assert single.kind is Kind.SINGLE
         time = single.time | 1
         return self._held(name, self.at(single, time), time - 1)
 
     def through(self, name, unit, output: str, **inputs: Timed) -> Timed:
-        """Return the output of a pipeline, which takes values in every cycle.
+        """Return the output of a pipeline that takes values in every cycle.
 
         ``unit`` has a ``latency`` and becomes the submodule ``name``; ``inputs`` are its ports.
         """
@@ -161,7 +161,7 @@ class Schedule:
         return Timed(register, time + 2)
 
     def _delay(self, value: Value, steps: int, step: Value) -> Value:
-        """Return ``value`` of ``steps`` steps ago; a value's delays share their registers."""
+        """Return ``value`` from ``steps`` steps ago; delays of a value share registers."""
         known = self._delayed.get((id(value), steps))
         if known is not None:
             return known[1]
@@ -178,6 +178,6 @@ class Schedule:
             delayed = Signal(value.shape(), name=f"delayed_{self._delays}", reset_less=True)
             with self._m.If(step):
                 self._m.d.sync += delayed.eq(earlier)
-        # The value is kept alive, or another could get its identity.
+        # Keeps the value alive, because another object could otherwise get its identity.
         self._delayed[id(value), steps] = (value, delayed)
         return delayed

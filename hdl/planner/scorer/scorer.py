@@ -22,7 +22,7 @@ from pathgene.hdl.protocol.planner import POSITION_FRACTION, SHARE_BITS, VALUE_B
 
 __all__ = ["Scorer", "chord_record_layout", "score_layout"]
 
-#: A length of one cell: arcs with longer tangents have their chords walked.
+#: A length of one cell: the chords of arcs with longer tangents are walked.
 CELL = 1 << POSITION_FRACTION
 
 #: The submodules in the order of the pipeline.
@@ -41,47 +41,48 @@ UNITS = (
 
 
 def score_layout() -> data.StructLayout:
-    """Return the layout of a path's score: ``valid`` for a cycle, with the rest.
+    """Return the layout of a path's score: ``valid`` for one cycle, and the rest.
 
-    ``infeasible``: a slope is too steep or an arc does not fit. ``value``: if so, the penalty, else
-    the cost, as the value of a key.
+    ``infeasible``: a slope is too steep or an arc does not fit. ``value``: the penalty in that
+    case, otherwise the cost, in the form of a key's value.
     """
     return data.StructLayout({"valid": 1, "infeasible": 1, "value": VALUE_BITS})
 
 
 def chord_record_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
-    """Return the layout of the chord at the end of a segment: ``valid`` for a cycle, with the rest.
+    """Return the layout of the chord at a segment's end: ``valid`` for one cycle, and the rest.
 
     ``last``: the segment is the last of its path. ``present``: there is a chord, from ``start`` to
-    ``stop``, and never at the end of the last segment.
+    ``stop``; never at the end of the last segment.
     """
     corner = corner_layout(coordinate_bits, altitude_bits)
     return data.StructLayout({"valid": 1, "last": 1, "present": 1, "start": corner, "stop": corner})
 
 
 class Scorer(Unit):
-    """Scores paths, a segment every two cycles.
+    """Scores paths, one segment every two cycles.
 
-    The entry of the record is the first point of every path, before those that come in, and the
-    exit the last. A path of m points, these included, takes 2 m cycles, and the next one follows at
-    once. Nothing inside waits, and every output must be taken.
+    The entry of the record is the first point of every path, before the points that arrive, and the
+    exit is the last. A path of m points, including these, takes 2 m cycles, and the next path
+    follows immediately. Nothing inside waits, and every output must be taken.
 
     *Launch.* ``launches`` is set for a path in the first cycle with ``phase`` in which its first
     point has been taken in an earlier cycle, its second is offered, there was ``room`` in the
-    previous cycle, and the previous path, if it had m points, was launched 2 m cycles ago or more.
-    The first slot of the path begins with the next cycle. The scorer keeps one point: it leaves for
-    its slot in the cycle before that, ``L + 2 (i + has_entry)`` for point i of those that come in,
-    counted from 0, of a path launched in cycle L. In that cycle the next point is taken, unless it
-    is late; where none is kept, at once.
+    previous cycle, and the previous path, if it had m points, was launched at least 2 m cycles ago.
+    The first slot of the path begins in the next cycle. The scorer stores one point, which leaves
+    in the cycle before its slot: ``L + 2 (i + has_entry)`` for arriving point i, counted from 0, of
+    a path launched in cycle L. In that cycle the next point is taken, unless it is late; if no
+    point is stored, it is taken immediately.
 
     *Results.* If no point of a path is late, and the path is launched in cycle L, the record of
-    segment j, counted from 0, is given in cycle ``L + chord_latency + 2 j``, and the score
-    ``score_latency`` cycles after the record of the last segment. In the default sizes these are 87
-    and 56 cycles: a path of m points is scored in cycle ``L + 2 m + 139``. A late point delays its
-    slot and all after it by two cycles or a multiple. ``sim/model/planner/evaluator_cycles.py`` has
-    the same counts.
+    segment j, counted from 0, is output in cycle ``L + chord_latency + 2 j``, and the score
+    ``score_latency`` cycles after the record of the last segment. With the default sizes these are
+    87 and 56 cycles: a path of m points is scored in cycle ``L + 2 m + 139``. A late point delays
+    its slot and all later slots by a multiple of two cycles.
+    ``sim/model/planner/evaluator_cycles.py`` has the same counts.
 
-    A score and a walk are all that :func:`pathgene.sim.model.planner.evaluation.evaluate` needs.
+    A score and a walk are everything that :func:`pathgene.sim.model.planner.evaluation.evaluate`
+    needs.
 
     Source: ``docs/chip_planner.md``, "The score".
 
@@ -98,18 +99,18 @@ class Scorer(Unit):
         Steady from the cycle in which a path's first point is taken until its score. No scale is
         above 1.
     phase : In(1)
-        1 in the second cycle of every slot: alternates in every cycle, from 0 after a reset.
+        1 in the second cycle of every slot: alternates in every cycle, starting at 0 after a reset.
     room : In(1)
-        A path may begin with the slot after this one. Counts in the first cycle of a slot.
+        A path may begin in the next slot. Sampled in the first cycle of a slot.
     points : In(stream.Signature(point_layout))
         Points of paths, path after path: start corner, waypoints, goal corner. A path has at least
         two points, and at most the maximum of the configuration.
     launches : Out(1)
-        Pulse, in the second cycle of a slot: a path begins with the next slot.
+        Pulse in the second cycle of a slot: a path begins in the next slot.
     chord : Out(chord_record_layout)
         For each segment of a path, in order, the chord of the arc at its end.
     score : Out(score_layout)
-        For each path, after all of its chords.
+        For each path, after all its chords.
     """
 
     config: InstanceOf(Config)
@@ -128,7 +129,7 @@ class Scorer(Unit):
         self.arc_slopes = SlopeComparator(widths.arc, widths.part + SHARE_BITS + 2, SHARE_BITS)
         self.pricer = PathPricer(widths)
         self.penalties = PenaltyCounter(widths)
-        # A segment is sent by the second slot after its own, the second of a path.
+        # A segment is sent by the second slot after its own, and that is the second slot of a path.
         laying = self.arcs.latency + self.placer.latency
         self._fitting = self.segments.latency + self.turns.latency
         self.chord_latency = 7 + self._fitting + self.fitter.latency + laying
@@ -146,7 +147,7 @@ class Scorer(Unit):
     def elaborate(self, platform):
         m = Module()
 
-        # A register for each unit: one for all would lie far from most of them.
+        # A register for each unit, because a shared register would be far from most of them.
         phases = fanout(m, *[~self.phase] * len(UNITS), name="phase")
         for name, phase in zip(UNITS, phases, strict=True):
             m.submodules[name] = getattr(self, name)
@@ -288,7 +289,7 @@ class Scorer(Unit):
         ]
 
     def _flags(self, m, flag, slots, name):
-        """Return ``flag``, and its values of the ``slots`` slots before, cleared by a reset."""
+        """Return ``flag`` and its values in the previous ``slots`` slots, cleared by a reset."""
         earlier = Signal(slots, name=f"{name}_flags")
         with m.If(self.phase):
             m.d.sync += earlier.eq(Cat(flag, earlier))

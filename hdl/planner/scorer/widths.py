@@ -1,7 +1,7 @@
-"""Widths of the numbers of a score, from the maximum values that they take.
+"""Widths of the numbers of a score, derived from their maximum values.
 
-A score of the model is exact; so is the gateware's, with the fewest bits that hold every value. If
-an arc does not fit, its numbers are undefined and may lose bits.
+The model's score is exact, and so is the gateware's, with the minimum number of bits for every
+value. If an arc does not fit, its numbers are undefined and may lose bits.
 """
 
 from __future__ import annotations
@@ -57,12 +57,12 @@ class Widths:
 
     @property
     def arcs(self) -> int:
-        """Maximum arcs of a path: with an entry and an exit, start and goal have one, too."""
+        """Maximum arcs of a path: with an entry and an exit, start and goal also have one."""
         return self.waypoints + 2
 
     @property
     def segments(self) -> int:
-        """Maximum segments of a path, segments from the entry and to the exit included."""
+        """Maximum segments of a path, including the segments from the entry and to the exit."""
         return self.arcs + 1
 
     @property
@@ -77,7 +77,7 @@ class Widths:
 
     @property
     def side(self) -> int:
-        """Width of a difference of positions, with its sign; a side has a scale of at most 1."""
+        """Width of a signed difference of positions; the scale of a side is at most 1."""
         return self.position + 1
 
     @cached_property
@@ -92,22 +92,22 @@ class Widths:
 
     @cached_property
     def cross(self) -> int:
-        """Width of the product of two segments, as vectors, without a sign."""
+        """Width of the product of two segments as vectors, without sign."""
         return (2 * ((1 << self.position) - 1) ** 2).bit_length()
 
     @property
     def tangent(self) -> int:
-        """Width of a tangent length; the highest bit stands for all that do not fit any segment."""
+        """Width of a tangent length; the highest bit marks lengths that fit no segment."""
         return self.length + 1
 
     @property
     def half_turn(self) -> int:
-        """Width of the tangent of half a turn, 16 itself included: it is rounded up."""
+        """Width of the tangent of half a turn, including 16 itself, because it is rounded up."""
         return SHARPEST_BITS + TURN_FRACTION + 1
 
     @property
     def share(self) -> int:
-        """Width of a share of a segment, 1 included."""
+        """Width of a share of a segment, including 1."""
         return SHARE_BITS + 1
 
     @property
@@ -117,12 +117,12 @@ class Widths:
 
     @property
     def run(self) -> int:
-        """Width of the length of a piece: the rest that arcs leave of a segment, or an arc."""
+        """Width of the length of a piece: an arc, or the part of a segment that arcs leave."""
         return max(self.length, self.arc)
 
     @cached_property
     def flown_square(self) -> int:
-        """Maximum square of a length in three dimensions; an arc has at most its two tangents."""
+        """Maximum square of a length in space; an arc is at most as long as its two tangents."""
         highest = 1 << self.part + RISE_BITS - RISE_FRACTION
         return (2 * self.longest) ** 2 + highest**2
 
@@ -133,25 +133,25 @@ class Widths:
 
     @cached_property
     def level(self) -> int:
-        """Width of the altitude above the datum, of both ends together, with its sign."""
+        """Width of the signed sum of the altitudes of both ends above the datum."""
         highest = (2 << self.part) + (1 << BASE_BITS - 1)
         return highest.bit_length() + 1
 
     @cached_property
     def pull(self) -> int:
-        """Width of a pull, without a sign."""
+        """Width of a pull, without sign."""
         highest = (1 << DRAG_FRACTION + self.flown) + (1 << RISE_BITS + self.part)
         return highest.bit_length()
 
     @cached_property
     def piece(self) -> int:
-        """Width of the cost of a piece, with its sign."""
+        """Width of the signed cost of a piece."""
         highest = (1 << self.level - 1 + self.flown) + (1 << self.pull + FUEL_BITS)
         return highest.bit_length() + 1
 
     @property
     def cost(self) -> int:
-        """Width of the cost of a path, with its sign: a piece for every segment and every arc."""
+        """Width of the signed cost of a path: a piece for every segment and every arc."""
         return self.piece + (self.segments + self.arcs).bit_length()
 
     @cached_property
@@ -161,12 +161,12 @@ class Widths:
 
     @property
     def excess(self) -> int:
-        """Width of the excess rise or fall of a segment, the maximum altitude included."""
+        """Width of the excess rise or fall of a segment, up to the maximum altitude."""
         return self.part + EXCESS_BITS + 1
 
     @cached_property
     def steep(self) -> int:
-        """Width of the count of the segments of a path that are too steep."""
+        """Width of the number of steep segments of a path."""
         most = STEEP + (1 << self.part + EXCESS_BITS)
         return (self.segments * most).bit_length()
 

@@ -1,1 +1,1 @@
-"""Walker of the planner: collisions and margins of paths, with a memo of segments."""
+"""Walker of the planner core: collisions and margins of paths, with a memo of segments."""

@@ -13,8 +13,8 @@ __all__ = [
     "walked_layout",
 ]
 
-#: Place of a segment or chord in its path: ``begins`` and ``last``, ``chord``, and ``first`` (the
-#: path's hits end with its first segment or chord that collides).
+#: Marks of a segment or chord in its path: ``begins`` and ``last``, ``chord``, and ``first`` (the
+#: path's hits end with its first colliding segment or chord).
 MARKS = data.StructLayout({"begins": 1, "last": 1, "chord": 1, "first": 1})
 
 
@@ -26,13 +26,13 @@ def corner_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout
 
 
 def chord_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
-    """Return the layout of the chord at a point; most points have none that is ``present``."""
+    """Return the layout of the chord at a point; usually, none is ``present``."""
     corner = corner_layout(coordinate_bits, altitude_bits)
     return data.StructLayout({"present": 1, "start": corner, "stop": corner})
 
 
 def identity_layout(row_bits: int) -> data.StructLayout:
-    """Return the layout of a segment's place, memo's row, and whether the row is its own."""
+    """Return the layout of a segment's marks, its memo row, and whether the memo answers."""
     return data.StructLayout({"marks": MARKS, "row": row_bits, "answered": 1})
 
 
@@ -47,9 +47,9 @@ def segment_request_layout(
 def walked_layout(
     coordinate_bits: int, altitude_bits: int, identity: ShapeLike
 ) -> data.StructLayout:
-    """Return the layout of the results of a walk: ``valid`` for a cycle, with the rest.
+    """Return the layout of the results of a walk: ``valid`` for one cycle, and the rest.
 
-    ``hits``: corners that collide. ``margin``: minimum altitude above the ground, in steps.
+    ``hits``: number of colliding corners. ``margin``: minimum altitude above the ground, in steps.
     """
     return data.StructLayout(
         {

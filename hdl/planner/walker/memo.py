@@ -1,12 +1,12 @@
-"""Memo of segments: hits and margins of segments walked before, by their ends.
+"""Memo of segments: hits and margins of previously walked segments, by their ends.
 
-The table has two halves. Tags, the ends of the segments, are read before the walker, and values,
-hits and margins, after it. A row takes the tag of every segment that is looked up in it, at once: a
-segment that is answered finds its own tag, and any other segment is about to be walked. Segments
-pass the walker in their order, and values are read and written in that order. So a row has the
-value of a segment by the time that a later one with the same tag reads it, and still has it if
-another one has taken the row meanwhile. The answer to a look-up depends only on the segments before
-it, not on the cycles that they take.
+The table has two halves. Tags, which are the ends of the segments, are read before the walker;
+values, which are hits and margins, after it. A row immediately takes the tag of every segment that
+is looked up in it: an answered segment finds its own tag, and any other segment is about to be
+walked. Segments pass the walker in order, and values are read and written in that order. Therefore
+a row has the value of a segment by the time a later segment with the same tag reads it, and still
+has it even if another segment has taken the row meanwhile. The answer to a look-up only depends on
+the previous segments, not on the cycles that they take.
 """
 
 import itertools
@@ -34,22 +34,23 @@ __all__ = ["Memo", "row_bits_of"]
 
 
 def row_bits_of(rows: int) -> int:
-    """Return the width of a row's number; 1 if there is no row."""
+    """Return the width of a row number; 1 if there are no rows."""
     return max(1, exact_log2(rows)) if rows else 1
 
 
 class Memo(Unit):
-    """Direct-mapped table of segments, with whole tags: it never answers for another segment.
+    """Direct-mapped table of segments with full tags: it never answers for a different segment.
 
-    A segment is looked up each cycle, and found 3 cycles after it is taken. If ``answered``, its
-    stored hits and margin replace the values that come back as ``walked``; else these values are
-    stored. ``results`` follow ``walked`` by 2 cycles. All segments found come back, in order.
+    A segment is looked up per cycle, and is ``found`` 3 cycles after it is taken. If it is
+    ``answered``, its stored hits and margin replace the values that return as ``walked``; otherwise
+    those values are stored. ``results`` follow ``walked`` by 2 cycles. All ``found`` segments
+    return, in order.
 
-    Rows of an epoch before the present one are void. ``clear`` begins a new epoch; when the numbers
-    of epochs are used up, and after a reset, all rows are made void, one per cycle.
+    Rows of earlier epochs are void. ``clear`` begins a new epoch; when the epoch numbers are used
+    up, and after a reset, all rows are cleared, one per cycle.
 
-    On a target the table is block RAMs: with 512 rows and 60 bits of ends, two for tags and one for
-    values.
+    On a target the table is in block RAMs: with 512 rows and 60 bits of ends, two for tags and one
+    for values.
 
     Attributes
     ----------
@@ -58,17 +59,17 @@ class Memo(Unit):
     Members
     -------
     clear : In(1)
-        Answer for no segment looked up before. Only while no segment is looked up or walked, and
-        not while ``busy``.
+        Forget all segments looked up before. Only while no segment is being looked up or walked,
+        and not while ``busy``.
     busy : Out(1)
-        Rows are made void, and no segment is taken.
+        Rows are being cleared, and no segment is taken.
     segments : In(stream.Signature(segment_request_layout))
-        With its marks.
+        Segment with its marks.
     found : Out(stream.Signature(segment_request_layout))
-        The same segments with their identity.
+        The same segments with their identities.
     walked : In(walked_layout)
     results : Out(walked_layout)
-        With their marks.
+        Results with their marks.
     """
 
     rows: PowerOfTwo(
@@ -98,8 +99,8 @@ class Memo(Unit):
         m = Module()
         request, found = self.segments.p, self.found.p
 
-        # Three stages: the row's number, its tag read, and the tag in registers. Each takes the
-        # next segment as soon as it is free.
+        # Three stages: computation of the row number, read of the tag, tag in registers. Each takes
+        # the next segment as soon as it is free.
         full = Signal(3)
         moves = Signal(3)
         m.d.comb += [
@@ -139,7 +140,7 @@ class Memo(Unit):
         return m
 
     def _row_of(self, start, stop):
-        """Return the row of a segment: its ends, one shifted, folded by exclusive or."""
+        """Return the row of a segment: its ends, one of them shifted, folded by exclusive or."""
         mixed = start.as_value() ^ (stop.as_value() << 3)
         return Cat(reduce(xor, mixed[bit :: self.row_bits]) for bit in range(self.row_bits))
 
@@ -153,8 +154,8 @@ class Memo(Unit):
         )
         write, read = tags.write_port(), tags.read_port()
 
-        # A tag is written in the cycle after it is read, which is too late for the next segment of
-        # the same row if it follows at once.
+        # A tag is written in the cycle after it is read, which is too late for a segment in the
+        # same row that follows immediately.
         fresh = Signal()
         repeats, same = (Signal(2, name=name) for name in ("repeats", "same"))
         known = Signal(self.tag_layout, reset_less=True)
@@ -175,7 +176,7 @@ class Memo(Unit):
             )
         )
 
-        # Void rows belong to the last epoch, which is never the present one.
+        # Void rows belong to the last epoch, which is never the current one.
         sweeping = Signal(init=1)
         swept = Signal(self.row_bits)
         m.d.comb += [
@@ -194,7 +195,7 @@ class Memo(Unit):
                 m.d.sync += present.eq(present + 1)
 
     def _exchange_values(self, m):
-        """Store walked results, and give stored results to answered segments."""
+        """Store walked results, and return stored results for answered segments."""
         walked, results = self.walked, self.results
         value = Cat(walked.hits, walked.margin)
         given = delay_line(m, value, 2, "given")

@@ -18,15 +18,15 @@ __all__ = ["PathReducer", "PathWalker", "margin_layout", "result_layout"]
 
 
 def margin_layout(altitude_bits: int, index_bits: int) -> data.StructLayout:
-    """Return the layout of the margin of a waypoint: ``valid`` for a cycle, with the rest.
+    """Return the layout of the margin of a waypoint: ``valid`` for one cycle, and the rest.
 
-    ``index``: its position in its path, 0 the first waypoint after the start.
+    ``index``: its position in its path; 0 is the first waypoint after the start.
     """
     return data.StructLayout({"valid": 1, "index": index_bits, "margin": signed(altitude_bits + 1)})
 
 
 def result_layout(hits_bits: int) -> data.StructLayout:
-    """Return the layout of the walk of a path: ``valid`` for a cycle, with the rest.
+    """Return the layout of the walk of a path: ``valid`` for one cycle, and the rest.
 
     ``hits``: corners that collide.
     """
@@ -34,11 +34,11 @@ def result_layout(hits_bits: int) -> data.StructLayout:
 
 
 class PathReducer(Unit):
-    """Adds up the hits of a path, and gives the margin of each of its waypoints.
+    """Adds up the hits of a path, and outputs the margin of each of its waypoints.
 
-    The margin of a waypoint is the minimum over its two segments and its chord; it is given with
-    the segment after it. With ``first``, hits after the first segment or chord that collides do not
-    count; margins always do. Outputs follow ``walked`` by a cycle.
+    The margin of a waypoint is the minimum over its two segments and its chord; it is output with
+    the segment after it. With ``first``, hits after the first colliding segment or chord do not
+    count, but margins always do. Outputs follow ``walked`` by one cycle.
 
     Members
     -------
@@ -66,7 +66,7 @@ class PathReducer(Unit):
         walked, marks = self.walked, self.walked.identity
 
         stopped = Signal()
-        is_under_way = Signal()  # The path has had a segment, not only the chord at its start.
+        is_under_way = Signal()  # The path has had a segment, not just the chord at its start.
         index = Signal(self.index_bits, reset_less=True)
         before = Signal.like(walked.margin, reset_less=True)
         margin = Signal.like(walked.margin, reset_less=True)
@@ -106,15 +106,15 @@ class PathReducer(Unit):
 
 
 class PathWalker(Unit):
-    """Walks paths: corners that collide, and the margins of the waypoints.
+    """Walks paths: counts colliding corners, and finds the margins of the waypoints.
 
-    A segment or chord takes a cycle if the memo answers for it, else n / ``config.lanes`` cycles
-    for n corners, rounded up; the next one follows right after, and so does the next path. A path
-    with ``first`` is walked to its end, too: no hits after its first collision count, but margins
-    do, and the memo does not depend on how many cycles a result takes.
+    A segment or chord takes one cycle if the memo answers for it, otherwise n / ``config.lanes``
+    cycles for n corners, rounded up; the next segment or path follows without a gap. A path with
+    ``first`` is also walked to its end: hits after its first collision do not count, but margins
+    do, and the memo does not depend on the time that a result takes.
 
-    A segment is launched 5 cycles after it is offered, or later if segments before it are still
-    being launched. ``result`` follows the last group of a path by ``latency`` cycles. See
+    A segment is launched 5 cycles after it is offered, or later if earlier segments are still being
+    launched. ``result`` follows the last group of a path by ``latency`` cycles. See
     :mod:`pathgene.sim.model.planner.evaluator_cycles`.
 
     Attributes
@@ -134,13 +134,14 @@ class PathWalker(Unit):
     result : Out(result_layout)
         Result of each path, in order, with its last margin or later.
     launching : Out(1)
-        A group of corners, or an answer of the memo, was launched, some cycles ago: as many cycles
-        are high as the segments cost.
+        A group of corners, or an answer of the memo, was launched a few cycles ago: it is high for
+        as many cycles as the segments cost.
     clear : In(1)
-        Void the memo: the map has changed. Only while no path is walked and ``busy`` is low.
+        Clear the memo, because the map has changed. Only while no path is walked and ``busy`` is
+        low.
     busy : Out(1)
-        The memo's rows are made void one by one, and no segment is taken: after a reset, and rarely
-        after ``clear``.
+        The rows of the memo are being cleared one by one, and no segment is taken: after a reset,
+        and rarely after ``clear``.
     writes : In(stream.Signature(cell_layout))
     row : In(row_layout)
     corners : Out(config.altitude_bits).array(config.lanes)
@@ -193,9 +194,9 @@ class PathWalker(Unit):
             *(own.eq(corner) for own, corner in zip(self.corners, walker.corners, strict=True)),
         ]
 
-        # A segment is launched in the second cycle after it is taken, or when those before it are
-        # done. So ``walker.latency`` cycles ago a group was launched if a segment taken two cycles
-        # before that, or earlier, had not come back by now.
+        # A segment is launched in the second cycle after it is taken, or when earlier segments are
+        # done. Therefore a group was launched ``walker.latency`` cycles ago if a segment taken at
+        # least two cycles before that has not returned by now.
         taken = Signal(walker.latency + 2)
         under_way = Signal(2)
         m.d.comb += self.launching.eq((under_way != 0) | taken[-1])

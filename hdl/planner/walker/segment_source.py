@@ -1,4 +1,4 @@
-"""Segments and chords of stored paths, in the order in which they are walked."""
+"""Source of the segments and chords of stored paths, in walking order."""
 
 from amaranth import *
 from amaranth.lib import data, stream
@@ -18,10 +18,10 @@ __all__ = ["SegmentSource", "queued_layout", "read_layout"]
 
 
 def queued_layout(place_bits: int, row_bits: int) -> data.StructLayout:
-    """Return the layout of a path that is to be walked.
+    """Return the layout of a path to be walked.
 
-    ``place`` and ``goal``: where it is, and the row of its goal. ``enters``: there is a chord at
-    the start. ``first``: its hits end with its first segment or chord that collides.
+    ``place`` and ``goal``: its place, and the row of its goal. ``enters``: there is a chord at the
+    start. ``first``: its hits end with its first colliding segment or chord.
     """
     return data.StructLayout({"place": place_bits, "goal": row_bits, "enters": 1, "first": 1})
 
@@ -32,26 +32,26 @@ def read_layout(place_bits: int, row_bits: int) -> data.StructLayout:
 
 
 class SegmentSource(Unit):
-    """Reads stored paths, and makes segments of their points: each path without a gap.
+    """Reads stored paths, and makes segments from their points, each path without gaps.
 
-    A row is a point and the chord there; row 0 belongs to the start. Every further row makes the
-    segment from the previous point, and then the chord if it is present. Row 0 makes only the
-    chord, and is read only if there is one, so that each row read makes a segment. Rows are read
-    ahead of their turn, also across the end of a path.
+    A row is a point and the chord there; row 0 belongs to the start. Every later row yields the
+    segment from the previous point, and then the chord if it is present. Row 0 only yields the
+    chord, and is only read if there is one, so that each row read yields a segment. Rows are read
+    ahead of time, even across the end of a path.
 
-    The first segment of a path is offered 2 cycles after the path, or later if segments before it
-    are not taken. After that a segment is offered in every cycle, and the next path follows at
-    once.
+    The first segment of a path is offered 2 cycles after the path, or later if earlier segments are
+    not taken. After that, a segment is offered in every cycle, and the next path follows
+    immediately.
 
     Members
     -------
     start : In(corner_layout)
-        Where each path begins. Steady while paths are walked.
+        Start of each path. Steady while paths are walked.
     paths : In(stream.Signature(queued_layout))
         Taken when their last rows are read.
     read : Out(read_layout)
     row : In({"point": point_layout, "chord": chord_layout})
-        The row read last, starting in the cycle after ``read.enable``.
+        The row read last, from the cycle after ``read.enable`` on.
     segments : Out(stream.Signature(segment_request_layout))
         With their marks.
     """
@@ -77,10 +77,10 @@ class SegmentSource(Unit):
         path, segments = self.paths.p, self.segments
         marks = segments.p.identity
 
-        # Kind of a word's row: the first of its path, the row of the start, the row after it.
+        # Kind of a word's row: the first row of its path, the row of the start, the row after it.
         label_layout = data.StructLayout({"begins": 1, "start": 1, "leaves": 1, "first": 1})
         word_layout = data.StructLayout({"row": self.row.shape(), "label": label_layout})
-        loaded, offered = Signal(), Signal()  # A row is in the read port, and in ``word``.
+        loaded, offered = Signal(), Signal()  # Rows in the read port and in ``word``.
         label = Signal(label_layout, reset_less=True)
         word = Signal(word_layout, reset_less=True)
         passes, moves = Signal(), Signal()
@@ -109,7 +109,7 @@ class SegmentSource(Unit):
         with m.If(moves):
             m.d.sync += [offered.eq(loaded), word.row.eq(self.row), word.label.eq(label)]
 
-        # The segment of a row, then its chord.
+        # A row yields its segment, then its chord.
         point, chord = word.row.point, word.row.chord
         chord_due = Signal()
         before = Signal(self.start.shape(), reset_less=True)

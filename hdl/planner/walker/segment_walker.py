@@ -31,7 +31,7 @@ __all__ = [
 
 
 def launch_layout(identity: data.StructLayout) -> data.StructLayout:
-    """Return the layout of the facts that go with a group of corners through all stages.
+    """Return the layout of the data that accompanies a group of corners through the pipeline.
 
     ``valid``, ``starts_segment``, ``ends_segment``, and the ``identity`` of its segment.
     """
@@ -41,13 +41,13 @@ def launch_layout(identity: data.StructLayout) -> data.StructLayout:
 
 
 class SegmentLauncher(SegmentShaper):
-    """Launches segments, back to back.
+    """Launches segments back to back.
 
-    A segment waits for its turn in two stages, as in
+    A segment waits in two stages, as in
     :class:`pathgene.hdl.feasibility.parallel.segment_setup.SegmentSetup`. The second stage launches
     it: one group of corners per cycle, or a single empty group if the memo answers for it. Then the
     next segment follows. Nothing after this unit waits. A segment is launched 2 cycles after it is
-    taken, or later if it is not yet its turn.
+    taken, or later if earlier segments are still being launched.
 
     Members
     -------
@@ -77,8 +77,8 @@ class SegmentLauncher(SegmentShaper):
         m = Module()
         request = self.segments.p
 
-        # Whether the stages hold a segment, and whether the last group of one has been launched,
-        # with separate registers for the stage that is wider.
+        # Whether the stages hold a segment, and whether the last group of a segment has been
+        # launched, with separate registers for the wider stage.
         waiting_next, free_next = Signal(), Signal()
         has_waiting, waiting_full = fanout(m, *[waiting_next] * 2, name="waiting")
         free, freed = fanout(m, *[free_next] * 2, name="free", init=1)
@@ -102,7 +102,7 @@ class SegmentLauncher(SegmentShaper):
 
         measured = Signal(self.identity_layout, reset_less=True)
         waiting = Signal(self.identity_layout, reset_less=True)
-        # Signs of sum and difference of the gains.
+        # Signs of the sum and difference of the gains.
         x, y = (request.stop[axis] - request.start[axis] for axis in "xy")
         sides = self._measure(
             m,
@@ -122,7 +122,7 @@ class SegmentLauncher(SegmentShaper):
         ]
 
         token = self.token
-        left = Signal(self.coordinate_bits)  # Groups of the segment launched last.
+        left = Signal(self.coordinate_bits)  # Groups left of the segment launched last.
         launched = Signal(self.identity_layout, reset_less=True)
         groups = Mux(waiting.answered, 0, shape.length >> exact_log2(self.lanes))
         m.d.comb += token.valid.eq(launch | ~free)
@@ -146,20 +146,20 @@ class SegmentLauncher(SegmentShaper):
 
 
 def reduction_latency(lanes: int) -> int:
-    """Return the cycles that a :class:`MarginReducer` takes.
+    """Return the latency of a :class:`MarginReducer` in cycles.
 
-    One for the margin of each corner, one for each level of a tree over the lanes, one to add the
-    group to the previous groups.
+    It takes one cycle for the margin of each corner, one for each level of a tree over the lanes,
+    and one to add the group to the previous groups.
     """
     return 2 + exact_log2(lanes)
 
 
 class MarginReducer(Unit):
-    """Counts the corners of a segment that collide, and finds its minimum margin.
+    """Counts the colliding corners of a segment, and finds its minimum margin.
 
     The margin of a corner is the altitude of the segment above the ground there. A corner whose
-    ground has the top altitude is blocked: it collides and has no margin. A segment without margins
-    has the top altitude as its margin. ``walked`` follows the last group of its segment by
+    ground has the top altitude is blocked: it collides and has no margin. The margin of a segment
+    without margins is the top altitude. ``walked`` follows the last group of its segment by
     :func:`reduction_latency`.
 
     Members
@@ -249,20 +249,20 @@ def _least(first, second):
 
 
 class SegmentWalker(Unit):
-    """Walks segments over the lattice of corners, ``lanes`` corners a cycle.
+    """Walks segments over the lattice of corners, ``lanes`` corners per cycle.
 
     Corners, altitudes, hits and margin equal
     :func:`pathgene.sim.model.planner.definition.score.walk`. A segment of n corners takes n /
-    ``lanes`` cycles, rounded up, and one that the memo has answered takes a cycle and reaches no
-    corner; the next one follows right after. A segment is launched 2 cycles after it is taken, or
-    later if segments before it are still being launched. ``walked`` follows the cycle of its last
-    group by ``latency`` cycles: two for slopes and lanes, ``memory_latency + 3`` for the ground,
-    and :func:`pathgene.hdl.planner.walker.segment_walker.reduction_latency` to reduce it.
+    ``lanes`` cycles, rounded up; a segment that the memo has answered takes one cycle and reads no
+    corner; the next segment follows without a gap. A segment is launched 2 cycles after it is
+    taken, or later if earlier segments are still being launched. ``walked`` follows the cycle of
+    its last group by ``latency`` cycles: two for slopes and lanes, ``memory_latency + 3`` for the
+    ground, and :func:`pathgene.hdl.planner.walker.segment_walker.reduction_latency` to reduce it.
 
     The map is a :class:`TerrainMemory`, as in the parallel checker. While nothing is walked, the
-    lanes' ports give a row of neighbouring corners a cycle.
+    lanes' ports read a row of neighbouring corners per cycle.
 
-    Source: *allaire two-tier*, section 5.3. Differs: corners, half steps, and margins.
+    Source: *allaire two-tier*, section 5.3. Differences: corners, half steps, and margins.
 
     Attributes
     ----------
@@ -274,12 +274,12 @@ class SegmentWalker(Unit):
     walked : Out(walked_layout)
         Results, in the order of the segments. There is no back-pressure.
     writes : In(stream.Signature(cell_layout))
-        Corners of the map. They come only while no segment is walked.
+        Corners of the map. They only arrive while no segment is walked.
     row : In(row_layout)
-        Row of corners to be read, in any cycle in which no segment is offered or walked, and
-        nothing is written.
+        Row of corners to read, in any cycle in which no segment is offered or walked and nothing is
+        written.
     corners : Out(altitude_bits).array(lanes)
-        Their altitudes, ``row_latency`` cycles later: a cycle to the map, and
+        Their altitudes, ``row_latency`` cycles later: one cycle to the map, and
         ``memory_latency + 3`` for the ground.
     """
 
@@ -315,7 +315,7 @@ class SegmentWalker(Unit):
         m.submodules.reducer = reducer = MarginReducer(self.lanes, xy, z, self.row_bits)
         connect(m, flipped(self.segments), launcher.segments)
 
-        # Answered segments have a token, and no corners.
+        # Answered segments have a token but no corners.
         token, walks = launcher.token, Signal()
         m.d.sync += walks.eq(token.valid & ~token.identity.answered)
         for name in ("starts_segment", "ends_segment"):
@@ -328,7 +328,7 @@ class SegmentWalker(Unit):
             *(into.eq(start) for into, start in zip(lanes.origins, slopes.origins, strict=True)),
         ]
 
-        # Writes and rows cross the chip, too.
+        # Writes and rows cross the chip as well.
         writing = Signal()
         m.d.sync += writing.eq(self.writes.valid)
         m.d.comb += [

@@ -1,1 +1,1 @@
-"""Wavefront of the planner: blocks of the map, costs to the goal, routes, and seeds along them."""
+"""Wavefront of the planner core: blocks of the map, costs to the goal, routes, and seeds."""

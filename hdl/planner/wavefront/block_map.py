@@ -29,7 +29,7 @@ def lowest_layout(lanes, altitude_bits):
 
 
 class LowestCorner(Unit):
-    """First of the lowest corners in a row, by halving the row in every cycle.
+    """First of the lowest corners in a row, found by halving the row in every cycle.
 
     ``lowest`` follows :attr:`latency` cycles after the corners. Its ``none`` is high if no corner
     qualifies.
@@ -42,7 +42,7 @@ class LowestCorner(Unit):
     -------
     corners : In(altitude_bits).array(lanes)
     counts : In(lanes)
-        Lanes that have a corner to be counted.
+        Lanes with a corner that counts.
     lowest : Out(lowest_layout)
     """
 
@@ -60,7 +60,7 @@ class LowestCorner(Unit):
     def elaborate(self, platform):
         m = Module()
 
-        # Above an altitude, the highest bit flags a missing corner. Lanes grow by a bit a level.
+        # The bit above an altitude flags a missing corner. Lane numbers grow by one bit per level.
         left = []
         for lane, (corner, counts) in enumerate(zip(self.corners, self.counts, strict=True)):
             key = delay_line(m, Cat(corner, ~counts), 1, f"key_0_{lane}")
@@ -95,36 +95,36 @@ class LowestCorner(Unit):
 
 
 class BlockMap(Unit):
-    """Minimum ground and lowest corner of each block, scanned again where the map has changed.
+    """Minimum ground and lowest corner of each block, rescanned where the map has changed.
 
-    A write to the map marks its block. A scan reads the marked blocks, a row of ``lanes`` corners
-    per cycle, and skips unmarked blocks, one per cycle. If ``block_shift`` differs from the scan
-    before, all blocks count as marked. ``busy`` is high for as many cycles as
-    :func:`pathgene.sim.model.planner.run_cycles.scanning` says. Equals ``least`` and
-    ``lowest`` of :func:`pathgene.sim.model.planner.definition.wavefront.blocks_of`; corners beyond
-    the map are blocked.
+    A write to the map marks its block. A scan reads the marked blocks, one row of ``lanes`` corners
+    per cycle, and skips unmarked blocks, one per cycle. If ``block_shift`` differs from the
+    previous scan, all blocks count as marked. ``busy`` is high for as many cycles as
+    :func:`pathgene.sim.model.planner.run_cycles.scanning` says. Equals ``least`` and ``lowest`` of
+    :func:`pathgene.sim.model.planner.definition.wavefront.blocks_of`; corners beyond the map are
+    blocked.
 
     Members
     -------
     block_shift : In
-        A block has ``2**block_shift`` corners along each edge, which are at most a 32nd of the
-        map's, or one. Steady in a scan and while blocks are read.
+        A block has ``2**block_shift`` corners along each edge: at most a 32nd of the map's, or one.
+        Steady during a scan and while blocks are read.
     start, goal : In(corner_layout)
-        Their blocks are free; if a corner there is blocked, they have the altitude of the end.
-        Steady while blocks are read, and one cycle earlier.
+        The blocks of the ends are free; if a corner there is blocked, they have the altitude of the
+        end. Steady while blocks are read, and one cycle earlier.
     write : In({"valid", "x", "y"})
-        This corner is written. Not while ``busy``.
+        A corner that is written. Not while ``busy``.
     launch : In(1)
         Pulse: scan. Not while ``busy``.
     busy : Out(1)
     row : Out(row_layout)
-        Row of corners to be read, while ``busy``.
+        Row of corners to read while ``busy``.
     corners : In(altitude_bits).array(lanes)
-        Their altitudes.
+        Altitudes of the row.
     start_block, goal_block : Out(place_layout)
         Blocks of the ends.
     number : In(10)
-        Block to be read while not ``busy``: 32 y + x.
+        Block to read while not ``busy``: 32 y + x.
     block : Out(block_layout)
         That block, 2 cycles later.
     """
@@ -160,10 +160,10 @@ class BlockMap(Unit):
         shift = self.block_shift
         m.submodules.tree = tree = LowestCorner(self.lanes, self.altitude_bits)
         behind = self.read_latency + tree.latency
-        # Cycles from the last block's number to its record in the memory.
+        # Cycles from the number of the last block to its record in the memory.
         drain = behind + 2
 
-        # Marks, a row of blocks in a word, which count with the block shift `scanned_shift`.
+        # Marks, one word per row of blocks, valid for the block shift `scanned_shift`.
         m.submodules.marks = marks = memory.Memory(shape=BLOCKS, depth=BLOCKS, init=[])
         mark_write, mark_read = marks.write_port(), marks.read_port(domain="comb")
         scanned_shift, is_scanned = Signal.like(shift), Signal()
@@ -230,7 +230,7 @@ class BlockMap(Unit):
                     m.next = "IDLE"
         m.d.comb += self.busy.eq(~states.ongoing("IDLE"))
 
-        # A row is cleared when it has been read.
+        # A row is cleared once it has been read.
         clears = states.ongoing("ROW")
         row = Mux(clears, at.y, written.y)
         m.d.comb += [
@@ -249,7 +249,8 @@ class BlockMap(Unit):
         lane_bits = exact_log2(self.lanes)
         x = (at.x << shift)[: self.coordinate_bits]
         y = (at.y << shift)[: self.coordinate_bits] | corner_y
-        # Corners of other blocks, where a row is longer than a block; and those beyond the map.
+        # Corners of neighbouring blocks, if a row is longer than a block, and corners beyond the
+        # map.
         low = x[:lane_bits]
         counts = Cat(((lane ^ low) >> shift) == 0 for lane in range(self.lanes))
         if self.coordinate_bits < BLOCK_BITS:
@@ -264,7 +265,7 @@ class BlockMap(Unit):
             *(own.eq(corner) for own, corner in zip(tree.corners, self.corners, strict=True)),
         ]
 
-        # With the lowest of a row comes its place.
+        # The place of the lowest corner of a row arrives with it.
         begins = (corner_y == 0) & (group == 0)
         tags = Signal(
             data.StructLayout({"first": 1, "last": 1, "number": INDEX_BITS}), reset_less=True
@@ -304,7 +305,7 @@ class BlockMap(Unit):
         return read
 
     def _read(self, m, read, shift):
-        """Give the block that was read; the ends' are free."""
+        """Output the block that was read; the blocks of the ends are free."""
         for end, block in ((self.start, self.start_block), (self.goal, self.goal_block)):
             m.d.sync += [block[axis].eq(end[axis] >> shift) for axis in "xy"]
         place = delay_line(m, self.number, 1, "place")

@@ -34,18 +34,19 @@ __all__ = [
 #: Width of a coordinate of a block, and of its index, 32 y + x.
 BLOCK_BITS = BLOCKS.bit_length() - 1
 INDEX_BITS = 2 * BLOCK_BITS
-#: Width of a cost, also of a block without a route to the goal.
+#: Width of a cost, including the cost of a block without a route to the goal.
 COST_BITS = FAR.bit_length()
-#: Width of a factor of altitudes: a multiplier cell takes no more.
+#: Width of a factor of altitudes, the maximum of a multiplier cell.
 FACTOR_BITS = 18
-#: Fraction bits that a climb's factor has less than an altitude's: a climb costs less than 2**28.
+#: A climb's factor has this many fraction bits fewer than an altitude's: a climb costs less than
+#: 2**28.
 CLIMB_SHIFT = 6
-#: Width of a part of the cost of a step that does not depend on altitudes, its sign left out.
+#: Width of a part of a step's cost that does not depend on altitudes, without its sign.
 PART_BITS = VALUE_BITS
 
 
 def shift_limit(coordinate_bits: int) -> int:
-    """Return the maximum shift of a corner's coordinate to its block's."""
+    """Return the maximum shift from a corner's coordinate to its block's."""
     return max(coordinate_bits - BLOCK_BITS, 0)
 
 
@@ -84,7 +85,7 @@ step_constants_layout = data.StructLayout(
 def block_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
     """Return the layout of a block of the map.
 
-    ``free``; ``altitude``: of a free block, the surface's before slopes are limited. ``x``, ``y``:
+    ``free``; ``altitude``: of a free block, the surface before slopes are limited. ``x``, ``y``:
     first of the lowest corners.
     """
     return data.StructLayout(
@@ -93,7 +94,7 @@ def block_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
 
 
 def found_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
-    """Return the layout of a waypoint in the cycle in which it is found: ``valid``, with the rest.
+    """Return the layout of a waypoint in the cycle in which it is found: ``valid`` and the rest.
 
     ``last`` ends its path.
     """

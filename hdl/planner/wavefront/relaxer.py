@@ -1,8 +1,8 @@
-"""A pass over the blocks, a block in every cycle.
+"""A pass over the blocks, one block per cycle.
 
-A block's new cost follows from its own cost, from costs of the previous row, and from the cost of
-the block just done. All but the last are summed and compared ahead, so the last cycle has only one
-comparison in parallel with one sum.
+A block's new cost depends on its own cost, on costs of the previous row, and on the cost of the
+block just finished. All except the last are summed and compared ahead of time, so the last cycle
+has only one comparison in parallel with one sum.
 """
 
 from amaranth import *
@@ -23,13 +23,14 @@ from pathgene.hdl.protocol.planner import BLOCKS
 
 __all__ = ["Relaxer", "cost_write_layout", "surface_layout"]
 
-#: Ways of the steps to the neighbours in the order west, north-west, north, north-east, for a pass
-#: forwards; to the opposite ones for a pass backwards.
+#: Directions of the steps to the neighbours in the order west, north-west, north, north-east, for a
+#: forward pass; to the opposite neighbours for a backward pass.
 _WAYS = (0, 2, 1, 2)
-#: The cycle after a block's first in which its costs are read, and in which the new one is written.
+#: The cycles, counted from a block's first, in which its costs are read and in which the new cost
+#: is written.
 _READ, _WRITTEN = StepPricer.latency + 2, StepPricer.latency + 8
 
-#: Cost to be written to a block.
+#: Cost to write to a block.
 cost_write_layout = data.StructLayout({"valid": 1, "block": INDEX_BITS, "cost": COST_BITS})
 
 
@@ -39,12 +40,12 @@ def surface_layout(altitude_bits: int) -> data.StructLayout:
 
 
 class Relaxer(Unit):
-    """Lowers the cost of each free block to the cost by way of a neighbour, if that is lower.
+    """Lowers the cost of each free block to the cost via a neighbour if that is lower.
 
     A pass takes 1,024 cycles plus the cycles of the pipeline: ``busy`` is high for
-    :attr:`pass_cycles` - 1 cycles from the one after ``launch``. It goes over the blocks by rows,
-    forwards or backwards; the neighbours of a block are the four that the pass has already visited.
-    No cost of a block exceeds 2**30, the cost of a block without a route.
+    :attr:`pass_cycles` - 1 cycles from the cycle after ``launch`` on. It goes over the blocks by
+    rows, forwards or backwards; the neighbours of a block are the four that the pass has already
+    visited. No cost of a block exceeds 2**30, the cost of a block without a route.
 
     Equals half a sweep of ``spread`` of :mod:`pathgene.sim.model.planner.definition.wavefront`; and
     of ``limit_slopes``, where costs are depths below the top altitude, and each step costs its
@@ -55,25 +56,25 @@ class Relaxer(Unit):
     launch : In(1)
         Pulse: begin a pass. Not while ``busy``.
     backwards : In(1)
-        Direction of the pass. Steady from ``launch`` to the end.
+        Direction of the pass. Steady from ``launch`` to the end of the pass.
     constants : In(step_constants_layout)
         Steady.
     surface_block : Out(10)
-        Block to be read from the surface.
+        Block to read from the surface.
     surface : In(surface_layout)
         That block, 2 cycles later.
     cost_block : Out(10)
-        Block whose cost is to be read.
+        Block whose cost is read.
     cost : In(31)
         Its cost, 2 cycles later.
     write : Out(cost_write_layout)
     busy : Out(1)
     changed : Out(1)
-        The latest pass changed a cost. Holds after ``busy``.
+        The latest pass changed a cost. Valid after ``busy``.
     before, after : In(altitude_bits)
         Altitudes of a step to be priced between passes.
     prices : Out(31).array(3)
-        Its cost in x, in y, and across, ``StepPricer.latency`` cycles later.
+        Cost of the step in x, in y, and diagonally, ``StepPricer.latency`` cycles later.
     """
 
     altitude_bits: Width(1)
@@ -101,7 +102,8 @@ class Relaxer(Unit):
     def elaborate(self, platform):
         m = Module()
 
-        # Number of the block in the pass, and the cycles that the pipeline takes after the last.
+        # Number of the block in the pass, and the cycles that the pipeline takes after the last
+        # block.
         count = Signal(range(self.pass_cycles))
         with m.If(self.busy):
             m.d.sync += count.eq(count + 1)
@@ -120,7 +122,7 @@ class Relaxer(Unit):
         def later(cycles):
             """Return the number of the block that is ``cycles`` after its first cycle, 1 or more.
 
-            A register: LUT RAMs follow. Valid while ``busy``.
+            The number is in a register, because LUT RAMs follow. Valid while ``busy``.
             """
             return register((number - (cycles - 1))[:INDEX_BITS], f"number_{cycles}")
 
@@ -129,10 +131,10 @@ class Relaxer(Unit):
             self.cost_block.eq(block_of(later(_READ))),
         ]
 
-        # 2**30 where no step leads.
+        # 2**30 if there is no step.
         costs = self._step_costs(m, later)
 
-        # The previous row, starting in the north-east.
+        # The previous row, starting at the north-east.
         column = later(_READ - 1)[:BLOCK_BITS]
         done = Signal(COST_BITS, reset_less=True)
         written = later(_WRITTEN)
@@ -156,12 +158,12 @@ class Relaxer(Unit):
         single = least(sums[2], self.cost, "single")
         ahead = least(pair, single, "ahead")
         west = delay_line(m, costs[0], 3, "west")
-        # The block just visited is better below this cost.
+        # The block just visited is better if its cost is below this.
         below = register(ahead - west, "below")
         ahead, west = register(ahead, "ahead_held"), register(west, "west_held")
         m.d.sync += done.eq(Mux(done < below, done + west, ahead))
 
-        is_written = Signal()  # `count` stays at its end.
+        is_written = Signal()  # `count` stops at its end.
         m.d.sync += is_written.eq((count >= _WRITTEN - 1) & (count < BLOCKS**2 + _WRITTEN - 1))
         m.d.comb += [
             self.write.valid.eq(is_written),
@@ -178,7 +180,7 @@ class Relaxer(Unit):
         return m
 
     def _step_costs(self, m, later):
-        """Return the costs of the steps to the four neighbours, registers."""
+        """Return the costs of the steps to the four neighbours, in registers."""
         altitude = self.surface.altitude
         column, next_column = later(2)[:BLOCK_BITS], later(1)[:BLOCK_BITS]
         north_east = _ring(m, "upper_altitudes", altitude, column, next_column)
@@ -187,7 +189,7 @@ class Relaxer(Unit):
         north_west = delay_line(m, north, 1, "altitude_north_west")
         neighbours = delay_line(m, here, 1, "altitude_west"), north_west, north, north_east
 
-        # For the last register of a cost. Between passes all steps lead.
+        # For the last register of a cost. Between passes, all steps are allowed.
         at = later(StepPricer.latency + 1)
         free = delay_line(m, self.surface.free, StepPricer.latency - 1, "free")
         leads = Signal(4, reset_less=True)
@@ -219,9 +221,9 @@ class Relaxer(Unit):
 
 
 def _ring(m, name, value, written, read):
-    """Return the value of the previous row in column ``read``, a cycle later.
+    """Return the value of the previous row in column ``read``, one cycle later.
 
-    ``value`` belongs to column ``written`` of the present row.
+    ``value`` belongs to column ``written`` of the current row.
     """
     m.submodules[name] = rows = memory.Memory(shape=len(value), depth=BLOCKS, init=[])
     write, port = rows.write_port(), rows.read_port(domain="comb")

@@ -1,4 +1,4 @@
-"""Route from the start to the goal, over the blocks."""
+"""Route from the start to the goal over the blocks."""
 
 from amaranth import *
 from amaranth.lib import memory
@@ -30,7 +30,7 @@ _SUMMED = _PRICED + 1
 
 
 class Route(Unit):
-    """Follows the minimum costs from the start to the goal, and keeps the blocks.
+    """Follows the minimum costs from the start to the goal, and stores the blocks.
 
     The next block is the first of the eight neighbours, by rows, that has the minimum cost; one
     neighbour is read per cycle. If the start has no route to the goal, the result is a straight
@@ -46,25 +46,25 @@ class Route(Unit):
         Pulse: begin. Not while ``busy``.
     busy : Out(1)
     length : Out(11)
-        Blocks of the route, start and goal included.
+        Number of blocks of the route, including start and goal.
     read_block : Out(10)
-        Block to be read from the wavefront.
+        Block to read from the wavefront.
     surface : In(surface_layout)
     cost : In(31)
         That block, 2 cycles later.
     before, after : Out(altitude_bits)
-        Altitudes of a step to be priced.
+        Altitudes of a step to price.
     prices : In(31).array(3)
-        Its cost in x, in y, and across, 5 cycles later.
+        Cost of the step in x, in y, and diagonally, 5 cycles later.
     number : In(10)
-        Number of a block of the route, to be read while not ``busy``.
+        Number of a block of the route to read while not ``busy``.
     place : Out(place_layout)
         That block, 2 cycles later.
     """
 
     altitude_bits: Width(1)
 
-    #: Cycles for a block with a route to the goal; for the last one as well.
+    #: Cycles for a block with a route to the goal, including the last one.
     step_cycles = len(_STEPS) + _SUMMED + 1
 
     def interface(self):
@@ -103,7 +103,7 @@ class Route(Unit):
 
         best_place, is_stuck = self._best(m, here, count)
 
-        # The straight line: the start, and the differences times the number of the block.
+        # The straight line: the start plus the differences times the number of the block.
         line = {
             axis: Signal(BLOCK_BITS + _STRAIGHT_BITS, name=f"line_{axis}", reset_less=True)
             for axis in "xy"
@@ -123,8 +123,8 @@ class Route(Unit):
             with m.State("STEP"):
                 m.d.sync += count.eq(count + 1)
                 with m.If((count == _READ) & is_stuck):
-                    # No neighbour stays in the pipeline to the sum, which the next route would
-                    # take.
+                    # No neighbour may stay in the pipeline to the sum, where the next route would
+                    # take it.
                     m.d.sync += count.eq(0)
                     m.next = "STRAIGHT"
                 with m.Elif(count == self.step_cycles - 1):
@@ -175,7 +175,7 @@ class Route(Unit):
             self.after.eq(delay_line(m, self.surface.altitude, 1, "after")),
         ]
 
-        # The cost of a missing neighbour is out of reach.
+        # The cost of a missing neighbour is above any other.
         price = Signal(COST_BITS)
         with m.Switch(delay_line(m, way, _PRICED - 1, "way")):
             for index in range(3):

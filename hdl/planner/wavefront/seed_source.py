@@ -1,4 +1,4 @@
-"""First paths of an island, from the map to their waypoints."""
+"""First paths of an island: computes their waypoints from the map."""
 
 from amaranth import *
 from amaranth.lib.wiring import In, Out
@@ -17,19 +17,19 @@ __all__ = ["SeedSource"]
 
 
 class SeedSource(Unit):
-    """Scans the map's blocks; finds a route over a surface, and seeds paths along it one by one.
+    """Scans the map's blocks, finds a route over a surface, and seeds paths along it one by one.
 
-    The blocks are scanned before the first ``launch`` of a run; every further launch takes another
-    limit of slopes. A launch is a wavefront, then a route, then a path for each ``begin``. ``busy``
-    is high for as many cycles as ``scanned``, ``launched`` and ``seeded`` of
+    The blocks are scanned before the first ``launch`` of a run; every later launch uses a different
+    slope limit. A launch is a wavefront, then a route, then a path for each ``begin``. ``busy`` is
+    high for as many cycles as ``scanned``, ``launched`` and ``seeded`` of
     :mod:`pathgene.sim.model.planner.run_cycles` say.
 
     Members
     -------
     problem : In(problem_layout)
     frame : In(frame_layout)
-        Its ends: corners nearest to the ends, and the steps at or below them. Steady, like
-        ``problem``, while ``busy`` and one cycle earlier.
+        Ends of the frame: corners nearest to the ends of the problem, and the steps at or below
+        them. Steady, like ``problem``, while ``busy`` and one cycle earlier.
     write : In({"valid", "x", "y"})
     row : Out({"x", "y"})
     corners : In(altitude_bits).array(lanes)
@@ -39,11 +39,12 @@ class SeedSource(Unit):
     launch : In(1)
         Pulse: find a route. Not while ``busy``.
     limit : In(4)
-        Slope limit of the surface, in halves of the climb limit; 0 is none. Steady while ``busy``.
+        Slope limit of the surface, in halves of the climb limit; 0 means none. Steady while
+        ``busy``.
     begin : In(1)
         Pulse: make a path along the route. Not while ``busy``.
     busy : Out(1)
-        Until the blocks are scanned, the route is found, or the words of a path are taken.
+        High until the blocks are scanned, the route is found, or the words of a path are taken.
     passes : Out(9)
         Passes of the latest wavefront.
     word : In(19)

@@ -27,12 +27,11 @@ _OFFSET_BITS = 16
 
 
 class Seeder(Unit):
-    """A path of waypoints at even distances along the route, at random heights above the surface.
+    """Makes paths of evenly spaced waypoints along the route, at random heights above the surface.
 
-    Takes a word of the random source in every cycle from the one after ``launch`` on: one for the
-    path, then one for each waypoint of the longest seed. A waypoint follows its word by
-    :attr:`latency` cycles. Equals ``seed_path`` of
-    :mod:`pathgene.sim.model.planner.seeds`.
+    It takes a word of the random source in every cycle after ``launch``: one for the path, then one
+    for each waypoint of the longest seed. A waypoint follows its word by :attr:`latency` cycles.
+    Equals ``seed_path`` of :mod:`pathgene.sim.model.planner.seeds`.
 
     Attributes
     ----------
@@ -52,25 +51,25 @@ class Seeder(Unit):
     word : In(19)
         Lowest bits of the random source's selection word.
     word_ready : In(1)
-        There is one.
+        A word is available.
     step : Out(1)
-        It is taken in this cycle. Only with ``word_ready``.
+        The word is taken in this cycle. Only with ``word_ready``.
     number : Out(10)
-        Number of a block of the route to be read.
+        Number of a block of the route to read.
     place : In(place_layout)
         That block, 2 cycles later.
     read_block : Out(10)
-        Block to be read from map and surface.
+        Block to read from map and surface.
     block : In(block_layout)
     surface : In(surface_layout)
         That block, 2 cycles later.
     found : Out(found_layout)
-        The path, a waypoint a cycle.
+        The path, one waypoint per cycle.
     """
 
     config: InstanceOf(Config)
 
-    #: Registers from a word to the quotient, then route, block, and two for the waypoint.
+    #: Registers from a word to the quotient, then for route, block, and two for the waypoint.
     latency = 2 + INDEX_BITS + 2 + 2 + 2
 
     def interface(self):
@@ -98,7 +97,7 @@ class Seeder(Unit):
         config = self.config
         fewest, longest = seed_waypoints(config.max_waypoints)
 
-        # Word 0 is for the path, each further word for a waypoint.
+        # Word 0 is for the path, each later word for a waypoint.
         number = Signal(range(longest + 1))
         m.d.comb += self.step.eq(self.busy & self.word_ready)
         with m.If(self.step):
@@ -117,7 +116,7 @@ class Seeder(Unit):
             is_place.eq(self.step & (number != 0)),
         ]
 
-        # The path's word is read a cycle before its first waypoint is here.
+        # The path's word is read one cycle before its first waypoint arrives.
         count = Signal(range(longest + 1), reset_less=True)
         phase = Signal(_PHASE_BITS, reset_less=True)
         shift = Signal(3, reset_less=True)
@@ -128,11 +127,11 @@ class Seeder(Unit):
                 shift.eq(word[_SHIFT]),
             ]
 
-        # Waypoints beyond the path's length are dropped.
+        # Waypoints beyond the path's length are discarded.
         keeps = Signal()
         m.d.comb += keeps.eq(is_place & (index < count))
 
-        # Part of the route, then its block, the block's lowest corner and surface.
+        # Position on the route, then its block, then the block's lowest corner and surface.
         along = Cat(phase, index)
         m.submodules.along = scale = Multiplier(
             (len(along), len(self.length)), _PHASE_BITS, (False, False)

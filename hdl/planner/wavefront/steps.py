@@ -30,9 +30,9 @@ from pathgene.hdl.protocol.planner import (
 __all__ = ["StepConstants", "StepPricer"]
 
 
-#: Width of a limit of slopes.
+#: Width of a slope limit.
 LIMIT_BITS = 4
-#: Bits of the second factor of every product, one for each cycle.
+#: Bits of the second factor of every product, one per cycle.
 _FACTOR_BITS = 16
 #: Shifts of a side of a block, which is rounded, and of a fall.
 _SIDE_SHIFT = SCALE_FRACTION - POSITION_FRACTION
@@ -40,17 +40,17 @@ _FALL_SHIFT = SLOPE_FRACTION + ALTITUDE_FRACTION + 1
 
 
 class _Kind(enum.IntEnum):
-    """Products in their order."""
+    """The products, in order."""
 
     SIDE = 0
     SQUARE = 1
-    #: Drag and fuel; of falls, the slope.
+    #: Drag and fuel; for falls, the slope.
     WEIGHT = 2
     PULL = 3
-    #: Base and distance; of falls, slope and distance.
+    #: Base and distance; for falls, slope and distance.
     LEVEL = 4
     FACTOR = 5
-    #: Rise and fuel, then in the unit of a cost.
+    #: Rise and fuel, then converted to the unit of a cost.
     LIFT = 6
     CLIMB = 7
 
@@ -69,11 +69,11 @@ _WAYS = {
 
 
 class StepConstants(Unit):
-    """Constants of the costs of steps between blocks, or their falls, one after another.
+    """Constants of the costs of steps between blocks, or of their falls, one after another.
 
-    One adder makes all products, one bit of a factor per cycle, lowest first; so each further cycle
-    shifts a product right. A second adder makes the root meanwhile. ``done`` follows :meth:`cycles`
-    cycles after ``launch``. Equals ``prices_of`` of
+    One adder makes all products, one bit of a factor per cycle, lowest first; each additional cycle
+    therefore shifts a product right. Meanwhile, a second adder makes the root. ``done`` follows
+    :meth:`cycles` cycles after ``launch``. Equals ``prices_of`` of
     :mod:`pathgene.sim.model.planner.definition.wavefront`; with ``falls``, levels are the falls of
     ``limit_slopes``, except that a fall may be 0, and all other constants are 0.
 
@@ -85,11 +85,11 @@ class StepConstants(Unit):
     Members
     -------
     problem : In(problem_layout)
-        Steady, starting in the cycle before ``launch``.
+        Steady from the cycle before ``launch`` on.
     limit : In(4)
         Slope limit of the surface, in halves of the climb limit. Steady.
     falls : In(1)
-        Falls are wanted. Steady from ``launch`` to ``done``.
+        Compute falls. Steady from ``launch`` to ``done``.
     launch : In(1)
         Pulse. Not before ``done``.
     done : Out(1)
@@ -116,7 +116,7 @@ class StepConstants(Unit):
         }
 
     def cycles(self, *, falls, fuel_shift, key_shift):
-        """Return the cycles from ``launch`` to the first one of ``done``."""
+        """Return the cycles from ``launch`` to the first cycle of ``done``."""
         unit = max(key_shift, least_unit(self.coordinate_bits, self.altitude_bits))
         shifts = dict.fromkeys(_Kind, unit) | {
             _Kind.SIDE: _SIDE_SHIFT,
@@ -134,7 +134,7 @@ class StepConstants(Unit):
         return 63 + self._climb_scale()[1]
 
     def _climb_scale(self):
-        """Return the second factor of the climb's last product, and its shift beyond the unit."""
+        """Return the second factor of the climb's last product, and its additional shift."""
         scale = ALTITUDE_FRACTION + factor_fraction(self.altitude_bits) - CLIMB_SHIFT
         return 1 << max(scale, 0), max(-scale, 0)
 
@@ -148,7 +148,7 @@ class StepConstants(Unit):
         sides = [Signal(width, name=f"side_{axis}", reset_less=True) for axis in "xy"]
 
         kind, way = Signal(range(len(_Kind))), Signal(range(3))
-        # Both factors; the first one stays where its products follow. The product moves right
+        # Both factors; the first one stays while its products follow. The product moves right
         # through both its registers, starting with the adder's.
         factor = Signal(signed(PART_BITS + 1), reset_less=True)
         left = Signal(_FACTOR_BITS, reset_less=True)
@@ -230,7 +230,7 @@ class StepConstants(Unit):
         """Return the first factor of a product, whether it exists, the second, and the shift."""
         problem, z, falls = self.problem, self.altitude_bits, self.falls
         least = least_unit(self.coordinate_bits, z)
-        # A register: `problem` is shared with further units.
+        # A register, because `problem` is shared with more units.
         unit = Signal(range(64), reset_less=True)
         m.d.sync += unit.eq(Mux(problem.key_shift > least, problem.key_shift, least))
         # With `falls`, unused constants become 0.
@@ -270,7 +270,7 @@ class StepConstants(Unit):
         return first, stays, second, shift
 
     def _root(self, m, adds, begins, product):
-        """Return the root of the sum of two squares, one bit per cycle from the second cycle."""
+        """Return the root of the sum of two squares, one bit per cycle from the second cycle on."""
         width = distance_bits(self.coordinate_bits)
         # Within the first product after the squares.
         assert width <= _FACTOR_BITS
@@ -298,11 +298,11 @@ class StepConstants(Unit):
 
 
 class StepPricer(Unit):
-    """Cost of a step between two blocks in every cycle.
+    """Computes the cost of a step between two blocks in every cycle.
 
     ``cost`` follows :attr:`latency` cycles after the altitudes. Equals ``cost`` of
-    :class:`pathgene.sim.model.planner.definition.wavefront.Prices`, or is 2**30 where no step
-    leads.
+    :class:`pathgene.sim.model.planner.definition.wavefront.Prices`, or is 2**30 if there is no
+    step.
 
     Altitude and fuel each take one product of 18 bits and one sum. No sum wraps: altitudes add less
     than 2**23, and the base, a climb and level flight less than 2**28 each.

@@ -21,19 +21,19 @@ _PASSES = 2 * SWEEPS
 
 
 class Wavefront(Unit):
-    """Makes a surface of the minimum ground, limits its slopes, and spreads costs from the goal.
+    """Makes a surface from the minimum ground, limits its slopes, and spreads costs from the goal.
 
     1. Every block is read and written to the surface, while the falls of the steps are computed.
     2. If ``limit`` is not 0, the slopes are limited: passes over the depths of the blocks.
     3. The depths become the surface, and the costs begin: 0 at the goal. Meanwhile, the constants
        of the steps' costs are computed.
-    4. The costs spread.
+    4. Costs spread.
 
-    2 and 4 end with the first two passes that change nothing, forwards and backwards, or with 128.
-    ``busy`` is high for as many cycles as
-    :func:`pathgene.sim.model.planner.run_cycles.spreading` says. Equals
-    ``limit_slopes`` and ``spread`` of :mod:`pathgene.sim.model.planner.definition.wavefront`; costs
-    beyond 2**30 are none.
+    Steps 2 and 4 end with the first two passes, forwards and backwards, that change nothing, or
+    after 128 passes. ``busy`` is high for as many cycles as
+    :func:`pathgene.sim.model.planner.run_cycles.spreading` says. Equals ``limit_slopes`` and
+    ``spread`` of :mod:`pathgene.sim.model.planner.definition.wavefront`; a cost beyond 2**30 means
+    no route.
 
     Members
     -------
@@ -49,15 +49,15 @@ class Wavefront(Unit):
     passes : Out(9)
         Passes since ``launch``.
     map_block : Out(10)
-        Block to be read from the map of blocks.
+        Block to read from the map of blocks.
     block : In(block_layout)
         That block, 2 cycles later.
     read_block : In(10)
-        Block to be read while not ``busy``.
+        Block to read while not ``busy``.
     surface : Out(surface_layout)
     cost : Out(31)
         That block's altitude, 0 if it is not free, and its cost to the goal, 2**30 if there is no
-        way: 2 cycles later.
+        route; 2 cycles later.
     before, after : In(altitude_bits)
     prices : Out(31).array(3)
         See :class:`pathgene.hdl.planner.wavefront.relaxer.Relaxer`.
@@ -65,7 +65,7 @@ class Wavefront(Unit):
 
     config: InstanceOf(Config)
 
-    #: Cycles that one filling of the memories takes.
+    #: Cycles to fill the memories once.
     fill_cycles = BLOCKS**2 + 2
 
     def interface(self):
@@ -107,7 +107,7 @@ class Wavefront(Unit):
             *(own.eq(price) for own, price in zip(self.prices, relaxer.prices, strict=True)),
         ]
 
-        # Filling takes a cycle for a block, and two for the last one to be read and written.
+        # Filling takes one cycle per block, and two for the last block to be read and written.
         number = Signal(range(self.fill_cycles))
         passes = Signal(range(_PASSES + 1))
         first, unchanged, spreads = Signal(), Signal(), Signal()

@@ -1,6 +1,6 @@
 """The planner core as a bit-exact integer model, compiled.
 
-A module for each unit. Score, walk and wavefront are written for a processor, and
+There is a module for each unit. Score, walk and wavefront are optimized for a CPU, and
 :mod:`pathgene.sim.model.planner.definition` defines them in plain Python. ``docs/chip_planner.md``
-explains in words the computation and its reasons.
+explains the computation and its reasons in words.
 """

@@ -1,9 +1,9 @@
 """Compiled breeding: turns the sorted population and random words into children.
 
-A path is an array of rows x, y, step, margin, start and goal included. Each child takes a step of
-the random source. The selection word holds the ranks of its parents, and above them the draw of a
-survivor; the mutation word holds the mutation, and above it the place where the parents are cut. A
-draw below ``n`` is ``bits * n >> width``.
+A path is an array of rows x, y, step, margin, including start and goal. Each child takes one step
+of the random source. The selection word contains the ranks of its parents and, above them, the draw
+of a survivor; the mutation word contains the mutation and, above it, the place where the parents
+are cut. A draw below ``n`` is ``bits * n >> width``.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def breed(
     others: Integers,
     words: Words,
 ) -> None:
-    """Breed a child into each of the slots ``free``, and draw the ranks of the survivors.
+    """Breed a child for each of the slots ``free``, and draw the ranks of the survivors.
 
     Parameters
     ----------
@@ -63,11 +63,11 @@ def breed(
         The population; its keys are not read.
     free : (children,) int64
     survivors : (survivors,) int64
-        Their ranks, written here, in the order drawn.
+        Output: ranks of the survivors, in the order drawn.
     others : (population,) int64
-        Work space: the ranks left.
+        Work space: the remaining ranks.
     words : Words
-        Random source; takes a step for each child.
+        Random source, which advances by one step per child.
     """
     problem, sizes = course.problem, course.sizes
     paths, points, order = members.paths, members.points, members.order
@@ -108,7 +108,7 @@ def cross(
     child: Integers,
     eighths: int,
 ) -> int:
-    """Write the head of one path and the tail of another to ``child``; return its points.
+    """Write the head of one path and the tail of another to ``child``; return its number of points.
 
     Each path is cut after ``eighths`` eighths of its waypoints, rounded down.
     """
@@ -126,11 +126,11 @@ def cross(
 
 @compiled
 def mutate(problem: Integers, sizes: Integers, path: Integers, points: int, words: Words) -> int:
-    """Apply the mutation of the mutation word to ``path``; return its points.
+    """Apply the mutation of the mutation word to ``path``; return its number of points.
 
-    The word chooses the operator, the place, the size, and three offsets in the box of
-    *allaire-2008*, at the places of :mod:`pathgene.hdl.protocol.breeding`. If the limits of
-    the length forbid an insertion or a deletion, the operator is a perturbation.
+    The word selects the operator, the place, the size, and three offsets in the box of
+    *allaire-2008*, at the places of :mod:`pathgene.hdl.protocol.breeding`. If the length limits
+    forbid an insertion or a deletion, the operator becomes a perturbation.
     """
     inner = points - 2
     operator, size = draw(words, 1, *OPERATOR, MUTATIONS), field(words, 1, *SIZE)
@@ -153,7 +153,7 @@ def mutate(problem: Integers, sizes: Integers, path: Integers, points: int, word
         _move(problem, sizes, path[at], words, size >> 1)
         return points
     margin = path[at, 3]
-    # Down by half, once or twice the margin; up by a negative margin.
+    # Down by half, once or twice the margin, or up by a negative margin.
     fall = margin << (size * 3 >> 4) >> 1 if margin >= 0 else margin
     path[at, 2] = clamp(path[at, 2] - fall, problem[TOP])
     path[at, 3] = 0
@@ -162,7 +162,7 @@ def mutate(problem: Integers, sizes: Integers, path: Integers, points: int, word
 
 @inlined
 def _move(problem: Integers, sizes: Integers, point: Integers, words: Words, shift: int) -> None:
-    """Move a point within the box, shifted right by ``shift``, and within the limits."""
+    """Move a point within the box, scaled by a right shift of ``shift``, and within the limits."""
     for axis in range(3):
         box = sizes[BOX_X + axis]
         low = _FIRST_OFFSET + axis * _OFFSET_BITS

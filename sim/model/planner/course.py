@@ -12,7 +12,7 @@ __all__ = ["Course", "Members", "Route", "Scratch", "Surroundings"]
 
 
 class Course(NamedTuple):
-    """A problem on a chip: constant through a run.
+    """A problem on a chip, constant throughout a run.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ class Scratch(NamedTuple):
     Parameters
     ----------
     memo : (rows, 4) int64
-        Segments walked before.
+        Memo of segments.
     delays, counters : (n,) int64
         Latencies of the chip and counters of the run; see :mod:`pathgene.sim.model.planner.cycles`.
     work : (WORK_ROWS, points) int64
@@ -47,14 +47,14 @@ class Scratch(NamedTuple):
 
 
 class Surroundings(NamedTuple):
-    """Random source, spectator and work space of the generations of a run.
+    """Random source, observer and work space of the generations of a run.
 
     Parameters
     ----------
     words : Words
         Random source.
     watched : (WATCHED,) int64
-        Progress that another thread reads, and the stop that it asks for.
+        Progress that another thread reads, and the stop that it requests.
     spare : (7, slots + 1) int64
         Work space of a generation.
     """
@@ -65,16 +65,16 @@ class Surroundings(NamedTuple):
 
 
 class Members(NamedTuple):
-    """A population; the arrays of a run have one more axis in front, the island.
+    """A population; the arrays of a run have an additional first axis, the island.
 
     Parameters
     ----------
     paths : (slots, points, 4) int64
-        Rows x, y, step and margin, start and goal included.
+        Rows x, y, step and margin, including start and goal.
     points, keys : (slots,) int64
-        Points of each path, ends included, and its key.
+        Number of points of each path, including its ends, and its key.
     order : (slots + 1,) int64
-        Slots of the population from the best.
+        Slots of the population, best first.
     """
 
     paths: Integers
@@ -89,11 +89,11 @@ class Route(NamedTuple):
     Parameters
     ----------
     blocks : (3, BLOCKS, BLOCKS) int64
-        Minimum ground of each block, and the x and y of a corner that has it.
+        Minimum ground of each block, and the x and y of a corner with that ground.
     surface : (BLOCKS, BLOCKS) int64
-        Altitude above which the route lies.
+        Altitude of the surface along which the route leads.
     places : (BLOCKS**2, 2) int64
-        Blocks x, y of the route, of which the first ``length`` count.
+        Blocks x, y of the route; only the first ``length`` count.
     length : int
         Blocks of the route.
     """

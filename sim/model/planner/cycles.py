@@ -1,13 +1,13 @@
-"""Cycles of a run, as in the gateware: the one place that knows how its units overlap.
+"""Cycles of a run, as in the gateware: the only place that knows how the units overlap.
 
-Cycles are counted from the first one of a run. A path passes scorer, decision and walker in the
-order in which paths come. The scorer takes a point in every slot of two cycles and never waits
-inside a path; the decision follows a fixed time later, and the walker takes the paths that are to
-be walked without a gap. The cycle of a path's key follows from the cycle in which
-its points are available, the number of its points, the cycles of its walk, the paths before it, and
-how many members each of them passes in the sorter.
+Cycles are counted from the first cycle of a run. Paths pass scorer, decision and walker in order of
+arrival. The scorer takes a point in every slot of two cycles and never waits inside a path; the
+decision follows a fixed time later, and the walker takes the paths to be walked without gaps. The
+cycle of a path's key depends on the cycle in which its points are available, the number of its
+points, the cycles of its walk, the earlier paths, and the number of members that each of them
+passes in the sorter.
 
-Kernels of the compiled model and the plain definition both call these functions.
+The kernels of the compiled model and the plain definition both call these functions.
 """
 
 from __future__ import annotations
@@ -90,16 +90,17 @@ __all__ = [
     "totals",
 ]
 
-#: Places of the counters. CYCLES: in which the next step of the run begins; then generations, and
-#: cycles of each unit.
+#: Places of the counters. CYCLES: the cycle in which the next step of the run begins; then
+#: generations, and cycles of each unit.
 CYCLES, GENERATIONS, BREED, SCORE, WALK, SORT, WAVEFRONT = range(7)
 #: First cycles in which the scorer can take the first point of a path, in which its slots are free,
-#: and in which the walker is; cycles of the latest key, and in which the scorer takes the latest
-#: goal; paths that have entered, and points of the latest child with the cycle of its begin.
+#: and in which the walker is free; cycle of the latest key, and cycle in which the scorer takes the
+#: latest goal; number of paths that have entered, and points of the latest child with the cycle of
+#: its beginning.
 _LAUNCHER, _SLOTS, _WALKER, _KEY, _GOAL, _ENTERED, _BEGUN, _POINTS = range(7, 15)
-#: Keys are taken starting in _FREE; the next pass begins in _PASS, or when the sorter is free.
+#: Keys are taken from _FREE on; the next pass begins in _PASS, or when the sorter is free.
 _FREE, _PASS = range(15, 17)
-#: Cycles of the latest keys, of as many paths as can be inside at once.
+#: Cycles of the latest keys, for as many paths as can be inside at once.
 _KEYS = 17
 
 #: Places of the delays that depend on the sizes of a chip.
@@ -107,7 +108,7 @@ _SCORED, _WALKED, ROW, _POPULATION, _CHILDREN = range(5)
 
 
 def delays_vector(config: Config) -> Integers:
-    """Return the delays of a chip of ``config``, and the sizes that they depend on, (5,) int64."""
+    """Return the delays of a chip of ``config`` and the sizes that they depend on, (5,) int64."""
     delays = (
         ScorerCycles.of(config).scored(0, 0) + DECISION,
         back(config.lanes, config.memory_latency) - 1,
@@ -129,19 +130,19 @@ def counters_vector() -> Integers:
 def enter(
     delays: Integers, counters: Integers, offered: int, points: int, walk: int, has_exit: int
 ) -> int:
-    """Return the cycle in which the key of the next path is made; :func:`take` follows.
+    """Return the cycle in which the next path's key is made; call :func:`take` after it.
 
     Parameters
     ----------
     delays, counters : (n,) int64
     offered : int
-        Cycle from which its points are offered, one after another.
+        Cycle from which the path's points are offered, one after another.
     points : int
-        Its points, with entry and exit.
+        Number of points, including entry and exit.
     walk : int
-        Cycles of its segments and chords in the walker; 0 if it is not walked.
+        Cycles of its segments and chords in the walker; 0 if the path is not walked.
     has_exit : int
-        1 if its last point is the exit, which is not among the points that arrive.
+        1 if its last point is the exit, which is not one of the arriving points.
     """
     place = _KEYS + counters[_ENTERED] % PLACES
     first = max(offered, counters[_LAUNCHER], counters[place] + 1)
@@ -160,14 +161,14 @@ def enter(
 
 @inlined
 def passes(counters: Integers, key: int) -> bool:
-    """Return whether the next pass precedes a key that is ready in cycle ``key``."""
+    """Return whether the next pass precedes a key that becomes ready in cycle ``key``."""
     comes: bool = max(key, counters[_FREE]) >= counters[_PASS]
     return comes
 
 
 @inlined
 def pass_over(delays: Integers, counters: Integers, passed: int) -> None:
-    """Pass over the population, whose members pass ``passed`` members in the sorter, summed up."""
+    """Pass over the population, whose members pass ``passed`` members in the sorter in total."""
     population = delays[_POPULATION]
     spent = passing_over(population, population - delays[_CHILDREN], passed)
     counters[_FREE] = max(counters[_PASS], counters[_FREE]) + spent
@@ -176,9 +177,9 @@ def pass_over(delays: Integers, counters: Integers, passed: int) -> None:
 
 @inlined
 def take(counters: Integers, key: int, passed: int) -> int:
-    """Return the cycle in which the latest path's key is taken, made in cycle ``key``.
+    """Return the cycle in which the latest path's key, made in cycle ``key``, is taken.
 
-    ``passed``: how many members of the sorter it passes.
+    ``passed``: number of members that it passes in the sorter.
     """
     taken: int = max(key, counters[_FREE])
     counters[_KEY] = counters[_KEYS + counters[_ENTERED] % PLACES] = taken
@@ -195,33 +196,33 @@ def goal(counters: Integers) -> int:
 
 @compiled
 def spread(counters: Integers, spent: int, further: int) -> None:
-    """Continue after a scan or a route that takes ``spent`` cycles, and ``further`` ones."""
+    """Continue after a scan or a route that takes ``spent`` cycles, plus ``further`` ones."""
     counters[CYCLES] += spent + further
     counters[WAVEFRONT] += spent
 
 
 @compiled
 def seeded(counters: Integers, number: int) -> int:
-    """Return the cycle from which the points of a seed are offered, ``number`` of its island."""
+    """Return the cycle from which the points of an island's seed ``number`` are offered."""
     return seed_offered(_free_after(counters, number))
 
 
 @compiled
 def revised(counters: Integers, number: int, dropped: int) -> int:
-    """Return the same of a path that is lifted or revived, ``number`` of its population."""
+    """Return the same for a lifted or revived path, ``number`` in its population."""
     return member_offered(_free_after(counters, number), dropped)
 
 
 @inlined
 def _free_after(counters: Integers, number: int) -> int:
-    """Return the cycle of the launch, or in which the goal of the previous path is taken."""
+    """Return the cycle of the launch, or the cycle in which the previous path's goal is taken."""
     free: int = counters[_GOAL] if number else counters[CYCLES]
     return free
 
 
 @compiled
 def settle(delays: Integers, counters: Integers) -> None:
-    """Continue with the step after a first population, all of whose paths have keys."""
+    """Continue with the step after a first population in which all paths have keys."""
     store = counters[_KEY] + 1 + EVALUATED
     counters[_FREE] = settled(store, counters[_FREE], delays[_POPULATION])
     counters[CYCLES] = counters[_FREE] + POPULATION
@@ -230,23 +231,23 @@ def settle(delays: Integers, counters: Integers) -> None:
 
 @compiled
 def share_out(counters: Integers) -> None:
-    """Continue after the division of the time among islands."""
+    """Continue after the division of the time between islands."""
     counters[CYCLES] += SPLIT_TO_AIM
     counters[_BEGUN] = counters[_POINTS] = 0
 
 
 @compiled
 def aim(counters: Integers) -> None:
-    """Continue with the first cycle of a population that limits are compared with."""
+    """Continue with the first cycle of a population in which limits are compared."""
     counters[CYCLES] += AIMED
 
 
 @compiled
 def begin(delays: Integers, counters: Integers, pending: bool) -> int:
-    """Begin a generation; return the cycle.
+    """Begin a generation; return its cycle.
 
-    With ``pending``, a pass over the population follows. Without it the next generation may begin
-    when this one is planned.
+    With ``pending``, a pass over the population follows. Without it, the next generation may begin
+    once this one is planned.
     """
     begun: int = counters[CYCLES] + BEGIN
     planned = planning(delays[_CHILDREN])
@@ -261,7 +262,7 @@ def begin(delays: Integers, counters: Integers, pending: bool) -> int:
 
 @compiled
 def bred(counters: Integers, begun: int, number: int, points: int) -> int:
-    """Return the cycle from which the points of a child are offered, if all are taken at once."""
+    """Return the cycle from which a child's points are offered if all are taken immediately."""
     child: int = child_begun(plan(begun, number), counters[_BEGUN], counters[_POINTS])
     counters[_BEGUN], counters[_POINTS] = child, points
     return point_offered(child, 0)
@@ -275,7 +276,7 @@ def finish(counters: Integers) -> None:
 
 @compiled
 def collect(delays: Integers, counters: Integers) -> None:
-    """Continue with the cycle in which a population, all sorted, can be read."""
+    """Continue with the cycle in which a completely sorted population can be read."""
     counters[_FREE] = counters[CYCLES] = ready(counters[_FREE], delays[_POPULATION])
     counters[SORT] += delays[_POPULATION]
 
@@ -288,9 +289,9 @@ def next_island(counters: Integers) -> None:
 
 @compiled
 def merge(delays: Integers, counters: Integers, passed: int) -> None:
-    """Continue with the first cycle of the population that two islands become.
+    """Continue with the first cycle of the population merged from two islands.
 
-    ``passed``: how many members the second island passes in the sorter, summed up.
+    ``passed``: total number of members that the second island passes in the sorter.
     """
     population = delays[_POPULATION]
     merged = counters[CYCLES] + MERGED[0]
@@ -306,6 +307,6 @@ def end(counters: Integers) -> None:
 
 
 def totals(counters: Integers) -> dict[str, Any]:
-    """Return generations, cycles, and the cycles of each unit, by their names."""
+    """Return generations, cycles, and the cycles of each unit, by name."""
     names = ("cycles", "generations", *UNITS)
     return dict(zip(names, counters[: len(names)].tolist(), strict=True))

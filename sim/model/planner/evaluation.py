@@ -1,4 +1,4 @@
-"""Evaluation of a path, compiled: score, then walk, then key."""
+"""Compiled evaluation of a path: score, then walk, then key."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ from pathgene.sim.model.planner.walk import (
 
 __all__ = ["GIVEN_UP", "NO_LIMIT", "evaluate"]
 
-#: A key above every key: no path is given up.
+#: A key above all keys, so that no path is given up.
 NO_LIMIT = 4 << VALUE_BITS
-#: Feasible paths have lower keys.
+#: The keys of feasible paths are lower.
 GIVEN_UP = PathClass.GIVEN_UP << VALUE_BITS
 _INFEASIBLE = PathClass.INFEASIBLE << VALUE_BITS
 _TOP = (1 << VALUE_BITS) - 1
@@ -57,12 +57,12 @@ def evaluate(
     limit: int,
     first: bool,
 ) -> int:
-    """Return the key of the first ``points`` rows x, y, step, margin of ``path``, ends included.
+    """Return the key of the first ``points`` rows x, y, step, margin of ``path``, with its ends.
 
     With ``first``, the best path is feasible: a path that is infeasible by its score, or whose
     value is not below ``limit``, is not walked, and its margins stay. All other paths are walked to
-    their end, but with ``first`` no collision counts after the first segment or chord that
-    collides. The margin of a waypoint becomes the least margin of its two segments and its chord.
+    their end, but with ``first`` no collision after the first colliding segment or chord counts.
+    The margin of a waypoint becomes the minimum margin of its two segments and its chord.
     """
     problem, sizes, ground = course
     memo, counters, work = scratch.memo, scratch.counters, scratch.work
@@ -78,7 +78,8 @@ def evaluate(
     first_chord = 1 - has_entry
     last_chord = points - 2 + has_exit
     hits, before, counts, cycles = 0, blocked, True, 0
-    # Each segment in order, then the chord at its end; there is none at an end of the path.
+    # Each segment in order, followed by the chord at its end; there is none at the ends of the
+    # path.
     for place in range(1, 2 * points):
         k = place >> 1
         if place & 1:

@@ -1,17 +1,16 @@
 """Cycles of the evaluator of paths, its walker and its scorer, as in the gateware.
 
-The scorer takes a point in every slot of two cycles, entry and exit included: m points take 2 m
+The scorer takes a point in every slot of two cycles, including entry and exit: m points take 2 m
 cycles. Cycles in which its ``phase`` is 1, the second of a slot, are odd here. It does not take a
-path while sixteen are inside. From then on all takes fixed numbers of cycles, but for two queues:
-of the walker, and of the keys, which leave in the order of the paths.
-:func:`pathgene.sim.model.planner.cycles.enter` has the maxima that follow.
+path while sixteen are inside. After that, everything takes fixed numbers of cycles except for two
+queues: the walker's, and the queue of keys, which leave in the order of the paths.
+:func:`pathgene.sim.model.planner.cycles.enter` has the resulting maxima.
 
-A path costs the walker the sum of the costs of its segments and chords, in the order in which they
-are walked, all after a first collision included: one cycle on a hit of the memo, otherwise a cycle
-for each group of as many corners as there are lanes. Paths follow each other without a gap. The
-memo is as in the definition, looked up and filled segment by segment in this order; lengths of
-pipelines change neither its answers nor the sum, only the delay of the first segment and of the
-last result.
+A path costs the walker the sum of the costs of its segments and chords, in walking order, including
+all after a first collision: one cycle on a hit of the memo, otherwise one cycle for each group of
+as many corners as there are lanes. Paths follow each other without a gap. The memo is as in the
+definition, looked up and filled segment by segment in this order; lengths of pipelines change
+neither its answers nor the sum, only the delay of the first segment and of the last result.
 """
 
 from __future__ import annotations
@@ -52,7 +51,7 @@ __all__ = [
 ]
 
 
-#: Paths that may be inside.
+#: Maximum number of paths inside.
 PLACES = 16
 #: Cycles from a score to its decision, from there to the offer of the first segment to the walker,
 #: and from a decision or the result of a walk to the key.
@@ -73,7 +72,7 @@ def walking(corners: int, lanes: int) -> int:
 
 
 def back(lanes: int, memory_latency: int) -> int:
-    """Return the cycles from the last one of a path's last segment to the path's result."""
+    """Return the cycles from the last cycle of a path's last segment to the path's result."""
     levels = lanes.bit_length() - 1
     return 10 + memory_latency + levels
 
@@ -106,19 +105,19 @@ def walked(offered: int, free: int, costs: Iterable[int]) -> int:
 #: Bits of a factor that a multiplier takes.
 _CELL_BITS = 18
 #: Cycles from ``launches`` to the slot of a path's fourth point, in which the record of its first
-#: segment leaves the fitter, and cycles of the fitter.
+#: segment leaves the fitter, and latency of the fitter.
 _SENT, _FITTER = 7, 2
 
 
 @inlined
 def launched(first: int, second: int, free: int, room: int) -> int:
-    """Return the cycle in which ``launches`` is set for a path: its slots begin in the next one.
+    """Return the cycle in which ``launches`` is set for a path; its slots begin in the next cycle.
 
     Parameters
     ----------
     first, second : int
         First cycles in which its first two points are offered. A point is offered later if the
-        scorer takes the previous point later; there is always a cycle between.
+        scorer takes the previous point later; there is always a cycle in between.
     free : int
         Result of :func:`freed` for the previous path, or 0.
     room : int
@@ -165,7 +164,7 @@ class ScorerCycles:
 
 
 def _measuring(widths: Widths) -> int:
-    """Return the cycles of a segment and its turn: a root, and a quotient, a bit each."""
+    """Return the cycles of a segment and its turn: a root and a quotient, one bit per cycle."""
     side = widths.side
     segment = 4 + _product(side, SCALE_FRACTION + 1) + _product(side, side) + widths.length
     quotient = SHARPEST_BITS + TURN_FRACTION
@@ -193,7 +192,7 @@ def _pricing(widths: Widths) -> int:
 
 
 def _product(first: int, second: int) -> int:
-    """Return the cycles of a product of numbers of ``first`` and ``second`` bits, sign included."""
+    """Return the cycles of a product of numbers of ``first`` and ``second`` bits, with sign."""
     multipliers = -(-first // _CELL_BITS) * -(-second // _CELL_BITS)
     return 1 + (multipliers - 1).bit_length()
 

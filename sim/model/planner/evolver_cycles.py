@@ -1,11 +1,11 @@
 """Cycles of the evolver, as in the gateware.
 
-The cycles of a plan depend on nothing that is drawn, the cycles of the sorter on its members. A
-member that is taken in cycle t and passes k members is inserted in the cycles up to t + 1 + k;
-starting in t + 2 + k the sorter is *free*, and can take the next one. In a first population the
-worst member is dropped for each better one too many, and is passed, too. After a ``store`` in cycle
-s such a population is complete, and keys are taken again, in cycle s + 1 + N, or when the sorter is
-free.
+The cycles of a plan do not depend on the draws; the cycles of the sorter depend on its members. A
+member that is taken in cycle t and passes k members is inserted in the cycles up to t + 1 + k; from
+t + 2 + k on, the sorter is *free* and can take the next one. In a first population, the worst
+member is dropped for each surplus member that is better, and counts as passed. After a ``store`` in
+cycle s, such a population is complete and keys are taken again in cycle s + 1 + N, or when the
+sorter is free.
 
 A generation of n children begins in cycle b, with populations of N members. ::
 
@@ -17,22 +17,22 @@ A generation of n children begins in cycle b, with populations of N members. ::
     ready     sorted + N + 1: keys are taken again; none was since the key of the last child
 
 After a ``finish`` in cycle f, ``first`` is f + 2, as after a ``merge``, which passes over 2 N
-ranks, of which N stay; the rest is the same. The cycle of a key is the one in which ``evaluated``
+ranks, of which N stay; the rest is the same. The cycle of a key is the cycle in which ``evaluated``
 transfers.
 
-Points. Child j can be begun in cycle b + 13 + 8 j or later, and a child takes a cycle for each
-point, start and goal included; the next one follows at once. So, with T(i) the cycle in which child
-i is begun, p(i) its points, and children counted on through all generations::
+Points. Child j can be begun in cycle b + 13 + 8 j or later, and a child takes one cycle per point,
+including start and goal; the next child follows immediately. So, where T(i) is the cycle in which
+child i is begun, p(i) its number of points, and children are counted through all generations::
 
     T(i) = max(b + 13 + 8 j, T(i - 1) + p(i - 1))
 
-and its points are offered in cycles T(i) + 9, T(i) + 10, and so on, if nothing holds them up. At
-most 16 points are in flight or on offer. Once a point has waited for 8 cycles, a later one
-is late: it is made in the cycle after the sixteenth point before it is taken, and offered 8 cycles
-later. A receiver that takes at most one point every two cycles takes it at least 32 cycles after
-that sixteenth point, when it has been on offer for 23 cycles. Therefore such a receiver, whatever
-its pauses, takes all points in the same cycles as if each were offered in the cycle that follows
-from T. It must have room for five children of which no point has arrived.
+and its points are offered in cycles T(i) + 9, T(i) + 10, and so on, if nothing stalls them. At most
+16 points are in flight or being offered. Once a point has waited for 8 cycles, a later one is late:
+it is made in the cycle after the sixteenth point before it is taken, and offered 8 cycles later. A
+receiver that takes at most one point every two cycles takes it at least 32 cycles after that
+sixteenth point, when it has been on offer for 23 cycles. Therefore such a receiver, whatever its
+pauses, takes all points in the same cycles as if each were offered in the cycle that follows from
+T. It must have room for five children of which no point has arrived.
 """
 
 from __future__ import annotations
@@ -55,11 +55,12 @@ __all__ = [
     "settled",
 ]
 
-#: Cycles of a plan.
+#: Cycles that a plan takes.
 PLAN = 8
-#: Cycles from the begin of a generation until the builder can take its first plan, without draws.
+#: Cycles from the beginning of a generation until the builder can take its first plan, without
+#: draws.
 _FIRST_PLAN = 13
-#: Cycles from the begin of a child to the offer of its first point.
+#: Cycles from the beginning of a child to the offer of its first point.
 _BUILDER = 9
 
 
@@ -78,7 +79,8 @@ def begun(plan: int, begun_before: int, points_before: int) -> int:
     plan : int
         Its :func:`plan`.
     begun_before, points_before : int
-        Cycle in which the previous child was begun, and its points, start and goal included.
+        Cycle in which the previous child was begun, and its number of points, including start and
+        goal.
     """
     return max(plan, begun_before + points_before)
 
@@ -91,7 +93,7 @@ def offered(begun: int, point: int) -> int:
 
 @inlined
 def planning(children: int) -> int:
-    """Return the cycles from the begin of a generation to ``ready``, if none is pending."""
+    """Return the cycles from the beginning of a generation to ``ready``, if none is pending."""
     return PLAN * children + 6
 
 
@@ -128,7 +130,7 @@ def passing_over(ranks: int, stay: int, passed: int) -> int:
     Parameters
     ----------
     ranks, stay : int
-        Number of ranks that are passed over, and number of those that stay.
+        Number of ranks that are passed over, and number of members that stay.
     passed : int
         Total number of members that these pass in the sorter.
     """

@@ -1,4 +1,4 @@
-"""The record of a problem, and the sizes of a chip, as the compiled kernels take them."""
+"""The record of a problem and the sizes of a chip, in the form of the compiled kernels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Random words of the chip, compiled: :class:`pathgene.sim.model.random_source.RandomSource`."""
+"""Compiled random words of the chip: :class:`pathgene.sim.model.random_source.RandomSource`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from pathgene.sim.model.random_source import check_seed
 
 __all__ = ["WORD", "Words", "draw", "field", "source", "step", "tap"]
 
-#: ``(LANES, 7)`` uint64: registers a, b and c of each lane as low and high halves, then its word.
+#: ``(LANES, 7)`` uint64: registers a, b and c of each lane as low and high halves, then its current
+#: word.
 Words = npt.NDArray[np.uint64]
 
 #: Places of a lane.

@@ -1,8 +1,8 @@
-"""A run, compiled: first populations, islands, and one population of their best.
+"""A compiled run: first populations, islands, and one population of their best.
 
 Generations overlap, as in the gateware: while the children of one are evaluated, the children of
-the next are bred. A generation is therefore bred from the population that the previous one was bred
-from, and the children of the generation before that.
+the next are bred. Therefore a generation is bred from the population that the previous one was bred
+from, and the children of the second-last generation.
 """
 
 from __future__ import annotations
@@ -58,18 +58,18 @@ __all__ = [
     "plan",
 ]
 
-#: Cycle of a stop that does not come: the counter of cycles ends before.
+#: Cycle of a stop that never happens: the counter of cycles ends before.
 NEVER = 1 << 32
 
-#: Places of the stop that another thread asks for by writing 1, and of the progress that it reads.
+#: Places of the stop that another thread requests by writing 1, and of the progress that it reads.
 WATCHED_STOP, WATCHED_GENERATIONS, WATCHED_CYCLES = range(3)
 #: Their number.
 WATCHED = 3
 
 #: Places of the options.
 _CYCLES, _GENERATIONS, _UNTIL_FEASIBLE, _GIVE_UP_RANK, _SEEDS, _LIFTS, _SHARE, _STOP = range(8)
-#: Rows of the work space of a generation: free slots, survivors, ranks left, members that stay, and
-#: slots and cycles of points of the children that wait to be collected.
+#: Rows of the work space of a generation: free slots, survivors, remaining ranks, members that
+#: stay, and slots and point cycles of the children that wait to be collected.
 _FREE, _SURVIVORS, _OTHERS, _KEPT, _PENDING, _OFFERED, _NEXT_OFFERED = range(7)
 
 
@@ -94,14 +94,14 @@ def plan(
     record : ProblemRecord
     options : RunOptions
     population : list of list of (int, int, int), optional
-        All paths of an earlier run, the best first; only with ``options.warm``.
+        All paths of an earlier run, best first; only with ``options.warm``.
     marked : int
-        Blocks of the map that have changed since the previous run, by default all. Affects only
-        cycles.
+        Number of map blocks that have changed since the previous run, by default all. It only
+        affects cycles.
     stop : int
         Cycle in which the run is stopped: no generation is bred in a later cycle.
     watched : (WATCHED,) int64, optional
-        Zeros; lets another thread see generations and cycles, and end each island with its present
+        Zeros; lets another thread see generations and cycles, and end each island with its current
         generation.
 
     Raises
@@ -121,7 +121,7 @@ def plan(
         options.share,
         stop,
     )
-    # Room for two generations of children besides the population, and for a seed besides the best.
+    # Room for the population and two generations of children, and for the best seeds and one more.
     slots = config.population + 2 * config.children
     shape = len(options.slopes) + options.warm, slots
     paths = np.zeros((*shape, config.max_waypoints + 2, 4), dtype=np.int64)
@@ -168,7 +168,7 @@ def plan(
 
 
 def _check_population(config: Config, options: RunOptions, population: Population | None) -> None:
-    """Raise ``ValueError`` unless a warm run has a whole population, and another one has none."""
+    """Raise ``ValueError`` unless a warm run has a whole population, and a cold run none."""
     count = 0 if population is None else len(population)
     if count != (config.population if options.warm else 0):
         raise ValueError(
@@ -188,19 +188,19 @@ def _run(
     ends: Integers,
     dropped: Integers,
 ) -> None:
-    """Do the run; island 0 holds the population afterwards.
+    """Execute the run; island 0 contains the population afterwards.
 
     Parameters
     ----------
     course, scratch, around : Course, Scratch, Surroundings
     islands : Members
-        One island for each of ``slopes``. A warm start has one more, the first, which holds its
+        One island for each of ``slopes``. A warm start has one more, the first, which contains its
         paths.
     options, ends : (n,) int64
     slopes : (islands,) int64
-        Limit of the slope of each island that is seeded.
+        Slope limit of each seeded island.
     dropped : (population,) int64
-        Waypoints that each path of a warm start has lost.
+        Number of waypoints that each path of a warm start has lost.
     """
     problem, sizes, ground = course
     counters, delays = scratch.counters, scratch.delays
@@ -240,7 +240,7 @@ def _run(
         cycles.spread(counters, spent, ROUTED)
         way = Route(blocks, surface, route, length)
         for seed in range(options[_SEEDS]):
-            # The slot of the worst path but the first seeds' own.
+            # The slot of the worst path, except for the first seeds, which have their own.
             slot = seed if seed <= population else order[i, population]
             path = paths[i, slot]
             points[i, slot] = seed_path(course, ends, way, around.words, path)
@@ -298,7 +298,7 @@ def _evolve(
     generations: int,
     waits: bool,
 ) -> None:
-    """Breed one population until the run has taken ``time`` cycles or ``generations``.
+    """Breed one population until the run reaches ``time`` cycles or ``generations``.
 
     With ``waits`` the generations count only if the best path is feasible.
     """
@@ -333,7 +333,7 @@ def _evolve(
             cycles.finish(counters)
         if has_pending:
             _keep(sizes, survivors, order, kept)
-            # Members in the sorter: more than children once the pass has come.
+            # Number of members in the sorter, which exceeds the children once the pass has begun.
             used = 0
             for i in range(children):
                 slot = pending[i]
@@ -366,7 +366,7 @@ def _evaluate(
     limit: int,
     first: bool,
 ) -> tuple[int, int]:
-    """Return a path's key and its cycle, if its points arrive in cycle ``offered``."""
+    """Return a path's key and its cycle, if its points arrive from cycle ``offered`` on."""
     problem, counters = course.problem, scratch.counters
     before = counters[WALK]
     key = evaluate(course, scratch, path, points, limit, first)
@@ -384,7 +384,7 @@ def _find_free(
     is_used: Integers,
     free: Integers,
 ) -> None:
-    """Write the slots that hold no path of the population and none that waits.
+    """Write the slots that contain neither a path of the population nor one that waits.
 
     ``is_used`` is work space.
     """
@@ -403,7 +403,7 @@ def _find_free(
 
 @compiled
 def _keep(sizes: Integers, survivors: Integers, order: Integers, kept: Integers) -> None:
-    """Write the slots of elites and survivors in the order of their ranks."""
+    """Write the slots of elites and survivors in order of rank."""
     elites, count = sizes[ELITES], 0
     for rank in range(sizes[POPULATION]):
         stays = rank < elites

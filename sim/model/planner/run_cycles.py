@@ -1,9 +1,10 @@
 """Cycles of the steps of a run, of the wavefront and of first paths, as in the gateware.
 
-The scan of the blocks begins in cycle 0. Random source and memo are ready long before the scan
-ends. A unit of the wavefront takes the cycles in which it is ``busy``. All first paths are made one
-by one: each begins when the goal of the previous one is taken, the first when they are launched.
-The words of a seed, at most 17, are taken by then: its first point is not even offered before.
+The scan of the blocks begins in cycle 0. The random source and the memo are ready long before the
+scan ends. A unit of the wavefront takes the cycles in which it is ``busy``. All first paths are
+made one by one: each begins when the goal of the previous one is taken, the first when they are
+launched. The words of a seed, at most 17, are taken by then: its first point is not even offered
+before.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ __all__ = [
 ]
 
 
-#: Cycles of a pass over the blocks: a block a cycle, and the pipeline.
+#: Cycles of a pass over the blocks: one cycle per block, plus the pipeline.
 PASS = BLOCKS**2 + 15
 #: Cycles to fill the memories of surface and costs.
 _FILL = BLOCKS**2 + 2
@@ -73,7 +74,7 @@ def routing(blocks: int, is_straight: bool) -> int:
 
 @inlined
 def seeding(longest: int) -> int:
-    """Return the cycles in which the words of a path are taken, if there always is one.
+    """Return the cycles in which the words of a path are taken, if one is always available.
 
     ``longest`` is the maximum number of waypoints of a seed.
     """
@@ -100,7 +101,7 @@ def seeded(longest: int) -> int:
 #: Cycles from the launch, or from the goal of the previous path, to the offer of a member's first
 #: point.
 MEMBER = 9
-#: The same of a seed: a cycle until it begins, two words, then a waypoint and its queue.
+#: The same for a seed: one cycle until it begins, two words, then a waypoint and its queue.
 SEED = 1 + 2 + WAYPOINT + 1
 
 
@@ -113,33 +114,33 @@ def member_offered(free: int, dropped: int) -> int:
     free : int
         Cycle of the launch, or in which the goal of the previous path is taken.
     dropped : int
-        Waypoints that it loses.
+        Number of waypoints that it loses.
     """
     return free + MEMBER + dropped
 
 
 @inlined
 def seed_offered(free: int) -> int:
-    """Return the same of a seed."""
+    """Return the same for a seed."""
     return free + SEED
 
 
-#: From cycle 0 to the begin of the first route, or of the paths of a warm run, without the cycles
-#: of the scan.
+#: From cycle 0 to the beginning of the first route, or of the paths of a warm run, without the
+#: cycles of the scan.
 SCANNED = 2
-#: From the begin of a route to the begin of its seeds, without the cycles of the route.
+#: From the beginning of a route to the beginning of its seeds, without the cycles of the route.
 ROUTED = 2
-#: From the first cycle without a path that is made or evaluated to the store of the population.
+#: From the first cycle in which no path is being made or evaluated to the store of the population.
 EVALUATED = 1
-#: From the first cycle with a whole first population to the begin of the next paths or route; with
-#: the last one, to the split, or to the aim if there is only one island.
+#: From the first cycle with a complete first population to the beginning of the next paths or
+#: route; after the last population, to the split, or to the aim if there is only one island.
 POPULATION = 1
-#: From the split, whose cycle is the one that parts are computed from, to the first aim.
+#: From the split, from whose cycle parts are computed, to the first aim.
 SPLIT, SPLIT_TO_AIM = POPULATION, 7
-#: From an aim, whose cycle an island's limit is counted from, to the first cycle in which a
+#: From an aim, from whose cycle an island's limit is counted, to the first cycle in which a
 #: generation may be ready to begin.
 AIMED = 1
-#: From the first cycle of a ready population, which limits are compared with, to the begin of a
+#: From the first cycle of a ready population, in which limits are compared, to the beginning of a
 #: generation, or to the finish of the last one.
 BEGIN = 1
 #: From that cycle without a generation to finish: to the aim of the next island, to the merge, and

@@ -1,12 +1,12 @@
-"""Score of a path, compiled: :func:`pathgene.sim.model.planner.definition.score.score`.
+"""Compiled score of a path: :func:`pathgene.sim.model.planner.definition.score.score`.
 
-Every number fits 64 bits with its sign. For the largest configuration (map of 4096 cells, 16 bits
-of altitude, 64 waypoints) and the maximum value in every field: a segment is shorter than 2**21
-and rises by less than 2**20 parts or 2**24 units, so its flown length is below 2**25, and four
-times its square, the greatest that is rooted, below 2**52. The dividend of a half turn has 54 bits.
-The segments of a path with their arcs, from an entry to an exit, sum up to less than 1.2 * 67 *
-2**24, their climbs to less than 34 * 2**20 parts: the pulls to less than 2**47, the fuel to less
-than 2**63.
+Every signed number fits into 64 bits. For the largest configuration (map of 4096 cells, 16 bits of
+altitude, 64 waypoints) and the maximum value of every field: a segment is shorter than 2**21 and
+rises by less than 2**20 parts or 2**24 units, so its flown length is below 2**25, and four times
+its square, the greatest radicand, below 2**52. The dividend of a half turn has 54 bits. The
+segments of a path with their arcs, from an entry to an exit, sum up to less than 1.2 * 67 * 2**24,
+their climbs to less than 34 * 2**20 parts: the pulls to less than 2**47, the fuel to less than
+2**63.
 """
 
 from __future__ import annotations
@@ -67,10 +67,10 @@ __all__ = [
     "score",
 ]
 
-#: Rows of the work space of :func:`score`; a column is a point, or the segment that begins there.
+#: Rows of the work space of :func:`score`; a column is a point or the segment that begins there.
 #: Corner; x, y and altitude in the score; sides, length and rise of the segment; tangent of half
-#: the turn; tangent; tangent if it fits, else 0; its shares of the segments before and after;
-#: altitudes at the ends of the arc; its length.
+#: the turn; tangent length; the same if it fits, else 0; its shares of the segments before and
+#: after; altitudes at the ends of the arc; its length.
 (
     _CORNER_X, _CORNER_Y, _X, _Y, _ALTITUDE, _DX, _DY, _LENGTH, _RISE, _HALF_TURN, _TANGENT, _USED,
     _BACK, _ON, _BEFORE, _AFTER, _ARC,
@@ -90,8 +90,8 @@ _TURNS = np.array(turn_table(), dtype=np.int64)
 
 @inlined
 def scaled(difference: int, scale: int) -> int:
-    """Return a difference of positions in units of length, halves away from 0."""
-    # The shift of a negative number by 63 bits is -1.
+    """Return a difference of positions in units of length, rounding halves away from 0."""
+    # A negative number shifted by 63 bits is -1.
     return difference * scale + _HALF_SCALE + (difference >> 63) >> SCALE_FRACTION
 
 
@@ -111,8 +111,8 @@ def score(
     """Return cost and penalty of the first ``points`` rows x, y, step, ... of ``path``.
 
     With ``first``, a path with a penalty has the cost 0, and its chords are not written. ``work``,
-    (WORK_ROWS, n or more) int64, gets the chords of every other path; n are its points with the
-    entry before them and the exit after them, if the record has them.
+    (WORK_ROWS, n or more) int64, gets the chords of every other path; n is the number of its
+    points, including the entry and the exit if the record has them.
     """
     last = _lay_out(problem, path, points, work)
     penalty = _measure_segments(problem, last, work) + _measure_arcs(problem, last, work)
@@ -124,7 +124,7 @@ def score(
 
 @compiled
 def _lay_out(problem: Integers, path: Integers, points: int, work: Integers) -> int:
-    """Write corners and places of all points; return the column of the last one."""
+    """Write the corners and places of all points; return the column of the last one."""
     has_entry, has_exit = problem[HAS_ENTRY], problem[HAS_EXIT]
     for i in range(points):
         k = i + has_entry
@@ -147,7 +147,7 @@ def _lay_out(problem: Integers, path: Integers, points: int, work: Integers) -> 
 
 @inlined
 def _put_end(problem: Integers, field: int, k: int, work: Integers) -> None:
-    """Write the place of an end as in the record: x, y and altitude, starting at a field."""
+    """Write the place of an end, x, y and altitude, from the record, starting at a field."""
     work[_X, k], work[_Y, k] = problem[field], problem[field + 1]
     work[_ALTITUDE, k] = problem[field + 2]
 
@@ -162,7 +162,7 @@ def _put_corner(problem: Integers, k: int, work: Integers) -> None:
 
 @compiled
 def _measure_segments(problem: Integers, last: int, work: Integers) -> int:
-    """Write sides, lengths, rises, half turns and the tangents that fit; return the penalty."""
+    """Write sides, lengths, rises, half turns and fitting tangents; return the penalty."""
     x_scale, y_scale, radius = problem[X_SCALE], problem[Y_SCALE], problem[RADIUS]
     climb, descent = problem[CLIMB], problem[DESCENT]
     steep = total = 0
@@ -182,7 +182,7 @@ def _measure_segments(problem: Integers, last: int, work: Integers) -> int:
         cross = abs(dx * next_dy - dy * next_dx)
         along = work[_LENGTH, k - 1] * work[_LENGTH, k] + dx * next_dx + dy * next_dy
         is_sharp = (along <= 0) | (cross >= _SHARPEST * along)
-        # Neither is negative, which the compiler does not know.
+        # Neither is negative, but the compiler does not know that.
         half = int(np.uint64(cross << TURN_FRACTION) // np.uint64(max(along, 1))) + 1
         half = 0 if is_sharp | (cross == 0) else half
         work[_HALF_TURN, k] = half
@@ -210,7 +210,7 @@ def _measure_arcs(problem: Integers, last: int, work: Integers) -> int:
     penalty = 0
     for k in range(1, last):
         tangent = work[_USED, k]
-        # The quotients are short enough that rounding them before they are cut changes none.
+        # The quotients are short enough that rounding them before truncation changes none.
         share = float(tangent << SHARE_BITS)
         back = int(share / max(work[_LENGTH, k - 1], 1))
         on = int(share / max(work[_LENGTH, k], 1))
@@ -245,7 +245,7 @@ def _lay_chords(last: int, work: Integers) -> None:
 
 @inlined
 def _toward(at: int, other: int, share: int) -> int:
-    """Return the coordinate of the corner nearest to a share of the way to another."""
+    """Return the coordinate of the corner nearest to a fraction of the way to another."""
     return at + ((other - at) * share + _HALF_SHARE >> SHARE_BITS)
 
 
@@ -273,13 +273,13 @@ def _piece_cost(problem: Integers, before: int, after: int, length: int) -> int:
 
 @inlined
 def _excess(climb: int, descent: int, length: int, rise: int) -> int:
-    """Return by how many parts, with SLOPE_FRACTION bits below, a rise exceeds its limit."""
+    """Return the excess of a rise over its limit, in parts with SLOPE_FRACTION fraction bits."""
     limit = climb if rise > 0 else descent
     return (abs(rise) << SLOPE_FRACTION) - limit * length
 
 
 @inlined
 def _flown(weight: int, length: int, rise: int) -> int:
-    """Return the length of a piece in three dimensions, to the nearest."""
+    """Return the length of a piece in three dimensions, rounded to nearest."""
     up = rise * weight >> RISE_FRACTION
     return _root(4 * (length * length + up * up)) + 1 >> 1

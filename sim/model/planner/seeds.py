@@ -36,11 +36,12 @@ def seed_path(
     words: Words,
     path: Integers,
 ) -> int:
-    """Write a path of waypoints at even distances along ``route``; return its points.
+    """Write a path of evenly spaced waypoints along ``route``; return its number of points.
 
-    Their number and the place of the first are random. Each lies on the lowest corner of its block,
-    a random height above the surface: uniform within the box of mutations, shifted right by 0 to 7
-    for the whole path. Takes a step of the source, and one for each waypoint of the longest seed.
+    Their number and the place of the first are random. Each waypoint is on the lowest corner of its
+    block, at a random height above the surface: uniform within the mutation box, shifted right by 0
+    to 7 for the whole path. The source advances by one step, and one more for each waypoint of the
+    longest seed.
     """
     problem, sizes = course.problem, course.sizes
     blocks, surface, places, length = route
@@ -68,13 +69,13 @@ def seed_path(
 
 @compiled
 def lift(problem: Integers, path: Integers, points: int) -> None:
-    """Raise each waypoint of ``path`` by its margin, if that is negative."""
+    """Raise each waypoint of ``path`` by the amount of a negative margin."""
     for k in range(1, points - 1):
         path[k, 2] = clamp(path[k, 2] - min(path[k, 3], 0), problem[ALTITUDE_LIMIT])
 
 
 def ahead(config: Config, record: ProblemRecord, path: Sequence[Point]) -> list[Point]:
-    """Return ``path`` without the first waypoints that the start has passed.
+    """Return ``path`` without the first waypoints if the start has passed them.
 
     A corner has been passed unless it lies on the goal's side of the line through the start that is
     perpendicular to the direction of the goal. The minimum number of waypoints is kept.

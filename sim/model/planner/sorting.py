@@ -1,6 +1,7 @@
-"""The order of a population, compiled: members are sorted by their keys.
+"""The compiled order of a population: members are sorted by their keys.
 
-Each function returns how many slots new ones pass in the sorter, which decides its cycles.
+Each function returns the number of slots that new ones pass in the sorter, which determines its
+cycles.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ __all__ = ["join", "merge", "place"]
 
 @compiled
 def place(order: Integers, keys: Integers, slot: int, used: int) -> int:
-    """Insert a slot after its equals in the first ``used`` ones; return how many follow it."""
+    """Insert a slot after its equals in the first ``used``; return the number that follow it."""
     rank = used
     while rank > 0 and keys[order[rank - 1]] > keys[slot]:
         order[rank] = order[rank - 1]
@@ -27,9 +28,9 @@ def place(order: Integers, keys: Integers, slot: int, used: int) -> int:
 
 @compiled
 def join(order: Integers, keys: Integers, kept: Integers, used: int, stay: int) -> int:
-    """Insert the slots that stay, sorted, in front of their equals in the first ``used`` ones.
+    """Insert the sorted slots that stay before their equals in the first ``used`` slots.
 
-    Return how many of the ``used`` slots follow each, summed up.
+    Return the total number of the ``used`` slots that follow each.
     """
     passed, other = 0, used - 1
     for i in range(stay - 1, -1, -1):
@@ -45,9 +46,9 @@ def join(order: Integers, keys: Integers, kept: Integers, used: int, stay: int) 
 def merge(
     paths: Integers, points: Integers, keys: Integers, order: Integers, population: int
 ) -> int:
-    """Make the population of island 0 the best of all islands, an equal number of each.
+    """Make the population of island 0 from the best of all islands, an equal number from each.
 
-    Return how many earlier ones each slot passes, summed up.
+    Return the total number of earlier slots that each slot passes.
     """
     islands = len(paths)
     each = population // islands

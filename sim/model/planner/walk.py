@@ -1,13 +1,13 @@
-"""Walk of a segment over the lattice of corners, compiled.
+"""Compiled walk of a segment over the lattice of corners.
 
-:func:`pathgene.sim.model.planner.definition.score.walk` without a division per corner: x, y and the
-altitude advance by steps with 32 more bits. Each step is a little too large, by at most 2**-32.
-After at most 4095 steps x, y and the altitude are too large by less than 2**-20. The definition
-rounds multiples of 1 / (2 n) down, where n is at most 4095: these are rounded down to the same
-numbers.
+It is :func:`pathgene.sim.model.planner.definition.score.walk` without a division per corner: x, y
+and the altitude advance by steps with 32 more bits. Each step is a little too large, by at most
+2**-32. After at most 4095 steps x, y and the altitude are too large by less than 2**-20. The
+definition rounds multiples of 1 / (2 n) down, where n is at most 4095: these are rounded down to
+the same numbers.
 
-The memo has hits and margins of segments walked before, by their ends: a direct-mapped table with
-whole tags, which never answers for another segment.
+The memo has hits and margins of previously walked segments, by their ends. It is a direct-mapped
+table with full tags, which never answers for a different segment.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def walk(
     dx, dy, dz = x1 - x0, y1 - y0, z1 - z0
     low = min(z0, z1)
     last = max(abs(dx), abs(dy))
-    # A segment of one corner is at its lower end.
+    # A segment of one corner has the altitude of its lower end.
     n, z0 = (last, z0) if last else (1, low)
     step_x, step_y, step_z = (
         (dx << _FRACTION) // n + 1,
@@ -67,7 +67,7 @@ def walk(
     z = (z0 << _FRACTION) - (abs(dz) << _FRACTION - 1) // n
     hits, margin = 0, blocked
     for _ in range(last + 1):
-        # Unsigned, or the compiler would count negative places from the end.
+        # Unsigned, because the compiler would count negative indices from the end.
         height = int(np.int64(ground[np.uint64(y >> _FRACTION), np.uint64(x >> _FRACTION)]))
         above = max(z >> _FRACTION, low) - height
         is_blocked = height == blocked
@@ -92,7 +92,7 @@ def empty_memo(size: int) -> Integers:
 
 @inlined
 def packed(bits: int, x: int, y: int, z: int) -> int:
-    """Return an end of a segment in one number; ``bits`` is the width of a coordinate."""
+    """Return an end of a segment as one number; ``bits`` is the width of a coordinate."""
     return x | y << bits | z << 2 * bits
 
 
@@ -101,12 +101,13 @@ def row_of(rows: int, width: int, start: int, stop: int) -> int:
     """Return the row of a segment in a memo of ``rows`` rows; :data:`NO_ROW` if there are none.
 
     ``width`` is the width of a row's number, ``start`` and ``stop`` are the ends, :func:`packed`.
-    The row holds the segment if its first two columns equal the ends.
+    The row contains the segment if its first two columns equal the ends.
     """
     if rows == 0:
         return NO_ROW
     row = start ^ stop << 3
-    # The exclusive or of parts of ``width`` bits: the upper half on the lower one, and again.
+    # Exclusive or of parts of ``width`` bits: the upper half is folded onto the lower one,
+    # repeatedly.
     for halving in range(5, -1, -1):
         shift = width << halving
         if shift < 63:

@@ -1,4 +1,4 @@
-"""Wavefront over blocks of the map, compiled: ``wavefront``."""
+"""Compiled wavefront over blocks of the map."""
 
 from __future__ import annotations
 
@@ -53,8 +53,8 @@ __all__ = [
 def root(square: int) -> int:
     """Return the square root of ``square``, 0..2**60, rounded down.
 
-    A processor's root is rounded to the nearest, on every machine alike: below 2**52 its whole part
-    is the root already, above it may be one off.
+    A CPU's root is rounded to nearest on every machine: below 2**52, its integer part is already
+    the root; above, it may be off by one.
     """
     whole = int(math.sqrt(square))
     while whole * whole > square:
@@ -64,10 +64,10 @@ def root(square: int) -> int:
     return whole
 
 
-#: Layers of the blocks: least altitude, -1 where blocked; corner of the least.
+#: Layers of the blocks: minimum altitude, -1 if blocked, and the corner of the minimum.
 LEAST, LOWEST_X, LOWEST_Y = range(3)
 _NONE = -1
-#: Places of the constants of the costs of steps: three of each but the last two.
+#: Places of the constants of the costs of steps: three of each except the last two.
 _FACTOR, _LEVEL, _PULL, _CLIMB, _FRACTION = 0, 3, 6, 9, 10
 PRICES = 11
 _FACTOR_BITS, _CLIMB_SHIFT = 18, 6
@@ -76,7 +76,7 @@ _MOST = (1 << VALUE_BITS) - 1
 
 @compiled
 def measure_distances(problem: Integers, distances: Integers) -> None:
-    """Write the distances between neighbours in x, in y, and across, (3,) int64."""
+    """Write the distances between neighbours in x, in y, and diagonally, (3,) int64."""
     side = 1 << problem[BLOCK_SHIFT] + POSITION_FRACTION
     east, north = scaled(side, problem[X_SCALE]), scaled(side, problem[Y_SCALE])
     distances[0], distances[1] = east, north
@@ -134,9 +134,9 @@ def measure_blocks(
 
 @compiled
 def limit_slopes(problem: Integers, distances: Integers, surface: Integers, limit: int) -> int:
-    """Raise ``surface``, (32, 32), to slopes of ``limit`` halves of the climb limit, or a step.
+    """Raise ``surface``, (32, 32), to slopes of ``limit`` halves of the climb limit, or one step.
 
-    Returns the passes taken.
+    Returns the number of passes.
     """
     shift = SLOPE_FRACTION + ALTITUDE_FRACTION + 1
     passes = 0
@@ -164,7 +164,7 @@ def limit_slopes(problem: Integers, distances: Integers, surface: Integers, limi
 
 @compiled
 def spread(prices: Integers, surface: Integers, goal: int, field: Integers) -> int:
-    """Write the cost from each block to the goal, (32, 32); return the passes taken.
+    """Write the cost from each block to the goal, (32, 32); return the number of passes.
 
     ``goal`` is 32 y + x. A block without a route has 2**30.
     """
@@ -230,7 +230,7 @@ def descend(
 
 @compiled
 def _neighbour(x: int, y: int, step: int, number: int) -> tuple[int, int, int]:
-    """Return x, y and the index of the distance of one of four neighbours that a pass came by."""
+    """Return x, y and the distance index of one of the four neighbours that a pass has visited."""
     if number == 0:
         return x + step, y, 0
     return x + number - 2, y + step, 1 if number == 2 else 2

@@ -62,7 +62,7 @@ def summary() -> dict[str, Any]:
 
 @functools.cache
 def plan_file() -> dict[str, Any]:
-    """The same path as a ``.plan``."""
+    """The path of the summary as a ``.plan``."""
     path = np.array((ENDS[0], BETWEEN, ENDS[1]))
     made: dict[str, Any] = json.loads(json.dumps(plan_document(flight_of(problem(), path))))
     return made

@@ -1,7 +1,7 @@
 """Bad inputs of the command line, made at random from good ones: damaged files and odd options.
 
-A case is a command line and its files. Its files are made in a new folder; the
-good files that it refers to stand in ``../base`` (:mod:`tests.support.bad_input.good_inputs`).
+A case is a command line with its files. The files are created in a new folder; the good files that
+it refers to are in ``../base`` (:mod:`tests.support.bad_input.good_inputs`).
 """
 
 import copy
@@ -45,7 +45,7 @@ ENTITIES = (
     + "]><kml>&a9;</kml>"
 )
 
-#: Values that JSON and TOML can hold where another is meant.
+#: Unexpected values that JSON and TOML can express.
 ODD: tuple[Any, ...] = (
     None,
     True,
@@ -77,7 +77,7 @@ ODD: tuple[Any, ...] = (
 
 
 def grid(rng: random.Random) -> bytes:
-    """An ASCII grid, some of its numbers odd."""
+    """An ASCII grid with some odd numbers."""
     rows = [" ".join(f"{height:g}" for height in row) for row in land().elevation[::-1]]
     head = ("ncols 21", "nrows 21", "xllcorner 0", "yllcorner 0", "cellsize 100")
     lines = [*head, "NODATA_value -9999", *rows]
@@ -112,7 +112,7 @@ def archive(rng: random.Random) -> bytes:
 
 
 def header(rng: random.Random) -> bytes:
-    """The beginning of an array, of a shape or a kind that it cannot have."""
+    """The beginning of an array, with an impossible shape or type."""
     shape = rng.choice(
         ((10**6, 10**6), (-2, 5), (0, 0), (1, 25_000_001), (2, 10**400), (5,), (), (21, 21, 21))
     )
@@ -123,7 +123,7 @@ def header(rng: random.Random) -> bytes:
 
 
 def odd_text(rng: random.Random) -> str:
-    """A word that is not a number, or not a usual one."""
+    """A word that is not a number, or an unusual number."""
     return rng.choice(
         ("nan", "inf", "-inf", "-0", "1e308", "-1e308", "1e-320", "9" * 400, "", "x", "1,5", "--",
          "١٢", "0x10", "1e99999", "\0", "2147483648", "99999999999", "-5")
@@ -131,13 +131,13 @@ def odd_text(rng: random.Random) -> str:
 
 
 def damaged(rng: random.Random, content: bytes) -> bytes:
-    """Return bytes cut off, with bits or parts changed, or in another encoding."""
+    """Return bytes that are truncated, have changed bits or parts, or another encoding."""
     match rng.randrange(9):
         case 0:
             return content[: rng.randrange(len(content))]
         case 1 | 2 | 3:
             changed = bytearray(content)
-            # The beginning of a file decides about the rest.
+            # The beginning of a file determines how the rest is read.
             reach = rng.choice((len(changed), min(400, len(changed))))
             for _ in range(rng.randint(1, 8)):
                 changed[rng.randrange(reach)] ^= 1 << rng.randrange(8)
@@ -162,7 +162,7 @@ def mutated(rng: random.Random, document: Any, *, in_toml: bool = False) -> Any:
         places = list(_places(document))
         if not places:
             break
-        # One of a long list is as good as another, so a shallow place is as likely as a deep one.
+        # All places in a long list are equivalent, so a shallow place is as likely as a deep one.
         depth = rng.choice(sorted({place[0] for place in places}))
         _, holder, key = rng.choice([place for place in places if place[0] == depth])
         # TOML has no null.
@@ -189,7 +189,7 @@ def _places(document: Any, depth: int = 0) -> Iterator[tuple[int, Any, Any]]:
 
 
 def as_json(rng: random.Random, document: Any) -> bytes:
-    """Return a mutated document, or damaged text, or one that is nested deeply."""
+    """Return a mutated document, damaged text, or a deeply nested document."""
     if rng.random() < 0.05:
         depth = rng.choice((900, 5000, 100_000))
         return b'{"waypoints":' + b"[" * depth + b"]" * depth + b"}"
@@ -254,7 +254,7 @@ def terrain(rng: random.Random) -> Case:
 
 
 def odd_raster(rng: random.Random) -> bytes:
-    """A GeoTIFF whose place or heights no map has."""
+    """A GeoTIFF with an impossible place or impossible heights."""
     side = rng.choice((0.0, -1.0, 1e-9, 1e-320, 1e9, 1e308, float("nan"), float("inf"), 0.5))
     corner = tuple(rng.choice((0.0, 8.0, 179.99, 1e308, float("nan"), -90.0)) for _ in range(2))
     crs = rng.choice((None, "EPSG:32632", "EPSG:4326", "EPSG:3857", "EPSG:4978", "EPSG:2056"))
@@ -343,7 +343,7 @@ def checker_files(rng: random.Random) -> Case:
 
 
 def store(rng: random.Random) -> Case:
-    """Stored runs of a comparison, damaged; good ones would be of another problem."""
+    """Damaged stored runs of a comparison; intact ones would belong to another problem."""
     lines = [as_json(rng, RECORD) for _ in range(3)]
     arguments = (
         "compare", "--terrain", LAND, "--start", "150,150,600", "--goal", "1850,1750,600",
@@ -353,7 +353,7 @@ def store(rng: random.Random) -> Case:
 
 
 def archive_bomb(rng: random.Random) -> Case:
-    """A small archive of a member of gigabytes."""
+    """A small archive with a member of gigabytes."""
     made = io.BytesIO()
     large = rng.choice(("elevation", "dx_m"))
     with zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as file:
@@ -386,7 +386,7 @@ KINDS: tuple[tuple[Callable[[random.Random], Case], int], ...] = (
 
 
 def cases(seed: int, count: int) -> Iterator[Case]:
-    """Yield ``count`` cases; of the same seed, fewer are the first of more."""
+    """Yield ``count`` cases; with the same seed, a larger count continues a smaller one."""
     for index in range(count):
         rng = random.Random(f"{seed} {index}")
         (make,) = rng.choices([kind for kind, _ in KINDS], [share for _, share in KINDS])

@@ -1,4 +1,4 @@
-"""Judge inputs that are surely wrong, by the libraries of their formats, not by the program.
+"""Recognition of surely wrong inputs by the libraries of their formats, not by the program.
 
 A damaged file may still be a good one. A file that its format's own reader refuses is bad.
 """
@@ -20,14 +20,14 @@ __all__ = ["is_number", "is_unreadable"]
 
 
 def is_number(text: str) -> bool:
-    """Return whether Python takes a text for a finite number."""
+    """Return whether Python reads a text as a finite number."""
     with contextlib.suppress(ValueError):
         return math.isfinite(float(text)) or bool(int(text))
     return False
 
 
 def is_unreadable(name: str, content: bytes) -> bool:
-    """Return whether the reader of a format refuses a file; False for formats without one here."""
+    """Return whether the reader of a format refuses a file; False without a reader here."""
     read = _READERS.get(name.rpartition(".")[2])
     if read is None:
         return False

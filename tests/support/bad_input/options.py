@@ -25,8 +25,8 @@ class Case:
     files : mapping of str to bytes
         Content of the files by name.
     surely_bad : bool
-        It can only be refused. Otherwise the damage may have hit bytes that nobody reads, and a
-        success or a failed job is right, too.
+        It must be refused. Otherwise the damage may have hit bytes that nobody reads, so that a
+        success or a failed job is also right.
     """
 
     kind: str
@@ -38,7 +38,8 @@ class Case:
 LAND = "../base/land.npz"
 CHECK = ("check", "--terrain", LAND, "--path", "../base/path.csv")
 _ENDS = ("--terrain", LAND, "--start", "150,150,600", "--goal", "1850,1750,600")
-# No folder can be made there: with a good value the command ends so, before its work.
+# No folder can be created there, so with a good value the command ends with that error before its
+# work.
 _NOWHERE = ("--out", "../base/path.csv/out")
 
 #: A good command line of each command that has numbers.
@@ -56,7 +57,7 @@ _GOOD: Mapping[str, tuple[str, ...]] = {
     "terrain synth": ("terrain", "synth", "canyon", "--out", "../base/path.csv/x.npz"),
 }
 
-# Digits of more than an int of C, a float or an int of Python may have.
+# More digits than a C int, a float or a Python int may have.
 _LONG = "9" * 10, "9" * 400, "9" * 5000
 
 #: Texts where a number is meant.
@@ -68,7 +69,7 @@ NUMBERS = (
 
 
 def numeric_options() -> Iterator[tuple[str, str, int]]:
-    """Yield each command, each of its options with numbers, and how many of them it takes."""
+    """Yield each command with each of its numeric options and the count of numbers it takes."""
     for command in _GOOD:
         parser: argparse.ArgumentParser = build_parser()
         for word in command.split():
@@ -90,7 +91,7 @@ def number(rng: random.Random) -> Case:
     parts[rng.randrange(count)] = rng.choice(NUMBERS)
     text = ",".join(parts)
     given = (f"{option_name}={text}",) if rng.random() < 0.5 else (option_name, text)
-    # A batch checks its folder, which cannot be made, before its problems.
+    # A batch checks its folder, which cannot be created, before its problems.
     surely_bad = command != "batch" and not all(map(is_number, text.split(",")))
     return Case(f"number, {command} {option_name}", (*_GOOD[command], *given), {}, surely_bad)
 
@@ -137,7 +138,7 @@ def option(rng: random.Random) -> Case:
 
 
 def board(rng: random.Random) -> Case:
-    """A URL at which no board is, or with fields that no board has."""
+    """A URL without a board, or with fields that no board has."""
     fields = "population", "map_size", "max_waypoints", "core", "coarse_factor", "x", "", "sim"
     values = *_LONG, "33", "-1", "0", "nan", "", "x", "1e9"
     query = "&".join(

@@ -1,9 +1,9 @@
-"""Runs bad inputs in processes of their own, with limits, and tells what each did.
+"""Runs bad inputs in separate processes with limits, and reports each outcome.
 
-``python -m tests.support.bad_input.runs SEED FIRST LAST`` prints the number of each case whose end
-breaks the rule, with the reason, then the number of surely bad cases, and for each kind the numbers
-of refused and of accepted cases. One process imports all of the program and forks for each case,
-which takes a hundredth of a second instead of one.
+``python -m tests.support.bad_input.runs SEED FIRST LAST`` prints the number of each case that
+violates the rule, with the reason, then the number of surely bad cases and, for each kind, the
+numbers of refused and accepted cases. One process imports the whole program and forks for each
+case, which takes a hundredth of a second instead of one.
 """
 
 import contextlib
@@ -32,13 +32,13 @@ __all__ = ["End", "fault", "is_refused", "run"]
 
 MOST_BYTES = 2 * 10**9
 MOST_S = 20.0
-# A case that takes longer is ended.
+# A case that takes longer is killed.
 _DEADLINE_S = 2 * MOST_S
 
 
 @dataclass(frozen=True)
 class End:
-    """End of a case.
+    """The end of a case.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class End:
     error : str
         Its text on standard error.
     seconds, bytes : float, int
-        Time that it took, and peak memory.
+        Time taken, and peak memory.
     """
 
     status: int
@@ -77,7 +77,7 @@ def run(case: Case, folder: Path) -> End:
 
 
 def _run_here(case: Case, folder: Path, output: Path, error: Path) -> None:
-    """Run a case in this process, and end it."""
+    """Run a case in this process, then end the process."""
     status = 99
     with contextlib.suppress(BaseException):
         os.chdir(folder)
@@ -108,8 +108,8 @@ def _waited(child: int) -> tuple[int, resource.struct_rusage]:
 
 
 def fault(case: Case, end: End) -> str | None:
-    """Return the fault of the end of a case, or None."""
-    # A note on an option that means nothing to the planner precedes every other sentence.
+    """Return the fault of a case's end, or None."""
+    # A note on an option without meaning for the planner precedes every other sentence.
     lines = [line for line in end.error.splitlines() if not line.endswith(" and is ignored.")]
     if end.status not in (0, 1, 2):
         return f"status {end.status}"
@@ -137,12 +137,12 @@ def fault(case: Case, end: End) -> str | None:
 
 
 def is_refused(end: End) -> bool:
-    """Return whether a case ended as bad input, and not for the folder where none can be made."""
+    """Return whether a case ended as bad input, and not because its folder could not be created."""
     return end.status == 2 and not re.search("Cannot write to .*path.csv", end.error)
 
 
 def tell(seed: int, first: int, last: int) -> None:
-    """Run the cases from ``first`` to before ``last``; print each fault as a line of JSON."""
+    """Run cases ``first`` up to but not including ``last``; print faults as lines of JSON."""
     refused: Counter[str] = Counter()
     accepted: Counter[str] = Counter()
     surely_bad = 0

@@ -54,7 +54,7 @@ def paths_of(batch):
 
 
 def closed_form(config, terrain, batch):
-    """Check a batch, all cells at once, by the formula, independently of :func:`check_batch`.
+    """Check a batch by the formula, all cells at once, independently of :func:`check_batch`.
 
     Memory is proportional to the number of cells.
     """
@@ -106,7 +106,7 @@ def closed_form(config, terrain, batch):
 
 
 def assert_same(one, other):
-    """Assert that two :class:`Verdicts` are equal, except counts that one of them lacks."""
+    """Assert that two :class:`Verdicts` are equal, except for counts that one of them lacks."""
     for name in ("collision", "segment", "x", "y", "coarse", "cells"):
         assert np.array_equal(getattr(one, name), getattr(other, name)), name
     if one.colliding is not None and other.colliding is not None:

@@ -1,4 +1,4 @@
-"""Chips shared by tests, so that each is built once, and a comparison of two boards."""
+"""Chips shared by tests so that each is built once, and a comparison of two boards."""
 
 import random
 
@@ -21,7 +21,7 @@ __all__ = [
     "without_line_cycles",
 ]
 
-#: The small chip with the paper's checker; the link treats every build of the checker alike.
+#: The small chip with the paper's checker; the link does not distinguish builds of the checker.
 CHECKING = SMALL.replace(checker=CheckerBuild.TWO_TIER, lanes=1)
 
 #: The small chip with each build of the checker, by the build's name.
@@ -58,7 +58,7 @@ LINE_CYCLES = (Counter.CYCLES, Counter.RECEIVE, Counter.TRANSMIT)
 
 
 def random_path(config, rng, length=None):
-    """Return a path of random waypoints, packed; of random length unless it is given."""
+    """Return a packed path of random waypoints, with random length unless given."""
     length = length or rng.randint(config.MIN_WAYPOINTS, config.max_waypoints)
     return [rng.getrandbits(config.waypoint_bits) for _ in range(length)]
 

@@ -53,12 +53,12 @@ CHIPS = {
 }
 #: Frames between two valid sessions.
 _INTERVAL = 500
-#: Looks at a run until it is over.
+#: Maximum number of polls until a run is over.
 _LOOKS = 10_000
 
 
 class CommandFuzz:
-    """A chip that gets random frames and valid sessions, as the model and perhaps as a board.
+    """A chip that gets random frames and valid sessions, as a model and optionally as a board.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ class CommandFuzz:
             self.command(Command.MAP, payload)
 
     def run(self, frames):
-        """Exchange as many frames, with valid sessions between and after them."""
+        """Exchange that many frames, with valid sessions between and after them."""
         for frame in range(1, frames + 1):
             kind, body, plain = self.mix.draw()
             try:
@@ -108,7 +108,7 @@ class CommandFuzz:
             self.counts[kind, status] += 1
 
     def exchange(self, body, plain=False):
-        """Send a frame and wait for the end of a run; return status, if any, and answer."""
+        """Send a frame and wait for the end of a run; return the status, if any, and the answer."""
         frame = encode_frame(body, plain=plain)
         expected = self.model.feed(frame)
         answer = answer_in(expected, plain)
@@ -127,7 +127,7 @@ class CommandFuzz:
         return status, answer
 
     def command(self, code, payload=b""):
-        """Have a valid command executed; return the payload of its answer."""
+        """Execute a valid command; return the payload of its answer."""
         session = (self.rules.session + (code == Command.OPEN)) % 256
         body = bytes((session, self.rules.expected, code)) + payload
         status, answer = self.exchange(body, plain=code == Command.INFO)
@@ -135,7 +135,7 @@ class CommandFuzz:
         return answer[BODY_HEADER_BYTES:]
 
     def await_end(self):
-        """Ask board and model for the status until the board's run is over; compare it then."""
+        """Ask board and model for the status until the board's run is over; then compare it."""
         layout = status_reply(self.config)
         for _ in range(_LOOKS):
             body = bytes((self.rules.session, self.rules.expected, Command.STATUS))
@@ -170,7 +170,7 @@ class CommandFuzz:
             self.exchange(bytes((self.rules.session, self.rules.expected, code)) + payload)
 
     def session(self):
-        """Open a session, use all that the chip has, and return the answers."""
+        """Open a session, use every function of the chip, and return the answers."""
         self.command(Command.INFO)
         self.command(Command.OPEN)
         return [self.command(code, payload) for code, payload in valid_requests(self.chip)]
@@ -188,7 +188,7 @@ class CommandFuzz:
 
 
 def answer_in(data, plain):
-    """Return the body of the one frame in ``data``, or None if there is none."""
+    """Return the body of the single frame in ``data``, or None if there is none."""
     frames = FrameSplitter().feed(data)
     if not frames:
         return None
@@ -230,7 +230,7 @@ def valid_requests(chip):
 
 
 def plan_on_the_map(config):
-    """Return a problem and a cold run on the map as it is."""
+    """Return a problem and a cold run on the current map."""
     options = RunOptions(seed=5, generations=3, seeds=8, give_up_rank=3, cycles=1 << 17)
     problem = record(config, np.random.default_rng(2))
     return [
@@ -241,7 +241,7 @@ def plan_on_the_map(config):
 
 
 def scan_of_the_map(config):
-    """Return a CHECK of each row of the map: it counts the cells that are higher than the path."""
+    """Return a CHECK of each row of the map, which counts the cells above the path."""
     count = check_request(config).pack(flags=CheckFlag.COUNT)
     bits, east = config.coordinate_bits, config.map_size - 1
     rows = [y << bits | (y % 8) << 2 * bits for y in range(config.map_size)]
@@ -270,7 +270,7 @@ def fuzz(chip, seed, frames, *, board=False):
 
 
 def main():
-    """Exchange random frames as the arguments say, and count them by kind and status."""
+    """Exchange random frames as specified by the arguments, and count them by kind and status."""
     parser = argparse.ArgumentParser(
         prog="python -m tests.support.gateware.command_fuzz", description=__doc__
     )

@@ -1,7 +1,7 @@
-"""A line with seeded faults in front of a chip that is a function of bytes.
+"""A line with seeded faults to a chip that is a function of bytes.
 
-Time is virtual: a read advances a clock, so timeouts cost no time, and the same seed gives the same
-run.
+Time is virtual: a read advances a clock, so timeouts cost no real time, and the same seed gives the
+same run.
 """
 
 import random
@@ -28,7 +28,7 @@ class ByteFaults:
     Attributes
     ----------
     count : int
-        Faults until now.
+        Number of faults that have occurred.
     """
 
     def __init__(self, rate: float, rng: random.Random) -> None:
@@ -71,7 +71,7 @@ class FrameFaults:
     Attributes
     ----------
     count : int
-        Faults until now.
+        Number of faults that have occurred.
     """
 
     def __init__(self, rate: float, rng: random.Random) -> None:

@@ -1,4 +1,4 @@
-"""Frames with a right checksum that keep or break the rules of the protocol, drawn at random."""
+"""Random frames with a correct checksum that keep or break the rules of the protocol."""
 
 import collections
 import random
@@ -26,8 +26,8 @@ from tests.support.planner.cases import record
 __all__ = ["KINDS", "FrameMix"]
 
 #: Kinds of frames, and how often each is drawn. *state*: a command at a wrong time, such as a BEST
-#: without a run, or with a degenerate shape. *convention*: the CRC of plain frames or not, where
-#: it is wrong. *replay*: one of the latest frames once more, whatever is open now.
+#: without a run, or with a degenerate shape. *convention*: the wrong choice between the CRC of
+#: plain frames and the other CRC. *replay*: a recent frame once more, whatever session is open now.
 KINDS = {
     "legal": 40,
     "altered": 20,
@@ -41,7 +41,7 @@ KINDS = {
 }
 #: Frames that may be replayed.
 _REMEMBERED = 300
-#: A RUN has fewer cycles; it ends soon, in simulated hardware, too.
+#: A RUN has fewer cycles, so that it ends soon even in simulated hardware.
 _RUN_CYCLES = 1 << 17
 
 
@@ -54,7 +54,7 @@ class FrameMix:
     ----------
     config : Config
     rules : tests.support.gateware.protocol_rules.ProtocolRules
-        Know the open session and the expected number.
+        Rules that know the open session and the expected number.
     seed : int
     """
 
@@ -66,7 +66,7 @@ class FrameMix:
         self._requests = RandomRequests(config, self._rng, self._draws)
         self._fields = request_fields(config)
         self._sent = collections.deque(maxlen=_REMEMBERED)
-        # Commands to send next, each with its distance after the expected number.
+        # Commands to send next, each with its distance from the expected number.
         self._next = [(code, payload, 0) for code, payload in self._too_early()]
 
     def draw(self):
@@ -98,7 +98,7 @@ class FrameMix:
         return self._body(code, self._requests.payload(code)), code == Command.INFO
 
     def _altered(self):
-        """Give one field another value, often one at the border of its range; or flip a bit."""
+        """Change the value of one field, often to a limit of its range, or flip a bit."""
         rng = self._rng
         code = rng.choice([code for code, layout in self._fields.items() if layout.fields])
         payload, layout = self._requests.payload(code), self._fields[code]
@@ -126,7 +126,7 @@ class FrameMix:
         )
 
     def _length(self):
-        """Cut the payload, or lengthen it up to more than the receive buffer holds."""
+        """Cut the payload, or lengthen it, even beyond the receive buffer."""
         rng, (body, plain) = self._rng, self._legal()
         size, most = len(body), self.config.receive_buffer - CRC_BYTES
         sizes = (0, size - 1, size + 1, rng.randrange(size, most), most, most + rng.randrange(9))
@@ -158,7 +158,7 @@ class FrameMix:
         return self._rng.choice([self._sent[-1]] if latest else self._sent)
 
     def _too_early(self):
-        """Commands that ask for results that a chip lacks after a reset."""
+        """Return commands that ask for results that a chip lacks after a reset."""
         if self.config.planner_core:
             cold = RunOptions(generations=1, cycles=1, seeds=self.config.population)
             warm = RunOptions(generations=1, warm=True, slopes=(), seeds=self.config.population)
@@ -181,7 +181,7 @@ class FrameMix:
         ]
 
     def _at_a_wrong_time(self):
-        """Return commands that belong elsewhere, or with extremes that the host never sends."""
+        """Return commands at a wrong time, or with extremes that the host never sends."""
         rng, config, payload = self._rng, self.config, self._requests.payload
         corner = rng.randrange(config.map_size)
         nothing = map_request(config).pack(x=corner, y=corner, width=rng.randrange(2), height=0)
@@ -215,7 +215,7 @@ class FrameMix:
         )
 
     def _extreme_shape(self):
-        """Return a BLOCK of one corner, of all, or of none, with the extremes of every edge."""
+        """Return a BLOCK of one, all or no corners, with extremes of every edge."""
         rng, layout = self._rng, no_fly_request(self.config)
         widths = dict(layout.fields)
         fields = {
@@ -229,7 +229,7 @@ class FrameMix:
         return layout.pack(**fields | {"first_x": low, "first_y": low, "last_x": high})
 
     def _bounded(self, body):
-        """Let a RUN end soon."""
+        """Limit a RUN so that it ends soon."""
         layout = self._fields.get(Command.RUN)
         if body[2] != Command.RUN or layout is None or len(body) != BODY_HEADER_BYTES + layout.size:
             return body

@@ -2,7 +2,7 @@
 
 The draws avoid the cases in which chip and model may differ: a refused WRITE may change waypoints,
 so all paths are rewritten after one; a command whose reply depends on bytes received while earlier
-commands ran is sent by itself; and a run is done before another command follows.
+commands ran is sent alone; and a run is over before the next command.
 """
 
 import random
@@ -31,7 +31,7 @@ __all__ = ["Fuzz", "fuzz_simulated_board"]
 
 #: Commands whose replies depend on the bytes received before they run.
 _ALONE = (Command.STATUS, Command.COUNTERS, Command.CLEAR, Command.RUN)
-#: Looks at a run until it is over.
+#: Maximum number of polls until a run is over.
 _LOOKS = 10_000
 
 
@@ -46,7 +46,7 @@ class Fuzz:
     Attributes
     ----------
     frames : int
-        Frames drawn, broken ones included.
+        Number of frames drawn, including broken ones.
     statuses : dict of Status to int
         Number of replies with each status.
     dropped : set of StickyError
@@ -70,7 +70,7 @@ class Fuzz:
             self._map = [payload for payload, _ in map_frames(config, heights, 0, 0)]
         self._session = self._expected = 0
         self._rewrite = False
-        self._runs = False  # A run may have begun, and its end is not awaited yet.
+        self._runs = False  # A run may have begun whose end has not been awaited yet.
         self._held = None
         self._unended = 0
 
@@ -89,7 +89,7 @@ class Fuzz:
             self._await_end(port)
 
     def _await_end(self, port):
-        """Ask for the status until the run is over, and compare it then."""
+        """Ask for the status until the run is over, then compare it."""
         self._runs, self._unended = False, 0
         layout = status_reply(self.config)
         for _ in range(_LOOKS):
@@ -105,7 +105,7 @@ class Fuzz:
         raise TimeoutError(f"Run must end within {_LOOKS} looks")
 
     def batch(self):
-        """Return bytes that fit in the receive buffer, the model's replies, and a flag.
+        """Return bytes that fit into the receive buffer, the model's replies, and a flag.
 
         The flag is true if the bytes request the counters.
         """
@@ -137,7 +137,7 @@ class Fuzz:
         return told
 
     def _answers(self, data):
-        """Feed the model, and track session and sequence numbers by its replies."""
+        """Feed the model, and track session and sequence numbers from its replies."""
         running = self._model.running
         before = running and running.latest
         answers = self._model.feed(data)

@@ -10,8 +10,8 @@ __all__ = ["hand_over"]
 def hand_over(unit, payloads, fields=None, *, repeated=False, collectors=(), limit=20_000):
     """Return the status and the cycles of each of ``payloads``, parsed in order.
 
-    Cycles count from the first in which the parser is on to the one in which it is done. ``fields``
-    are inputs to set first. Bytes are offered without pauses.
+    Cycles count from the first in which the parser is on to the cycle in which it is done.
+    ``fields`` are inputs to set first. Bytes are offered without pauses.
     """
     outcomes = []
 

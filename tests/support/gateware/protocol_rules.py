@@ -1,4 +1,4 @@
-"""The rules by which a chip answers any undamaged frame: docs/protocol.md, apart from the model."""
+"""The rules by which a chip answers any undamaged frame, from docs/protocol.md, not the model."""
 
 from pathgene.hdl.command.field_decoder import FOLLOWED, request_fields
 from pathgene.hdl.protocol import BODY_HEADER_BYTES, Command, Status, info_reply
@@ -10,7 +10,7 @@ _IN_ORDER = (Status.OK, Status.UNKNOWN_COMMAND, Status.BAD_LENGTH, Status.BAD_VA
 
 
 class ProtocolRules:
-    """Session and sequence number of a chip since its reset, and the right answer to each frame.
+    """Session and sequence number of a chip since its reset, and the correct answer to each frame.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Random requests that a chip executes, of every command that it knows."""
+"""Random requests that a chip executes, for every command that it knows."""
 
 from pathgene.hdl.protocol import (
     CheckFlag,
@@ -29,7 +29,7 @@ _COMMON_WEIGHTS = {
     Command.INFO: 3,
     Command.OPEN: 3,
 }
-#: Commands of the paper core, in front of these.
+#: Commands of the paper core, which precede these.
 _WEIGHTS = {
     Command.GENERATE: 30,
     Command.WRITE: 25,
@@ -69,9 +69,9 @@ _WRONG_RUNS = (
 class RandomRequests:
     """Source of commands and payloads.
 
-    One of ten RUNs has a value out of its range; a warm RUN and a RESULTS are refused if the chip
-    has no population and no such results. All else a chip executes, the requests of
-    :mod:`tests.support.planner.cases` with any values included.
+    One in ten RUNs has a value out of range; a warm RUN and a RESULTS are refused if the chip has
+    no population or no such results. A chip executes everything else, including the requests of
+    :mod:`tests.support.planner.cases` with arbitrary values.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ class RandomRequests:
             self._weights |= _CHECKER_WEIGHTS
 
     def command(self):
-        """Return a command, the usual ones more often."""
+        """Return a command; common ones are more frequent."""
         return self._rng.choices(list(self._weights), self._weights.values())[0]
 
     def payload(self, code):

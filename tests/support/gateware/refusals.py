@@ -69,7 +69,7 @@ def refusals(config, order):
 
 
 def run_refusals(config):
-    """Return the same for a chip with the planner core, which has a problem, but no population."""
+    """Return the same for a chip with the planner core that has a problem but no population."""
     problem = record(config, np.random.default_rng(1))
     layout = run_request(config)
     fields = layout.unpack(RunOptions(seeds=config.population).pack(config))

@@ -1,4 +1,4 @@
-"""All units of the gateware: their classes, and the instances that chips are made of."""
+"""All units of the gateware: their classes, and the instances in chips."""
 
 import gc
 import importlib
@@ -51,9 +51,9 @@ def components_of_chips():
 
 
 def _alive():
-    """Return the components of the gateware that exist now, by their identity.
+    """Return the existing components of the gateware by identity.
 
-    By type: ``isinstance`` asks an object for its class, at which a weak proxy of a lost one fails.
+    They are tested by type, because ``isinstance`` fails for a weak proxy of a lost object.
     """
     return {
         id(each): each

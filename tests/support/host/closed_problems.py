@@ -1,4 +1,4 @@
-"""Random problems without a path, each with the reason that it was made for."""
+"""Random problems without a path, each with its intended reason."""
 
 from dataclasses import dataclass, replace
 
@@ -79,7 +79,7 @@ def zone_wall(rng):
 
 
 def zone_chain(rng):
-    """Circles across the map, each whose margins touch the next one's; and some more."""
+    """Circles across the map, whose margins touch each other, and some more circles."""
     ground = terrain(hills(rng))
     start, goal = ends(rng, ground)
     zones, y = [], -30.0
@@ -94,7 +94,7 @@ def zone_chain(rng):
 
 
 def zone_ring(rng):
-    """A polygon with a hole that holds one end, or a ring of circles around it."""
+    """A polygon with a hole around one end, or a ring of circles around it."""
     ground = terrain(hills(rng))
     start, goal = ends(rng, ground)
     end = str(rng.choice(["start", "goal"]))
@@ -141,7 +141,7 @@ def void_and_zones(rng):
 
 
 def low_ceiling(rng):
-    """A ridge across the map that is higher everywhere than the ceiling allows."""
+    """A ridge across the map that is everywhere higher than the ceiling allows."""
     heights = hills(rng)
     first = int(rng.integers(30, 42))
     lowest = rng.uniform(420, 500)
@@ -222,13 +222,13 @@ def small_tank(rng):
     start, goal = ends(rng, ground)
     line = np.hypot(goal[0] - start[0], goal[1] - start[1])
     wind = (0.0, 0.0) if rng.random() < 0.5 else (-6.0, 0.0)
-    # Level flight burns 1.3e-5 N a metre.
+    # Level flight burns 1.3e-5 N per metre.
     aircraft = replace(FOX, fuel_weight_N=float(line * 1.3e-5 * rng.uniform(0.3, 0.7)))
     return Closed(Problem(ground, start, goal, aircraft, wind=wind), "fuel", limit="fuel")
 
 
 def weak_engine(rng):
-    """An engine that does not hold level flight, to a goal above the start."""
+    """An engine that cannot hold level flight, and a goal above the start."""
     ground = terrain(hills(rng))
     start, goal = ends(rng, ground)
     goal = (*goal[:2], max(goal[2], start[2] + 10))

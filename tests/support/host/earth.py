@@ -35,10 +35,10 @@ def apart_m(first, second):
 
 
 def agree(terrain, points, lat, lon):
-    """Return whether points of a file lie where the local ones are."""
+    """Return whether points of a file agree with local points."""
     return bool(np.max(apart_m(places(terrain, points), (lat, lon))) < AGREE_M)
 
 
 def single(value):
-    """Return a number as MAVLink carries it, in single precision."""
+    """Return a number in single precision, as in MAVLink."""
     return float(np.float32(value))

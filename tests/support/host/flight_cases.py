@@ -19,7 +19,7 @@ _FOX = aircraft.load("silver-fox")
 
 
 def random_terrain(rng):
-    """Return land of 4 to 32 nodes a side: noise, slopes, cliffs, steps, valleys; some voids."""
+    """Return land of 4 to 32 nodes per side: noise, slopes, cliffs, steps, valleys; some voids."""
     rows, columns = rng.integers(4, MOST_NODES + 1, 2)
     dx = round(10 ** rng.uniform(math.log10(5), 2), 2)
     dy = dx if rng.random() < 0.7 else round(10 ** rng.uniform(math.log10(5), 2), 2)
@@ -68,7 +68,7 @@ def _random_aircraft(rng):
 
 
 def _random_path(rng, terrain):
-    """Return a path of 2 to 6 points, some of them at nodes or half-way between."""
+    """Return a path of 2 to 6 points, some at nodes or halfway between them."""
     count = 2 + int(4 * rng.random() ** 2)
     size = terrain.width_m, terrain.height_m
     path = np.zeros((count, 3))
@@ -94,7 +94,7 @@ def _random_path(rng, terrain):
 
 
 def random_case(rng):
-    """Return a problem and a path; its worst limit is within a metre for most of them.
+    """Return a problem and a path, usually within a metre of its worst limit.
 
     The paths of about a third of the problems keep all limits.
     """
@@ -120,7 +120,8 @@ def random_case(rng):
         try:
             return _near(rng, terrain, path, options)
         except InputError:
-            # An end off the map, in the ground or in a zone, or a route without cost: the next.
+            # An end off the map, in the ground or in a zone, or a route without cost: try the next
+            # case.
             continue
 
 
@@ -138,7 +139,8 @@ def _near(rng, terrain, path, options):
     kind = rng.integers(8)
     aim = rng.uniform(-1, 1)
     if kind <= 3:
-        # Moving a path up or down changes its excess by as much, the ramps of its ends apart.
+        # Moving a path up or down changes its excess by the same amount, except for the ramps at
+        # its ends.
         free = {"zones": ()}
         bottom = 2000.0
         for _ in range(3):
@@ -164,7 +166,7 @@ def _near(rng, terrain, path, options):
         options["rules"] = dataclasses.replace(rules, ceiling_m=float(heights))
     elif kind == 6:
         path = path + np.array((0, 0, 100.0))
-        # The excess over a ceiling that is surely broken tells its height.
+        # The excess over a certainly broken ceiling gives the height.
         found = findings(path, rules=dataclasses.replace(rules, ceiling_agl_m=61.0), zones=())
         height = found.metres["ceiling-agl"] + 61.0 + aim
         if height > rules.clearance_m:
@@ -179,7 +181,7 @@ def _near(rng, terrain, path, options):
 
 
 def _height_excess(problem, path):
-    """Return how much a path is too low, far below it, too."""
+    """Return how much a path is too low, even far below the limit."""
     found = examine(problem, path)
     excess = found.metres["clearance"]
     if excess > -1.5:
@@ -189,7 +191,7 @@ def _height_excess(problem, path):
 
 
 def _limited(plane, limit, found, factor):
-    """Return the aircraft with a limit that the findings are near to."""
+    """Return the aircraft with a limit close to the findings."""
     if limit in ("climb", "descent"):
         degrees = getattr(plane, f"max_{limit}_deg")
         sine = math.sin(math.radians(degrees)) * (1 + found.shares[limit]) * factor

@@ -1,4 +1,4 @@
-"""The rules of safe flight by dense samples, as judge of the strict rule.
+"""The rules of safe flight by dense samples, as an oracle for the strict rule.
 
 Nothing here shares code with the kernels: pieces come from the plain smoothing, everything else
 is written from the definition with NumPy and shapely.
@@ -15,7 +15,7 @@ from tests.support.host.zone_oracle import distances
 
 
 STEP_M = 0.1
-#: Violations up to this are not promised to be found, metres.
+#: Violations up to this many metres need not be found.
 TOLERANCE_M = 1e-3
 _COARSE_M = 4.0
 _ACROSS_M = 2.5
@@ -26,10 +26,10 @@ _DENSITY = 1.225
 
 @dataclass
 class Findings:
-    """How far a path is beyond each limit; negative where it has room.
+    """How far a path is beyond each limit; negative if it has room.
 
-    ``metres`` holds those in metres, by limit, ``shares`` those relative to the limit, ``corners``
-    the turns that do not fit.
+    ``metres`` has excesses in metres by limit, ``shares`` excesses relative to the limit,
+    ``corners`` the turns that do not fit.
     """
 
     metres: dict
@@ -134,7 +134,7 @@ def _flight(piece, wind, speed):
         east, north = _headings(piece, fractions)
         flat = speed * piece.run_m / piece.length_m
         along, cross = wind[0] * east + wind[1] * north, wind[0] * north - wind[1] * east
-        # If the wind cannot be held at all, the aircraft stands still: the time is infinite.
+        # If the wind cannot be flown, the aircraft stands still, so the time is infinite.
         return np.maximum(along + np.sqrt(np.maximum(flat**2 - cross**2, 0)), 1e-9)
 
     parts = piece.run_m / 8 / ground_speed((np.arange(8) + 0.5) / 8)
@@ -143,7 +143,7 @@ def _flight(piece, wind, speed):
 
 
 def _burn(aircraft, weight, piece, air_m):
-    """Return the maximum thrust on a piece and the fuel burned, by small steps."""
+    """Return the maximum thrust on a piece and the fuel burned, computed in small steps."""
     pressure = 0.5 * _DENSITY * aircraft.cruise_speed_m_s**2 * aircraft.wing_area_m2
     cos, sin = piece.run_m / piece.length_m, piece.rise_m / piece.length_m
 
@@ -221,7 +221,7 @@ def _excess(problem, piece, fractions):
         required = np.minimum(required, max(beside, -rules.corridor_m) + away)
         below = np.minimum(below, height + away)
     east, north = _headings(piece, fractions)
-    # Rounding of the place at the very edge of the corridor proves nothing.
+    # Rounding at the very edge of the corridor proves nothing.
     wide = max(rules.corridor_m - TOLERANCE_M, 0.0)
     spacing = min(_ACROSS_M, 0.25 * terrain.dx_m, 0.25 * terrain.dy_m)
     asides = np.linspace(-wide, wide, 2 * math.ceil(wide / spacing) + 1)
@@ -232,11 +232,11 @@ def _excess(problem, piece, fractions):
 
 
 def _borders(terrain, x, y, east, north, wide):
-    """Yield where lines across a track, from ``wide`` right to left of it, cross a border.
+    """Yield where lines across a track, ``wide`` to either side, cross a border.
 
-    At the borders, of the squares of nodes and of those between nodes, the surface has its steps
-    and edges; within a square it is smooth. Each is a value for every place, just before and after
-    the border.
+    At the borders of the squares of nodes, and of the squares between nodes, the surface has its
+    steps and edges; within a square it is smooth. Each item is a value for every place, just before
+    and after the border.
     """
     for place, across, side in ((x, -north, terrain.dx_m), (y, east, terrain.dy_m)):
         half = 0.5 * side
@@ -288,7 +288,7 @@ def _intrusion(problem, zone, piece, times):
     if zone.upper_m is not None:
         depth = np.minimum(depth, zone.upper_m + margin - z)
     seconds = np.interp(fractions, np.linspace(0, 1, 9), times)
-    # A metre to spare in time is that flown at the speed through the air.
+    # A metre to spare in time is a metre flown at the speed through the air.
     second = 1 / problem.aircraft.cruise_speed_m_s
     if zone.t0_s is not None:
         depth = np.where(seconds < zone.t0_s - second, -np.inf, depth)

@@ -4,7 +4,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 
 class Pool(ThreadPoolExecutor):
-    """The pool of processes, in a thread of this process that needs no preparation."""
+    """A pool of processes replaced by a thread of this process, which needs no preparation."""
 
     def __init__(self, workers=None, context=None, prepare=None, arguments=()):
         super().__init__(1)

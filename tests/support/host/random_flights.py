@@ -1,4 +1,4 @@
-"""Random zones and paths, and the pieces of a path as the kernels have them."""
+"""Random zones and paths, and the pieces of a path in the form of the kernels."""
 
 import numpy as np
 import shapely
@@ -77,7 +77,7 @@ def random_zones(rng, width_m, height_m, most=4):
         else:
             ring = star(rng, x, y, radius, rng.integers(3, 12))
             holes = [scaled(ring, x, y, rng.uniform(0.2, 0.9))] if kind == 2 else []
-            # Whole metres put corners, edges and the places of a path on one line.
+            # Whole metres make corners, edges and places of a path collinear.
             whole = [(float(round(px)), float(round(py))) for px, py in ring]
             if rng.random() < 0.3 and shapely.Polygon(whole, holes).is_valid:
                 ring = whole
@@ -105,7 +105,7 @@ def random_path(rng, width_m, height_m, zones=(), points=None):
 def near_a_limit(rng, path, zone, margin_m, radius_m):
     """Return ``path`` moved so that its track passes a limit of a widened zone within a metre.
 
-    The limit is one of its height, if it has any and by chance, else its border.
+    The limit is a height limit, if it has one and by chance, else its border.
     """
     points = np.concatenate(
         [

@@ -12,7 +12,7 @@ from pathgene.host.terrain import Terrain
 
 @pytest.fixture(scope="session")
 def make_run():
-    """Function that returns evaluator and result of a flight through two waypoints."""
+    """Function that returns the evaluator and result of a flight through two waypoints."""
 
     def make(
         shape=(41, 61),

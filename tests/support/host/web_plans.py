@@ -1,4 +1,4 @@
-"""Plans for the tests of pages: every kind of problem that a page must show, each planned once."""
+"""Plans for the tests of pages: every kind of problem that a page must show, planned once."""
 
 from functools import cache
 

@@ -1,4 +1,4 @@
-"""Random files of zones, one function a format, written from the definitions of the formats."""
+"""Random files of zones, one function per format, written from the definitions of the formats."""
 
 import copy
 import io
@@ -10,7 +10,7 @@ import zipfile
 
 __all__ = ["FORMATS", "LIMIT_TEXTS", "broken"]
 
-#: Texts of limits, their metres and references; None for no limit.
+#: Texts of limits, with their metres and references; None means no limit.
 LIMIT_TEXTS = {
     "GND": (0.0, "AGL"),
     "SFC": (0.0, "AGL"),
@@ -50,7 +50,7 @@ def _ring(rng, centre, size=0.1):
 
 
 def _angle(rng, degrees, letters, width):
-    """Return an angle in minutes or seconds, and the rounding that the text has."""
+    """Return an angle in minutes or seconds, and the rounding of the text."""
     letter, size = letters[degrees < 0], abs(degrees)
     whole = int(size)
     blank = rng.choice(("", " "))
@@ -115,7 +115,7 @@ def _outline(rng):
 
 
 def _periods(rng, seconds):
-    """Return periods of ED-269 and ED-318, which differ in their seconds of a day."""
+    """Return periods of ED-269 and ED-318, which differ in how they write the time of day."""
     periods = []
     for _ in range(rng.randint(0, 2)):
         first, last = sorted(rng.sample(_MONTHS, 2))
@@ -319,7 +319,7 @@ def fen(rng):
     return "\n".join(("#saved by a ground station", *lines, "")).encode(), "fence.fen"
 
 
-#: The functions by the names of the formats: each takes a generator of random numbers.
+#: The functions by format name; each takes a generator of random numbers.
 FORMATS = {
     "openair": openair,
     "ed269": ed269,

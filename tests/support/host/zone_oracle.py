@@ -1,4 +1,4 @@
-"""Zones by dense samples of a track and shapely, as judge of the strict rule."""
+"""Zones by dense samples of a track and shapely, as an oracle for the strict rule."""
 
 import numpy as np
 import shapely
@@ -11,7 +11,7 @@ _COARSE_M = 3.0
 
 
 def outline(zone):
-    """Return a polygonal zone as shapely has it."""
+    """Return a polygonal zone as a shapely polygon."""
     return shapely.Polygon(zone.ring, zone.holes)
 
 
@@ -27,7 +27,7 @@ def distances(zone, x, y):
 def fine_fractions(zone, piece, reach_m):
     """Return fractions of a piece at most ``STEP_M`` apart where it may be within ``reach_m``.
 
-    A track of n metres comes at most n metres nearer, so samples further apart rule out the rest.
+    A track of n metres comes at most n metres closer, so coarser samples rule out the rest.
     """
     parts = int(np.ceil(piece.length_m / _COARSE_M))
     coarse = np.linspace(0, 1, parts + 1)
@@ -41,8 +41,8 @@ def fine_fractions(zone, piece, reach_m):
 def enters(track, zones, margin_m, *, speed_m_s, spare_m=0.0):
     """Return whether a sample of a track is in a zone with its margin, or ``spare_m`` near it.
 
-    ``track`` is a sequence of pieces, flown at one speed. A zone holds the places within the margin
-    of it, and the heights strictly between its own limits and the margin.
+    ``track`` is a sequence of pieces, flown at one speed. A widened zone contains the places within
+    its margin, and the heights strictly within its limits and the margin.
     """
     for zone in zones:
         low = -np.inf if zone.lower_m is None else zone.lower_m - margin_m - spare_m

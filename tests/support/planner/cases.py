@@ -77,7 +77,7 @@ def record(config, rng, **changes):
 
 
 def any_record(config, rng):
-    """A problem with any value in every field, the extremes often."""
+    """A problem with any value in every field, often extremes."""
 
     def value(bits):
         kind = rng.integers(4)
@@ -152,7 +152,7 @@ def shape(config, rng, *, span=None):
 
 
 def path(config, rng, *, waypoints=None):
-    """Points of a path of any corners and steps, within a window of any size."""
+    """Points of a path with any corners and steps, within a window of any size."""
     count = int(rng.integers(2, config.max_waypoints + 1)) if waypoints is None else waypoints
     span = int(rng.choice([2, 10, config.map_size]))
     span = min(span, config.map_size)
@@ -163,6 +163,6 @@ def path(config, rng, *, waypoints=None):
 
 
 def rows(points, margins=None):
-    """Points as the compiled kernels take them: rows x, y, step, margin."""
+    """Points in the form of the compiled kernels: rows x, y, step, margin."""
     margins = [0] * len(points) if margins is None else margins
     return np.array([(*point, m) for point, m in zip(points, margins, strict=True)], dtype=np.int64)

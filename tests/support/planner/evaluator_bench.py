@@ -1,4 +1,4 @@
-"""Driver of the evaluator of paths in the Amaranth simulator."""
+"""Driver of the path evaluator in the Amaranth simulator."""
 
 import itertools
 from dataclasses import dataclass, field
@@ -18,7 +18,7 @@ AHEAD = 3
 
 @dataclass
 class Findings:
-    """Outputs of the evaluator with their cycles; even cycles are the first ones of slots.
+    """Outputs of the evaluator with their cycles; slots begin in even cycles.
 
     Attributes
     ----------

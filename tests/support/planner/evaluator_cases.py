@@ -1,4 +1,4 @@
-"""Paths for the evaluator, and the results of its model."""
+"""Paths for the evaluator, and the results from its model."""
 
 import dataclasses
 from dataclasses import dataclass, field
@@ -26,7 +26,7 @@ TOP = (1 << VALUE_BITS) - 1
 
 @dataclass
 class OfferedPath:
-    """A path with its head, and the manner in which it is offered.
+    """A path with its head, and the timing with which it is offered.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class OfferedPath:
     gap : int
         Cycles without an offer before its first point.
     gaps : sequence of int
-        Cycles before each further point, repeated.
+        Cycles before each later point, repeated.
     """
 
     points: list
@@ -56,7 +56,7 @@ class OfferedPath:
 
 @dataclass
 class Outcome:
-    """Result of the evaluator for a path, and the costs of its segments if it is walked."""
+    """Result of the evaluator for a path, with the costs of its segments if it is walked."""
 
     key: int
     slot: int
@@ -97,12 +97,12 @@ def drawn_paths(evaluator, rng, count, slots, *, repeat=0.4, gaps=False):
         else:
             points = [start, *path(config, rng)[1:-1], goal]
         value = score(record, points).cost >> record.key_shift
-        # Also just above the value of a path: then it is walked.
+        # Also just above the value of a path, so that it is walked.
         values = [*values[-20:], min(max(value, 0), TOP)]
         above = min(int(rng.choice(values)) + int(rng.integers(2)), TOP)
         limit = above if rng.random() < 0.7 else None
         gap = int(rng.choice([0, 0, 0, 0, 1, 2, 3, 40, 150])) if gaps else 0
-        # Two generations at a time are inside at most.
+        # At most two generations are inside at a time.
         first = bool(rng.random() < (0.2, 0.8, 0.5)[number // 20 % 3])
         paths.append(OfferedPath(points, int(rng.integers(slots)), first, limit, gap))
     return paths
@@ -164,7 +164,7 @@ def check_cycles(evaluator, paths, found, expected):
     for offer, each, offered in zip(paths, expected, found.offered, strict=True):
         points = len(offer.points) + record.has_entry + record.has_exit
         entering = offered, points, sum(each.costs or ()), record.has_exit
-        # Where it would be if no place was taken.
+        # The place if no other place were taken.
         free = counters.copy()
         free[-PLACES:] = -1
         enter(delays, free, *entering)

@@ -1,4 +1,4 @@
-"""An evolver with its neighbours, and the definition's populations to compare with."""
+"""An evolver with its neighbouring units, and the definition's populations to compare with."""
 
 import itertools
 from collections import deque
@@ -23,7 +23,7 @@ from tests.support.planner.population import corner, waypoint
 __all__ = ["Bench", "Cycle", "Member"]
 
 _GIVEN_UP = PathClass.GIVEN_UP << VALUE_BITS
-#: Seeds with a slot and no key, at most.
+#: Maximum number of seeds that have a slot but no key.
 _SEEDS = 18
 
 
@@ -60,10 +60,9 @@ class Member:
 
 @dataclass(eq=False)
 class Child:
-    """A child as planned, and as evaluated.
+    """A child, as planned and as evaluated.
 
-    ``margins`` are None if it is not walked; ``others`` are the paths whose slots must not be its
-    own.
+    ``margins`` are None if it is not walked; ``others`` are the paths whose slots it must not have.
     """
 
     points: list
@@ -92,7 +91,7 @@ class Cycle:
 
 
 class Bench:
-    """Drives an evolver and compares all that it gives with the definition.
+    """Drives an evolver and compares all its outputs with the definition.
 
     Parameters
     ----------
@@ -103,9 +102,9 @@ class Bench:
         Pace of the points: "fast", "scorer" for one every two cycles, "stalled" for random pauses
         of everything.
     any_key : bool
-        Draw keys, many of them equal, and margins; else the definition evaluates.
+        Draw keys, many of them equal, and margins; otherwise the definition evaluates.
     latency : int
-        Cycles from a child's goal to its key, at least.
+        Minimum cycles from a child's goal to its key.
     """
 
     def __init__(self, config, seed, *, islands=2, pace="fast", any_key=True, latency=0):
@@ -129,7 +128,7 @@ class Bench:
         self.islands, self.pending, self.survivors = {}, [], []
         self.coming, self.built, self.due = deque(), deque(), deque()
         self.decisions, self.margins = deque(), deque()
-        # Points of each child, and of each pass the keys of the members that stay.
+        # Points of each child, and for each pass the keys of the members that stay.
         self.lengths, self.stays = [], []
 
     # The definition.
@@ -158,7 +157,7 @@ class Bench:
         return Member(path, key), margins
 
     def breed(self, island):
-        """Breed a generation, and collect the one that is pending."""
+        """Breed a generation, and collect the pending one."""
         population = self.bred_from = self.islands[island]
         paths = [member.path for member in population]
         children, survivors = breed(self.config, self.record, self.ends, paths, self.source)
@@ -181,7 +180,7 @@ class Bench:
         self.pending = bred
 
     def collect(self, island):
-        """Collect the generation that is pending, if there is one."""
+        """Collect the pending generation, if any."""
         if self.pending:
             population, elites = self.islands[island], self.config.elites
             ranks = [*range(elites), *sorted(self.survivors)]
@@ -209,7 +208,7 @@ class Bench:
         await ctx.tick().repeat(40)
 
     async def reset(self, ctx):
-        """Reset the evolver, and begin from the beginning."""
+        """Reset the evolver, and start over."""
         ctx.set(self.top.reset, 1)
         await ctx.tick()
         ctx.set(self.top.reset, 0)
@@ -228,7 +227,7 @@ class Bench:
         await self.wait(ctx, lambda: ctx.get(self.dut.ready))
 
     async def pulse(self, ctx, signal, island):
-        """Give a command and wait until the next may come."""
+        """Give a command and wait until the next one is allowed."""
         ctx.set(self.dut.island, island)
         ctx.set(signal, 1)
         await ctx.tick()
@@ -266,13 +265,13 @@ class Bench:
             _, _, slot = await ctx.tick().sample(dut.slots.payload)
             ctx.set(dut.slots.ready, 0)
             assert slot not in {each.slot for each in self.inside(members)}
-            # Some paths come twice, so that keys are equal.
+            # Some paths occur twice, so that keys are equal.
             path = members[-1].path if members and number % 3 == 0 else self.path()
             members.append(await self.place(ctx, slot, path))
         self.islands[island] = await self.store(ctx, members)
 
     def inside(self, members):
-        """Return the members that are not free: of all islands, and of an island's first paths."""
+        """Return the members with slots in use: of all islands, and of an island's first paths."""
         known = members[: len(members) - len(self.due)]
         best = _sorted(known)[: self.config.population]
         return [*itertools.chain(*self.islands.values()), *best, *members[len(known) :]]
@@ -319,7 +318,7 @@ class Bench:
         return _sorted(members)[: self.config.population]
 
     async def revise(self, ctx, island):
-        """Write each member into its slot again, shorter or moved, as a first population."""
+        """Rewrite each member in its slot, shortened or moved, as a first population."""
         dut, config = self.dut, self.config
         ctx.set(dut.fills, 1)
         ctx.set(dut.island, island)
@@ -333,7 +332,7 @@ class Bench:
         self.islands[island] = await self.store(ctx, members)
 
     async def read(self, ctx, rank, expected):
-        """Compare a member with the definition's."""
+        """Compare a member with the definition's member."""
         dut = self.dut
         ctx.set(dut.rank, rank)
         await ctx.tick()
@@ -348,7 +347,7 @@ class Bench:
                 assert Waypoint(held.x, held.y, held.altitude, held.margin) == each, (rank, index)
 
     async def compare(self, ctx, island):
-        """Compare the population of an island with the definition's."""
+        """Compare the population of an island with the definition's population."""
         ctx.set(self.dut.island, island)
         for rank, expected in enumerate(self.islands[island]):
             await self.read(ctx, rank, expected)
@@ -359,11 +358,11 @@ class Bench:
     # Around it.
 
     def pause(self, least):
-        """Return a time: the least, or any twice as long."""
+        """Return a time between the minimum and twice the minimum."""
         return int(self.rng.integers(2 * least + 30)) if self.pace == "stalled" else least
 
     async def around(self, ctx):
-        """Take children and points, answer as an evaluator does, note events of each cycle."""
+        """Take children and points, answer like an evaluator, and note the events of each cycle."""
         dut, rng = self.dut, self.rng
         while True:
             stalls = rng.random(5) < (0.4 if self.pace == "stalled" else 0)
@@ -371,7 +370,7 @@ class Bench:
             ctx.set(dut.children.ready, not stalls[0])
             is_turn = self.pace != "scorer" or now % 2 == 0
             ctx.set(dut.points.ready, bool(self.built) and is_turn and not stalls[1])
-            # A key comes after all margins and decisions.
+            # A key follows all margins and decisions.
             known = not self.margins and not self.decisions
             margin, decision = {"valid": 0}, {"valid": 0}
             if self.margins and not stalls[2]:

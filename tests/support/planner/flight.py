@@ -1,4 +1,4 @@
-"""A planner on a chip and its model: the same maps, problems and runs, all they report compared."""
+"""A planner on a chip and its model, compared on the same maps, problems and runs."""
 
 import numpy as np
 
@@ -55,7 +55,7 @@ class Flight:
     rows : int
         Rows of its memo.
     seed : int
-        All maps, problems and options follow from it.
+        It determines all maps, problems and options.
     chip : object
         The planner, with the methods of ``VerilatedPlanner`` in ``tests/cosim``.
     """
@@ -86,7 +86,7 @@ class Flight:
             self.ground[y, x] = heights
             self._write(x, y)
         else:
-            # As the chip gets it: with all edges.
+            # In the chip's form, with all edges.
             shape = NoFlyShape.unpack(config, planner_cases.shape(config, self.rng).pack(config))
             corners = np.array(drawn(shape), dtype=int).reshape(-1, 2)
             self.ground[corners[:, 1], corners[:, 0]] = config.blocked_altitude
@@ -131,7 +131,7 @@ class Flight:
         )
 
     def run(self, options, stop=0):
-        """Run both, stop them in that cycle (0: never), and compare everything."""
+        """Run both, stop them in the given cycle (0: never), and compare everything."""
         before = self.outcome.population if options.warm else None
         marked = self.marks.scan()
         self.outcome = out = plan(

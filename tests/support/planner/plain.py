@@ -65,7 +65,7 @@ def draw(word, low, width, limit):
 
 
 def interpreted_plan(*arguments, **options):
-    """Return the outcome of a plan by the same kernels without a compiler."""
+    """Return the outcome of a plan by the same kernels, interpreted."""
     done = subprocess.run(
         [sys.executable, "-c", _INTERPRETED],
         input=pickle.dumps((arguments, options)),
@@ -131,7 +131,7 @@ def breed(config, record, ends, paths, source):
 
 
 def cross(head, tail, word):
-    """Return the head of one sequence and the tail of another, cut as the word says."""
+    """Return the head of one sequence and the tail of another, cut as specified by the word."""
     items = [*head, *tail]
     numbers = iter(range(len(items)))
     parents = []
@@ -183,7 +183,7 @@ def drawn(shape):
 
 
 class Memo:
-    """Memo of segments: hits and margins by the ends of segments walked before.
+    """Memo of segments: hits and margins of previously walked segments, by their ends.
 
     Parameters
     ----------
@@ -205,7 +205,7 @@ class Memo:
         return tuple(self.rows[row, [walk.HITS, walk.MARGIN]].tolist())
 
     def put(self, start, stop, walked):
-        """Keep hits and margin of a segment."""
+        """Store the hits and margin of a segment."""
         row, ends = self._place(start, stop)
         if row != walk.NO_ROW:
             self.rows[row, [walk.START, walk.STOP, walk.HITS, walk.MARGIN]] = *ends, *walked
@@ -230,7 +230,7 @@ class Evaluator:
         self.config, self.record, self.ground = config, record, ground
         self.ends = corner_of(record, "start"), corner_of(record, "goal")
         self._course = Course(problem_vector(config, record), sizes_vector(config, rows), ground)
-        # One work space for all paths, as in a run, with remains of other paths.
+        # One work space for all paths, as in a run, with remains of earlier paths.
         work = np.full((WORK_ROWS, config.max_waypoints + 4), 1 << 40, dtype=np.int64)
         memory = walk.empty_memo(rows)
         self._scratch = Scratch(memory, delays_vector(config), counters_vector(), work)
@@ -241,10 +241,10 @@ class Evaluator:
         return int(self._scratch.counters[WALK])
 
     def evaluate(self, path, margins, limit, *, first):
-        """Return the key of ``path``, ends included; write its margins if it is walked."""
+        """Return the key of ``path``, including its ends; write its margins if it is walked."""
         rows = np.zeros((len(path), 4), dtype=np.int64)
         rows[:, :3] = path
-        # No margin of a walk: marks a path that is not walked.
+        # Not a margin of a walk: marks a path that is not walked.
         rows[:, 3] = unknown = 1 << 40
         key = int(evaluate(self._course, self._scratch, rows, len(path), limit, first))
         for at in range(1, len(path) - 1):
@@ -254,12 +254,12 @@ class Evaluator:
 
 
 class Sorting:
-    """Members in the sorter, from the best to the worst; it is empty at first.
+    """Members in the sorter, from best to worst; initially empty.
 
     Parameters
     ----------
     capacity : int
-        Maximum number of members: one more drops the worst.
+        Maximum number of members; an additional member drops the worst.
     """
 
     def __init__(self, capacity):
@@ -269,7 +269,8 @@ class Sorting:
     def insert(self, key, *, late):
         """Insert a member and return how many worse members it passes.
 
-        A ``late`` member follows equals that are not late; of equals the earlier stays first.
+        A ``late`` member follows equal members that are not late; otherwise the earlier one stays
+        first.
         """
         place = bisect_right(self._inside, (key, late))
         passed = len(self._inside) - place

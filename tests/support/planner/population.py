@@ -7,7 +7,7 @@ from tests.support.planner.plain import Waypoint, bits, draw
 
 __all__ = ["TINY", "Words", "corner", "plan_of", "population", "problem", "waypoint"]
 
-#: A chip of a few short paths, of which half are replaced in a generation.
+#: A chip with a few short paths, half of which are replaced per generation.
 TINY = Config(
     population=8, children=4, elites=1, survivors=3, perturbs=1, inserts=1, deletes=1,
     max_waypoints=3, map_size=8, coarse_factor=2, altitude_bits=4, lanes=4, box_percent=100,
@@ -15,7 +15,7 @@ TINY = Config(
 
 
 class Words:
-    """A random source of given words; extremes are among them, all mutations equally likely."""
+    """A random source of given words, which include extremes; all mutations are equally likely."""
 
     def __init__(self, rng):
         self._rng = rng
@@ -42,7 +42,7 @@ class Words:
 
 
 def waypoint(config, rng):
-    """A waypoint on the map, with any margin."""
+    """A waypoint on the map with any margin."""
     top = config.blocked_altitude
     margin = int(rng.choice([-top, top, 0, rng.integers(-top, top + 1), rng.integers(-3, 4)]))
     x, y = (int(rng.choice([0, config.map_size - 1, rng.integers(config.map_size)])) for _ in "xy")
@@ -50,7 +50,7 @@ def waypoint(config, rng):
 
 
 def population(config, rng):
-    """Paths of all lengths, the shortest and the longest often."""
+    """Paths of all lengths, often the shortest and the longest."""
     paths = []
     for _ in range(config.population):
         length = rng.choice([2, config.max_waypoints, rng.integers(2, config.max_waypoints + 1)])
@@ -70,12 +70,12 @@ def problem(config, rng):
 
 
 def corner(point):
-    """A point as the gateware has it."""
+    """A point in the form of the gateware."""
     return dict(zip(("x", "y", "altitude"), point, strict=True))
 
 
 def plan_of(sizes, head, tail, word):
-    """Return the plan of a child of two parents, (slot, length) each, as the definition has it."""
+    """Return the definition's plan of a child of two parents, each given as (slot, length)."""
     eighths = 2 * bits(word, 62, 2) + 1
     head_before, tail_before = head[1] * eighths // 8, tail[1] * eighths // 8
     length = head_before + tail[1] - tail_before

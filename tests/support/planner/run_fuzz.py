@@ -1,8 +1,9 @@
-"""Random frames to the planner's board during a run, which no model follows at its pace.
+"""Random frames to the planner's board during a run, which no model can follow in real time.
 
 The model takes the same frames after a short run. By the rules of docs/protocol.md the board
-refuses some with ``BUSY`` that the model executes; the model then continues from before them. A
-failure names the command that repeats it: ``python -m tests.support.planner.run_fuzz SEED FRAMES``.
+refuses some with ``BUSY`` that the model executes; the model is then restored to its state before
+them. A failure names the command that repeats it:
+``python -m tests.support.planner.run_fuzz SEED FRAMES``.
 """
 
 import collections
@@ -27,9 +28,9 @@ __all__ = ["fuzz_during_runs"]
 _WAITING = (Command.MAP, Command.PROBLEM, Command.RUN, Command.BEST, Command.BLOCK)
 #: Commands whose answers depend on the time.
 _TIMED = (Command.STATUS, Command.COUNTERS)
-#: Frames to a run before it is stopped, if none of them stops it.
+#: Number of frames sent to a run before it is stopped, if none of them stops it.
 _EPISODE = 60
-#: Looks at a run that is stopped, until it is over.
+#: Maximum number of polls until a stopped run is over.
 _LOOKS = 10_000
 #: No chip reaches these numbers in a test.
 _ENDLESS = RunOptions(seed=7, seeds=8, give_up_rank=3, cycles=(1 << 32) - 1)
@@ -61,7 +62,7 @@ class RunFuzz:
         self.one.command(Command.PROBLEM, problem.pack(self.config))
 
     def episode(self, frames):
-        """Begin a run, send as many frames at most, end it; assert that they changed nothing."""
+        """Begin a run, send at most this many frames, end it; assert that they changed nothing."""
         one = self.one
         header = bytes((one.rules.session, one.rules.expected, Command.RUN))
         one.model.feed(encode_frame(header + _SHORT.pack(self.config)))
@@ -86,7 +87,7 @@ class RunFuzz:
             one.command(code, payload)
 
     def _exchange(self, body, plain):
-        """Send a frame to the board in a run, and to a copy of the model; return the status."""
+        """Send a frame to the board during a run and to a copy of the model; return the status."""
         copied = copy.deepcopy(self.one.model)
         answer = answer_in(copied.feed(encode_frame(body, plain=plain)), plain)
         if self._must_wait(body, plain, answer):
@@ -96,7 +97,7 @@ class RunFuzz:
         return self._tell(body, plain, answer)
 
     def _must_wait(self, body, plain, answer):
-        """Tell by the model's ``answer`` whether a run makes the command wait."""
+        """Return whether a run makes the command wait, given the model's ``answer``."""
         if plain or answer is None or body[2] not in _WAITING:
             return False
         repeated = body[1] == (self.one.rules.expected - 1) % 256
@@ -109,7 +110,7 @@ class RunFuzz:
         return status in (Status.OK, Status.BAD_VALUE)
 
     def _tell(self, body, plain, expected):
-        """Send a frame to the board, compare its answer with the body ``expected``."""
+        """Send a frame to the board and compare its answer with the body ``expected``."""
         self._port.write(encode_frame(body, plain=plain))
         told = self._answer(plain) if expected is not None else None
         status = self.one.rules.judge(body, plain, told)

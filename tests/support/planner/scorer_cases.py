@@ -1,4 +1,4 @@
-"""Problems and paths for the scorer, and the scores that its model gives them."""
+"""Problems and paths for the scorer, and their scores by its model."""
 
 import dataclasses
 
@@ -24,12 +24,12 @@ TOP = (1 << VALUE_BITS) - 1
 
 
 def drawn_problem(config, rng):
-    """Return a problem, three times of four with an entry, an exit or both."""
+    """Return a problem, which in three of four cases has an entry, an exit or both."""
     return headed(config, rng, drawn_free_problem(config, rng))
 
 
 def drawn_free_problem(config, rng):
-    """Return one of three kinds, without headings: usual, with gentle limits, of any values."""
+    """Return a problem without headings: common, with gentle limits, or with any values."""
     kind = rng.integers(4)
     if kind == 0:
         return any_record(config, rng)
@@ -71,7 +71,7 @@ def drawn_paths(config, rng, problem, count):
         limits = [config.map_size - 1, config.map_size - 1, config.blocked_altitude - 1]
         points = np.clip(points, 0, limits).astype(int)
         if waypoints and rng.integers(4) == 0:
-            # A waypoint twice, a vertical hop, or a step back.
+            # A repeated waypoint, a vertical hop, or a step back.
             at = int(rng.integers(1, waypoints + 1))
             other = int(rng.integers(waypoints + 2))
             axes = slice(0, int(rng.integers(2, 4)))
@@ -81,7 +81,7 @@ def drawn_paths(config, rng, problem, count):
 
 
 def problem_fields(problem):
-    """Return the record as a constant of ``problem_layout`` takes it."""
+    """Return the record in the form of a constant of ``problem_layout``."""
     return dataclasses.asdict(problem)
 
 
@@ -111,6 +111,6 @@ def compiled_chords(work):
 
 
 def _sent(problem, cost, penalty):
-    """Return ``infeasible`` and ``value``."""
+    """Return ``infeasible`` and ``value`` of a score."""
     value = penalty if penalty else cost >> problem.key_shift
     return bool(penalty), min(max(int(value), 0), TOP)

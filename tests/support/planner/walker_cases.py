@@ -1,4 +1,4 @@
-"""Segments, paths and drivers for the walker of the planner."""
+"""Segments, paths and drivers for the planner core's walker."""
 
 import itertools
 
@@ -14,14 +14,14 @@ def corner(point):
 
 
 def any_point(config, rng):
-    """Any corner and altitude, the lowest and the highest altitudes often."""
+    """Any corner and altitude, often the lowest or the highest."""
     top = config.blocked_altitude
     altitude = rng.integers(top + 1) if rng.random() < 0.7 else rng.choice([0, 1, top - 1, top])
     return (*(int(c) for c in rng.integers(config.map_size, size=2)), int(altitude))
 
 
 def segments_of(points, chords, first):
-    """Segments of a path as they are walked: ends, and marks; each point has a chord or None."""
+    """Segments of a path in walking order: ends and marks; each point has a chord or None."""
     ends = []
     for i, (point, chord) in enumerate(zip(points, chords, strict=True)):
         ends += [((points[i - 1], point), False)] if i else []
@@ -41,7 +41,7 @@ def heights_of(config, rng, *, blocked=0.1):
 
 
 async def upload(ctx, dut, heights):
-    """Write a whole map, a corner a cycle, and wait until it is written."""
+    """Write a whole map, one corner per cycle, and wait until it is written."""
     ctx.set(dut.writes.valid, 1)
     for y, x in itertools.product(*(range(size) for size in heights.shape)):
         ctx.set(dut.writes.p, {"x": x, "y": y, "altitude": int(heights[y, x]), "last": 0})

@@ -21,7 +21,7 @@ __all__ = ["Words", "blocks_of", "corner", "distances_of", "layer", "problem", "
 
 
 class Words:
-    """A random source whose words are noted; extremes are among them."""
+    """A random source whose words are recorded and include extremes."""
 
     def __init__(self, rng):
         self._rng = rng
@@ -37,10 +37,10 @@ class Words:
 
 
 def terrain(config, rng, *, blocked=0.0):
-    """Return a map: hills, with many equal corners or without, and with blocked ones."""
+    """Return a map: hills, with or without many equal corners, and with blocked corners."""
     ground = planner_cases.ground(config, rng, blocked=blocked)
     if rng.random() < 0.8:
-        # The last row and column, which else are blocked.
+        # The last row and column, which are otherwise blocked.
         ground[-1], ground[:, -1] = ground[-2], ground[:, -2]
     if rng.random() < 0.3:
         ground = np.where(ground < config.blocked_altitude, ground >> 4 << 4, ground)
@@ -56,7 +56,7 @@ def problem(config, rng, *, shift=None, any_field=False):
     limit = min(config.map_size, BLOCKS << shift) - 1 - int(rng.integers(2))
     changes = {"x_limit": limit, "y_limit": limit, "block_shift": shift}
     if not any_field and rng.random() < 0.5:
-        # Ends anywhere, so that they are within smaller blocks, too.
+        # Ends anywhere, so that they are also within smaller blocks.
         for end in ("start", "goal"):
             for axis in "xy":
                 changes[f"{end}_{axis}"] = int(rng.integers(limit << POSITION_FRACTION))
@@ -71,7 +71,7 @@ def distances_of(config, record):
 
 
 def blocks_of(config, record, ground):
-    """Return the blocks of the definition; compiled."""
+    """Return the blocks of the definition, computed by the compiled kernels."""
     vector = problem_vector(config, record)
     ends = [corner_of(record, end) for end in ("start", "goal")]
     layers = np.zeros((3, BLOCKS, BLOCKS), dtype=np.int64)
@@ -84,10 +84,10 @@ def blocks_of(config, record, ground):
 
 
 def corner(x, y, altitude):
-    """Return a corner as its layout takes it."""
+    """Return a corner in the form of its layout."""
     return {"x": x, "y": y, "altitude": altitude}
 
 
 def layer(values, none):
-    """Return a dictionary of blocks as a list by rows, ``none`` elsewhere."""
+    """Return a dictionary of blocks as a list by rows, with ``none`` for missing blocks."""
     return [values.get((x, y), none) for y in range(BLOCKS) for x in range(BLOCKS)]

@@ -101,7 +101,7 @@ def test_whole_angle_has_the_turn_at_a_crossover_point():
 
 
 def test_readings_choose_different_routes():
-    """Two short segments have the better whole, but a turn and a slope each in the sum."""
+    """Two short segments are better as a whole, but each adds a turn and a slope to the sum."""
     terms = np.array([[1.2, 0.6, 2.0], [0.6, 0.5, 1.5], [0.6, 0.5, 1.5]])
     graph = Graph(
         np.zeros((3, 2)),
@@ -123,7 +123,7 @@ def test_finer_samples_of_a_route():
     fine = field.whole_terms(route, 1001)
     assert fine == pytest.approx(route_terms(AuvField(2, samples=1001).measure(control, counts)))
     assert (field.whole_terms(route) != fine).any()
-    assert field.evaluations == before == 3  # Evaluations of the search alone.
+    assert field.evaluations == before == 3  # Evaluations of the search only.
 
 
 def steepest(landscape, control, number=100_001):
@@ -143,7 +143,7 @@ def test_default_samples_see_the_steepest_place(landscape):
 
 
 def test_default_samples_do_not_step_over_a_hill():
-    """The path of seed 1 that 21 samples call flat: it bunches them in the valleys."""
+    """With seed 1, 21 samples call the path flat, because it bunches them in the valleys."""
     paper = AuvField(1, samples=21)
     for generation in itertools.islice(evolve(paper, "ga-dp", seed=1), 100):
         route = generation.best
@@ -156,8 +156,8 @@ def test_default_samples_do_not_step_over_a_hill():
 
 
 def test_default_samples_see_the_slope_of_a_hairpin():
-    """It leads along the contour, turns up the slope within half a step, and back."""
-    x, y = 0.28, 0.05  # On a slope whose contour leads along x, nearly.
+    """The hairpin leads along the contour, turns up the slope within half a step, and back."""
+    x, y = 0.28, 0.05  # On a slope whose contour runs nearly along x.
     control = np.zeros((1, 10, 2))
     control[0, :7] = [
         (x - 0.2, y), (x - 0.1, y), (x, y), (x + 0.001, y + 0.0005), (x, y + 0.001),

@@ -1,4 +1,4 @@
-"""Runs of both planners: the delta that a search reports is the true one."""
+"""Runs of both planners: the delta that a search reports is correct."""
 
 import itertools
 

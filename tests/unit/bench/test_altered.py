@@ -1,4 +1,4 @@
-"""A process imports a changed definition; other processes keep the usual one."""
+"""A process imports a changed definition; all other processes keep the usual one."""
 
 import importlib.util
 import multiprocessing
@@ -18,7 +18,7 @@ ALTERATION = Alteration(
 
 
 def seed_waypoints():
-    # Imported where it is altered.
+    # Imported in the process that alters it.
     from pathgene.hdl.protocol import planner
 
     return planner.SEED_WAYPOINTS, pathgene.hdl.protocol.planner.SEED_WAYPOINTS

@@ -1,4 +1,4 @@
-"""Tables of the planner core, of a few short runs."""
+"""Tables of the planner core, from a few short runs."""
 
 import dataclasses
 
@@ -14,7 +14,7 @@ from tests.support.host.pool import Pool
 
 @pytest.fixture
 def canyon_alone(monkeypatch):
-    """Benchmarks of one map, their runs in this process."""
+    """Benchmarks of one map, with their runs in this process."""
     for module in (chip, chip_ablation):
         monkeypatch.setattr(module, "terrains", lambda: ["canyon"])
         monkeypatch.setattr(

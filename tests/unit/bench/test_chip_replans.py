@@ -1,4 +1,4 @@
-"""The table of replans, of a few scenarios, and the scenarios."""
+"""The table of replans for a few scenarios, and the scenarios themselves."""
 
 import dataclasses
 import math
@@ -23,7 +23,7 @@ def test_replans_are_beside_astar(monkeypatch):
     two, repaired, retried, of_board, *cold = report.rows
     assert of_board[1].split(" of ")[1].startswith("4")
     assert two[1].split(" of ")[1].startswith("4")
-    # Repair and retry leave the findings of the first run as they are.
+    # Repair and retry do not change the findings of the first run.
     for name in names[1:3]:
         assert [each["cycles"] for each in report.data[names[0]] if each["feasible"]] == [
             own["cycles"]
@@ -38,7 +38,7 @@ def test_replans_are_beside_astar(monkeypatch):
     assert [row[5:] for row in cold] == [("-",) * 4] * 2
     for each in report.data[names[0]]:
         line_ms = each["whole_ms"] - (each["cycles"] + each["drawing"]) / 1e5
-        # 200 to 700 bytes: no map goes over the line. A look may miss the end by a look's time.
+        # 200 to 700 bytes, so no map is sent. A poll may miss the end by the time of a poll.
         assert 0.7 < line_ms < 2.4
 
 

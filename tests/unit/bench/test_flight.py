@@ -1,4 +1,4 @@
-"""Rows of the benchmark of flights, and a run of one."""
+"""Rows of the benchmark of flights, and a run of one row."""
 
 import math
 
@@ -40,7 +40,7 @@ def test_problems_are_those_of_the_row():
 
 @pytest.fixture
 def one(tmp_path, monkeypatch):
-    """Keep results and tables apart, and plan with astar alone."""
+    """Keep results and tables separate, and only plan with astar."""
     monkeypatch.setattr(flight, "STORE", tmp_path / "flights.json")
     monkeypatch.setattr(pages, "FIGURES", tmp_path / "figures")
     monkeypatch.setattr(pages, "PAGES", tmp_path)

@@ -32,7 +32,7 @@ def test_judges_every_path_counted_feasible(monkeypatch):
 
 
 def test_records_the_paths_counted_feasible(monkeypatch):
-    """The record matches a plan of which the test evaluates every candidate."""
+    """The record matches a plan whose candidates the test evaluates itself."""
     monkeypatch.setattr(onboard, "_GENERATIONS", 5)
     counted = {}
     fitness_counted = Evaluator.fitness_counted

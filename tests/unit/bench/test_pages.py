@@ -1,4 +1,4 @@
-"""The tables of the pages are the results that are kept, and a kept report reaches its pages."""
+"""The tables of the pages equal the stored results, and a stored report reaches its pages."""
 
 import json
 import re
@@ -28,7 +28,7 @@ def test_every_kept_report_is_shown():
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """A folder of one page, and of kept reports."""
+    """A folder with one page and stored reports."""
     monkeypatch.setattr(pages, "PAGES", tmp_path)
     monkeypatch.setattr(pages, "FIGURES", tmp_path / "figures")
     return tmp_path

@@ -1,4 +1,4 @@
-"""The benchmark of other optimizers: their objective, their budget, and missing ones."""
+"""The benchmark of other optimizers: objective, budget, and missing packages."""
 
 import importlib.util
 
@@ -78,7 +78,7 @@ def test_a_planner_of_ompl_flies_free_straight_lines(evaluator, name):
     pytest.importorskip("ompl", reason="ompl is of the extra 'peers'")
     path = solve(evaluator, name, 1, 2.0)
     if path is None:
-        return  # Nothing within the time of a busy machine.
+        return  # No result within the time, on a busy machine.
     ends = evaluator.problem.start, evaluator.problem.goal
     assert path[[0, -1]] == pytest.approx(np.array(ends))
     assert path.shape[1] == 3

@@ -66,7 +66,7 @@ def test_a_run_is_kept_and_pasted(canyon, tmp_path, monkeypatch):
 
 @pytest.mark.long  # Flies.
 def test_the_verilog_flies_as_its_model_does(canyon):
-    """The same scenario: all figures are equal, also the virtual time."""
+    """In the same scenario, all figures are equal, including the virtual time."""
     model, verilog = (fly_row(name, [3])[0] for name in ("ga-chip, model:", "ga-chip, sim:"))
     for change in (*model["changes"], *verilog["changes"]):
         assert change.pop("measured_ms") > 0
@@ -77,7 +77,7 @@ def test_the_verilog_flies_as_its_model_does(canyon):
 
 @pytest.mark.ci  # Flies.
 def test_a_flight_does_not_depend_on_the_flights_before_on_its_board(canyon):
-    """A map that is new to the chip costs cycles, so fewer generations: another first path."""
+    """A map new to the chip costs cycles and generations, so the first path would differ."""
     alone, after = (fly_row("ga-chip, model:", numbers)[-1] for numbers in ([3], [2, 3]))
     for change in (*alone["changes"], *after["changes"]):
         change.pop("measured_ms")

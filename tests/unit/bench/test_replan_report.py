@@ -7,7 +7,7 @@ TOLD = {"alive": True, "ended": "arrived", "zone": None, "clearance": 30.0, "cha
 
 
 def change(active_ms, *attempts, at_once=True, needed=True, held=False):
-    """Return a change; an attempt is a planner and its milliseconds of chip and line."""
+    """Return a change; an attempt is a planner and its milliseconds on chip and line."""
     return {
         "at_s": 50.0,
         "what": "a zone appears",

@@ -79,7 +79,7 @@ def test_refuses_an_unknown_row():
         run(Options(only="mars"))
 
 
-# The benchmark of few rows with one seed, with results and page in a folder of their own.
+# The benchmark of a few rows with one seed, with results and page in a separate folder.
 SCRIPT = """
 import sys
 from pathlib import Path

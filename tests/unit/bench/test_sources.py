@@ -1,4 +1,4 @@
-"""Digest of sources: changes with names and contents of sources alone."""
+"""Digest of sources: it only changes with names and contents of sources."""
 
 import pytest
 
@@ -8,7 +8,7 @@ from bench.sources import digest
 
 @pytest.fixture
 def root(tmp_path, monkeypatch):
-    """A repository of one folder, and digests that are not kept from test to test."""
+    """A repository with one folder, and digests that are not cached between tests."""
     monkeypatch.setattr(sources, "_ROOT", tmp_path)
     digest.cache_clear()
     folder = tmp_path / "host" / "deep"
@@ -19,7 +19,7 @@ def root(tmp_path, monkeypatch):
 
 
 def anew(*names):
-    """Return the digest of the files' present contents."""
+    """Return the digest of the files' current contents."""
     digest.cache_clear()
     return digest(*names)
 

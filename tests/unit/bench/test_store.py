@@ -1,4 +1,4 @@
-"""Results that are kept, and the tables of pages."""
+"""Stored results, and the tables of pages."""
 
 import json
 from pathlib import Path
@@ -23,7 +23,7 @@ def test_results_outlive_the_run_until_their_sources_change(tmp_path, monkeypatc
     again = Store(file, "bench/report.py")
     assert again.get("row", "part") == {"F": 1.5}
     assert again.get("row", "third part") is None
-    # A line a result, in order.
+    # One line per result, in order.
     assert list(json.loads(file.read_text())) == ["a row", "row"]
     assert len(file.read_text().splitlines()) == 3 + 2 * 2 + 2
 

@@ -29,7 +29,7 @@ DEVICES = {
 
 
 class Wire(wiring.Component):
-    """Replacement of the planner, which takes long to elaborate; it uses clock and reset."""
+    """Replacement for the planner, which takes long to elaborate; it uses clock and reset."""
 
     clk: In(1)
     rst: In(1)

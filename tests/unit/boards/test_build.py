@@ -19,7 +19,7 @@ from pathgene.hdl.boards.route import Routed, route
 from pathgene.hdl.boards.tools import BuildError, tool_path
 
 
-# Whatever seed its file names.
+# Regardless of the seed in its file.
 BOARD = replace(find_board("ulx3s-85f", "paper"), seed=1)
 COMMANDS = [
     ["yosys", "-q", "chip.ys"],
@@ -200,7 +200,7 @@ def test_stops_a_seed_that_does_not_terminate(tools, tmp_path, capfd, monkeypatc
 
     assert build_for(3601.0, seeds=2).seed == 2
     assert "seed 1: nextpnr-ecp5 did not terminate within 3,600 s.\n" in capfd.readouterr().err
-    # The next run tries it again, because it was stopped, not routed.
+    # The next run tries it again, because it was stopped and not routed.
     with pytest.raises(BuildError, match=r"^nextpnr-ecp5 did not terminate within 3,600 s\.$"):
         build_for(3601.0, seeds=1)
 

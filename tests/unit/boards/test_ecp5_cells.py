@@ -280,7 +280,7 @@ def test_equals_the_simulated_memory(rows, width, ports, tmp_path, icarus):
 
 
 def test_registers_are_those_of_the_primitive():
-    """A latency of 2 uses only the primitives' registers, a latency of 1 no primitive."""
+    """A latency of 2 only uses the primitives' registers; a latency of 1 uses no primitive."""
     text = verilog.convert(
         MapMemory(rows=4096, width=12, latency=2, ports=2), platform=ECP5, emit_src=False
     )

@@ -44,7 +44,7 @@ def responses(bits):
 def test_every_input_and_output():
     """A single bit passes all five inputs, and each output shows it once."""
     seen = responses([1] + [0] * 30)
-    # In cycle 2 + i the bit is in the register of input i. From there it passes the sampling
+    # In cycle 2 + i the bit is in the register of input i. From there it goes through the sampling
     # register and one register for each output from i to the end.
     arrivals = [2 + i + 1 + (5 - i) for i in range(5)]
     assert len(set(arrivals)) == 1

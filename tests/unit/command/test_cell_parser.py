@@ -66,7 +66,7 @@ def test_whole_rectangles(bits, rectangle, pauses):
 
 @pytest.mark.parametrize(("bits", "cycles_per_cell"), [(4, 2), (8, 2), (12, 4), (16, 3)])
 def test_cycles_per_cell(bits, cycles_per_cell):
-    """The difference of two sizes leaves the cycles of a cell."""
+    """The difference between two sizes gives the cycles of a cell."""
     cycles = []
     for height in (2, 6):
         altitudes = range(8 * height)

@@ -1,4 +1,4 @@
-"""Comparison of headers: every pair of numbers around the expected one, and every session."""
+"""Comparison of headers: every pair of numbers near the expected one, and every session."""
 
 from amaranth.sim import Simulator
 

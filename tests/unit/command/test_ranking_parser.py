@@ -15,7 +15,7 @@ PAUSES = pytest.mark.parametrize("pauses", [(0,), (0, 3, 1)], ids=["steady", "st
 
 
 def ranks_of(payloads, *, identity=0, repeated=False, pauses=(0,), delay=3):
-    """Return the outcomes of ``payloads``, and each rank with its slot as they came.
+    """Return the outcomes of ``payloads``, and each rank with its slot in order of arrival.
 
     The core applies an order ``delay`` cycles after its last rank.
     """
@@ -64,7 +64,7 @@ def test_slots_that_are_in_order_already(pauses):
 
 @pytest.mark.parametrize("delay", [1, 2, 20])
 def test_done_when_the_core_has_applied_the_order(delay):
-    """Two cycles for each slot, then two more, or the core's cycles if it takes longer."""
+    """Two cycles per slot, then two more, or the core's cycles if it takes longer."""
     outcomes, _ = ranks_of([bytes(orders(1)[0])], delay=delay)
     assert outcomes == [(Status.OK, 2 * SLOTS + max(2, delay))]
 

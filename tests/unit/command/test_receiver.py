@@ -94,7 +94,7 @@ def test_cycles():
 
 @pytest.mark.parametrize(("code", "payload", "status"), refusals(CONFIG, ORDER))
 def test_refused(code, payload, status):
-    """A refusal is answered and remembered, and uses no sequence number."""
+    """A refusal is answered and recorded, and uses no sequence number."""
     chip = Chip()
     bodies = after_open((code, payload))
     bodies.append((bytes((1, 0, Command.STATUS)), 0))

@@ -102,7 +102,7 @@ def test_cycles():
 
 @pytest.mark.parametrize(("code", "payload", "status"), run_refusals(SMALL))
 def test_refused(code, payload, status):
-    """A refusal is answered and remembered, and uses no sequence number."""
+    """A refusal is answered and recorded, and uses no sequence number."""
     _refuse(SMALL, code, payload, status)
 
 
@@ -179,7 +179,7 @@ def test_a_run_needs_a_problem_and_a_warm_one_a_population():
 
 
 def test_repeated_commands_change_nothing():
-    """A RUN is repeated during its run, whatever has become of the population."""
+    """A RUN is repeated during its run, whatever the state of the population."""
     bodies = [(bytes((1, 0, Command.OPEN)), 0)]
     commands = [(Command.STOP, b""), (Command.BEST, b""), *PAYLOADS.items()]
     for sequence, (code, payload) in enumerate(commands):
@@ -225,7 +225,7 @@ class Reference:
 
     @property
     def state(self):
-        """Inputs of the receiver that tell of the core."""
+        """Inputs of the receiver that describe the core's state."""
         running = self.model.running
         return {
             "has_problem": running.record is not None,
@@ -246,7 +246,7 @@ class Reference:
         self._mark(x, y, columns, rows)
 
     def ask(self, body, plain):
-        """Return status and sequence of the answer, if there is one."""
+        """Return the status and sequence of the answer, if there is one."""
         answers = FrameSplitter().feed(self.model.feed(encode_frame(body, plain=plain)))
         return [(Status(answer[2]), answer[1]) for answer, _ in map(decode_frame, answers)]
 

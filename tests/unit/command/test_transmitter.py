@@ -217,7 +217,7 @@ def test_checked_paths(checked, pauses):
 
 
 def test_totals_alone():
-    """Totals come alone if requested, and if no path has been checked."""
+    """Totals are sent alone if requested, or if no path has been checked."""
     body, totals, reads = checked_answers(AnswerKind.TOTALS, checked=8)
     assert (body, reads) == (HEADER + totals, [])
     body, totals, reads = checked_answers(AnswerKind.CHECKED, checked=0)
@@ -305,7 +305,7 @@ def test_status_of_a_run(pauses):
 
 
 def test_every_field_of_a_status_is_read_in_one_cycle():
-    """A moving count is a value that it had, also where its lower half overflows."""
+    """A running counter is read as a value that it had, even when its lower half overflows."""
     bodies, status, _ = run_answers(AnswerKind.STATUS, pauses=(3,), ticking=True)
     first, second = (status_reply(PLANNER).unpack(body[len(HEADER) :]) for body in bodies)
     assert 0xFFF8 < first.pop("cycles") < 0x10_100

@@ -46,7 +46,7 @@ def test_every_length(pauses):
 
 
 def test_cycles():
-    """4 bytes and two cycles for each point, and one more until it is done."""
+    """4 bytes and two cycles per point, and one more cycle until it is done."""
     outcomes, _ = taken([pack_paths(CONFIG, [path_of(6)])])
     assert outcomes == [(Status.OK, 6 * 6 + 1)]
 
@@ -66,7 +66,7 @@ def test_cycles():
     ],
 )
 def test_refused(payload, status):
-    """A wrong payload yields never more points than a path; a right one is taken after it."""
+    """A wrong payload never yields too many points; a correct one is accepted after it."""
     good = pack_paths(CONFIG, [path_of(4, seed=5)])
     outcomes, points = taken([payload, good])
     assert [outcome for outcome, _ in outcomes] == [status, Status.OK]

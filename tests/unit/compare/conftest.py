@@ -57,7 +57,7 @@ def made_up_runs(final, *, generations=30, each=22, first=32):
 
 @pytest.fixture(scope="session")
 def report_of():
-    """Function that makes the report of planners, given as label to runs."""
+    """Function that makes the report of planners, given as a mapping from label to runs."""
 
     def make(planners, runs=50):
         listed = [

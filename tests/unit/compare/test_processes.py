@@ -125,7 +125,7 @@ def test_a_lost_worker_loses_no_run(problem, entrants, distributed):
 
 
 def test_a_machine_without_semaphores(problem, entrants, monkeypatch):
-    """As where /dev/shm is read-only."""
+    """As if /dev/shm were read-only."""
 
     def refuse(*_arguments, **_options):
         raise OSError(errno.EROFS, "Read-only file system")

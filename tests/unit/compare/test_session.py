@@ -56,7 +56,7 @@ def run(problem, entrants, seeds, directory):
 
 def test_runs_are_those_of_plan(problem, entrants, tmp_path):
     fields, done = run(problem, entrants, range(5, 7), tmp_path)
-    # Planners alternate, so that at any time they have run the same seeds.
+    # Planners alternate, so that they have run the same seeds at any time.
     assert done == [(entrant.label, seed) for seed in (5, 6) for entrant in entrants]
     for part in fields:
         assert sorted(part.records) == [5, 6]

@@ -1,4 +1,4 @@
-"""Statistics against SciPy and against counting, and samples to which no test applies."""
+"""Statistics compared with SciPy and with counting, and samples to which no test applies."""
 
 import itertools
 import math

@@ -1,4 +1,4 @@
-"""Runs on disk: kept, skipped and refused ones."""
+"""Runs on disk: kept, skipped and refused."""
 
 import contextlib
 import dataclasses
@@ -85,7 +85,7 @@ def test_skips_lines_that_are_not_runs(tmp_path, entrant, line):
 @pytest.mark.parametrize("options", [{}, {"lasting": True}, {"kill": True}])
 def test_a_failing_disk_loses_at_most_the_run_that_it_refuses(tmp_path, entrant, options):
     def compare(folder):
-        """Store the runs that are missing, as a command does; return the seeds that are kept."""
+        """Store the missing runs, as a command does; return the kept seeds."""
         done = []
         with contextlib.suppress(InputError, Killed), RunStore(folder, "p") as store:
             done += [seed for seed in range(3) if store.get(entrant, seed) is not None]
@@ -173,7 +173,7 @@ def test_digest_of_a_problem_covers_exactly_the_fitness(problem):
     ids=str,
 )
 def test_a_line_of_other_values_is_skipped(tmp_path, entrant, changes):
-    """The run is done again, as after a torn line."""
+    """The run is repeated, as after a truncated line."""
     with RunStore(tmp_path, "p") as store:
         line = store.add(entrant, 3, RECORD)
     store.path.write_text(json.dumps({**line, **changes}) + "\n" + "[" * 10_000 + "\n")

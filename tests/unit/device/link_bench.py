@@ -16,8 +16,8 @@ CONFIG = Config(receive_buffer=256)
 class Recorder:
     """A chip that follows :mod:`pathgene.hdl.protocol` and records every command it executes.
 
-    It replies with the payload of the command, to the payload ``!`` with ``BAD_VALUE``, and to READ
-    with as many bytes as its payload requests.
+    It replies with the payload of the command, except to the payload ``!`` with ``BAD_VALUE``, and
+    to READ with as many bytes as its payload requests.
     """
 
     def __init__(self):

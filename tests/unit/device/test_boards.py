@@ -293,7 +293,7 @@ def test_refuses_a_port_that_echoes(monkeypatch):
     ],
 )
 def test_the_patience_of_a_serial_board(listener, query, timeout_s, attempts):
-    """15 s unless the URL names another; a slow line has the time of the buffered bytes."""
+    """It is 15 s unless the URL sets it; a slow line adds the time of the buffered bytes."""
     url = listener(lambda peer: serve(Chip(SMALL), peer.recv, peer.sendall))
     with open_board(f"{url}{query}") as chip:
         assert chip.link.timeout_s == pytest.approx(timeout_s)

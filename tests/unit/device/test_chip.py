@@ -181,7 +181,7 @@ def test_transfers_are_short_frames():
     chip.load(paths)
     assert chip.read(0, 32) == paths
     writes = [payload for command, payload in port.commands if command is Command.WRITE]
-    # A frame has whole paths: at most 128 bytes of waypoints, or one longer path.
+    # A frame has complete paths: at most 128 bytes of waypoints, or one longer path.
     assert all(len(payload) <= 1 + 128 for payload in writes)
     assert [payload[0] for payload in writes] == list(range(32))
     chip.load(random_paths(config, random.Random(5), length=2))
@@ -340,7 +340,7 @@ def test_waypoints_survive_packing(path):
 def test_bytes_by_mode(length):
     """Rank mode uses at most 45 % of the bytes of population mode, recipe mode at most 15 %.
 
-    In the 300 generations paths of ``length`` waypoints are the fittest; runs over real terrain end
+    Over 300 generations, paths of ``length`` waypoints are the fittest; runs over real terrain end
     with 2 to 7.
     """
     spent = {}

@@ -38,7 +38,7 @@ def test_sessions_wrap_past_that_of_a_reset_chip():
 
 @pytest.mark.parametrize("previous", range(256))
 def test_a_reset_is_noticed_in_every_session(previous):
-    """By the next command, and by the next session: no reset chip has the number of either."""
+    """The next command and the next session notice it, because a reset chip has neither number."""
     sentence = r"^The board was reset or taken by another host: open it again\.$"
     chip = Recorder()
     chip.session = previous
@@ -143,7 +143,7 @@ def test_transfer_repeats_a_gap_without_a_timeout():
     assert link.transfer(commands) == [payload for _, payload in commands]
     assert chip.executed == commands
     assert clock() < 0.25
-    # A gap causes one repetition of all that followed.
+    # A gap causes one repetition of everything after it.
     assert link.traffic.frames_repeated <= CONFIG.receive_buffer // 27
     assert chip.statuses.count(Status.OUT_OF_ORDER) <= CONFIG.receive_buffer // 27
 

@@ -191,7 +191,7 @@ def test_transfers_over_a_bad_line(faults, rate):
         chip.executed.clear()
         commands = [(Command.READ, bytes([n % 100, n // 100])) for n in range(300)]
         assert link.transfer(commands) == [bytes(payload[0]) for _, payload in commands]
-        # Each is executed once and in order, then the commands whose replies were lost.
+        # Each command is executed once and in order, then the commands whose replies were lost.
         assert chip.executed[:300] == commands
         assert set(chip.executed[300:]) < set(commands)
 

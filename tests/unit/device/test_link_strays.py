@@ -1,4 +1,4 @@
-"""Frames that a chip of this protocol does not send: a link takes none of them for an answer."""
+"""Frames that a chip of this protocol does not send: a link takes none of them as an answer."""
 
 import re
 
@@ -54,8 +54,8 @@ def test_ignores_a_refusal_of_a_command_that_was_executed():
 
 
 def test_late_refusals_of_a_command_do_not_meet_the_next(monkeypatch):
-    """The next command has the number of one that was refused."""
-    # Frames come one by one.
+    """The next command has the number of a refused one."""
+    # Frames arrive one by one.
     first = property(lambda port: port._received.find(b"\0") + 1)
     monkeypatch.setattr(FaultyTransport, "in_waiting", first)
     late = []
@@ -67,7 +67,7 @@ def test_late_refusals_of_a_command_do_not_meet_the_next(monkeypatch):
     def both(frame):
         return frame + b"".join(late)
 
-    # The first refusal comes after the refusal of the repeated command.
+    # The first refusal arrives after the refusal of the repeated command.
     link, chip, _ = connect(from_board=Script({FIRST: keep, FIRST + 1: both}))
     with pytest.raises(RefusedError):
         link.request(Command.WRITE, b"!")

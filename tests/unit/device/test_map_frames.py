@@ -1,4 +1,4 @@
-"""The map of a chip in frames, and smaller maps on it."""
+"""The frames of a chip's map, and smaller maps on it."""
 
 import numpy as np
 import pytest

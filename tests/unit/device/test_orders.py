@@ -1,4 +1,4 @@
-"""Commands whose answers say nothing, given one by one and together."""
+"""Commands whose answers have no payload, given one by one and together."""
 
 import itertools
 
@@ -25,7 +25,7 @@ def commands(*numbers):
 
 
 class Noted:
-    """Names of the losses and of the actions, in order."""
+    """Names of losses and actions, in order."""
 
     def __init__(self):
         self.lost, self.done = [], []

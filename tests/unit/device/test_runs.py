@@ -117,7 +117,7 @@ def test_a_long_run_of_the_model_goes_on_until_it_is_stopped(chip, problem):
     assert last.generations >= status.generations
     assert chip.runs.best().keys[0] == last.key
     assert chip.counters()["generations"] == last.generations
-    # The next run is as ever.
+    # The next run is as usual.
     chip.runs.start(OPTIONS)
     outcome = plan(SMALL, heights, task, OPTIONS, marked=0)
     assert chip.runs.status().cycles == outcome.cycles
@@ -178,7 +178,7 @@ def test_a_run_scans_the_blocks_that_have_changed(chip, problem):
         return plan(SMALL, heights, task, few, marked=marked).wavefront
 
     assert [scanned(), scanned()] == [expected(1024), expected(0)]
-    # On a map of 32 x 32 corners a block has one.
+    # On a map of 32 x 32 corners, a block has one corner.
     chip.upload_map(heights[3:5, 4:7], 4, 3)
     assert [scanned(), scanned()] == [expected(6), expected(0)]
     corner = NoFlyShape(first_x=9, first_y=9, last_x=10, last_y=9, edges=((0, -1, 0),))
@@ -194,7 +194,7 @@ def test_a_shape_is_blocked_and_an_upload_frees_it(problem):
     chip.update_map(heights)
     rng = np.random.default_rng(8)
     for _ in range(20):
-        # Without an edge, the first one of zeros bends.
+        # Without an edge, the first edge, of zeros, bends.
         drawn = NoFlyShape.unpack(SMALL, shape(SMALL, rng).pack(SMALL))
         blocked = heights.copy()
         chip.runs.block(drawn)
@@ -202,7 +202,7 @@ def test_a_shape_is_blocked_and_an_upload_frees_it(problem):
         assert np.array_equal(model.checking.terrain.heights, blocked)
         coarse = blocked.reshape(8, 4, 8, 4).max(axis=(1, 3))
         assert np.array_equal(model.checking.terrain.coarse, coarse)
-        # The host knows the chip's drawings: nothing is sent again.
+        # The host knows what the chip has drawn, so nothing is sent again.
         frames = chip.link.traffic.frames_to_board
         chip.update_map(blocked)
         assert chip.link.traffic.frames_to_board == frames
@@ -255,7 +255,7 @@ def test_a_repeated_block_is_not_drawn_again():
 
 
 def test_a_busy_board_is_named(chip, monkeypatch):
-    """The model's runs are over at once, so the refusal is made here."""
+    """The model's runs end at once, so the refusal is simulated here."""
 
     def busy(*_):
         raise requests.RefusedError(Status.BUSY)

@@ -1,4 +1,4 @@
-"""Ports of pyserial: every write ends, whatever the port leads to."""
+"""Ports of pyserial: every write ends, whatever is at the other end."""
 
 import contextlib
 import os
@@ -58,7 +58,7 @@ def test_a_write_that_nobody_reads_times_out(port):
 
 
 def fill(path):
-    """Write to a terminal that nobody reads until it takes no more bytes."""
+    """Write to an unread terminal until it accepts no more bytes."""
     far = os.open(path, os.O_WRONLY | os.O_NOCTTY | os.O_NONBLOCK)
     for size in (4096, 256, 1):
         with contextlib.suppress(BlockingIOError):
@@ -69,7 +69,7 @@ def fill(path):
 
 
 def test_a_terminal_that_stalls_during_an_upload_costs_the_patience(terminal):
-    """Its chip stops in the middle of a map; the error is one sentence."""
+    """The chip stops in the middle of a map; the error is one sentence."""
     near, path = terminal
     stopped = threading.Event()
     chip = Chip(CHECKING)
@@ -130,7 +130,7 @@ def test_rfc2217_ends_its_writes_by_itself():
         try:
             Link(port, timeout_s=0.25, attempts=2)
             assert port.write_timeout is None
-            port.timeout = 0.1  # It takes settings.
+            port.timeout = 0.1  # It accepts settings.
             stopped.set()
             thread.join()
             begun = time.monotonic()

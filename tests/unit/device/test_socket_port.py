@@ -69,7 +69,7 @@ def test_port_writes_more_than_buffers_hold(ends, monkeypatch):
         return real(port, **how)
 
     def drain():
-        # Nothing is read before the port has no more room.
+        # Nothing is read until the port has no more room.
         waits.wait(timeout=60)
         while len(received) < len(data):
             received.extend(peer.recv(1 << 16))

@@ -1,4 +1,4 @@
-"""Whoever follows the figure of a reason is rid of it, however little is lacking."""
+"""Following the figure of a reason removes the reason, however little is missing."""
 
 from dataclasses import replace
 
@@ -16,7 +16,7 @@ from tests.support.host.closed_problems import KINDS
 
 
 FOX = load("silver-fox")
-#: Keys of the aircraft, and rules, by the limit that a figure names.
+#: Keys of the aircraft, and rules, by the limit in a figure.
 AIRCRAFT = {
     "service-ceiling": "service_ceiling_m",
     "climb": "max_climb_deg",
@@ -39,7 +39,7 @@ def problem(*zones, elevation=None, start_m=250.0, goal_m=250.0, aircraft=FOX, *
 
 
 def mended(given, figure):
-    """Return the problem with the value that would suffice, as it is printed."""
+    """Return the problem with the sufficient value, as printed."""
     value = float(f"{figure.would_do:.6g}")
     aircraft, rules, start, goal = given.aircraft, given.rules, given.start, given.goal
     if figure.limit in AIRCRAFT:
@@ -68,7 +68,7 @@ def limit_of(reason):
 
 
 def pit(lacking_m):
-    """Return a goal in a pit whose walls are too near, and too high by so little."""
+    """Return a goal in a pit whose walls are too close, and too high by a given small amount."""
     heights = flat(920.0)
     heights[50, 50] = 100.0
     return problem(elevation=heights, start_m=1070.0, goal_m=280.0 - lacking_m)
@@ -110,7 +110,7 @@ def test_margin_of_a_zone_at_an_end(away_m):
 
 
 def test_speed_at_which_the_turn_can_be_flown():
-    """The bank of the turn grows with the speed: the stall speed as it is would not do."""
+    """The bank of the turn grows with the speed, so the current stall speed would not suffice."""
     town = Polygon(((2900, 2900), (3100, 2900), (3100, 3100), (2900, 3100)), name="town")
     given = problem(town, aircraft=replace(FOX, lift_coefficient_max=0.4))
     reason = assert_following_it_helps(given)
@@ -134,7 +134,7 @@ def test_figures_of_random_problems(kind, seed):
     if figure.limit != "power":
         assert_following_it_helps(made.problem)
         return
-    # Level flight first, then the climbs of the way.
+    # First level flight, then the climbs on the way.
     climbing = mended(made.problem, figure)
     if limit_of(diagnose(climbing)) == ("power", "power"):
         assert diagnose(climbing).figure.would_do > figure.would_do

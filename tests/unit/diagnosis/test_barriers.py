@@ -1,4 +1,4 @@
-"""Barriers against shapely, which joins the zones and looks for start and goal in one piece."""
+"""Barriers compared with shapely, which joins zones and tests if the ends are connected."""
 
 import numpy as np
 import pytest
@@ -108,7 +108,7 @@ def test_names_the_zones_of_the_ring():
 
 
 def test_two_zones_that_touch_twice_enclose():
-    # Two horseshoes of one capsule each side.
+    # Two horseshoes with one capsule per side.
     left = Polygon(
         (
             (400, 300),

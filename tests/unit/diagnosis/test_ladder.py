@@ -61,7 +61,7 @@ def test_end_in_the_margin_of_a_zone():
     assert diagnose(problem(replace(zone, lower_m=280))).code == "not-found"
     assert diagnose(problem(replace(zone, t0_s=10))).code == "not-found"
     assert diagnose(problem(zone, rules=Rules(zone_margin_m=9.0))).code == "not-found"
-    # At the goal, a zone that ends some day ends too late or not.
+    # At the goal, a zone that ends at some time may or may not end too late.
     goal = Circle(5000, 5200, 190)
     assert diagnose(problem(goal)).code == "goal"
     assert diagnose(problem(replace(goal, t1_s=60))).code == "not-found"

@@ -1,4 +1,4 @@
-"""A hundred and more random problems without a path: the reason named is the true one."""
+"""More than a hundred random problems without a path: the reason given is the true one."""
 
 import dataclasses
 
@@ -43,7 +43,7 @@ def test_names_the_reason(kind, seed):
 
 
 def random_problem(seed):
-    """Return a problem with zones, voids and a ceiling, some of which has a path by a hair."""
+    """Return a problem with zones, voids and a ceiling; some problems barely have a path."""
     rng = np.random.default_rng([seed, 99])
     heights = hills(rng, 200.0)
     if rng.random() < 0.5:

@@ -1,4 +1,4 @@
-"""A limit of the aircraft is one class in one list."""
+"""A limit of the aircraft needs only one class in one list."""
 
 import itertools
 import math
@@ -50,7 +50,7 @@ class MinimumAltitude(AircraftLimit):
 
 @pytest.fixture
 def added():
-    """The limit, in the list while the test runs."""
+    """The limit, which is in the list while the test runs."""
     limit = MinimumAltitude()
     AIRCRAFT_LIMITS.append(limit)
     yield limit

@@ -1,4 +1,4 @@
-"""Crossings of lines and arcs with circles and lines, by places that are known."""
+"""Crossings of lines and arcs with circles and lines at known places."""
 
 import math
 
@@ -47,9 +47,9 @@ def around(parts):
     return pytest.approx([part / 270 for part in parts])
 
 
-# Around (0, 0), from (100, 0) by the north and the west to (0, -100).
+# Around (0, 0), from (100, 0) through the north and the west to (0, -100).
 LEFT = arc(100.0, 0.0, 90.0, 100.0, 270.0)
-# The same arc mirrored: by the south and the west to (0, 100).
+# The same arc mirrored: through the south and the west to (0, 100).
 RIGHT = arc(100.0, 0.0, -90.0, 100.0, 270.0, -1.0)
 
 
@@ -60,7 +60,7 @@ def test_places_and_boxes():
     assert place(straight(1.0, 2.0, 5.0, 10.0), 0, 0.25) == (2, 4)
     assert box_of(LEFT, 0) == pytest.approx((-100, -100, 100, 100))
     assert box_of(straight(1.0, 9.0, 5.0, 2.0), 0) == (1, 2, 5, 9)
-    # A short arc to the north of its tangent is no further from its start than its length.
+    # A short arc to the north of its tangent is no farther from its start than its length.
     short = arc(0.0, 0.0, 0.0, 1000.0, 1.0)
     length = math.radians(1000)
     assert box_of(short, 0) == pytest.approx((-length, 0, length, length))

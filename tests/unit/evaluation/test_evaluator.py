@@ -53,7 +53,7 @@ def test_population_equals_its_paths(problem, threads, count):
     "rules", [{}, {"ceiling_agl_m": 600.0}, {"ceiling_m": 560.0}, {"reserve": 0.995}]
 )
 def test_the_first_feasible_path_is_the_first_without_a_penalty(make_problem, rules):
-    """Among paths that break each of the limits, in any order."""
+    """It is found among paths that break each of the limits, in any order."""
     problem = make_problem(
         (500, 500, 400),
         (4500, 4500, 500),

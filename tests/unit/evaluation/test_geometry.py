@@ -1,4 +1,4 @@
-"""Smoothing against plane geometry."""
+"""Smoothing compared with plane geometry."""
 
 import math
 from itertools import pairwise

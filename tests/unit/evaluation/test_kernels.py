@@ -1,4 +1,4 @@
-"""Compiled kernels against the reference on random paths; bounds of the fitness."""
+"""Compiled kernels compared with the reference on random paths; bounds of the fitness."""
 
 import math
 

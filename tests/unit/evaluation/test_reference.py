@@ -206,7 +206,8 @@ def test_wind_on_an_arc_is_the_sum_of_eight_parts(evaluate, make_problem):
 
 
 def test_piece_that_the_wind_forbids_is_too_steep(evaluate, make_problem):
-    # 45 degrees leave 16.3 of 23 m/s; a cross wind of 17 m/s is more. The climb limit is not hit.
+    # 45 degrees leave 16.3 of 23 m/s; a crosswind of 17 m/s exceeds that. The climb limit is not
+    # reached.
     aircraft = dataclasses.replace(
         FOX, max_climb_deg=80.0, max_descent_deg=80.0, turn_radius_m=5000.0
     )

@@ -14,7 +14,7 @@ EAST, NORTH, WEST = (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)
 
 
 def test_a_turn_at_the_start_is_an_arc_like_any_other():
-    """From north to east: a quarter to the right that begins a radius before the start."""
+    """From north to east, it is a quarter turn right that begins a radius before the start."""
     smoothed = smooth(np.array([START, GOAL]), 150.0, (NORTH, None))
     arc, straight = smoothed.pieces
     assert isinstance(arc, Arc)
@@ -62,7 +62,7 @@ def test_headings_count_in_the_evaluation(make_problem):
 
 
 def test_a_zone_counts_while_it_is_active(make_problem):
-    """The aircraft passes the zone after 1,725 to 2,275 m at 23 m/s: 75.0 to 98.9 s."""
+    """At 23 m/s, the aircraft is in the zone from 1,725 to 2,275 m: from 75.0 to 98.9 s."""
     path = np.array([START, GOAL])
     lengths = np.array([2])
     for times, inside in (

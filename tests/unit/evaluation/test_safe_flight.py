@@ -19,7 +19,7 @@ FOX = aircraft.load("silver-fox")
 
 @pytest.fixture
 def verdicts(make_problem):
-    """Function that returns the evaluation of a straight flight in paper mode and by the rules."""
+    """Function that returns evaluations of a straight flight in paper mode and by the rules."""
 
     def judge(start=START, goal=GOAL, path=None, **options):
         found = []
@@ -33,7 +33,7 @@ def verdicts(make_problem):
 
 
 def broken(evaluation):
-    """Return the names of limits that are broken, the worst first."""
+    """Return the names of broken limits, worst first."""
     at_least = ("clearance", "zone", "turn", "stall")
     return [
         limit["limit"]
@@ -81,7 +81,7 @@ def test_fuel_and_power(verdicts):
     assert paper.feasible
     assert broken(safe) == ["fuel"]
     assert safe.fuel_left_N < 0
-    # With a reserve of a tenth the whole tank does not do.
+    # With a reserve of a tenth, the whole tank is not enough.
     paper, safe = verdicts(aircraft=dataclasses.replace(FOX, fuel_weight_N=paper.fuel_N))
     assert broken(safe) == ["fuel"]
     assert safe.distance_beyond_limits_m == pytest.approx(0.1 * safe.length_m)

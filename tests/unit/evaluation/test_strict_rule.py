@@ -1,4 +1,4 @@
-"""The strict rule against dense samples, and on tracks whose excess is known."""
+"""The strict rule compared with dense samples, and on tracks with a known excess."""
 
 import math
 import time
@@ -26,7 +26,7 @@ def strict_penalty(problem, path):
 
 
 def compare(count, seed):
-    """Compare ``count`` random paths; return how many are near a limit, and so on."""
+    """Compare ``count`` random paths; return counts, such as of paths near a limit."""
     counts = Counter()
     case = 0
     while counts["paths"] < count:
@@ -78,7 +78,7 @@ def straight(elevation, start, goal, **rules):
 def test_clearance_is_kept_to_a_nanometre_and_a_corner_of_a_cell_counts():
     elevation = np.full((21, 21), 10.0)
     elevation[10, 10] = 60.0
-    # Its square begins at 285 m; heights between nodes reach less high there.
+    # Its square begins at 285 m, where heights between nodes are lower.
     for y, low, highest in ((260.1, 25.0, 60.0), (260.1, 24.0, None), (240.0, 25.0, None)):
         start, goal = (40.0, y, 90.0), (560.0, y, 90.0)
         problem, path = straight(elevation, start, goal, corridor_m=low)

@@ -1,4 +1,4 @@
-"""The smoothed track as points, and the closed forms against it."""
+"""The smoothed track as points, compared with the closed forms."""
 
 import dataclasses
 import math

@@ -1,4 +1,4 @@
-"""The strict rule on zones: a dense-sampling oracle, and the cases that a raster misses."""
+"""The strict rule on zones: a dense-sampling oracle, and cases that a raster misses."""
 
 import math
 import timeit
@@ -50,7 +50,7 @@ def random_case(seed):
 
 
 def compare_with_oracle(seeds):
-    """Assert that no path of the oracle's rejects is free; return the counts of both verdicts."""
+    """Assert that no path rejected by the oracle is free; return the counts of both verdicts."""
     rejected, near, spared, too_strict = 0, 0, 0, 0
     for seed in seeds:
         zones, margin_m, path, radius_m = random_case(seed)
@@ -80,12 +80,12 @@ def test_agrees_with_dense_samples():
 def test_agrees_with_dense_samples_of_many_flights(flights):
     rejected, near, spared, too_strict = compare_with_oracle(range(1000, 1000 + flights))
     assert min(rejected, spared) > 0.2 * flights
-    assert near > 0.125 * flights  # As many of the rejected ones pass within a metre, too.
+    assert near > 0.125 * flights  # As many of the rejected paths also pass within a metre.
     assert too_strict <= 0.01 * spared
 
 
 def sampled(path, zone, margin_m, radius_m):
-    """Return metres inside a zone and least distance to it where it applies, from samples."""
+    """Return metres inside a zone and the minimum distance to it where it applies, from samples."""
     low = -np.inf if zone.lower_m is None else zone.lower_m - margin_m
     high = np.inf if zone.upper_m is None else zone.upper_m + margin_m
     t0 = -np.inf if zone.t0_s is None else zone.t0_s
@@ -136,7 +136,7 @@ def spots(path, zone, margin_m=0.0, radius_m=30.0):
 
 
 def test_cells_that_are_not_blocked_hold_nothing_that_is_rejected():
-    """The search's raster is as strict as the rule: also at the very corners of its free cells."""
+    """The search's raster is as strict as the rule, even at the very corners of its free cells."""
     rng = np.random.default_rng(3)
     where = Terrain(
         name="map", elevation=np.zeros((24, 32)), dx_m=30.0, dy_m=20.0, crs=None, origin=(0.0, 0.0)
@@ -209,7 +209,7 @@ def test_heights_are_honoured():
         return metres([(0, 200, z), (400, 200, z)], [zone], 10)
 
     assert level(89) == level(211) == 0
-    # Exactly the margin is enough.
+    # A distance of exactly the margin is enough.
     assert level(90) == level(210) == 0
     assert level(91) == level(209) == pytest.approx(220, abs=1e-4)
     # 90 to 210 m is the third part of the climb from 0 to 360 m: 133 m of 400, within 90 and 310.
@@ -265,7 +265,7 @@ DIAMOND = ((80.0, 0.0), (0.0, 80.0), (-80.0, 0.0), (0.0, -80.0))
     ids=["circle", "edge", "corner"],
 )
 def test_limit_is_exact_to_a_tenth_of_a_millimetre(zone, reach, far_m, margin_m):
-    """Lines and arcs that pass a zone's northernmost place, far from the origin, too."""
+    """Lines and arcs pass a zone's northernmost place, even far from the origin."""
     if isinstance(zone, Circle):
         zone = Circle(far_m, -far_m, zone.radius_m)
     else:
@@ -280,7 +280,7 @@ def test_limit_is_exact_to_a_tenth_of_a_millimetre(zone, reach, far_m, margin_m)
             [(-400, corner + 400), (0, corner), (400, corner + 400)],
             [(-400, top - 400), (0, top), (400, top - 400)],
         ]
-        # A flat top is cut by the last one, which bends around the place.
+        # The last arc, which bends around the place, cuts a flat top.
         for path in paths[: 2 if reach == 100 else 3]:
             placed = [(far_m + px, py - far_m, 50) for px, py in path]
             assert (metres(placed, [zone], margin_m, 100.0) > 0) == expected, path
@@ -352,7 +352,7 @@ def test_least_distance_inside_and_beside_arcs():
             found = spots(path, zone, 0, 100.0)
             assert found.distance_m == pytest.approx(30)
             assert found.nearest.t == pytest.approx(0.5)
-            # Half of the way: one of the straights, less the tangent, and half of the arc.
+            # Half of the way: one of the straights minus the tangent, and half of the arc.
             assert found.nearest.at_m == pytest.approx(400 * math.sqrt(2) - 100 + 25 * math.pi)
 
 

@@ -1,4 +1,4 @@
-"""A checker in Amaranth's simulator: its map, its queue of paths, and their results."""
+"""A checker in Amaranth's simulator: its map, its queue of paths, and the results."""
 
 import itertools
 from dataclasses import dataclass, field
@@ -41,7 +41,7 @@ class Results:
 
 
 def summary(verdict):
-    """The same of a verdict of the model."""
+    """The same for a verdict of the model."""
     return (
         verdict.collision,
         verdict.segment,
@@ -73,7 +73,7 @@ async def feed(ctx, dut, path):
 
 
 async def look_up(ctx, dut, cells):
-    """Return the altitudes of ``cells``, looked up one a cycle."""
+    """Return the altitudes of ``cells``, looked up one per cycle."""
     found = []
     latency = dut.config.lookup_latency
     for cycle in range(len(cells) + latency):
@@ -88,7 +88,7 @@ async def look_up(ctx, dut, cells):
 
 
 def results_of(dut, terrain, paths, *, count=False, alone=False, pauses=(0,), count_pauses=(0,)):
-    """Check ``paths``, queued or each one ``alone``; verdicts and counts are taken with pauses."""
+    """Check ``paths``, queued or each ``alone``; verdicts and counts are taken with pauses."""
     results = Results()
 
     async def bench(ctx):

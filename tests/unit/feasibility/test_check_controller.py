@@ -48,7 +48,7 @@ class Chip(wiring.Component):
 
 
 class Bench:
-    """Drives the unit as the units around it do."""
+    """Drives the unit like its neighbouring units."""
 
     def __init__(self, config, heights, paths):
         self.config = config
@@ -67,7 +67,7 @@ class Bench:
             await bench(ctx)
 
         async def read_out(ctx):
-            """As the population does: a waypoint a cycle, 3 elapsed between paths."""
+            """Like the population: one waypoint per cycle, with 3 cycles between paths."""
             unit = self.chip.unit
             while True:
                 ctx.set(unit.reads.ready, 1)
@@ -89,7 +89,7 @@ class Bench:
         simulate(self.chip, main, background=(read_out, collect_records))
 
     async def check(self, ctx, checks, points=None):
-        """Return the totals and all results, as the host gets them, and the elapsed it took."""
+        """Return the totals and all results, as the host gets them, and the cycles elapsed."""
         unit = self.chip.unit
         ctx.set(unit.forget, 1)
         await ctx.tick()
@@ -152,7 +152,7 @@ def test_answers_are_those_of_the_model(build, flags):
             request = check_paths_request(config).pack(**asked, flags=flags)
             expected = model.check_paths(paths, request, False)
             assert told == expected, (asked, told.hex(), expected.hex())
-            # Besides the checker's own cycles, some to get ahead and to be done.
+            # In addition to the checker's own cycles, a few to get ahead and to finish.
             cycles = check_reply(config).unpack(told[: check_reply(config).size])["cycles"]
             assert cycles < elapsed <= cycles + 16 + count * 5 / 4
         counters = ctx.get(bench.chip.unit.counters)

@@ -11,7 +11,7 @@ from tests.unit.feasibility.checker_driver import upload
 
 @pytest.mark.parametrize(("build", "lanes"), [("two-tier", 1), ("parallel", 4)])
 def test_busy_until_the_last_point_of_a_path_that_collides_early(build, lanes):
-    """Its verdict is transferred long before: the ground under its other points must stay."""
+    """Its verdict is transferred long before; the ground under its other points must stay."""
     config = Config(
         max_waypoints=4, map_size=16, coarse_factor=4, altitude_bits=4, checker=build, lanes=lanes
     )

@@ -52,7 +52,7 @@ def test_equals_model(config, count):
         ctx.set(dut.counts.ready, 1)
         ctx.set(dut.count, count)
         for number, path in enumerate(paths):
-            # A check after an upload waits for the coarse map, its flags down all the same.
+            # A check after an upload waits for the coarse map, with its flags already low.
             waits = number % 4 == 0
             if waits:
                 await upload(ctx, dut, terrain.heights[: 2 if number else None])
@@ -68,7 +68,7 @@ def test_equals_model(config, count):
             ctx.set(dut.waypoint_count, len(waypoints))
             ctx.set(dut.enable, 1)
             await ctx.tick()
-            # Nothing but the path memory counts any more.
+            # From now on, only the path memory counts.
             ctx.set(dut.enable, 0)
             ctx.set(dut.aircraft, place((1, 2, 3)))
             ctx.set(dut.goal, place((3, 2, 1)))

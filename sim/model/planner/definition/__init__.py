@@ -1,6 +1,6 @@
-"""Score, walk and wavefront, plain: the definition that their kernels are held to.
+"""Score, walk and wavefront in plain Python: the reference for their kernels.
 
-These kernels are written for a processor, without a division where the definition has one. The
-definition is written to be read: Python integers, a function for each unit. All other kernels of
+The kernels are optimized for a CPU and avoid divisions of the definition. The definition is written
+for readability: Python integers, one function per unit. All other kernels of
 :mod:`pathgene.sim.model.planner` are definitions themselves.
 """

@@ -1,9 +1,9 @@
 """Walk of a segment over the lattice of corners, and score of a path.
 
-The score has the cost of a path, and all that makes it unflyable apart from the ground. Lengths are
-in units of 2**-8 of the longer side of a cell, altitudes in sixteenths of a step. Every root is
-rounded down but the roots of lengths that cost, which are rounded to the nearest, or cutting a path
-into more pieces would shorten it.
+The score has the cost of a path, and everything except the ground that makes it unflyable. Lengths
+are in units of 2**-8 of the longer side of a cell, altitudes in sixteenths of a step. Every root is
+rounded down, except for the roots of lengths in the cost, which are rounded to nearest; otherwise
+cutting a path into more pieces would shorten it.
 """
 
 from __future__ import annotations
@@ -56,11 +56,11 @@ Point = tuple[int, int, int]
 
 
 def walk(ground: Ground, blocked: int, start: Point, stop: Point) -> tuple[int, int]:
-    """Return how many corners of a segment collide, and the segment's least margin.
+    """Return the number of colliding corners of a segment, and its minimum margin.
 
-    A corner collides where the segment is below its ground, or where it is blocked. The margin is
-    the altitude above the ground, in steps; blocked corners do not count in it, and a segment over
-    nothing else has ``blocked``.
+    A corner collides if the segment is below its ground, or if it is blocked. The margin is the
+    altitude above the ground, in steps; it ignores blocked corners, and is ``blocked`` if all
+    corners are.
     """
     hits, margin = 0, blocked
     for x, y, altitude in passed(start, stop):
@@ -89,7 +89,7 @@ def passed(start: Point, stop: Point) -> Iterator[tuple[int, int, int]]:
         yield x + across, y + along, max(lowest, min(z, z + dz))
 
 
-#: A length of one cell: arcs with longer tangents have their chord walked, and an arc that is too
+#: A length of one cell: the chords of arcs with longer tangents are walked, and an arc that is too
 #: steep counts at least this length.
 CELL = 1 << POSITION_FRACTION
 #: Tangent of half a turn from which no arc is possible, and the tangent length that stands for it.
@@ -110,7 +110,8 @@ class Arc:
     before, after : int
         Altitudes where the arc begins and ends.
     rise : int
-        Their difference with 16 more bits, for the slope: a short arc rises by a few parts.
+        Their difference with 16 more bits, for the slope, because a short arc only rises by a few
+        parts.
     chord : (Point, Point) or None
         The ends on the nearest corners, at whole steps below; None for a tangent of a cell or less.
     """
@@ -129,14 +130,14 @@ class Score:
     Attributes
     ----------
     cost : int
-        Before its shift to a value.
+        Cost before its shift to a value.
     penalty : int
-        A quarter of a cell for each segment that is too steep, and 4 units for each part of
-        altitude that it is too steep by; an eighth of the path's length for each point whose arc
-        does not fit; the length of each arc that is too steep, at least a cell.
+        For each segment that is too steep, a quarter of a cell plus 4 units per part of excess
+        altitude; for each point whose arc does not fit, an eighth of the path's length; for each
+        arc that is too steep, its length, but at least a cell.
     arcs : list of Arc or None
         One for each waypoint, for the start if there is an entry, and for the goal if there is an
-        exit; None where the arc does not fit.
+        exit; None if the arc does not fit.
     """
 
     cost: int
@@ -145,7 +146,7 @@ class Score:
 
 
 def corner_of(record: ProblemRecord, end: str) -> Point:
-    """Return the corner nearest to an end, ``"start"`` for one, and the step at or below it."""
+    """Return the corner nearest to an end, such as ``"start"``, and the step at or below it."""
     x, y, altitude = (getattr(record, f"{end}_{name}") for name in ("x", "y", "altitude"))
     half = CELL // 2
     return (
@@ -156,7 +157,7 @@ def corner_of(record: ProblemRecord, end: str) -> Point:
 
 
 def scaled(difference: int, scale: int) -> int:
-    """Return a difference of positions in units of length, halves away from 0."""
+    """Return a difference of positions in units of length, rounding halves away from 0."""
     size = abs(difference) * scale + (1 << SCALE_FRACTION - 1) >> SCALE_FRACTION
     return -size if difference < 0 else size
 
@@ -164,7 +165,7 @@ def scaled(difference: int, scale: int) -> int:
 def piece_cost(record: ProblemRecord, before: int, after: int, length: int) -> int:
     """Return the cost of a straight piece or an arc between two altitudes.
 
-    Altitude times length, and fuel where the engine must pull.
+    The cost is altitude times length, plus fuel if the engine must pull.
     """
     pull = record.drag * length + record.rise * (after - before)
     fuel = max(pull, 0) * record.fuel >> record.fuel_shift
@@ -172,7 +173,7 @@ def piece_cost(record: ProblemRecord, before: int, after: int, length: int) -> i
 
 
 def score(record: ProblemRecord, path: Sequence[Point]) -> Score:
-    """Return the score of ``path``: two points or more, the corners of start and goal included.
+    """Return the score of ``path``: two or more points, including the corners of start and goal.
 
     The entry and the exit, if the record has them, count as points before and after them.
     """
@@ -224,7 +225,7 @@ def score(record: ProblemRecord, path: Sequence[Point]) -> Score:
 def _extended(
     record: ProblemRecord, path: Sequence[Point]
 ) -> tuple[list[Point], list[tuple[int, int]], list[int]]:
-    """Return the corners of entry, path and exit, and their places and altitudes in the score."""
+    """Return the corners of entry, path and exit, with their places and altitudes in the score."""
     before, behind = ["entry"] * record.has_entry, ["exit"] * record.has_exit
     first, last = ([corner_of(record, end) for end in ends] for ends in (before, behind))
     points = [*first, *path, *last]
@@ -241,7 +242,7 @@ def _extended(
 
 
 def _excess(record: ProblemRecord, length: int, rise: int) -> int:
-    """Return by how many parts, with SLOPE_FRACTION bits below, a rise exceeds its limit."""
+    """Return the excess of a rise over its limit, in parts with SLOPE_FRACTION fraction bits."""
     limit = record.climb if rise > 0 else record.descent
     return (abs(rise) << SLOPE_FRACTION) - limit * length
 
@@ -264,7 +265,7 @@ def _tangent(record: ProblemRecord, turn: int | None) -> int:
 
 
 def _turn(half: int | None) -> int:
-    """Return the turn of the tangent of its half, radians rounded down, from the table."""
+    """Return the turn for the tangent of its half, in radians rounded down, from the table."""
     assert half is not None
     half = min(half, MAX_HALF_TURN << TURN_FRACTION)
     at, rest = half >> 6, half & 63
@@ -300,6 +301,6 @@ def _arc(
 
 
 def _flown(record: ProblemRecord, length: int, rise: int) -> int:
-    """Return the length of a piece in three dimensions, to the nearest."""
+    """Return the length of a piece in three dimensions, rounded to nearest."""
     up = rise * record.rise >> RISE_FRACTION
     return isqrt(4 * (length * length + up * up)) + 1 >> 1

@@ -1,8 +1,9 @@
-"""Wavefront over blocks of the map: routes for the first population.
+"""Wavefront over blocks of the map, which finds routes for the first population.
 
-The map is cut into 32 x 32 blocks. Both relaxations go over the blocks in passes, forwards by rows
-and backwards, so that a pass needs a row of memory and four neighbours of a block; a sweep is one
-pass each way, and a bounded number of sweeps ends at the first that changes nothing.
+The map is divided into 32 x 32 blocks. Both relaxations go over the blocks in passes, forwards by
+rows and then backwards, so that a pass needs one row of memory and four neighbours of a block. A
+sweep is one pass each way; sweeps end with the first one that changes nothing, or at a maximum
+number.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ Surface = dict[Block, int]
 
 #: Width of the factors of altitudes in the cost of a step.
 _FACTOR_BITS = 18
-#: Fraction bits that the factor of a climb lacks, compared with the factors of altitudes.
+#: The factor of a climb has this many fraction bits fewer than the factors of altitudes.
 _CLIMB_SHIFT = 6
 #: Maximum value of a key: each part of a step's cost is clamped to it.
 _MOST = (1 << VALUE_BITS) - 1
@@ -62,7 +63,7 @@ class Blocks:
         First of the lowest corners of each block, by rows.
     start, goal : Block
     distances : (int, int, int)
-        Between the centres of neighbours in x, in y, and across, in units of length.
+        Distances between the centres of neighbours in x, in y, and diagonally, in units of length.
     """
 
     least: Surface
@@ -82,16 +83,16 @@ class Prices:
     Attributes
     ----------
     fraction : int
-        Fraction bits of ``factors``; ``climb`` has 6 less. All altitudes there are cost less than
-        2**23, and a climb over them less than 2**28.
+        Fraction bits of ``factors``; ``climb`` has 6 fewer. All possible altitudes cost less than
+        2**23, and a climb over all of them less than 2**28.
     factors : (int, int, int)
-        Cost of a step of altitude of the block and of its neighbour, in x, in y, and across.
+        Cost of an altitude step of the block and of its neighbour, in x, in y, and diagonally.
     levels : (int, int, int)
-        Cost of the base, which may be negative. It ends at -2**28 and 2**28 - 1.
+        Cost of the base, which may be negative; clamped to -2**28 and 2**28 - 1.
     pulls : (int, int, int)
-        Cost of fuel in level flight. It ends at 2**28 - 1.
+        Cost of fuel in level flight, clamped to 2**28 - 1.
     climb : int
-        Cost of the fuel for a step of climb. It ends at 2**18 - 1.
+        Cost of the fuel for a step of climb, clamped to 2**18 - 1.
     """
 
     fraction: int
@@ -101,7 +102,7 @@ class Prices:
     climb: int
 
     def cost(self, before: int, after: int, way: int) -> int:
-        """Return the cost of a step between two altitudes, 1 or more and less than :data:`FAR`."""
+        """Return the cost of a step between two altitudes, at least 1 and less than :data:`FAR`."""
         height = (self.factors[way] * (before + after) >> self.fraction) + self.levels[way]
         burnt = (self.climb * (after - before) << _CLIMB_SHIFT >> self.fraction) + self.pulls[way]
         return max(height + max(burnt, 0), 1)
@@ -114,7 +115,7 @@ def prices_of(config: Config, record: ProblemRecord, distances: tuple[int, int, 
     for rounding, as long as nothing is clamped to its maximum.
     """
     fraction = config.altitude_bits - 4
-    # Width of the maximum distance: across the largest blocks that the map needs.
+    # Width of the maximum distance: the diagonal of the largest blocks that the map needs.
     distance_bits = max(config.coordinate_bits - 5, 0) + POSITION_FRACTION + 1
     least_unit = max(distance_bits + ALTITUDE_FRACTION + fraction - _FACTOR_BITS, 0)
     unit = max(record.key_shift, least_unit)
@@ -161,7 +162,7 @@ def blocks_of(record: ProblemRecord, ground: Ground, blocked: int) -> Blocks:
 
 
 def limit_slopes(record: ProblemRecord, blocks: Blocks, surface: Surface, limit: int) -> int:
-    """Raise ``surface`` until no slope exceeds ``limit`` halves of the climb limit, or a step.
+    """Raise ``surface`` until no slope exceeds ``limit`` halves of the climb limit, or one step.
 
     Returns the passes taken.
     """
@@ -185,7 +186,7 @@ def limit_slopes(record: ProblemRecord, blocks: Blocks, surface: Surface, limit:
 
 
 def spread(prices: Prices, blocks: Blocks, surface: Surface) -> tuple[dict[Block, int], int]:
-    """Return the cost from each block that has a route to the goal, and the passes taken."""
+    """Return the cost from each block with a route to the goal, and the number of passes."""
     field = {blocks.goal: 0}
     passes = 0
     for _ in range(SWEEPS):
@@ -213,7 +214,7 @@ def descend(
 ) -> list[Block]:
     """Return the route from start to goal; a straight line of 64 blocks if there is none.
 
-    The first of the eight neighbours, by rows, with the minimum cost follows.
+    The next block is the first of the eight neighbours, by rows, that has the minimum cost.
     """
     if blocks.start not in field:
         (x, y), (goal_x, goal_y) = blocks.start, blocks.goal
@@ -234,9 +235,9 @@ def descend(
 
 
 def _visits() -> Iterator[tuple[Block, list[tuple[int, Block]]]]:
-    """Yield the blocks of a sweep, and of each the neighbours that the pass has come by.
+    """Yield the blocks of a sweep, each with the neighbours that the pass has already visited.
 
-    With each neighbour comes the index of its distance.
+    Each neighbour comes with the index of its distance.
     """
     forwards = [(x, y) for y in range(BLOCKS) for x in range(BLOCKS)]
     for step, visits in ((-1, forwards), (1, forwards[::-1])):

@@ -40,7 +40,7 @@ def minors_hold(config, lengths, precision=None):
 
 
 def rises_hold(config, lengths, rises, precision=None):
-    """Whether every cell's altitude is the exact one rounded up."""
+    """Return whether every cell's altitude is the exact altitude rounded up."""
     precision = precision or precision_of(config)
     rises = np.asarray(rises, dtype=np.int64)[:, None]
     for n in lengths:
@@ -52,9 +52,9 @@ def rises_hold(config, lengths, rises, precision=None):
 
 
 def half_steps_hold(config, lengths, rises, precision=None):
-    """Whether every corner's altitude is the lowest within half a step, rounded down.
+    """Return whether every corner's altitude is the lowest within half a step, rounded down.
 
-    But for the corner at the lower end, which takes the altitude of the end.
+    The exception is the corner at the lower end, which takes the altitude of the end.
     """
     precision = precision or precision_of(config, half_steps=True)
     shift, lanes = precision.reciprocal - precision.rise, config.lanes
@@ -107,7 +107,7 @@ def test_all_slopes_of_the_full_map(lanes):
 
 
 def test_three_bits_less_do_not_suffice():
-    """So the tests above see what goes wrong."""
+    """The tests above notice an error of this size."""
     precision = precision_of(FULL)
     coarser = dataclasses.replace(precision, reciprocal=precision.reciprocal - 3)
     assert not rises_hold(FULL, range(480, 512), [4095, -4095], coarser)
@@ -128,7 +128,7 @@ def test_precision_of_the_default():
 
 
 def test_table():
-    """Two differences of either sign, 2 cycles, one of them, and a waiting one stays."""
+    """Two differences of either sign; one follows after 2 cycles, and a waiting one stays."""
     config = Config(map_size=16, coarse_factor=2)
     dut = Reciprocals(config.coordinate_bits, precision_of(config))
     precision = precision_of(config)

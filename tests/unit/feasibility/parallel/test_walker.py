@@ -1,6 +1,6 @@
 """The parallel build in Amaranth's simulator: small maps, 1 to 4 lanes.
 
-8 and 16 lanes run compiled, in ``tests/cosim/test_parallel_checker.py``.
+8 and 16 lanes are tested compiled, in ``tests/cosim/test_parallel_checker.py``.
 """
 
 import itertools
@@ -62,7 +62,7 @@ def test_queue_equals_model(lanes, latency, count):
 
 
 def test_widest_altitudes():
-    """Products that no multiplier of 18 bits makes."""
+    """The products are too wide for a multiplier of 18 bits."""
     config = SMALL.replace(lanes=4, altitude_bits=16)
     terrain, paths = batch(config, seed=16, paths=20)
     results = results_of(Checker(config), terrain, paths)
@@ -73,7 +73,7 @@ def test_widest_altitudes():
 @pytest.mark.ci
 @pytest.mark.parametrize("lanes", [2, 4])
 def test_every_segment_of_a_tiny_map(lanes):
-    """All pairs of cells in one queue, altitudes and ground at random; standing ones too."""
+    """All pairs of cells in one queue, with random altitudes and ground, including equal cells."""
     config = TINY.replace(lanes=lanes)
     rng = np.random.default_rng(lanes)
     terrain = ground(config, rng, peaks=0.05, blocked=0.02)
@@ -115,7 +115,7 @@ def test_latency_of_a_lone_path(lanes, latency):
 
 
 def test_throughput_on_mixed_segments():
-    """From the offered cycles, not from the checker's own counters: 80 % of the lanes' rate."""
+    """Measured from the offered cycles, not the checker's own counters: 80 % of the lanes' rate."""
     config = SMALL.replace(lanes=2)
     rng = np.random.default_rng(6)
     terrain = flat(config)
@@ -124,7 +124,7 @@ def test_throughput_on_mixed_segments():
     assert not any(verdict.collision for verdict in results.verdicts)
     cells = sum(verdict.cells for verdict in results.verdicts)
     assert cells >= 0.8 * config.lanes * (results.offered[-1] - results.offered[0])
-    # Free paths do not leave a cycle between them.
+    # There is no cycle between free paths.
     assert results.offered[-1] == sum(cycles for cycles, _ in results.costs)
 
 
@@ -144,7 +144,7 @@ def test_nothing_is_lost_under_back_pressure(pauses, count_pauses):
 
 
 def test_counts_are_there_with_their_verdict():
-    """A reader of verdicts, then of as many counts as each says, never waits for a count."""
+    """A reader of verdicts, and of as many counts as each announces, never waits for a count."""
     config = TINY.replace(lanes=2)
     terrain, paths = batch(config, 9, 40, peaks=0.3)
     dut = Checker(config)
@@ -229,7 +229,7 @@ def test_partial_uploads_raise_and_lower_the_ground():
 
 @pytest.mark.parametrize("build", list(CheckerBuild)[1:], ids=str)
 def test_writes_are_refused_while_busy(build):
-    """By every build: the source has to wait until all verdicts are taken."""
+    """In every build, the source has to wait until all verdicts are taken."""
     config = SMALL.replace(checker=build, lanes=1 if build is CheckerBuild.TWO_TIER else 2)
     terrain = flat(config)
     dut = Checker(config)
@@ -264,7 +264,7 @@ def test_writes_are_refused_while_busy(build):
 @pytest.mark.parametrize("latency", [1, 2])
 @pytest.mark.parametrize("lanes", LANES)
 def test_lookups(lanes, latency):
-    """One a cycle, ``lookup_latency`` cycles each; a cycle without one changes nothing."""
+    """One per cycle, with a latency of ``lookup_latency``; a cycle without one changes nothing."""
     config = TINY.replace(lanes=lanes, memory_latency=latency, map_size=max(8, lanes))
     rng = np.random.default_rng(lanes)
     heights = rng.integers(0, 16, (config.map_size, config.map_size))
@@ -283,7 +283,7 @@ def test_lookups(lanes, latency):
 
 
 def test_flags():
-    """They rise with the offer of the verdict and clear with the first point of the next path."""
+    """Flags rise with the offer of the verdict and fall with the next path's first point."""
     config = SMALL.replace(lanes=4)
     terrain = flat(config)
     terrain.write(8, 8, [[50]])
@@ -339,7 +339,7 @@ def test_counting_raises_the_flag_at_the_first_hit():
         while not ctx.get(dut.verdicts.valid):
             await ctx.tick()
             cycles += 1
-        assert cycles == 14  # The cells after the one that hit.
+        assert cycles == 14  # The cells after the colliding one.
         offered.append(ctx.get(dut.verdicts.p.cells))
 
     async def counts(ctx):

@@ -58,8 +58,8 @@ def measure(
     prepare_arguments : tuple
         Arguments of ``prepare``.
     spawned : bool
-        Start processes that have imported nothing, rather than copies of this one: needed where
-        this process has had threads, or where ``prepare`` alters sources.
+        Start fresh processes instead of copies of this one: needed if this process has had threads,
+        or if ``prepare`` alters sources.
     processes : int, optional
         Tasks at a time; one per core by default.
     """

@@ -1,4 +1,4 @@
-"""The exported source of seeds in Verilator against the definition: all that it finds."""
+"""The exported source of seeds in Verilator: all its findings, against the definition."""
 
 import subprocess
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Recipes of CONTRIBUTING.md: each is followed as it stands there."""
+"""Recipes of CONTRIBUTING.md: each is followed literally."""
 
 import inspect
 import os

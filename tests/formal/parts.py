@@ -230,8 +230,9 @@ class FreeEncoder(wiring.Component):
 class Segment:
     """A segment between two points, with its cells.
 
-    Cell k of 0..n, n the longer side, is ``start + floor((2 k d + n) / (2 n))`` along an axis on
-    which it gains d; a quotient's floor q is checked as ``2 n q <= 2 k d + n < 2 n (q + 1)``.
+    Cell k of 0..n, where n is the longer side, is ``start + floor((2 k d + n) / (2 n))`` along an
+    axis on which it gains d; a quotient's floor q is checked as
+    ``2 n q <= 2 k d + n < 2 n (q + 1)``.
 
     Parameters
     ----------
@@ -264,7 +265,7 @@ class Segment:
         n = self.length
         steps = coordinate - self.start[axis]
         doubled = 2 * k * self.gain[axis] + n
-        # A segment of one cell has n = 0, and its only cell is where it starts.
+        # A segment of one cell has n = 0, and its only cell is its start.
         inside = (2 * n * steps <= doubled) & (doubled < 2 * n * (steps + 1))
         return Mux(n == 0, steps == 0, inside)
 

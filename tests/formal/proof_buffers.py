@@ -61,7 +61,7 @@ class Register(Elaboratable):
 
     - The words of 8 bits that leave are those that entered: none lost, invented, altered or moved.
     - At most one word is inside, and one that is inside is offered.
-    - A word is taken in every cycle in which none is inside or the one that is leaves.
+    - A word is taken in every cycle in which none is inside or the inside one leaves.
     """
 
     def __init__(self, unit):
@@ -110,10 +110,10 @@ STREAM_REGISTER = Proof(
 class Queue(Elaboratable):
     """Proved for all time, by induction, for a queue of 3 words of 8 bits; the sink is free.
 
-    Assumed of the source: it puts no word in where 3 are inside.
+    Assumed of the source: it does not put in a word while 3 are inside.
 
     - The words that leave are the words that entered: none lost, invented, altered or moved.
-    - A word that is inside is offered, or one before it is.
+    - If a word is inside, it is offered, or an earlier word is.
     """
 
     DEPTH = 3
@@ -126,7 +126,8 @@ class Queue(Elaboratable):
         queue, depth = self.dut, self.DEPTH
         m.submodules.dut = dut = Opened(queue)
         m.submodules.board = board = Scoreboard(8, 3)
-        # The row of the watched word, if it is in the memory: `place` rows after the next one read.
+        # The row of the watched word, if it is in the memory: `place` rows after the next row to be
+        # read.
         place, row = Signal(3), Signal(range(depth))
         stored = dut.memory(m, "rows", row)
         rows = dut.submodules.rows
@@ -189,13 +190,13 @@ RESULT_QUEUE = Proof(
 class Ring(Elaboratable):
     """Proved for all time, by induction, for a ring of 4 rows of 8 bits.
 
-    Assumed of the writer: it does not write a row that is committed and not yet fetched, and
-    ``committed`` moves forward, in each cycle by any number of rows up to those that the ring has.
-    The reader is free.
+    Assumed of the writer: it does not write a row that is committed but not yet fetched, and
+    ``committed`` moves forward in each cycle, by any number of rows up to the size of the ring. The
+    reader is free.
 
-    - The words transferred are the rows in order, each as it was written last before it was
-      committed: none lost, none twice, none invented.
-    - At most two rows are fetched and not transferred.
+    - The transferred words are the rows in order, each as last written before it was committed:
+      none is lost, repeated or invented.
+    - At most two rows are fetched but not transferred.
     - A row is offered 2 cycles after it was committed, if the words before it are taken.
     """
 
@@ -226,7 +227,7 @@ class Ring(Elaboratable):
             Assume(filled + move <= depth),
         ]
 
-        # The row watched: its latest text, and that with which it was fetched.
+        # The watched row: its latest contents, and its contents when it was fetched.
         taken, behind = Signal(pointer), Signal(pointer)
         text, expected = Signal(8), Signal(8)
         transfer = Signal()
@@ -254,7 +255,7 @@ class Ring(Elaboratable):
         with m.If(loaded & (Value.cast(taken + ring.words.valid)[: len(taken)] == watched)):
             m.d.comb += Assert(dut.submodules.rows.read_ports[0].data == expected)
 
-        # Nothing but a word that is not taken keeps a row waiting.
+        # A row only waits for a word that is not taken.
         waiting = Signal(range(4))
         with m.If((filled == 0) & ~loaded | ring.words.valid):
             m.d.sync += waiting.eq(0)

@@ -173,7 +173,8 @@ class FullEncoder(Encoder):
     """Proved for all time, by induction, as there, with a full block of 255 and 512 bytes."""
 
     FULL, DEPTH = 0xFF, 512
-    #: With as many rows, the solver is slow to find an example of more than a frame taken.
+    #: With this many rows, the solver is slow to find an example in which more than one frame is
+    #: taken.
     SHOWN = False
 
 
@@ -207,7 +208,7 @@ ENCODER = Proof(
     },
 )
 
-# All further faults show only after a full block.
+# All remaining faults only show after a full block.
 SHOWN = ("the code is written over the next byte", "no delimiter")
 
 PROOFS = {

@@ -184,8 +184,8 @@ CONTROL = Proof(
 class ReturnsFromChecks(Returns):
     """Proved for all time, by induction, as there, for a chip without a core.
 
-    After the receiving unit comes the check, if the command asks for one, and the answer; the state
-    is LISTEN again at most ``3 * limit`` cycles after it has left LISTEN.
+    After the receiving unit come the check, if the command asks for one, and the answer; the state
+    returns to LISTEN at most ``3 * limit`` cycles after leaving it.
     """
 
     CONFIG = Config(core="none", checker=CheckerBuild.TWO_TIER, lanes=1)

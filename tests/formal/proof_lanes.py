@@ -15,10 +15,10 @@ from tools.formal import Proof
 class Together(Elaboratable):
     """Proved for all time, by induction, for 4 lanes on a map of 8 x 8 cells.
 
-    Segments between any two cells arrive at any time, with and without cycles between. Assumed are
-    the claims of the proof ``lane_set_up``: length, start, direction, place of
-    each lane's first cell, and a token for each group. The lanes may start anywhere and go any
-    distance in a cycle: ``lane_starts`` proves both correct.
+    Segments between any two cells arrive at any time, with and without cycles in between. The
+    claims of the proof ``lane_set_up`` are assumed: length, start, direction, place of each lane's
+    first cell, and a token for each group. The lanes may start anywhere and move any distance in a
+    cycle; ``lane_starts`` proves both correct.
 
     - An arbitrary cell k of the segment is visited in group k / lanes, by one lane, and at no other
       time, so the number of cells is the segment's.

@@ -46,7 +46,7 @@ def simulate(dut, *benches, background=()):
 
 
 def outputs(dut, output, inputs):
-    """Return the output that each of ``inputs``, ports with their values, has ``latency`` later."""
+    """Return the output for each of ``inputs``, ports with values, ``latency`` cycles later."""
     seen = []
 
     async def bench(ctx):

@@ -97,7 +97,7 @@ def test_commands_follow_synthesis(tmp_path, name):
 
 
 def test_planners_link_has_sites():
-    """The site of each of its block RAMs is one that the map leaves free, next to the pins."""
+    """Each of its block RAMs has a site that the map leaves free, next to the pins."""
     board = find_board("ulx3s-85f", "planner")
     script = board.overrides["script_after_synth"]
     assert script.splitlines()[-4:] == PLANNER_FLOOR_PLAN.splitlines()
@@ -132,7 +132,7 @@ def test_other_chips(other):
 
 
 def test_a_planners_map_lies_around_the_middle():
-    """All sites; a map of 11 bits lies outside the middle of the inner rows."""
+    """All sites are used; a map of 11 bits lies outside the middle of the inner rows."""
     assert set(PLANNER_MAP_SITES) >= {*MAP_SITES, *OTHER_SITES.values()}
     assert len(PLANNER_MAP_SITES) == len(set(PLANNER_MAP_SITES)) == 208
     for site in PLANNER_MAP_SITES[176:]:

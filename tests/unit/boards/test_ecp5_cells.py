@@ -25,7 +25,7 @@ SIZES = list(product((7, 8, 9, 16), (0, 1), (3, 16)))
 
 
 def prove(folder, maps, *, width, sign, first_width):
-    """Prove that a mapped ``$alu`` equals the simple one, whatever comes into its first cell."""
+    """Prove that a mapped ``$alu`` equals the simple one, whatever enters its first cell."""
     first_width = min(first_width, width)
     (folder / "maps.v").write_text(maps)
     (folder / "alu.v").write_text(
@@ -72,7 +72,7 @@ class Platform:
 
 
 def test_a_chain_has_no_cell_before_it(tmp_path):
-    """Both kinds of sums take one chain; only its first bit feeds it."""
+    """Both kinds of sums take one chain, which only the first bit feeds."""
     text = verilog.convert(
         AddSubtract(8), name="chip", platform=Platform(), strip_internal_attrs=True
     )
@@ -91,14 +91,14 @@ def test_a_chain_has_no_cell_before_it(tmp_path):
     cells = json.loads((tmp_path / "chip.json").read_text())["modules"]["chip"]["cells"].values()
     cells = [cell for cell in cells if cell["type"] != "$scopeinfo"]
     chain = [cell["connections"]["CIN"][0] for cell in cells if cell["type"] == "CCU2C"]
-    # A bit to begin with, and eight; the last cell's other bit would be the carry out.
+    # One bit to begin with, and eight; the second bit of the last cell would be the carry out.
     assert len(chain) == 5
     assert chain.count("x") == 1
     assert len(cells) == len(chain)
 
 
 def multiplier():
-    """Return a Verilog model of MULT18X18D, after its data sheet, for the options in use."""
+    """Return a Verilog model of MULT18X18D, following its data sheet, for the options in use."""
     first, second, third = (
         ", ".join(f"{name}{i}" for i in reversed(range(18))) for name in ("A", "B", "C")
     )
@@ -180,7 +180,7 @@ def test_other_factors_use_the_generic_product(bits):
 
 
 def memory_primitive():
-    """Return a Verilog model of DP16KD, after its data sheet, for the options in use."""
+    """Return a Verilog model of DP16KD, following its data sheet, for the options in use."""
     pins, behaviour = ["input CLKA, CLKB"], []
     for port in "AB":
         address = ", ".join(f"AD{port}{i}" for i in reversed(range(14)))

@@ -1,4 +1,4 @@
-"""Parser of the cells of a MAP: places of the cells, and payloads of a wrong length."""
+"""Parser of the cells of a MAP: places of the cells, and payloads of wrong length."""
 
 import random
 

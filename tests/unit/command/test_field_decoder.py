@@ -1,4 +1,4 @@
-"""Members of the decoder, which the receiver around it tests otherwise."""
+"""Members of the decoder; the tests of the receiver cover its behaviour."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Parser of the order of a GENERATE: permutations pass, and nothing is done before they apply."""
+"""Parser of the order of a GENERATE: permutations pass, and it is done once they are applied."""
 
 import random
 

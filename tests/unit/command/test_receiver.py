@@ -1,4 +1,4 @@
-"""Command receiver: every command, whole or broken."""
+"""Command receiver: every command, intact or broken."""
 
 import pytest
 

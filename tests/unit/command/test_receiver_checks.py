@@ -1,4 +1,4 @@
-"""Command receiver: the commands of the collision checker, whole or broken."""
+"""Command receiver: the commands of the collision checker, intact or broken."""
 
 import pytest
 

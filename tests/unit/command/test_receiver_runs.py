@@ -1,4 +1,4 @@
-"""Command receiver: the commands of the planner core, whole or broken."""
+"""Command receiver: the commands of the planner core, intact or broken."""
 
 import dataclasses
 from functools import partial

@@ -1,4 +1,4 @@
-"""The checking unit with a checker: its answers to the host, byte for byte the model's."""
+"""The checking unit with a checker: its answers to the host equal the model's byte for byte."""
 
 import random
 

@@ -1,4 +1,4 @@
-"""A bank of the map: both ports, both latencies, one block RAM deep and more."""
+"""A bank of the map: both ports, both latencies, depths of one block RAM and more."""
 
 import random
 

@@ -72,8 +72,8 @@ class Arc:
         longitude, latitude = (np.full(len(shares), angle) for angle in self.centre)
         bearings = self._first + shares * self._sweep
         longitudes, latitudes, _ = _EARTH.fwd(longitude, latitude, bearings, radii_m)
-        pairs = zip(longitudes.tolist(), latitudes.tolist(), strict=True)
-        return [unwrapped(pair, self.centre[0]) for pair in pairs]
+        longitudes = longitudes + 360.0 * np.round((self.centre[0] - longitudes) / 360.0)
+        return list(zip(longitudes.tolist(), latitudes.tolist(), strict=True))
 
 
 def corner(centre: Position, bearing_deg: float, distance_m: float) -> Position:

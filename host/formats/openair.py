@@ -270,10 +270,9 @@ def _corners(outline: list[_Part], *, growing: bool, is_clockwise: bool = True) 
             corners = part.corners(grown=growing and part.clockwise == is_clockwise)
         else:
             corners = [part]
-        for place in corners:
-            near = unwrapped(place, found[-1][0]) if found else place
-            if not found or near != found[-1]:
-                found.append(near)
+        turn = unwrapped(corners[0], found[-1][0])[0] - corners[0][0] if found else 0.0
+        moved = [(lon + turn, lat) for lon, lat in corners] if turn else corners
+        found += moved[1:] if found and moved[0] == found[-1] else moved
     return found
 
 

@@ -32,8 +32,9 @@ _LIMITING = re.compile(
     re.IGNORECASE,
 )
 _KINDS = ("Point", "MultiPoint", "LineString", "MultiLineString")
-# Pieces of an edge that is straight in another reference system.
-_PIECES = 16
+# Units of a projection, mostly metres, from corner to corner of an edge that is straight there,
+# and the maximum number of them on an edge.
+_STEP, _MOST_STEPS = 1000.0, 500
 
 
 @dataclass(frozen=True)
@@ -189,20 +190,23 @@ def named_system(document: Mapping[str, Any]) -> str | None:
 
 def _converted(pairs: tuple[Position, ...], system: str) -> tuple[Position, ...]:
     """Return positions of a reference system in degrees; edges straight there get more corners."""
-    from pathgene.host.terrain.geodesy import WGS84, transform
+    from pathgene.host.terrain.geodesy import WGS84, known_crs, transform
 
-    corners = np.array(pairs)
-    if len(corners) > 1:
+    corners = np.array(pairs).reshape(-1, 2)
+    if len(corners) > 1 and not known_crs(system).is_geographic:
         corners = _divided(corners)
     lon, lat = transform(system, WGS84, corners[:, 0], corners[:, 1])
     return tuple(zip(lon.tolist(), lat.tolist(), strict=True))
 
 
 def _divided(corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return a ring whose edges are divided into pieces, (n, 2)."""
-    shares = np.arange(_PIECES)[None, :, None] / _PIECES
+    """Return a ring whose long edges are divided into steps, (n, 2)."""
     ahead = np.roll(corners, -1, axis=0)
-    return (corners[:, None] + shares * (ahead - corners)[:, None]).reshape(-1, 2)
+    steps = np.clip(np.ceil(np.hypot(*(ahead - corners).T) / _STEP), 1, _MOST_STEPS).astype(int)
+    edge = np.repeat(np.arange(len(corners)), steps)
+    shares = (np.arange(len(edge)) - np.repeat(np.cumsum(steps) - steps, steps)) / steps[edge]
+    divided: NDArray[np.float64] = corners[edge] + shares[:, None] * (ahead - corners)[edge]
+    return divided
 
 
 def unread(properties: Mapping[str, Any], known: Iterable[str]) -> tuple[str, ...]:

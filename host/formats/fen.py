@@ -22,6 +22,9 @@ def recognises(content: Content) -> bool:
     """Return whether a text is rows of two numbers, or is named ``.fen``."""
     if content.name.lower().endswith(".fen"):
         return content.is_text
+    first = next((line for line in content.text.splitlines() if line[:1] not in ("#", "")), "")
+    if not all(map(_PAIR.fullmatch, first.replace(",", " ").split())):
+        return False
     rows = _rows(content)
     return len(rows) >= _FEWEST_ROWS and all(
         len(words) == 2 and all(map(_PAIR.fullmatch, words)) for _, words in rows

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -56,15 +57,14 @@ def _airspace(member: Member) -> Iterator[Read]:
     forbids = classes.forbids(category)
     names = next((pair for pair in _LIMITS if any(name in facts for name in pair)), _LIMITS[0])
     unread: list[str] = []
-    lower, upper = (_limit(facts, name, unread) for name in names)
-    check_order(lower, upper)
+    limits = list(_limits(facts, names, unread))
     periods = _periods(facts, unread)
     found, others = areas(member.geometry, Placing(), is_circle=False)
     if any(len(set(ring)) < 3 for rings in found for ring in rings):
         raise InputError("a ring must have three corners or more.")
     for kind in others:
         yield LeftOut(member.label, f"a {kind} is not an area", forbids)
-    for rings in found:
+    for rings, (lower, upper) in itertools.product(found, limits):
         yield Feature(
             member.number,
             member.name,
@@ -87,6 +87,25 @@ def _category(facts: Mapping[str, Any]) -> str:
         return classes.of_openaip(kind, icao)
     word = classes.of_word(kind) if isinstance(kind, str) and kind != "Feature" else "OTHER"
     return classes.of_word(icao) if word == "OTHER" and isinstance(icao, str) else word
+
+
+def _limits(
+    facts: Mapping[str, Any], names: tuple[str, str], unread: list[str]
+) -> Iterator[tuple[Limit | None, Limit | None]]:
+    """Yield pairs of limits: one, or several that together reach as far as any stated limit.
+
+    ``lowerLimitMin`` and ``upperLimitMax`` state a second height, such as FL 65 or 1,000 ft above
+    the ground, whichever is higher.
+    """
+    lower, upper = (_limit(facts, name, unread) for name in names)
+    lowest, highest = (
+        _limit(facts, other, unread) if facts.get(other) is not None else stated
+        for other, stated in (("lowerLimitMin", lower), ("upperLimitMax", upper))
+    )
+    pairs = ((lower, upper), (lowest, upper), (lower, highest), (lowest, highest))
+    for pair in dict.fromkeys(pairs):
+        check_order(*pair)
+        yield pair
 
 
 def _limit(facts: Mapping[str, Any], name: str, unread: list[str]) -> Limit | None:

@@ -7,7 +7,7 @@ from pathgene.host.formats.content import Content
 from pathgene.host.formats.features import Bad
 
 
-POINTS = ("60.0 10.05", "59.99\t10.04", "59.99 10.06", "60.01, 10.05", "59.99 10.04")
+POINTS = ("60.0, 10.05", "59.99\t10.04", "59.99 10.06", "60.01, 10.05", "59.99 10.04")
 
 
 def content(*lines, name="download"):

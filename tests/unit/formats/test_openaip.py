@@ -64,6 +64,19 @@ def test_reads_limits_of_any_spelling():
     assert (found.upper, found.unread) == (None, ("upperLimit",))
 
 
+def test_a_second_limit_makes_the_airspace_reach_as_far_as_either():
+    higher = {"value": 1000, "unit": 1, "referenceDatum": 0}
+    first, second = read(FACTS | {"upperLimitMax": higher})
+    assert first.lower == second.lower == Limit(4500 * 0.3048, Reference.AMSL)
+    assert [first.upper, second.upper] == [
+        Limit(95 * 30.48, Reference.STANDARD),
+        Limit(1000 * 0.3048, Reference.AGL),
+    ]
+    found = read(FACTS | {"upperLimitMax": higher, "lowerLimitMin": higher | {"value": 500}})
+    assert len({(each.lower, each.upper) for each in found}) == len(found) == 4
+    assert len(read(FACTS | {"upperLimitMax": FACTS["upperLimit"], "lowerLimitMin": None})) == 1
+
+
 def test_reads_what_the_parser_of_openaip_writes_from_openair():
     facts = {
         "name": "CTR",

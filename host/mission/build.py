@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
@@ -15,6 +16,7 @@ from pathgene.host.options.table import FALLBACKS, OWN, RULES, SEARCH
 from pathgene.host.planners import PLANNERS
 from pathgene.host.planners.default import named_or_default
 from pathgene.host.planning import Search
+from pathgene.host.problem.active_times import LONGEST_S
 from pathgene.host.problem.aircraft import DEFAULT, Aircraft
 from pathgene.host.problem.aircraft import load as load_aircraft
 from pathgene.host.problem.ends import Point, end_point, place
@@ -54,6 +56,8 @@ Values = Mapping[str, Any]
 
 # Pressures at sea level that the weather has had, hPa, with some room.
 _PRESSURES_HPA = (850.0, 1100.0)
+# Length of a leg at most, in diagonals of the map.
+_DETOUR = 20
 
 
 def load_mission(file: str | Path) -> Mission:
@@ -223,7 +227,7 @@ def read_zones_of(values: Values, terrain: Terrain) -> ReadZones:
         If one is bad.
     """
     has_files = values.get("nofly") or any("file" in each for each in values.get("zones") or ())
-    options = _zone_options(values, aircraft_of(values) if has_files else None)
+    options = _zone_options(values, terrain) if has_files else ZoneOptions()
     files: list[tuple[str, ReadZones]] = []
     zones: list[Zone] = []
 
@@ -252,8 +256,8 @@ def read_zones_of(values: Values, terrain: Terrain) -> ReadZones:
     )
 
 
-def _zone_options(values: Values, aircraft: Aircraft | None) -> ZoneOptions:
-    """Return the choices on how zones are read, for the flight of an aircraft.
+def _zone_options(values: Values, terrain: Terrain) -> ZoneOptions:
+    """Return the choices on how zones are read, for a flight over a terrain.
 
     Raises
     ------
@@ -261,7 +265,8 @@ def _zone_options(values: Values, aircraft: Aircraft | None) -> ZoneOptions:
         If one is bad.
     """
     forbid = values.get("forbid")
-    ceilings = [values.get("ceiling"), aircraft.service_ceiling_m if aircraft else None]
+    aircraft = aircraft_of(values)
+    ceilings = [values.get("ceiling"), aircraft.service_ceiling_m]
     qnh_hpa = values.get("qnh")
     if qnh_hpa is not None and not _PRESSURES_HPA[0] <= qnh_hpa <= _PRESSURES_HPA[1]:
         raise InputError(
@@ -274,7 +279,19 @@ def _zone_options(values: Values, aircraft: Aircraft | None) -> ZoneOptions:
         departure=_departure(values.get("departure")),
         qnh_hpa=qnh_hpa,
         ceiling_m=min((each for each in ceilings if each is not None), default=None),
+        longest_s=_longest_s(values, terrain, aircraft),
     )
+
+
+def _longest_s(values: Values, terrain: Terrain, aircraft: Aircraft) -> float:
+    """Return a time that no path over the terrain takes."""
+    slowest_m_s = aircraft.cruise_speed_m_s - math.hypot(*(values.get("wind") or (0.0, 0.0)))
+    if slowest_m_s <= 0:
+        return LONGEST_S
+    points = len(values.get("via") or values.get("via_geo") or ())
+    legs = points + 1 + bool(values.get("return_to_start"))
+    across_m = math.hypot(terrain.width_m, terrain.height_m)
+    return min(_DETOUR * legs * across_m / slowest_m_s, LONGEST_S)
 
 
 def _departure(text: str | None) -> datetime | None:

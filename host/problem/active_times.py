@@ -11,13 +11,13 @@ from typing import Any
 from pathgene.host.formats.features import Period, Position, SunEvent
 
 
-__all__ = ["HORIZON_H", "Interval", "described", "intervals"]
+__all__ = ["LONGEST_S", "Interval", "described", "intervals"]
 
 #: Seconds after the start of the path; None for no limit.
 Interval = tuple[float | None, float | None]
 
-#: Hours after the departure that are looked at: no aircraft here flies longer.
-HORIZON_H = 72
+#: Seconds of a flight at most: three days.
+LONGEST_S = 259_200.0
 # Sunrise and sunset are known to a minute or two; a zone is active that much longer.
 _SUN_MARGIN = timedelta(minutes=5)
 _DAY = timedelta(days=1)
@@ -25,9 +25,12 @@ _DAYS = ("Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun")
 
 
 def intervals(
-    periods: Sequence[Period], departure: datetime, corners: Sequence[Position]
+    periods: Sequence[Period],
+    departure: datetime,
+    corners: Sequence[Position],
+    longest_s: float = LONGEST_S,
 ) -> list[Interval]:
-    """Return when a zone is active, in seconds after the departure; empty for never.
+    """Return when a zone is active during a flight, in seconds after the departure.
 
     Parameters
     ----------
@@ -37,9 +40,11 @@ def intervals(
         With a time zone.
     corners : sequence of (longitude, latitude)
         Places of the zone, at which the sun rises and sets.
+    longest_s : float
+        Seconds of the flight at most.
     """
     begin = departure.astimezone(UTC)
-    end = begin + timedelta(hours=HORIZON_H)
+    end = begin + timedelta(seconds=longest_s)
     found = sorted(
         (max(first, begin), min(last, end))
         for period in periods

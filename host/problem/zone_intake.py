@@ -14,7 +14,7 @@ from pathgene.host.formats.classes import forbids
 from pathgene.host.formats.features import Bad, Feature, LeftOut, Reference
 from pathgene.host.formats.registry import read_features
 from pathgene.host.formats.shapes import Shape
-from pathgene.host.problem.active_times import Interval, intervals
+from pathgene.host.problem.active_times import LONGEST_S, Interval, intervals
 from pathgene.host.problem.heights import Band, Heights, follows_ground
 from pathgene.host.problem.placing import Placed, place, swapped_on_map
 from pathgene.host.problem.zone_report import Record, report, touches
@@ -44,6 +44,8 @@ class ZoneOptions:
         Pressure at sea level, for flight levels.
     ceiling_m : float, optional
         Maximum altitude of the flight, for the report.
+    longest_s : float
+        Seconds of the flight at most; a zone that is active only later does not forbid.
     """
 
     skip_bad: bool = False
@@ -51,6 +53,7 @@ class ZoneOptions:
     departure: datetime | None = None
     qnh_hpa: float | None = None
     ceiling_m: float | None = None
+    longest_s: float = LONGEST_S
 
 
 Z = TypeVar("Z")
@@ -164,7 +167,7 @@ def _zones(
     times: Sequence[Interval] = [(feature.t0_s, feature.t1_s)]
     if feature.periods and options.departure is not None:
         corners = [corner for ring in feature.rings for corner in ring]
-        times = intervals(feature.periods, options.departure, corners)
+        times = intervals(feature.periods, options.departure, corners, options.longest_s)
     if not feature.forbids:
         return Record(feature, parts, bands, bool(times)), []
     converted = any(

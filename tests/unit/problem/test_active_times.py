@@ -7,7 +7,7 @@ from datetime import UTC, datetime, time, timedelta, timezone
 import pytest
 
 from pathgene.host.formats.features import Period, SunEvent
-from pathgene.host.problem.active_times import HORIZON_H, intervals
+from pathgene.host.problem.active_times import LONGEST_S, intervals
 
 
 HERE = ((10.0, 60.0), (10.1, 60.0), (10.1, 60.1))
@@ -54,7 +54,7 @@ def check(seed):
     departure = datetime(2026, 3, 1, tzinfo=zone) + timedelta(minutes=rng.randrange(500_000))
     periods = [draw(rng, departure) for _ in range(rng.randint(1, 3))]
     found = intervals(periods, departure, HERE)
-    for minute in range(0, HORIZON_H * 60, 13):
+    for minute in range(0, int(LONGEST_S / 60), 13):
         seconds = 60.0 * minute + 0.5
         wanted = any(is_active(each, departure + timedelta(seconds=seconds)) for each in periods)
         own = any((a or 0.0) <= seconds < (math.inf if b is None else b) for a, b in found)
@@ -109,7 +109,7 @@ def test_day_and_night_are_those_of_the_sun(lon, lat, month, first, last, is_day
     corners = ((float(lon), float(lat)),) * 3
     found = intervals([Period(first=first, last=last)], departure, corners)
     wrong = 0
-    for minute in range(0, HORIZON_H * 60, 5):
+    for minute in range(0, int(LONGEST_S / 60), 5):
         seconds = 60.0 * minute
         own = any((a or 0.0) <= seconds < (math.inf if b is None else b) for a, b in found)
         wanted = (altitude_deg(departure + timedelta(seconds=seconds), lon, lat) > height) == is_day

@@ -37,14 +37,14 @@ class AirspaceClass:
     openaip: int | None = None
 
 
-#: The classes. Those that demand a clearance or equipment forbid, as the planner has neither.
+#: The classes. Those that require a clearance or equipment forbid, as the planner has neither.
 CLASSES = (
     AirspaceClass("PROHIBITED", "prohibited area", True, ("P",), 3),
     AirspaceClass("RESTRICTED", "restricted area", True, ("R",), 1),
     AirspaceClass("DANGER", "danger area", True, ("Q",), 2),
     AirspaceClass(
         "REQ_AUTHORISATION",
-        "zone for UAS that needs an authorisation",
+        "zone for UAS that requires authorisation",
         True,
         ("REQ_AUTHORIZATION",),
     ),
@@ -61,8 +61,8 @@ CLASSES = (
     AirspaceClass("MATZ", "military aerodrome traffic zone", True, (), 14),
     AirspaceClass("TIZ", "traffic information zone", True, (), 23),
     AirspaceClass("TIA", "traffic information area", True, (), 24),
-    AirspaceClass("RMZ", "zone that demands a radio", True, (), 6),
-    AirspaceClass("TMZ", "zone that demands a transponder", True, (), 5),
+    AirspaceClass("RMZ", "zone that requires a radio", True, (), 6),
+    AirspaceClass("TMZ", "zone that requires a transponder", True, (), 5),
     AirspaceClass("TRA", "temporary reserved area", True, (), 8),
     AirspaceClass("TSA", "temporary segregated area", True, (), 9),
     AirspaceClass("TFR", "temporary flight restriction", True),

@@ -26,7 +26,7 @@ __all__ = ["features", "recognises", "write"]
 _ROOTS = ("kml", "Document", "Folder", "Placemark")
 # Parts that may hold or show zones.
 _NOT_READ = {
-    "NetworkLink": "the zones behind a link are not read; save them in one file",
+    "NetworkLink": "linked zones are not read; save them in one file",
     "GroundOverlay": "a picture on the ground is not an area; draw its zones as polygons",
     "PhotoOverlay": "a picture is not an area",
 }

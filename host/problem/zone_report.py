@@ -1,4 +1,4 @@
-"""The report on a file of zones: which touch the map, which can forbid, and what was left out."""
+"""The report on a file of zones: zones on the map, zones that can forbid, parts left out."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ def feature(number=1, name="R-7", at=(1000.0, 1000.0), **more):
 
 
 def read(monkeypatch, *features, **options):
-    """Return what is read of a file with these features."""
+    """Return the zones and the report of a file with these features."""
     monkeypatch.setattr(zone_intake, "read_features", lambda path: ("OpenAir", list(features)))
     return read_zones("airspace.txt", TERRAIN, ZoneOptions(**options))
 
@@ -101,11 +101,11 @@ def test_a_zone_without_size_is_a_warning(monkeypatch):
 
 def test_parts_left_out_are_grouped_by_reason(monkeypatch):
     points = [Left(f"placemark {number}", "a Point is not an area") for number in range(1, 13)]
-    link = Left("a NetworkLink", "the zones behind a link are not read", True)
+    link = Left("a NetworkLink", "linked zones are not read", True)
     found = read(monkeypatch, feature(), *points, link)
     assert len(found.left_out) == 13
     assert said(found, "warning") == [
-        "airspace.txt: a NetworkLink left out: the zones behind a link are not read."
+        "airspace.txt: a NetworkLink left out: linked zones are not read."
     ]
     assert said(found, "note")[1] == (
         "airspace.txt: placemark 1, placemark 2, placemark 3, placemark 4, placemark 5 and 7 more "

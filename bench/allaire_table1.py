@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from statistics import mean
 from typing import Any
 
-from bench.allaire import CLOCK_HZ, GENERATIONS, PHASES
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import LARGE, problem
@@ -14,7 +14,41 @@ from pathgene.host.planners import make
 from pathgene.host.planners.base import Options, Result
 
 
-__all__ = ["run"]
+__all__ = ["CLOCK_HZ", "GENERATIONS", "PHASES", "Phase", "run"]
+
+GENERATIONS = 60
+#: Clock of the paper's FPGA. The PC was a Pentium 4 of 2.8 GHz.
+CLOCK_HZ = 100e6
+
+
+@dataclass(frozen=True)
+class Phase:
+    """A phase of the genetic algorithm that the paper moved to the FPGA.
+
+    Parameters
+    ----------
+    key : str
+        Name of its time in a result of ``ga-pc``, and of its cycles in a result of ``ga-fpga``.
+    pc_s, fpga_s : float
+        The paper's measurements.
+    """
+
+    key: str
+    pc_s: float
+    fpga_s: float
+
+    @property
+    def cycles(self) -> float:
+        """Return the cycles of a generation on the paper's FPGA."""
+        return self.fpga_s * CLOCK_HZ / GENERATIONS
+
+
+PHASES = {
+    "selection and crossover": Phase("selection_crossover", 94e-3, 8.85e-6),
+    "mutation": Phase("mutation", 2e-3, 18e-6),
+    "population update": Phase("population_update", 30e-3, 600e-9),
+}
+
 
 _MOST_SEEDS = 10
 # Evaluation including its waits: seconds on the paper's PC, alone and with sorted populations.

@@ -1,20 +1,24 @@
-"""Tasks of a benchmark, measured in processes."""
+"""Tasks of a benchmark, measured in processes, also with an altered module."""
 
 from __future__ import annotations
 
+import importlib.util
+import os
 import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
 from multiprocessing import get_context
+from pathlib import Path
 from typing import Any, TypeVar
 
 from pathgene.host.cores import available_cores
 from pathgene.host.errors import PathgeneError
 
 
-__all__ = ["measure"]
+__all__ = ["Alteration", "measure"]
 
 Task = TypeVar("Task", bound=tuple[Any, ...])
 Measured = TypeVar("Measured")
@@ -98,3 +102,35 @@ def measure(
             pool.shutdown(wait=False, cancel_futures=True)
             raise
     return [results[number] for number in sorted(results)]
+
+
+@dataclass(frozen=True)
+class Alteration:
+    """A text that occurs once in the source of a module, and its replacement."""
+
+    module: str
+    old: str
+    new: str
+
+    def apply(self, cache: Path) -> None:
+        """Import the altered module in this process before anything else imports it.
+
+        Kernels are compiled into ``cache``, so that the usual kernels are not affected.
+
+        Raises
+        ------
+        ValueError
+            If the module has already been imported, or does not have the text exactly once.
+        """
+        found = importlib.util.find_spec(self.module)
+        if found is None or found.origin is None or self.module in sys.modules:
+            raise ValueError(f"{self.module} cannot be altered")
+        source = Path(found.origin).read_text(encoding="utf-8")
+        if source.count(self.old) != 1:
+            raise ValueError(f"{self.module} has {source.count(self.old)} times {self.old!r}")
+        os.environ["NUMBA_CACHE_DIR"] = str(cache)
+        altered = importlib.util.module_from_spec(found)
+        sys.modules[self.module] = altered
+        exec(compile(source.replace(self.old, self.new), found.origin, "exec"), vars(altered))
+        package, _, name = self.module.rpartition(".")
+        setattr(sys.modules[package], name, altered)

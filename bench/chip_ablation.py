@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from statistics import mean
 
-from bench.altered import Alteration
+from bench.campaign import Alteration
 from bench.chip_runs import CHIP, Task, run_all, share, terrains, through_terrains
 from bench.report import Options, Report
 from bench.scenarios import missing

@@ -15,8 +15,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.altered import Alteration
-from bench.campaign import measure
+from bench.campaign import Alteration, measure
 from bench.scenarios import SYNTHETIC, names, problem
 from pathgene.hdl.boards import find_board
 from pathgene.hdl.config import Config, GeneticCore

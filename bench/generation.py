@@ -6,7 +6,7 @@ import random
 
 import numpy as np
 
-from bench.allaire import GENERATIONS, PHASES
+from bench.allaire_table1 import GENERATIONS, PHASES
 from bench.report import Options, Report
 from bench.scenarios import EMBEDDED, problem
 from pathgene.hdl.protocol import LinkMode

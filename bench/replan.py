@@ -12,12 +12,12 @@ import sys
 import time
 from collections.abc import Sequence
 from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from bench import pages
 from bench.campaign import measure
-from bench.replan_at_once import Question, is_there_a_path
 from bench.replan_report import report
 from bench.replan_scenarios import KINDS, draw_mission, draw_scenario
 from bench.report import Options, Report
@@ -27,18 +27,72 @@ from pathgene.host.errors import InputError, JobError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.files.output import prepare_directory
 from pathgene.host.planning import Plan, Search
+from pathgene.host.problem.aircraft import Aircraft
 from pathgene.host.problem.problem import Problem
 from pathgene.host.replanning import picture
-from pathgene.host.replanning.departure import Departure
+from pathgene.host.replanning.departure import Departure, depart, fault_of
 from pathgene.host.replanning.fly import FALLBACK, on_board
 from pathgene.host.replanning.outcome import judge
 from pathgene.host.replanning.planner import Attempt, InFlightPlanner
+from pathgene.host.replanning.present import Present
 from pathgene.host.replanning.records import Change
 from pathgene.host.replanning.report import Replanned
 from pathgene.host.replanning.session import Session
 
 
-__all__ = ["ROWS", "SCENARIOS", "fly_row", "run"]
+__all__ = ["AMPLE_MS", "ROWS", "SCENARIOS", "Question", "fly_row", "is_there_a_path", "run"]
+
+#: Chip time in milliseconds of a plan whose first run finds a path; up to eight first runs, each at
+#: most a quarter of that time, search for one.
+AMPLE_MS = 50
+_SEEDS = range(2)
+
+
+@dataclass(frozen=True)
+class Question:
+    """The state in which a flight asked for a new path.
+
+    Parameters
+    ----------
+    departure : Departure
+        Place where the plan begins.
+    present : Present
+        The situation at that time.
+    aircraft : Aircraft
+        The aircraft with its remaining fuel.
+    since_m : float
+        Distance along the track from which it is checked again.
+    """
+
+    departure: Departure
+    present: Present
+    aircraft: Aircraft
+    since_m: float
+
+
+def is_there_a_path(question: Question, chip: Chip) -> bool:
+    """Return whether a chip's planner, with ample time, or ``astar`` finds a path."""
+    departure = question.departure
+    led = depart(question.present, departure.track, departure.leaves_m, is_committed=False)
+    committed = depart(question.present, departure.track, departure.leaves_m, is_committed=True)
+    searches = [(led, Search("astar"))]
+    for seed in _SEEDS:
+        searches.append((committed, Search("ga-chip", seed=seed, board=chip, chip_ms=AMPLE_MS)))
+    return any(_finds(search, start, question) for start, search in searches)
+
+
+def _finds(search: Search, departure: Departure, question: Question) -> bool:
+    try:
+        evaluator = Evaluator(departure.problem(question.present, question.aircraft), threads=1)
+        plan = search.run(evaluator)
+    except InputError:
+        # Start or goal is in a zone, or in the ground.
+        return False
+    if not plan.evaluation.feasible:
+        return False
+    path = evaluator.track(plan.path).pieces
+    return not fault_of(departure.joined(path, question.since_m), question.present)
+
 
 #: Scenarios of a run.
 SCENARIOS = 1_000
@@ -64,7 +118,6 @@ _PICTURES = Path("build/bench/replans")
 _WORST = 10
 _SOURCES = (
     "bench/replan.py",
-    "bench/replan_at_once.py",
     "bench/replan_scenarios.py",
     "hdl/config.py",
     "hdl/protocol",

@@ -12,7 +12,7 @@ from pathlib import Path
 from textwrap import wrap
 from typing import Any
 
-from bench.sources import digest
+from bench.store import digest
 
 
 __all__ = ["Options", "Report"]

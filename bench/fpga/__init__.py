@@ -2,7 +2,7 @@
 
 The synthesis and place-and-route tools run for hours; ``make setup-synth`` installs them. A row is
 stored in ``docs/results.json`` as soon as it is measured, and is only measured again when its
-circuit or the tools have changed (:mod:`bench.fpga.table`); ``docs/boards.md`` shows all rows.
+circuit or the tools have changed (:mod:`bench.fpga.job`); ``docs/boards.md`` shows all rows.
 """
 
 from __future__ import annotations
@@ -14,8 +14,7 @@ from pathlib import Path
 from bench import pages
 from bench.campaign import measure
 from bench.fpga.boards import BOARDS_TABLE, LANES_TABLE, board_jobs, lanes_jobs
-from bench.fpga.job import Job, Measured
-from bench.fpga.table import Table, rows
+from bench.fpga.job import Job, Measured, Table, rows
 from bench.fpga.units import PAPERS_TABLE, UNITS_TABLE, paper_jobs, unit_jobs
 from bench.report import Options, Report
 from bench.store import Store

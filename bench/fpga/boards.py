@@ -10,9 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.feasibility import cells_per_cycle
-from bench.fpga.cells import CELLS, chip_clock, used
-from bench.fpga.job import LIMIT_S, Job, digest_of, without_names
-from bench.fpga.table import Table
+from bench.fpga.job import CELLS, LIMIT_S, Job, Table, chip_clock, digest_of, used, without_names
 from pathgene.hdl.boards import BOARDS, chips_of, find_board
 from pathgene.hdl.boards.board import Board, ChipKind
 from pathgene.hdl.boards.build import prepare, try_seeds

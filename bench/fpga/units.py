@@ -10,9 +10,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from bench.fpga.cells import CELLS, XILINX, chip_clock, used
-from bench.fpga.job import LIMIT_S, Job, digest_of
-from bench.fpga.table import Table
+from bench.fpga.job import CELLS, LIMIT_S, XILINX, Job, Table, chip_clock, digest_of, used
 from pathgene.hdl.boards import find_board
 from pathgene.hdl.boards.board import ChipKind
 from pathgene.hdl.boards.ecp5 import KEEP_FANOUT, PLACEMENT, PLANNER_OVERRIDES, SYNTHESIS

@@ -14,9 +14,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bench.peers.objective import BudgetSpentError, Objective
-from bench.peers.optimizers import OPTIMIZERS, POPULATION, Optimizer
-from bench.peers.rrt import PLANNERS, solve
+from bench.peers.optimizers import (
+    OPTIMIZERS,
+    PLANNERS,
+    POPULATION,
+    BudgetSpentError,
+    Objective,
+    Optimizer,
+    solve,
+)
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import problem_at_one_cell

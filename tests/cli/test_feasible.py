@@ -10,7 +10,7 @@ import pytest
 import pathgene.host.cli.feasible
 import pathgene.host.device.boards
 import pathgene.host.device.map_copy
-from bench.testing_trajectory import TESTING_TRAJECTORY, canyon_map
+from bench.feasibility import TESTING_TRAJECTORY, canyon_map
 from pathgene.host.cli import main
 from pathgene.host.device.checker_modes import MODES
 from pathgene.host.device.map_frames import padded_map

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from bench.testing_trajectory import TESTING_TRAJECTORY, canyon_map
+from bench.feasibility import TESTING_TRAJECTORY, canyon_map
 from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.host.device.map_frames import padded_map
 from pathgene.sim.harness import VerilatedChecker

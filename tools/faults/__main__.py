@@ -11,10 +11,9 @@ from pathlib import Path
 
 from pathgene.host.cores import available_cores
 from tools.faults.campaign import Campaign, case_of, judge_of, run
-from tools.faults.case import Case
+from tools.faults.case import Case, shrunk
 from tools.faults.chips import Board
 from tools.faults.planted import PLANTED, planted
-from tools.faults.shrink import shrunk
 
 
 _REPORT = Path(__file__).parents[2] / "build" / "faults"

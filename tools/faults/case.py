@@ -14,7 +14,7 @@ from tools.faults.disk import SLOW
 from tools.faults.line import LineEvent, LineFault, Way
 
 
-__all__ = ["Case", "DiskExtent", "DiskFault", "Extent", "draw"]
+__all__ = ["Case", "DiskExtent", "DiskFault", "Extent", "draw", "shrunk"]
 
 #: Number of sessions of a chip, by the seed of their work; their results without faults are kept.
 _WORKS = 8
@@ -260,3 +260,31 @@ def _any_event(rng: random.Random, extent: Extent) -> LineEvent:
     if fault is LineFault.NOISE:
         value = rng.choice((1, 7, 64, 1_000))
     return LineEvent(at, way, fault, value)
+
+
+def shrunk(case: Case, fails: Callable[[Case], bool]) -> Case:
+    """Return a case with a subset of the faults of ``case``, each of which is needed to fail.
+
+    It leaves out halves, then quarters and so on, then single faults, until none can be removed.
+
+    Parameters
+    ----------
+    case : Case
+        A case that fails.
+    fails : callable
+        Runs a case; returns True if it fails.
+    """
+    faults = case.faults
+    size = max(len(faults) // 2, 1)
+    while faults:
+        at, has_shrunk = 0, False
+        while at < len(faults):
+            fewer = faults[:at] + faults[at + size :]
+            if fails(case.with_faults(fewer)):
+                faults, has_shrunk = fewer, True
+            else:
+                at += size
+        if size == 1 and not has_shrunk:
+            break
+        size = max(size // 2, 1)
+    return case.with_faults(faults)

@@ -9,8 +9,7 @@ from bench import fpga, pages
 from bench.__main__ import main
 from bench.fpga import STORE, TABLES, tables
 from bench.fpga.boards import board_jobs, device_of, lanes_jobs
-from bench.fpga.job import Job, Measured, digest_of, without_names
-from bench.fpga.table import Table, rows
+from bench.fpga.job import Job, Measured, Table, digest_of, rows, without_names
 from bench.fpga.units import paper_jobs, unit_jobs
 from bench.store import Store
 from pathgene.hdl.boards import find_board

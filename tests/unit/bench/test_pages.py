@@ -3,12 +3,34 @@
 import json
 import re
 import sys
+from datetime import UTC, date, datetime
 
 import pytest
 
 from bench import __main__, pages
 from bench.report import Options, Report
+from bench.store import digest
 from pathgene.host.errors import InputError
+
+
+def test_further_tables_follow_in_text_and_json(tmp_path):
+    below = Report("Seconds", ("planner", "s"), [("astar", 0.25)], ["All cores."])
+    report = Report(
+        "F", ("planner", "F"), [("astar", 1.5)], ["Means."], {"runs": [1]}, further=[below]
+    )
+    assert report.text() == (
+        "## F\n\n| planner | F   |\n|---------|-----|\n| astar   | 1.5 |\n\nMeans.\n\n"
+        "## Seconds\n\n| planner | s    |\n|---------|------|\n| astar   | 0.25 |\n\nAll cores."
+    )
+    content = json.loads(report.write(tmp_path / "f.json").read_text())
+    assert list(content) == ["title", "rows", "notes", "measured", "further", "runs"]
+    assert set(content["measured"]) == {"date", "sources", "processor", "cores", "python", "system"}
+    assert date.fromisoformat(content["measured"]["date"]) <= datetime.now(UTC).date()
+    assert content["measured"]["sources"] == digest("bench", "hdl", "host", "sim")
+    assert content["rows"] == [{"planner": "astar", "F": 1.5}]
+    assert content["further"] == [
+        {"title": "Seconds", "rows": [{"planner": "astar", "s": 0.25}], "notes": ["All cores."]}
+    ]
 
 
 @pytest.mark.parametrize("page", pages.pages(), ids=lambda page: page.stem)
@@ -83,14 +105,14 @@ def test_a_page_that_cannot_be_written_stays(folder, text, message, capsys):
 
 def test_keep_is_an_option_of_the_command(folder, monkeypatch, capsys):
     page = folder / "page.md"
-    page.write_text("<!-- tables of BENCH=model -->\n<!-- end of BENCH=model -->\n")
-    monkeypatch.setattr("bench.model.run", lambda options: report(options.seeds))
+    page.write_text("<!-- tables of BENCH=simulation -->\n<!-- end of BENCH=simulation -->\n")
+    monkeypatch.setattr("bench.simulation.run", lambda options: report(options.seeds))
     out = str(folder / "out")
-    for arguments in (["model"], ["model", "--keep", "--seeds", "7"]):
+    for arguments in (["simulation"], ["simulation", "--keep", "--seeds", "7"]):
         assert not list(folder.glob("figures/*"))
         monkeypatch.setattr(sys, "argv", ["bench", *arguments, "--out", out])
         assert __main__.main() == 0
     assert "| short | 7  |" in page.read_text()
-    kept = json.loads((folder / "figures" / "model.json").read_text())
+    kept = json.loads((folder / "figures" / "simulation.json").read_text())
     assert kept["rows"] == [{"path": "short", "ms": 7}]
     assert Options().seeds != 7

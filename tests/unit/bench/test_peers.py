@@ -6,9 +6,14 @@ import numpy as np
 import pytest
 
 from bench import peers
-from bench.peers.objective import BudgetSpentError, Objective
-from bench.peers.optimizers import OPTIMIZERS, POPULATION
-from bench.peers.rrt import PLANNERS, solve
+from bench.peers.optimizers import (
+    OPTIMIZERS,
+    PLANNERS,
+    POPULATION,
+    BudgetSpentError,
+    Objective,
+    solve,
+)
 from bench.report import Options
 from bench.scenarios import problem_at_one_cell
 from pathgene.host.evaluation import Evaluator

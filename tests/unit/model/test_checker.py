@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.testing_trajectory import TESTING_TRAJECTORY, canyon_map
+from bench.feasibility import TESTING_TRAJECTORY, canyon_map
 from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.host.device.map_frames import padded_map
 from pathgene.sim.model.checker import (

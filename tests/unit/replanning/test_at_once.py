@@ -2,8 +2,8 @@
 
 import pytest
 
-from bench import replan_at_once
-from bench.replan_at_once import Question, is_there_a_path
+from bench import replan
+from bench.replan import Question, is_there_a_path
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.problem.zones import Circle
 from pathgene.host.replanning.departure import Departure
@@ -44,5 +44,5 @@ def test_a_goal_in_a_zone_has_no_path(asked, board, mission):
 
 
 def test_a_path_that_cannot_be_joined_is_none(asked, board, monkeypatch):
-    monkeypatch.setattr(replan_at_once, "fault_of", lambda *_: "The path turns too sharply.")
+    monkeypatch.setattr(replan, "fault_of", lambda *_: "The path turns too sharply.")
     assert not is_there_a_path(asked([]), board)

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from tools.diagrams.__main__ import is_drawn, waveforms
 from tools.diagrams.blocks import graphs
-from tools.diagrams.files import is_drawn, waveforms
 
 
 ROOT = Path(__file__).resolve().parents[3]

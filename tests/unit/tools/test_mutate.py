@@ -11,10 +11,8 @@ from pathlib import Path
 import pytest
 
 from tools.mutate import has_killer, is_settled, main, read, report
-from tools.mutation.circuits import equal_circuits
 from tools.mutation.sites import EXCLUDED, draw, gateware_files, sites_of
-from tools.mutation.suites import slow_suite, suites
-from tools.mutation.workshop import Workshop
+from tools.mutation.workshop import Workshop, equal_circuits, slow_suite, suites
 
 
 pytestmark = pytest.mark.ci

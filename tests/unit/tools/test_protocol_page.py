@@ -11,7 +11,7 @@ from pathgene.hdl.protocol.layout import Field, Layout, numbered
 from pathgene.hdl.protocol.planner import VALUE_BITS
 from pathgene.sim.model.chip import Chip
 from tools.protocol_page import page
-from tools.protocol_page.files import FRAMES, contents
+from tools.protocol_page.__main__ import FRAMES, contents
 from tools.protocol_page.segments import split_reply, split_request
 
 

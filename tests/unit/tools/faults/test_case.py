@@ -7,9 +7,9 @@ from collections import Counter
 import pytest
 
 from pathgene.host.interrupts import SIGNALS
-from tools.faults.case import Case, DiskExtent, Extent, draw
+from tools.faults.case import Case, DiskExtent, Extent, draw, shrunk
 from tools.faults.disk import SLOW, FaultyDisk
-from tools.faults.line import LineFault, Way
+from tools.faults.line import LineEvent, LineFault, Way
 from tools.faults.tracing import signal_of
 
 
@@ -64,3 +64,25 @@ def test_a_slow_disk_writes_everything(tmp_path):
         assert time.monotonic() - begun > 0.003
         assert (disk.slowed, disk.failed) == (True, False)
         assert (tmp_path / f"{lasting}").read_bytes() == b"all"
+
+
+EVENTS = tuple(LineEvent(at, Way.TO_BOARD, LineFault.DROP) for at in range(100))
+
+
+@pytest.mark.parametrize("needed", [(), (0,), (99,), (3, 4), (7, 50, 93)])
+def test_what_is_needed_is_left(needed):
+    case = Case(seed=1, session="paper", work=0, line=EVENTS, jumps=((3, 5.0),), signal_at=9)
+
+    def fails(each):
+        return {event.at for event in each.line} >= set(needed)
+
+    least = shrunk(case, fails)
+    assert tuple(event.at for event in least.line) == needed
+    assert least.jumps == ()
+    assert least.signal_at is None
+
+
+def test_faults_of_every_kind_may_be_needed():
+    case = Case(seed=1, session="paper", work=0, line=EVENTS, jumps=((3, 5.0),), signal_at=9)
+    least = shrunk(case, lambda each: each.jumps != () and each.signal_at is not None)
+    assert least == case.with_faults([("jumps", (3, 5.0)), ("signal_at", 9)])

@@ -1,12 +1,12 @@
-"""The benchmark of the rules: its problem of 40 km, and its tables."""
+"""The benchmark of the evaluation: a problem of 40 km, and the tables of the rules."""
 
 import math
 
 import pytest
 
-from bench import rules
+from bench import evaluation
+from bench.evaluation import ENTRANTS, Timed, _ratios, clearance_table, long_problem, strict_table
 from bench.quality import VARIANTS
-from bench.rules import ENTRANTS, Timed, _ratios, clearance_table, long_problem, strict_table
 from pathgene.host.problem.rules import Rules
 from pathgene.host.problem.zones import Circle, Polygon
 
@@ -53,8 +53,8 @@ def test_cells_have_medians_of_ratios():
 @pytest.fixture
 def astar_alone(monkeypatch):
     """Time one quick planner on one small map."""
-    monkeypatch.setattr(rules, "ENTRANTS", [v for v in VARIANTS if v.name == "astar"])
-    monkeypatch.setattr(rules, "_MAPS", ("river",))
+    monkeypatch.setattr(evaluation, "ENTRANTS", [v for v in VARIANTS if v.name == "astar"])
+    monkeypatch.setattr(evaluation, "_MAPS", ("river",))
 
 
 @pytest.mark.ci  # Plans, and loads compiled kernels.

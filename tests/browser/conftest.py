@@ -37,7 +37,7 @@ def browser():
 
 @pytest.fixture
 def new_page(browser):
-    """Function (width, height, **options) that opens a page; the options are those of a context.
+    """Function (width, height, **options of a browser context) that opens a page.
 
     After the test, it fails for each network request and each error on a page; they are in
     ``new_page.faults``.

@@ -51,7 +51,7 @@ def test_writes_a_summary_and_a_picture(tmp_path, capsys, planner):
 
 
 def test_as_paper_is_version_0_1(tmp_path, capsys):
-    """The figures equal those of version 0.1 with the same options."""
+    """Version 0.1 gives the same figures with the same options."""
     summary = run(capsys, tmp_path, "--as-paper", "--seed", "1", "--generations", "40")
     again = run(capsys, tmp_path, "--samples", "21", "--seed", "1", "--generations", "40")
     assert (summary["as_paper"], summary["samples"]) == (True, 21)

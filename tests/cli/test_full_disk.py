@@ -49,7 +49,7 @@ def content(folder):
 
 
 def is_newer(folder):
-    """Return whether the visible files are exactly those of the newer run."""
+    """Return whether the visible files are exactly the newer run's."""
     file = folder / "summary.json"
     summary = json.loads(file.read_text())
     try:

@@ -24,19 +24,19 @@ MIXED = (
 class SetUpInOrder(Elaboratable):
     """Proved for the first 9 cycles from reset, for 2 lanes on 8 x 8 cells of 16 altitudes.
 
-    That is long enough for 4 segments of one group each, or for a longer segment with others
-    waiting for it. Points arrive at any time, paths have any number of points, and there may or may
+    That is long enough for 4 segments of one group each, or for a longer segment that keeps later
+    ones waiting. Points arrive at any time, paths have any number of points, and there may or may
     not be room for results. Assumed: no path is dropped. The walker is complete, except that its
     multipliers compute a simpler function of both factors; ``lane_starts`` proves the use of the
     products.
 
     - Segments reach the lanes in the order of their points, each once: with its start, its axis,
-      its direction and its length. The axis is that of the longer side; if the sides are equal, it
-      may be either, because the cells are the same.
+      its direction and its length. The axis is the one along the longer side; if the sides are
+      equal, it may be either, because the cells are the same.
     - ``places`` has, for each lane, the first cell along the segment whose major coordinate is
       congruent to the lane's number modulo the number of lanes.
-    - It comes with the products, for its minor coordinate and altitude, of its gain and of the
-      gains up to these places with the reciprocal of its length.
+    - It is accompanied by the products, for its minor coordinate and altitude, of the reciprocal of
+      its length with its gain and with the gains up to these places.
     - A segment has one token for each group of as many cells as there are lanes, in consecutive
       cycles, and the last token ends the segment. There are no other tokens.
     """

@@ -1,4 +1,4 @@
-"""Ports of pyserial: every write ends, whatever is at the other end."""
+"""Ports of pyserial: every write ends, whatever it is connected to."""
 
 import contextlib
 import os

@@ -92,7 +92,7 @@ def areas(geometry: Any, placing: Placing, *, is_circle: bool) -> tuple[list[Rin
     others: list[str] = []
     waiting = [geometry]
     while waiting:
-        part = waiting.pop(0)
+        part = waiting.pop()
         if not isinstance(part, dict):
             raise InputError("its geometry is not a GeoJSON object.")
         kind, coordinates = part.get("type"), part.get("coordinates")
@@ -100,7 +100,7 @@ def areas(geometry: Any, placing: Placing, *, is_circle: bool) -> tuple[list[Rin
             members = part.get("geometries")
             if not isinstance(members, list):
                 raise InputError('a GeometryCollection must have a list of "geometries".')
-            waiting = [*members, *waiting]
+            waiting += reversed(members)
         elif kind == "Point" and is_circle:
             found.append((placing.ring([coordinates]),))
         elif kind in ("Polygon", "MultiPolygon"):

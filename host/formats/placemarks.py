@@ -149,9 +149,9 @@ def _others(
 def _drawn(element: ET.Element) -> list[_Drawn]:
     """Return polygons, and rings and closed paths outside them, in the order of the file."""
     found = []
-    waiting = list(element)
+    waiting = list(reversed(element))
     while waiting:
-        part = waiting.pop(0)
+        part = waiting.pop()
         kind = tag_of(part)
         if kind == "Polygon":
             found.append(_polygon(part))
@@ -159,7 +159,7 @@ def _drawn(element: ET.Element) -> list[_Drawn]:
             ring, heights = _ring(text_of(part, "coordinates"))
             found.append(_of(part, (ring,), heights))
         else:
-            waiting = [*part, *waiting]
+            waiting += reversed(part)
     return found
 
 

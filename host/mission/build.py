@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -226,8 +227,9 @@ def read_zones_of(values: Values, terrain: Terrain) -> ReadZones:
     InputError
         If one is bad.
     """
-    has_files = values.get("nofly") or any("file" in each for each in values.get("zones") or ())
-    options = _zone_options(values, terrain) if has_files else ZoneOptions()
+    options = _zone_options(values)
+    if values.get("nofly") or any("file" in each for each in values.get("zones") or ()):
+        options = _for_flight(options, values, terrain)
     files: list[tuple[str, ReadZones]] = []
     zones: list[Zone] = []
 
@@ -256,18 +258,15 @@ def read_zones_of(values: Values, terrain: Terrain) -> ReadZones:
     )
 
 
-def _zone_options(values: Values, terrain: Terrain) -> ZoneOptions:
-    """Return the choices on how zones are read, for a flight over a terrain.
+def _zone_options(values: Values) -> ZoneOptions:
+    """Return the choices on how zones are read.
 
     Raises
     ------
     InputError
         If one is bad.
     """
-    forbid = values.get("forbid")
-    aircraft = aircraft_of(values)
-    ceilings = [values.get("ceiling"), aircraft.service_ceiling_m]
-    qnh_hpa = values.get("qnh")
+    forbid, qnh_hpa = values.get("forbid"), values.get("qnh")
     if qnh_hpa is not None and not _PRESSURES_HPA[0] <= qnh_hpa <= _PRESSURES_HPA[1]:
         raise InputError(
             f"The pressure at sea level must be {_PRESSURES_HPA[0]:g} to {_PRESSURES_HPA[1]:g} "
@@ -278,6 +277,15 @@ def _zone_options(values: Values, terrain: Terrain) -> ZoneOptions:
         forbid=None if forbid is None else forbidding(forbid),
         departure=_departure(values.get("departure")),
         qnh_hpa=qnh_hpa,
+    )
+
+
+def _for_flight(options: ZoneOptions, values: Values, terrain: Terrain) -> ZoneOptions:
+    """Return the choices with the ceiling and the longest time of a flight over a terrain."""
+    aircraft = aircraft_of(values)
+    ceilings = (values.get("ceiling"), aircraft.service_ceiling_m)
+    return replace(
+        options,
         ceiling_m=min((each for each in ceilings if each is not None), default=None),
         longest_s=_longest_s(values, terrain, aircraft),
     )

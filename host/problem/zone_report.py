@@ -224,11 +224,12 @@ def _plural(reason: str) -> str:
         ("it lies", "they lie"),
         ("it has", "they have"),
         ("it is", "they are"),
+        ("its lower limit is not below its upper limit", "no lower limit is below its upper limit"),
         ("its lower limit is", "their lower limits are"),
         ("its upper limit is", "their upper limits are"),
-        ("its upper limit", "their upper limits"),
     ):
-        reason = reason.replace(one, many)
+        if reason.startswith(one):
+            return many + reason.removeprefix(one)
     return reason
 
 

@@ -225,3 +225,23 @@ def test_problem_new_replaces_no_file(file, tmp_path, capsys):
     )
     assert main(["problem", "new", str(tmp_path / "new.toml")]) == 0
     assert main(["problem", "check", str(tmp_path / "new.toml")]) == 0
+
+
+def test_a_check_says_what_was_read_of_the_zones(file, capsys):
+    ring = [[2000, 3000], [2400, 3000], [2400, 3400], [2000, 3000]]
+    features = [
+        {"type": "Feature", "properties": {"name": "R-7", "upper": 900},
+         "geometry": {"type": "Polygon", "coordinates": [ring]}},
+        {"type": "Feature", "properties": {"name": "line"},
+         "geometry": {"type": "LineString", "coordinates": ring[:2]}},
+    ]  # fmt: skip
+    document = {"type": "FeatureCollection", "crs_local": True, "features": features}
+    file.with_name("more.geojson").write_text(json.dumps(document))
+    file.write_text(file.read_text() + '[[zones]]\nfile = "more.geojson"\n')
+    assert main(["problem", "check", str(file)]) == 0
+    lines = [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()]
+    assert 'zone feature 1, "R-7", ground to 900 m AMSL' in lines
+    assert 'note more.geojson: feature 2, "line" left out: a LineString is not an area.' in lines
+    assert main(["problem", "check", str(file), "--json"]) == 0
+    (read,) = json.loads(capsys.readouterr().out)["read"]["zones"]["files"]
+    assert (read["read"], read["on_map"], read["can_forbid"]) == (1, 1, 1)

@@ -245,3 +245,22 @@ def test_refuses_an_archive(tmp_path):
     file.write_bytes(b"PK\x03\x04\xff\xfe")
     with pytest.raises(InputError, match=r"looks like a ZIP or KMZ archive; give GeoJSON, KML,"):
         read_zones(file, TERRAIN)
+
+
+@pytest.mark.parametrize(
+    ("data", "kind"),
+    [
+        (b"\x89PNG\r\n\x1a\n", "a picture"),
+        (b"\x00\x00\x27\x0a" + bytes(20), "a shapefile"),
+        (b"PK\x03\x04 no document", "a ZIP or KMZ archive"),
+        (b"SQLite format 3\x00", "a GeoPackage"),
+        (b"POLYGON ((9 45, 10 45, 9 46, 9 45))", "well-known text"),
+        (b"lat,lon\n45,9\n", "a table of positions"),
+        (b"%PDF-1.7", "a PDF"),
+    ],
+)
+def test_a_file_of_another_kind_is_refused_with_the_kind(tmp_path, data, kind):
+    file = tmp_path / "zones.kml"
+    file.write_bytes(data)
+    with pytest.raises(InputError, match=f"looks like {kind}.*; give GeoJSON, "):
+        read_zones(file, TERRAIN)

@@ -359,7 +359,9 @@ class Evaluator:
 
     def lowest_at_m(self, path: NDArray[np.float64]) -> float | None:
         """Return the metres flown to the least clearance of a path; None with ``as_paper``."""
-        return self._strict and self._strict.lowest_at_m(self._strict.lay(self._checked(path)))
+        if self._strict is None:
+            return None
+        return self._strict.lowest_at_m(self._strict.lay(self._checked(path)))
 
     def _checked(self, path: NDArray[np.float64]) -> NDArray[np.float64]:
         path = np.ascontiguousarray(path, dtype=np.float64)

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from pathgene.host.cli.lines import print_line
-from pathgene.host.report.limit_units import unit_of
 
 
 __all__ = ["note", "print_json", "print_pairs", "print_table", "term_pairs"]
@@ -77,6 +76,9 @@ def _limit_pairs(summary: dict[str, Any]) -> list[tuple[str, str]]:
     limits = summary.get("limits")
     if not limits:
         return []
+    # Loads the kernels.
+    from pathgene.host.evaluation.aircraft_limits import unit_of
+
     worst = limits[0]
     unit = unit_of(worst["limit"])
     pairs = [("flight time", _duration(summary["flight_time_s"]))]

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from pathgene.host.diagnosis.barriers import Barrier
+from pathgene.host.problem.limits import slope_of_thrust
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zone_raster import blocked_cells
 from pathgene.host.problem.zones import Zone
@@ -164,21 +165,8 @@ class Bounds:
         thrust = problem.limits.thrust_N
         if thrust == math.inf or not problem.limits.fuel_N < math.inf:
             return math.inf
-        weight = aircraft.weight_N - problem.limits.fuel_N
-        low, high = -0.5 * math.pi, 0.5 * math.pi
-        for _ in range(60):
-            middle = 0.5 * (low + high)
-            held = self.thrust(middle, weight) <= thrust
-            low, high = (middle, high) if held else (low, middle)
+        _, high = slope_of_thrust(aircraft, thrust, aircraft.weight_N - problem.limits.fuel_N)
         return math.tan(high) if high < 0.5 * math.pi - 1e-9 else math.inf
-
-    def thrust(self, slope_rad: float, weight: float) -> float:
-        """Return the thrust that holds a slope at a weight; thrust and weight in newtons."""
-        aircraft = self.problem.aircraft
-        area = 0.5 * 1.225 * aircraft.cruise_speed_m_s**2 * aircraft.wing_area_m2
-        lift = weight * math.cos(slope_rad)
-        drag = area * aircraft.zero_lift_drag_coefficient
-        return drag + aircraft.induced_drag_factor * lift**2 / area + weight * math.sin(slope_rad)
 
     def _steepest(self, degrees: float) -> float:
         """Return the tangent of a slope over the ground, flown against the wind: its steepest."""

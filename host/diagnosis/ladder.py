@@ -10,13 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from pathgene.host.diagnosis.aircraft import (
+    fuel_reasons,
+    power_reasons,
+    slope_reasons,
+    stall_reasons,
+)
 from pathgene.host.diagnosis.barriers import Barrier, Ring
 from pathgene.host.diagnosis.bounds import Bounds, zone_name
 from pathgene.host.diagnosis.ends import end_reasons
-from pathgene.host.diagnosis.energy import fuel_reasons, power_reasons
-from pathgene.host.diagnosis.reason import Figure, Reason, geographic, listed, rounded_up
-from pathgene.host.diagnosis.slopes import slope_reasons
-from pathgene.host.problem.limits import GRAVITY_M_S2
+from pathgene.host.diagnosis.reason import Figure, Reason, geographic, listed
+from pathgene.host.evaluation.aircraft_limits import SERVICE_CEILING
 from pathgene.host.problem.problem import Problem
 from pathgene.host.terrain import Terrain
 
@@ -61,7 +65,7 @@ def _reasons(bounds: Bounds) -> Iterator[Reason]:
     yield from (reason for reason in slopes if reason.proven)
     yield from power_reasons(bounds)
     yield from fuel_reasons(bounds)
-    yield from _turn(bounds)
+    yield from stall_reasons(bounds)
     yield from _too_narrow(bounds)
     yield from slopes
 
@@ -103,9 +107,10 @@ def _ceiling(bounds: Bounds) -> Iterator[Reason]:
     end, region = _enclosed(bounds, ring, top)
     if bounds.barrier(top).closed:
         own = rules.ceiling_m is not None and rules.ceiling_m == top
-        limit, option = ("ceiling", "--ceiling") if own else ("service-ceiling", "service ceiling")
+        limit = "ceiling" if own else SERVICE_CEILING.name
+        option = "--ceiling" if own else SERVICE_CEILING.label
         allowed, figure = top, _least_ceiling(bounds, top)
-        below = f"below the {'ceiling' if own else 'service ceiling'} of {top:g} m"
+        below = f"below the {'ceiling' if own else SERVICE_CEILING.label} of {top:g} m"
     else:
         limit, option, allowed, figure = "ceiling-agl", "--ceiling-agl", agl, None
         below = f"below the ceiling of {agl:g} m above ground"
@@ -151,48 +156,6 @@ def _connected(problem: Problem, free: Flags) -> bool:
         free[end] = True
     part, _ = ndimage.label(free, _EIGHT)
     return bool(part[ends[0]] == part[ends[1]])
-
-
-def _turn(bounds: Bounds) -> Iterator[Reason]:
-    """Yield the reason that the aircraft stalls in any turn while the straight line is blocked."""
-    problem, aircraft = bounds.problem, bounds.problem.aircraft
-    if problem.rules is None or math.isfinite(problem.limits.turn_radius_m):
-        return
-    start, goal = np.array(problem.start[:2]), np.array(problem.goal[:2])
-    cell = min(problem.terrain.dx_m, problem.terrain.dy_m)
-    count = math.ceil(4 * float(np.hypot(*(goal - start))) / cell) + 2
-    x, y = np.linspace(start, goal, count).T
-    lowest = bounds.lowest[problem.terrain.nearest_nodes(x, y)]
-    closed = lowest > problem.limits.ceiling_m
-    for index in bounds.closing_zones(problem.limits.ceiling_m):
-        zone = problem.zones[index]
-        closed |= zone.covers(x, y).diagonal()
-    if not closed.any():
-        return
-    at = int(np.argmax(closed))
-    stall = rounded_up(problem.limits.stall_speed_m_s)
-    yield Reason(
-        code="turn",
-        sentence=f"{aircraft.name} stalls in every turn of {aircraft.turn_radius_m:g} m at "
-        f"{aircraft.cruise_speed_m_s:g} m/s, below {stall:.1f} m/s, and "
-        f"the straight line to the goal is closed near {_at((x[at], y[at]))}.",
-        proven=True,
-        place=(float(x[at]), float(y[at])),
-        figure=Figure("stall", aircraft.cruise_speed_m_s, _least_speed(problem), "m/s"),
-    )
-
-
-def _least_speed(problem: Problem) -> float | None:
-    """Return a cruise speed at which the aircraft does not stall in its turn, if there is one.
-
-    At a higher speed the turn has more bank, and the stall speed is higher.
-    """
-    aircraft = problem.aircraft
-    square = GRAVITY_M_S2 * aircraft.turn_radius_m
-    bank = math.hypot(1.0, aircraft.cruise_speed_m_s**2 / square)
-    level = problem.limits.stall_speed_m_s**4 / bank**2
-    rest = 1.0 - level / square**2
-    return rounded_up((level / rest) ** 0.25) if rest > 0 else None
 
 
 def _too_narrow(bounds: Bounds) -> Iterator[Reason]:

@@ -9,18 +9,16 @@ import math
 from collections.abc import Iterable
 
 from pathgene.host.problem.aircraft import Aircraft
+from pathgene.host.problem.limits import SEA_LEVEL_DENSITY_KG_M3
 
 
 __all__ = [
-    "SEA_LEVEL_DENSITY_KG_M3",
     "air_density",
     "air_distance",
     "fuel_burned",
     "level_range_m",
     "thrust_needed",
 ]
-
-SEA_LEVEL_DENSITY_KG_M3 = 1.225
 
 
 def air_density(altitude_m: float) -> float:

@@ -15,7 +15,6 @@ import math
 import numpy as np
 
 from pathgene.host.evaluation.constants import SLOPE_TOLERANCE_RAD, Constants, Course, Floats, Point
-from pathgene.host.evaluation.fuel import SEA_LEVEL_DENSITY_KG_M3
 from pathgene.host.evaluation.jit import inlined
 from pathgene.host.evaluation.laying import (
     AIR,
@@ -45,6 +44,7 @@ from pathgene.host.evaluation.sampling import (
     some_arc_hits,
     some_straight_hits,
 )
+from pathgene.host.problem.limits import SEA_LEVEL_DENSITY_KG_M3
 
 
 __all__ = [

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 
 from pathgene.host.evaluation.fuel import air_density
-from pathgene.host.flight.guidance import GRAVITY_M_S2, Commands, State
+from pathgene.host.flight.guidance import Commands, State
 from pathgene.host.flight.models import FlightModel
 from pathgene.host.flight.simulator import Controls
 from pathgene.host.problem.aircraft import Aircraft
+from pathgene.host.problem.limits import GRAVITY_M_S2
 
 
 __all__ = ["Autopilot"]

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from pathgene.host.errors import JobError
 from pathgene.host.evaluation.geometry import Piece
 from pathgene.host.flight.autopilot import Autopilot
-from pathgene.host.flight.guidance import GRAVITY_M_S2, Commands, Guidance, Limits, State
+from pathgene.host.flight.guidance import Commands, Guidance, Limits, State
 from pathgene.host.flight.models import FlightModel
 from pathgene.host.flight.route import Route
 from pathgene.host.flight.simulator import STEP_S, Simulator
 from pathgene.host.planners.base import Stop
 from pathgene.host.problem.aircraft import Aircraft
+from pathgene.host.problem.limits import GRAVITY_M_S2
 from pathgene.host.terrain import Terrain
 
 

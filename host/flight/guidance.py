@@ -13,11 +13,11 @@ from collections import deque
 from dataclasses import dataclass
 
 from pathgene.host.flight.route import Place, Route
+from pathgene.host.problem.limits import GRAVITY_M_S2
 
 
-__all__ = ["GRAVITY_M_S2", "MEAN_S", "Commands", "Guidance", "Limits", "State"]
+__all__ = ["MEAN_S", "Commands", "Guidance", "Limits", "State"]
 
-GRAVITY_M_S2 = 9.80665
 #: Seconds over which the mean bank is limited, and the factor of the momentary limit: a turn begins
 #: with more bank than it holds.
 MEAN_S = 5.0

@@ -16,12 +16,20 @@ from pathgene.host.problem.aircraft import Aircraft
 from pathgene.host.problem.rules import Rules
 
 
-__all__ = ["GRAVITY_M_S2", "Limits", "slope_limits"]
+__all__ = [
+    "GRAVITY_M_S2",
+    "SEA_LEVEL_DENSITY_KG_M3",
+    "Limits",
+    "slope_limits",
+    "slope_of_thrust",
+    "steady_thrust",
+    "turn_radius_in_wind_m",
+]
 
 Floats = NDArray[np.float64]
 
 GRAVITY_M_S2 = 9.80665
-_SEA_LEVEL_DENSITY_KG_M3 = 1.225
+SEA_LEVEL_DENSITY_KG_M3 = 1.225
 _HALVINGS = 60
 
 
@@ -66,16 +74,16 @@ class Limits:
         if rules is None:
             return Limits(aircraft.turn_radius_m, climb, descent)
         stall = stall_speed_in_turn_m_s(aircraft)
-        radius = aircraft.turn_radius_m
-        radius *= (1.0 + math.hypot(*wind) / aircraft.cruise_speed_m_s) ** 2
         thrust = math.inf
         if aircraft.engine_power_W is not None:
             power = aircraft.engine_power_W * aircraft.propeller_efficiency
             thrust = power / aircraft.cruise_speed_m_s
-            climb = min(climb, _slope_of_thrust(aircraft, thrust))
+            climb = min(climb, slope_of_thrust(aircraft, thrust, aircraft.weight_N)[0])
         ceilings = (rules.ceiling_m, aircraft.service_ceiling_m)
         return Limits(
-            radius if stall <= aircraft.cruise_speed_m_s else math.inf,
+            turn_radius_in_wind_m(aircraft, wind)
+            if stall <= aircraft.cruise_speed_m_s
+            else math.inf,
             climb,
             descent,
             thrust,
@@ -87,31 +95,38 @@ class Limits:
         )
 
 
+def turn_radius_in_wind_m(aircraft: Aircraft, wind: tuple[float, float]) -> float:
+    """Return the radius over the ground of a turn with the bank of R in still air."""
+    return aircraft.turn_radius_m * (1.0 + math.hypot(*wind) / aircraft.cruise_speed_m_s) ** 2
+
+
 def stall_speed_in_turn_m_s(aircraft: Aircraft) -> float:
     """Return the stall speed at the bank of the turn radius, at take-off weight; 0 if unknown."""
     if aircraft.lift_coefficient_max is None:
         return 0.0
     tan_bank = aircraft.cruise_speed_m_s**2 / (GRAVITY_M_S2 * aircraft.turn_radius_m)
     lift = aircraft.weight_N * math.hypot(1.0, tan_bank)
-    area = _SEA_LEVEL_DENSITY_KG_M3 * aircraft.wing_area_m2 * aircraft.lift_coefficient_max
+    area = SEA_LEVEL_DENSITY_KG_M3 * aircraft.wing_area_m2 * aircraft.lift_coefficient_max
     return math.sqrt(2.0 * lift / area)
 
 
-def _slope_of_thrust(aircraft: Aircraft, thrust: float) -> float:
-    """Return the steepest slope that ``thrust`` holds at take-off weight, radians."""
-    area = 0.5 * _SEA_LEVEL_DENSITY_KG_M3 * aircraft.cruise_speed_m_s**2 * aircraft.wing_area_m2
+def steady_thrust(aircraft: Aircraft, slope_rad: float, weight: float) -> float:
+    """Return the thrust that holds a slope at a weight, newtons."""
+    area = 0.5 * SEA_LEVEL_DENSITY_KG_M3 * aircraft.cruise_speed_m_s**2 * aircraft.wing_area_m2
+    lift = weight * math.cos(slope_rad)
+    drag = area * aircraft.zero_lift_drag_coefficient
+    drag += aircraft.induced_drag_factor * lift**2 / area
+    return drag + weight * math.sin(slope_rad)
 
-    def needed(slope: float) -> float:
-        lift = aircraft.weight_N * math.cos(slope)
-        drag = area * aircraft.zero_lift_drag_coefficient
-        drag += aircraft.induced_drag_factor * lift**2 / area
-        return drag + aircraft.weight_N * math.sin(slope)
 
+def slope_of_thrust(aircraft: Aircraft, thrust: float, weight: float) -> tuple[float, float]:
+    """Return bounds of the steepest slope that ``thrust`` holds at a weight, radians."""
     low, high = -0.5 * math.pi, 0.5 * math.pi
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if needed(middle) <= thrust else (low, middle)
-    return low
+        held = steady_thrust(aircraft, middle, weight) <= thrust
+        low, high = (middle, high) if held else (low, middle)
+    return low, high
 
 
 def slope_limits(

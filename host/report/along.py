@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from pathgene.host.evaluation import Evaluator, Samples
 from pathgene.host.evaluation.broken import Stretch
-from pathgene.host.report.limit_units import unit_of
 
 
 __all__ = ["broken_limits", "broken_samples", "surface_and_demand", "why"]
@@ -107,6 +106,9 @@ def why(reason: Mapping[str, Any], limits: Sequence[Mapping[str, Any]] | None) -
         return f"No path: {sentence}"
     if not limits:
         return ""
+    # Loads the kernels.
+    from pathgene.host.evaluation.aircraft_limits import unit_of
+
     worst = limits[0]
     name = worst["limit"]
     unit = unit_of(name)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pathgene.host.evaluation import Evaluator
+from pathgene.host.evaluation.aircraft_limits import limit_named
 from pathgene.host.files.output import json_bytes, writing_into
 from pathgene.host.files.replacement import replace_files
 from pathgene.host.planners.base import Result
@@ -69,17 +70,12 @@ def write_diagnosis(
     return written
 
 
-# Meaning of each code, printed before the sentence with the figures.
+# Meaning of each code that is no limit of the aircraft, ahead of the sentence with the figures.
 _MEANINGS = {
     "start": "The start violates a limit",
     "goal": "The goal violates a limit",
     "closed": "The way is closed at every altitude",
     "ceiling": "The ceiling closes the way",
-    "climb": "The climb is too weak",
-    "descent": "The descent is too shallow",
-    "power": "The engine is too weak",
-    "fuel": "The fuel is too little",
-    "turn": "No turn is possible",
     "heading": "A fixed heading leaves no path",
     "joint": "The legs do not join",
     "not-found": "No path was found",
@@ -89,7 +85,8 @@ _MEANINGS = {
 def _verdict(reason: Mapping[str, Any]) -> str:
     """Return a reason in words, and whether it holds for every path."""
     holds = "proven for every path" if reason["proven"] else "as far as the search sees"
-    return f"{_MEANINGS[reason['code']]}, {holds}"
+    limit = limit_named(reason["code"])
+    return f"{limit.meaning if limit else _MEANINGS[reason['code']]}, {holds}"
 
 
 def _scene(

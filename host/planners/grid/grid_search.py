@@ -16,8 +16,9 @@ from scipy import ndimage
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from pathgene.host.evaluation.fuel import SEA_LEVEL_DENSITY_KG_M3, air_distance
+from pathgene.host.evaluation.fuel import air_distance
 from pathgene.host.evaluation.reference import problem_utopia
+from pathgene.host.problem.limits import SEA_LEVEL_DENSITY_KG_M3
 from pathgene.host.problem.problem import Problem
 
 

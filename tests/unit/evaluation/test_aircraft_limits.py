@@ -15,11 +15,11 @@ from pathgene.host.evaluation.aircraft_limits import (
     AircraftLimit,
     Worst,
     limit_named,
+    unit_of,
 )
 from pathgene.host.problem.problem import Problem
 from pathgene.host.report import profile
 from pathgene.host.report.along import why
-from pathgene.host.report.limit_units import unit_of
 from pathgene.host.terrain import Terrain
 from pathgene.host.web.scene import ceilings_scene, path_scene
 

@@ -5,8 +5,9 @@ import math
 import pytest
 
 from pathgene.host.evaluation.geometry import Arc
-from pathgene.host.flight.guidance import GRAVITY_M_S2, MEAN_S, PEAK, Guidance, Limits, State
+from pathgene.host.flight.guidance import MEAN_S, PEAK, Guidance, Limits, State
 from pathgene.host.flight.route import Route
+from pathgene.host.problem.limits import GRAVITY_M_S2
 from tests.unit.flight.conftest import arc, straight
 
 

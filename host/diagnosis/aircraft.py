@@ -1,10 +1,11 @@
-"""Pits and walls: ends that no allowed climb leaves or no allowed descent reaches.
+"""Limits of the aircraft as reasons: climb, descent, power, fuel and stall.
 
-An aircraft that leaves a pit gains altitude in proportion to the length of its route. If no circle
-of the turn radius fits into the pit, the route cannot turn around, so it is not much longer than
-the shortest route: a pit that is too deep for this length is closed. If a circle fits, the aircraft
-could circle up. Since no planner circles, the reason given is that the shortest routes are too
-steep, which is not a proof.
+Pits and walls are ends that no allowed climb leaves or no allowed descent reaches. An
+aircraft that leaves a pit gains altitude in proportion to the length of its route. If no circle
+of the turn radius fits into the pit, the route cannot turn round, so it is not much longer than the
+shortest one: a pit that is too deep for this length is closed. If a circle fits, the aircraft could
+circle up. Since no planner circles, the reason given is that the shortest routes are too steep,
+which is not a proof.
 """
 
 from __future__ import annotations
@@ -16,13 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pathgene.host.diagnosis.bounds import Bounds
-from pathgene.host.diagnosis.energy import least_power
 from pathgene.host.diagnosis.reach import Reach, has_room
-from pathgene.host.diagnosis.reason import Figure, Reason, rounded_up
+from pathgene.host.diagnosis.reason import Figure, Reason, rounded_down, rounded_up
+from pathgene.host.evaluation.aircraft_limits import CLIMB, DESCENT, FUEL, POWER, STALL
 from pathgene.host.problem.problem import Problem
 
 
-__all__ = ["slope_reasons"]
+__all__ = ["fuel_reasons", "power_reasons", "slope_reasons", "stall_reasons"]
 
 Floats = NDArray[np.float64]
 
@@ -39,15 +40,10 @@ class _Pit:
 
     def __init__(self, bounds: Bounds, end: str) -> None:
         problem, terrain = bounds.problem, bounds.problem.terrain
-        self.bounds, self.end = bounds, end
+        self.bounds = bounds
         own, other = problem.start, problem.goal
-        self.limit, degrees = "climb", problem.aircraft.max_climb_deg
-        self.slope_bound = bounds.climb_slope
         if end == "goal":
             own, other = other, own
-            self.limit, degrees = "descent", problem.aircraft.max_descent_deg
-            self.slope_bound = bounds.descent_slope
-        self.degrees = degrees
         self.x, self.y, self.z = own
         self.other = other
         self.every = math.ceil(max(terrain.shape) / _MOST_NODES)
@@ -95,65 +91,51 @@ def slope_reasons(bounds: Bounds) -> Iterator[Reason]:
     problem = bounds.problem
     if problem.limits.climb_rad <= 0:
         return
-    for end in ("start", "goal"):
-        pit = _Pit(bounds, end)
+    for limit, flown, slope_bound in (
+        (CLIMB, problem.limits.climb_rad, bounds.climb_slope),
+        (DESCENT, problem.limits.descent_rad, bounds.descent_slope),
+    ):
+        pit = _Pit(bounds, limit.end)
         heights = pit.surface()
         there = pit.node(*pit.other[:2], pit.every)
-        flown = problem.limits.climb_rad if end == "start" else problem.limits.descent_rad
+        given_deg = limit.degrees(problem.aircraft)
         if pit.searched(heights, math.tan(flown)).nodes[there]:
             continue
         would_do = _least_slope(pit, heights, there, math.tan(flown))
-        by_file = math.radians(pit.degrees)
+        by_file = math.radians(given_deg)
         by_power = flown < by_file and pit.searched(heights, math.tan(by_file)).nodes[there]
         if would_do is None:
             continue
         slope, place = would_do
         degrees = rounded_up(math.degrees(math.atan(slope)))
         if by_power:
-            yield _power(pit, degrees, place, pit.is_proven(bounds.power_slope))
+            needed = math.tan(math.radians(degrees))
+            needed = rounded_up(POWER.climbing_power(problem.aircraft, needed), 1.0)
+            yield Reason(
+                code=POWER.name,
+                sentence=POWER.climb_advice(problem, degrees, place, needed),
+                proven=pit.is_proven(bounds.power_slope),
+                place=place,
+                figure=_power_figure(problem, needed),
+                end=limit.end,
+            )
             continue
-        proven = pit.is_proven(pit.slope_bound)
+        proven = pit.is_proven(slope_bound)
         reached = pit.searched(heights, math.tan(flown)).nodes
         yield Reason(
-            code=pit.limit,
-            sentence=_sentence(pit, degrees, place, proven),
+            code=limit.name,
+            sentence=limit.advice(problem, degrees, place, proven=proven),
             proven=proven,
             place=place,
-            figure=Figure(pit.limit, pit.degrees, degrees, "deg"),
-            end=end,
+            figure=Figure(limit.name, given_deg, degrees, "deg"),
+            end=limit.end,
             region=_spread(reached, pit.every, problem),
         )
 
 
-def _sentence(pit: _Pit, degrees: float, place: tuple[float, float], proven: bool) -> str:
-    at = f"near ({place[0]:.0f}, {place[1]:.0f}) m"
-    verb = "out of" if pit.end == "start" else "down to"
-    kind = "climb" if pit.end == "start" else "descent"
-    sentence = (
-        f"Every short way {verb} the {pit.end} is too steep: {at} it takes a {kind} of "
-        f"{degrees:.1f} degrees, and the limit is {pit.degrees:g}"
-    )
-    if proven:
-        return f"{sentence}; there is no room to circle."
-    return f"{sentence}; there may be room to circle, which no planner does."
-
-
-def _power(pit: _Pit, degrees: float, place: tuple[float, float], proven: bool) -> Reason:
-    """Return the reason that the engine cannot hold the climb that the aircraft's file allows."""
-    problem, aircraft = pit.bounds.problem, pit.bounds.problem.aircraft
-    assert aircraft.engine_power_W is not None
-    needed = rounded_up(least_power(pit.bounds, math.tan(math.radians(degrees))), 1.0)
-    return Reason(
-        code="power",
-        sentence=f"The engine of {aircraft.name} gives {aircraft.engine_power_W:g} W, enough for "
-        f"a climb of {math.degrees(problem.limits.climb_rad):.1f} degrees; the way out of the "
-        f"start takes {degrees:.1f} degrees near ({place[0]:.0f}, {place[1]:.0f}) m, "
-        f"{needed:.0f} W.",
-        proven=proven,
-        place=place,
-        figure=Figure("power", aircraft.engine_power_W, needed, "W"),
-        end=pit.end,
-    )
+def _power_figure(problem: Problem, needed: float) -> Figure:
+    assert problem.aircraft.engine_power_W is not None
+    return Figure(POWER.name, problem.aircraft.engine_power_W, needed, POWER.unit)
 
 
 def _least_slope(
@@ -183,3 +165,85 @@ def _spread(nodes: NDArray[np.bool_], every: int, problem: Problem) -> NDArray[n
     rows, columns = problem.terrain.shape
     fine: NDArray[np.bool_] = np.repeat(np.repeat(nodes, every, axis=0), every, axis=1)
     return fine[:rows, :columns]
+
+
+def power_reasons(bounds: Bounds) -> Iterator[Reason]:
+    """Yield the reason that the engine cannot hold level flight, if the path needs it."""
+    problem, slope = bounds.problem, bounds.power_slope
+    if problem.rules is None or problem.aircraft.engine_power_W is None or not slope < 0:
+        return
+    z = problem.start[2]
+    way = math.dist(problem.start[:2], problem.goal[:2])
+    if z + slope * way < problem.goal[2] - 1e-3:
+        low_m = problem.goal[2] - z - slope * way
+        place, consequence = problem.goal[:2], f"is {low_m:.0f} m too low at the goal"
+    elif (barrier := bounds.barrier(z)).closed:
+        place = barrier.ring().place
+        consequence = "no way to the goal stays below the altitude of the start"
+    else:
+        return
+    needed = rounded_up(POWER.climbing_power(problem.aircraft, 0.0), 1.0)
+    yield Reason(
+        code=POWER.name,
+        sentence=POWER.level_advice(problem, needed, consequence),
+        proven=True,
+        place=place,
+        figure=_power_figure(problem, needed),
+    )
+
+
+def fuel_reasons(bounds: Bounds) -> Iterator[Reason]:
+    """Yield the reason that the fuel does not even last for the straight line."""
+    problem, given = bounds.problem, bounds.problem.aircraft.fuel_weight_N
+    if problem.rules is None or given is None:
+        return
+    least, reserve = FUEL.least(problem), problem.rules.reserve
+    allowed = problem.limits.fuel_N
+    if least <= allowed:
+        return
+    burnt, tank = (rounded_up(fuel, _step(fuel)) for fuel in (least, least / (1.0 - reserve)))
+    yield Reason(
+        code=FUEL.name,
+        sentence=FUEL.advice(reserve, burnt, rounded_down(allowed, _step(allowed)), tank),
+        proven=True,
+        place=problem.goal[:2],
+        figure=Figure(FUEL.name, given, tank, FUEL.unit),
+    )
+
+
+def _step(fuel: float) -> float:
+    """Return the value of a step in the third significant digit."""
+    return 10.0 ** (math.floor(math.log10(fuel)) - 2) if fuel > 0 else 1.0
+
+
+def stall_reasons(bounds: Bounds) -> Iterator[Reason]:
+    """Yield the reason that the aircraft stalls in any turn while the straight line is blocked."""
+    problem, aircraft = bounds.problem, bounds.problem.aircraft
+    if problem.rules is None or math.isfinite(problem.limits.turn_radius_m):
+        return
+    start, goal = np.array(problem.start[:2]), np.array(problem.goal[:2])
+    cell = min(problem.terrain.dx_m, problem.terrain.dy_m)
+    count = math.ceil(4 * float(np.hypot(*(goal - start))) / cell) + 2
+    x, y = np.linspace(start, goal, count).T
+    lowest = bounds.lowest[problem.terrain.nearest_nodes(x, y)]
+    closed = lowest > problem.limits.ceiling_m
+    for index in bounds.closing_zones(problem.limits.ceiling_m):
+        zone = problem.zones[index]
+        closed |= zone.covers(x, y).diagonal()
+    if not closed.any():
+        return
+    at = int(np.argmax(closed))
+    place = float(x[at]), float(y[at])
+    speed = STALL.least_speed_m_s(problem)
+    yield Reason(
+        code="turn",
+        sentence=STALL.advice(problem, rounded_up(problem.limits.stall_speed_m_s), place),
+        proven=True,
+        place=place,
+        figure=Figure(
+            STALL.name,
+            aircraft.cruise_speed_m_s,
+            None if speed is None else rounded_up(speed),
+            STALL.unit,
+        ),
+    )

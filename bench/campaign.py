@@ -14,8 +14,8 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, TypeVar
 
-from pathgene.host.cores import available_cores
 from pathgene.host.errors import PathgeneError
+from pathgene.host.machine import available_cores
 
 
 __all__ = ["Alteration", "measure"]

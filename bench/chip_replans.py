@@ -22,7 +22,7 @@ from pathgene.host.errors import InputError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners import PLANNERS, make
 from pathgene.host.planners import base as planners
-from pathgene.host.planners.chip.chip_time import chip_time
+from pathgene.host.planners.chip.schedule import chip_time
 from pathgene.host.problem.changes import changed_problem
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
@@ -120,7 +120,7 @@ class Outcome:
 
     ``cycles`` are the cycles of the runs, ``drawing`` the cycles of drawing the disc, and
     ``whole_ms`` the milliseconds of the plan: see
-    :class:`pathgene.host.planners.chip.chip_time.ChipTime`.
+    :class:`pathgene.host.planners.chip.schedule.ChipTime`.
     """
 
     fitness: float

@@ -19,7 +19,7 @@ from bench.report import Report
 from bench.scenarios import EMBEDDED, SYNTHETIC, problem
 from pathgene.host.device.boards import open_board
 from pathgene.host.device.chip import Chip
-from pathgene.host.device.waypoints import unpack_waypoints
+from pathgene.host.device.paths import unpack_waypoints
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners import PLANNERS, make
 from pathgene.host.planners.allaire.ga_fpga import FpgaGeneticPlanner

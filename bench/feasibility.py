@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from bench.report import Options, Report
 from pathgene.hdl.config import CheckerBuild, Config
-from pathgene.host.device.map_frames import padded_map
+from pathgene.host.device.chip_map import padded_map
 from pathgene.host.terrain.synthetic import large_canyon
 from pathgene.sim.harness import VerilatedChecker
 from pathgene.sim.model.checker import Point, TerrainModel, paper_cycles, segment_cells

@@ -16,9 +16,9 @@ from bench.campaign import measure
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import missing, names, problem
-from pathgene.host.cores import available_cores
 from pathgene.host.device.boards import open_board
 from pathgene.host.evaluation import Evaluator
+from pathgene.host.machine import available_cores
 from pathgene.host.planners import make
 from pathgene.host.planners.allaire.counting import CAUSES, refutation
 from pathgene.host.planners.base import Options, Planner

@@ -32,11 +32,10 @@ from pathgene.host.problem.problem import Problem
 from pathgene.host.replanning import picture
 from pathgene.host.replanning.departure import Departure, depart, fault_of
 from pathgene.host.replanning.fly import FALLBACK, on_board
-from pathgene.host.replanning.outcome import judge
+from pathgene.host.replanning.outcome import Replanned, judge
+from pathgene.host.replanning.pilot import Change
 from pathgene.host.replanning.planner import Attempt, InFlightPlanner
 from pathgene.host.replanning.present import Present
-from pathgene.host.replanning.records import Change
-from pathgene.host.replanning.report import Replanned
 from pathgene.host.replanning.session import Session
 
 

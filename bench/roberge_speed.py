@@ -12,9 +12,9 @@ from bench.campaign import measure
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import problem_at_one_cell
-from pathgene.host.cores import available_cores
 from pathgene.host.errors import InputError, PathgeneError
 from pathgene.host.evaluation import Evaluator
+from pathgene.host.machine import available_cores
 from pathgene.host.planners.base import Options, Result
 from pathgene.host.planners.fpa.planner import FlowerPollinationPlanner
 

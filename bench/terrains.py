@@ -22,7 +22,7 @@ from pathgene.hdl.protocol import LinkMode
 from pathgene.host.device.boards import open_board
 from pathgene.host.device.chip import Chip, Step
 from pathgene.host.device.link import Link
-from pathgene.host.device.waypoints import unpack_waypoints
+from pathgene.host.device.paths import unpack_waypoints
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners import make
 from pathgene.host.planners.base import Options

@@ -20,9 +20,8 @@ from pathgene.host.evaluation import Evaluation, Evaluator
 from pathgene.host.files.output import prepare_directory
 from pathgene.host.options.arguments import own_options
 from pathgene.host.options.table import FALLBACKS
-from pathgene.host.planners import DEFAULT_BOARD, PLANNERS, make
+from pathgene.host.planners import DEFAULT_BOARD, PLANNERS, make, named_or_default
 from pathgene.host.planners.base import Options, Progress, Result, Stop
-from pathgene.host.planners.default import named_or_default
 from pathgene.host.planners.timed import plan_in_time
 from pathgene.host.problem.changes import changed_problem
 from pathgene.host.problem.zones import Zone
@@ -263,7 +262,7 @@ class Search:
     ----------
     planner : str, optional
         A name in :data:`pathgene.host.planners.PLANNERS`; by default the planner for the core of
-        the board: see :func:`pathgene.host.planners.default.default_planner`.
+        the board: see :func:`pathgene.host.planners.registry.default_planner`.
     generations : int, optional
         Maximum number of generations; the planner's own by default.
     time_limit_s, target_fitness, population, seed

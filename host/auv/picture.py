@@ -17,7 +17,7 @@ from pathgene.host.auv.plan import REPORT_SAMPLES
 from pathgene.host.files.output import replacing
 from pathgene.host.planners.routes.field import Route
 from pathgene.host.planners.routes.spline import sample
-from pathgene.host.report.palette import BEST, GOAL, GROUND, LAND, PATH, START, TEXT, TROUBLE, halo
+from pathgene.host.report.style import BEST, GOAL, GROUND, LAND, PATH, START, TEXT, TROUBLE, halo
 
 
 __all__ = ["write"]

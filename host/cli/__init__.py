@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from typing import TextIO
 
 from pathgene.host import interrupts
-from pathgene.host.cli.lines import print_line
+from pathgene.host.cli.output import print_line
 from pathgene.host.cli.parser import build_parser
 from pathgene.host.cli.streams import OutputError, guarded
 from pathgene.host.errors import InputError, JobError, PathgeneError

@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Any
 from pathgene.host import interrupts
 from pathgene.host.auv import PLANNERS
 from pathgene.host.cli.arguments import Commands, add_command, add_options
-from pathgene.host.cli.compiling import note_compiling_routes
 from pathgene.host.cli.ending import ending
-from pathgene.host.cli.output import note, print_json, print_pairs
+from pathgene.host.cli.output import note, note_compiling_routes, print_json, print_pairs
 from pathgene.host.errors import InputError
 from pathgene.host.files.output import json_bytes, prepare_directory, writing_into
 from pathgene.host.files.replacement import replace_files

@@ -19,12 +19,11 @@ from pathgene.host.cli.arguments import (
     add_own_options,
     leave_unset,
 )
-from pathgene.host.cli.compiling import note_compiling
-from pathgene.host.cli.output import note, print_json, print_pairs, print_table
+from pathgene.host.cli.output import note, note_compiling, print_json, print_pairs, print_table
 from pathgene.host.cli.values import file_values, ignored_options
-from pathgene.host.cores import available_cores
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.files.output import prepare_directory, write_json, writing_into
+from pathgene.host.machine import available_cores
 from pathgene.host.options.table import NAMED, options_of
 from pathgene.host.progress import Bar
 from pathgene.host.workers import LOCAL

@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pathgene.host.cli.arguments import Commands, add_command, add_problem, complete_by_file
-from pathgene.host.cli.compiling import note_compiling
-from pathgene.host.cli.output import print_json, print_pairs, term_pairs
+from pathgene.host.cli.output import note_compiling, print_json, print_pairs, term_pairs
 from pathgene.host.cli.values import complete_options
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.files.output import reading

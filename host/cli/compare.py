@@ -21,12 +21,11 @@ from pathgene.host.cli.arguments import (
     add_problem,
     complete_by_file,
 )
-from pathgene.host.cli.compiling import note_compiling
-from pathgene.host.cli.output import note, print_json, print_pairs, print_table
+from pathgene.host.cli.output import note, note_compiling, print_json, print_pairs, print_table
 from pathgene.host.cli.values import complete_options, own_options, source_of
-from pathgene.host.cores import available_cores
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.files.output import prepare_directory
+from pathgene.host.machine import available_cores
 from pathgene.host.options.table import NAMED, SEARCH, options_of
 from pathgene.host.planners import PLANNERS
 from pathgene.host.workers import LOCAL
@@ -105,12 +104,10 @@ def add(commands: Commands) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Execute the missing runs, write the report and print its tables."""
-    from pathgene.host.compare.digest import problem_digest
-    from pathgene.host.compare.entrants import parse_entrants, planner_names
-    from pathgene.host.compare.report import document
+    from pathgene.host.compare.entrants import parse_entrants, planner_names, problem_digest
+    from pathgene.host.compare.report import document, write_report
     from pathgene.host.compare.session import complete, kept
     from pathgene.host.compare.store import RunStore
-    from pathgene.host.compare.write import write_report
 
     complete_options(args)
     entrants = parse_entrants(
@@ -164,7 +161,7 @@ def _problem(args: argparse.Namespace) -> Problem:
 
 def _write_interrupted(directory: Path, table: dict[str, Any]) -> None:
     """Write the report of a comparison that ends early, if the disk accepts it."""
-    from pathgene.host.compare.write import write_report
+    from pathgene.host.compare.report import write_report
 
     try:
         write_report(directory, table, warn=note, picture=False)

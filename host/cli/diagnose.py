@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pathgene.host.cli.arguments import Commands, add_command, add_problem, complete_by_file
-from pathgene.host.cli.compiling import note_compiling
-from pathgene.host.cli.output import note, print_json, print_pairs
+from pathgene.host.cli.output import note, note_compiling, print_json, print_pairs
 from pathgene.host.cli.values import complete_options
 from pathgene.host.errors import JobError, NoPathError
 from pathgene.host.files.output import prepare_directory
@@ -17,7 +16,7 @@ from pathgene.host.options.kinds import PATH
 
 if TYPE_CHECKING:
     from pathgene.host.diagnosis import Reason
-    from pathgene.host.report.diagnosis import Drawn
+    from pathgene.host.report.write import Drawn
 
 
 __all__ = ["add", "run"]
@@ -102,7 +101,7 @@ def _tell(
     drawn: Drawn | None = None,
 ) -> None:
     """Write the files and print the report; ``drawn`` holds the contents of the picture."""
-    from pathgene.host.report.diagnosis import write_diagnosis
+    from pathgene.host.report.write import write_diagnosis
 
     written = []
     if directory is not None:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from pathgene.hdl.config import Config
-    from pathgene.host.device.path_checks import CheckReport
+    from pathgene.host.device.paths import CheckReport
 
 
 __all__ = ["add", "run"]
@@ -77,7 +77,7 @@ def run(args: argparse.Namespace) -> int:
     """Check a path on a board and print its verdict; a collision is a failure."""
     from pathgene.host.device.boards import open_board
     from pathgene.host.device.checker_boards import order_board, require_checker
-    from pathgene.host.device.waypoints import pack_waypoints
+    from pathgene.host.device.paths import pack_waypoints
 
     url, config = order_board(args.board, args.mode)
     # Read the files first: building a board may take a minute.

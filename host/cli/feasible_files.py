@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pathgene.hdl.config import Config
-from pathgene.host.device.map_frames import padded_map
+from pathgene.host.device.chip_map import padded_map
 from pathgene.host.errors import InputError
 from pathgene.host.files.output import reading
 from pathgene.host.formats.csv import read_csv
@@ -22,7 +22,7 @@ __all__ = ["read_map", "read_points"]
 def read_map(file: Path, config: Config) -> NDArray[np.uint16]:
     """Return the heights of a ``.npy`` file on the whole map of a chip.
 
-    See :func:`pathgene.host.device.map_frames.padded_map`.
+    See :func:`pathgene.host.device.chip_map.padded_map`.
 
     Raises
     ------

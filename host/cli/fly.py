@@ -22,7 +22,7 @@ from pathgene.host.planners import DEFAULT_BOARD
 
 if TYPE_CHECKING:
     from pathgene.host.flight.report import FlightReport
-    from pathgene.host.replanning.report import Replanned
+    from pathgene.host.replanning.outcome import Replanned
     from pathgene.host.replanning.scenario import Scenario
     from pathgene.host.terrain import Terrain
 
@@ -106,7 +106,7 @@ def run(args: argparse.Namespace) -> int:
     """Fly the path of a summary; a flight that breaks a limit is a failure."""
     from pathgene.host.flight import fly as flight
     from pathgene.host.flight.models import model_named
-    from pathgene.host.planners.default import named_or_default
+    from pathgene.host.planners import named_or_default
     from pathgene.host.replanning import fly as replanning
     from pathgene.host.report.read import read_run
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pathgene.host.cli.compiling import note_compiling
+from pathgene.host.cli.output import note_compiling
 from pathgene.host.errors import JobError
 
 

@@ -1,15 +1,43 @@
-"""Output of the commands: JSON, pairs, tables and notes."""
+"""Output of the commands: JSON, pairs, tables, and notes of one line on standard error."""
 
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from pathgene.host.cli.lines import print_line
+
+__all__ = [
+    "LONGEST_LINE",
+    "note",
+    "note_compiling",
+    "note_compiling_routes",
+    "print_json",
+    "print_line",
+    "print_pairs",
+    "print_table",
+    "term_pairs",
+]
 
 
-__all__ = ["note", "print_json", "print_pairs", "print_table", "term_pairs"]
+#: Maximum characters of a line on standard error.
+LONGEST_LINE = 1000
+
+_PREFIX = "pathgene: "
+# Paths of files may have some hundreds of characters.
+_LONGEST_WORD = 400
+
+
+def print_line(sentence: str) -> None:
+    """Print a sentence as one line, with the middle of long words cut out."""
+    line = _PREFIX + " ".join(_cut(word, _LONGEST_WORD, 100, 50) for word in sentence.split())
+    print(_cut(line, LONGEST_LINE, 600, LONGEST_LINE - 603), file=sys.stderr, flush=True)
+
+
+def _cut(text: str, longest: int, first: int, last: int) -> str:
+    """Return the first and the last characters of a text that is longer than ``longest``."""
+    return text if len(text) <= longest else f"{text[:first]}...{text[-last:]}"
 
 
 def print_json(value: Any) -> None:
@@ -124,3 +152,27 @@ def _short(value: float | None) -> str:
 def _shown(value: float | None, form: str, unit: str = "") -> str:
     """Return a number as text; None means unknown: out of range of a float, or over a void."""
     return "unknown" if value is None else f"{value:{form}} {unit}".rstrip()
+
+
+def note_compiling(*, as_paper: bool) -> None:
+    """Note that the kernels of the evaluation are being compiled, unless numba has cached them."""
+    # Loads numba; bad input must not wait for it.
+    from pathgene.host.evaluation import kernels, rule_kernels
+
+    # The outermost kernel of every evaluation.
+    _note(kernels.path_terms if as_paper else rule_kernels.strict_terms, "about a minute")
+
+
+def note_compiling_routes() -> None:
+    """Note the same for the kernels of ``pathgene auv``."""
+    from pathgene.host.auv import measures
+
+    _note(measures.measure, "some ten seconds")
+
+
+def _note(kernel: Any, duration: str) -> None:
+    # The cache needs a compiler and a writable folder. The index of other sources, or of another
+    # numba version, reads as empty.
+    kept = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
+    if kept is not None and not kept._load_index():
+        note(f"Compiling for this machine, once: {duration}.")

@@ -21,9 +21,8 @@ from pathgene.host.cli.arguments import (
     complete_by_file,
 )
 from pathgene.host.cli.beside import plan_beside, print_beside, row_of, searches_beside
-from pathgene.host.cli.compiling import note_compiling
 from pathgene.host.cli.ending import ending
-from pathgene.host.cli.output import note, print_json, print_pairs, term_pairs
+from pathgene.host.cli.output import note, note_compiling, print_json, print_pairs, term_pairs
 from pathgene.host.cli.values import complete_options, own_options, save_options, source_of
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.files.output import prepare_directory

@@ -75,7 +75,7 @@ def check(args: argparse.Namespace) -> int:
     """Read a problem file, build its mission, and describe the mission."""
     from pathgene.host.mission.build import mission_of, search_of
     from pathgene.host.mission.problem_file import read_problem
-    from pathgene.host.planners.default import asks_hardware
+    from pathgene.host.planners import asks_hardware
 
     values = read_problem(Path(args.file))
     # A check does not need the hardware.

@@ -4,23 +4,32 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import hashlib
 import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from pathgene.host.compare.digest import digest_of
 from pathgene.host.device.boards import known_config
 from pathgene.host.errors import InputError
 from pathgene.host.options.option import Option
 from pathgene.host.options.table import OWN, SEARCH
 from pathgene.host.planners import PLANNERS, make
 from pathgene.host.planners.base import Options, Planner
+from pathgene.host.problem.problem import Problem
 from pathgene.host.report.summary import version
 
 
-__all__ = ["Entrant", "parse_entrants", "planner_names", "split_label"]
+__all__ = [
+    "Entrant",
+    "digest_of",
+    "parse_entrants",
+    "planner_names",
+    "problem_digest",
+    "split_label",
+]
+
 
 # A value may be a URL; its colons are never followed by a name and an equals sign.
 _NEXT_OPTION = re.compile(r":(?=[A-Za-z][\w-]*=)")
@@ -167,3 +176,36 @@ def _value(label: str, option: Option, text: str) -> Any:
             f"{label}: {option.name} must be {option.kind.name}, not {text!r}."
         ) from None
     return value
+
+
+_DIGITS = 20
+
+
+def digest_of(value: Any, data: bytes = b"") -> str:
+    """Return 20 hexadecimal digits that depend on a plain JSON value and on ``data``."""
+    state = hashlib.sha256(json.dumps(value, sort_keys=True).encode())
+    state.update(b"\0")
+    state.update(data)
+    return state.hexdigest()[:_DIGITS]
+
+
+def problem_digest(problem: Problem) -> str:
+    """Return a digest of all inputs of the evaluation; the terrain's name is not one of them."""
+    terrain = problem.terrain
+    described = {
+        "shape": terrain.shape,
+        "dx_m": terrain.dx_m,
+        "dy_m": terrain.dy_m,
+        "start": problem.start,
+        "goal": problem.goal,
+        "uav": problem.aircraft.to_dict(),
+        "nofly": [zone.to_dict() for zone in problem.zones],
+        "wind": problem.wind,
+        "ds_m": problem.ds_m,
+    }
+    if problem.rules is not None:
+        described |= {
+            "rules": problem.rules.to_dict(),
+            "headings": [problem.start_heading_deg, problem.goal_heading_deg],
+        }
+    return digest_of(described, terrain.elevation.tobytes())

@@ -17,9 +17,7 @@ from numpy.typing import NDArray
 from pathgene.host.compare.convergence import band, same_generations, work_of
 from pathgene.host.compare.entrants import split_label
 from pathgene.host.files.output import replacing
-from pathgene.host.report.axes import finish
-from pathgene.host.report.frame import titles
-from pathgene.host.report.palette import DASHES, MEAN, SERIES, TEXT
+from pathgene.host.report.style import DASHES, MEAN, SERIES, TEXT, finish, titles
 
 
 __all__ = ["draw", "write"]

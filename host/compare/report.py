@@ -1,21 +1,24 @@
-"""``compare.json``: problem, options, every run and the statistics, in plain numbers."""
+"""The files of a comparison: ``compare.json`` with runs and statistics, and a picture."""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from pathgene.host.compare.entrants import Entrant
 from pathgene.host.compare.runs import Outcome
 from pathgene.host.compare.statistics import compare_two, describe
 from pathgene.host.evaluation import Evaluator
+from pathgene.host.files.output import json_bytes, writing_into
+from pathgene.host.files.replacement import replace_files
 from pathgene.host.problem.problem import Problem
 from pathgene.host.report.summary import describe_problem, finite, version
 
 
-__all__ = ["Field", "document"]
+__all__ = ["Field", "document", "write_report"]
 
 
 @dataclass
@@ -97,3 +100,34 @@ def _planner(part: Field) -> dict[str, Any]:
             {key: value for key, value in record.items() if key not in common} for record in records
         ],
     }
+
+
+def write_report(
+    directory: Path,
+    report: Mapping[str, Any],
+    warn: Callable[[str], None],
+    *,
+    picture: bool = True,
+) -> list[Path]:
+    """Write ``compare.json`` and, unless ``picture`` is false, ``compare.png``; return the paths.
+
+    An error in the picture only causes a warning, because the numbers are still valid.
+
+    Raises
+    ------
+    InputError
+        If the directory cannot be written to.
+    """
+    numbers, drawing = directory / "compare.json", directory / "compare.png"
+    with writing_into(directory):
+        replace_files(directory, {numbers.name: json_bytes(report)}, gone=[drawing.name])
+    if not picture:
+        return [numbers]
+    try:
+        from pathgene.host.compare.picture import write
+
+        write(report, drawing)
+    except Exception as error:
+        warn(f"There is no picture this time, drawing it failed: {type(error).__name__}: {error}.")
+        return [numbers]
+    return [numbers, drawing]

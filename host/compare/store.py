@@ -35,7 +35,7 @@ class RunStore:
     directory : Path
         An existing folder for the file.
     problem : str
-        Result of :func:`pathgene.host.compare.digest.problem_digest`.
+        Result of :func:`pathgene.host.compare.entrants.problem_digest`.
 
     Raises
     ------

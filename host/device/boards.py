@@ -10,7 +10,7 @@ from pathgene.hdl.config import Config, GeneticCore
 from pathgene.host.device.chip import Chip
 from pathgene.host.device.link import Link, LinkTimeoutError
 from pathgene.host.device.schemes import BoardScheme, registered_scheme
-from pathgene.host.device.serial_scheme import SerialScheme
+from pathgene.host.device.serial_port import SerialScheme
 from pathgene.host.errors import InputError
 from pathgene.host.old_words import current_url
 

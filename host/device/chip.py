@@ -29,11 +29,11 @@ from pathgene.hdl.protocol import (
     write_request,
 )
 from pathgene.hdl.protocol.breeding import Recipe, breed, keep
+from pathgene.host.device.chip_map import MapCopy
 from pathgene.host.device.identity import built_config, request_info
 from pathgene.host.device.link import Link
-from pathgene.host.device.map_copy import MapCopy
 from pathgene.host.device.orders import Orders
-from pathgene.host.device.path_checks import CheckReport, check_points, check_slots
+from pathgene.host.device.paths import CheckReport, check_points, check_slots
 from pathgene.host.device.runs import Runs
 from pathgene.host.errors import InputError
 

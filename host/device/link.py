@@ -8,8 +8,7 @@ from enum import IntEnum
 
 from pathgene.hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, DELIMITER, Command, Status
 from pathgene.hdl.protocol.codec import Frame, FrameError, FrameSplitter, decode_frame, encode_frame
-from pathgene.host.device.traffic import Traffic
-from pathgene.host.device.transport import Transport
+from pathgene.host.device.transport import Traffic, Transport
 from pathgene.host.device.window import Request, Window
 from pathgene.host.errors import JobError
 

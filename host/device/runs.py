@@ -10,8 +10,8 @@ from pathgene.hdl.protocol import Command, Status, status_reply
 from pathgene.hdl.protocol.codes import UNITS
 from pathgene.hdl.protocol.planner import VALUE_BITS, NoFlyShape, PathClass, ProblemRecord
 from pathgene.hdl.protocol.runs import RunOptions, unpack_best
+from pathgene.host.device.chip_map import MapCopy
 from pathgene.host.device.link import Link, LinkTimeoutError, RefusedError
-from pathgene.host.device.map_copy import MapCopy
 from pathgene.host.device.orders import Orders
 
 

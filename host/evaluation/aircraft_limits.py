@@ -125,7 +125,7 @@ class _Slope(AircraftLimit):
     def advice(
         self, problem: Problem, degrees: float, place: tuple[float, float], *, proven: bool
     ) -> str:
-        """Return the sentence that every short way needs a slope; ``proven`` without room to circle."""
+        """Return that every short way needs a slope; ``proven`` means no room to circle."""
         circling = (
             "there is no room to circle."
             if proven
@@ -187,7 +187,7 @@ class Power(AircraftLimit):
     def climb_advice(
         self, problem: Problem, degrees: float, place: tuple[float, float], needed: float
     ) -> str:
-        """Return the sentence that the engine cannot hold a climb that the aircraft's file allows."""
+        """Return that the engine cannot hold a climb that the aircraft allows."""
         return (
             f"{self._engine(problem)}, enough for a climb of "
             f"{math.degrees(problem.limits.climb_rad):.1f} degrees; the way out of the start takes "
@@ -195,7 +195,7 @@ class Power(AircraftLimit):
         )
 
     def level_advice(self, problem: Problem, needed: float, consequence: str) -> str:
-        """Return the sentence that the engine cannot hold level flight."""
+        """Return that the engine cannot hold level flight."""
         return (
             f"{self._engine(problem)} and level flight takes {needed:.0f} W: the aircraft sinks, "
             f"and {consequence}."
@@ -253,7 +253,7 @@ class Fuel(AircraftLimit):
         return max(burned_per_work * shortest * work / (1 + burned_per_work * above), 0.0)
 
     def advice(self, reserve: float, burnt: float, allowed: float, tank: float) -> str:
-        """Return the sentence that the fuel does not even last for the straight line."""
+        """Return that the fuel does not even last for the straight line."""
         return (
             f"The fuel does not last: even the straight line burns {burnt:g} N, and "
             f"{allowed:g} N may be burnt with a reserve of {100 * reserve:g} %; at least "
@@ -311,7 +311,7 @@ class Stall(AircraftLimit):
         return float((level / rest) ** 0.25) if rest > 0 else None
 
     def advice(self, problem: Problem, stall_m_s: float, place: tuple[float, float]) -> str:
-        """Return the sentence that the aircraft stalls in any turn while the line is blocked."""
+        """Return that the aircraft stalls in any turn while the line is blocked."""
         aircraft = problem.aircraft
         return (
             f"{aircraft.name} stalls in every turn of {aircraft.turn_radius_m:g} m at "

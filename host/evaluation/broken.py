@@ -14,7 +14,7 @@ from pathgene.host.evaluation.constants import Floats
 from pathgene.host.evaluation.jit import compiled
 from pathgene.host.evaluation.laid_track import LaidTrack
 from pathgene.host.evaluation.laying import is_impossible
-from pathgene.host.evaluation.packed_zones import PackedZones
+from pathgene.host.evaluation.packed_zones import PackedZones, applies, holds, mark_border
 from pathgene.host.evaluation.rule_kernels import FUEL, THRUST
 from pathgene.host.evaluation.terrain_rule import (
     STACK_SHAPE,
@@ -26,7 +26,6 @@ from pathgene.host.evaluation.terrain_rule import (
     is_off_map,
     track_point,
 )
-from pathgene.host.evaluation.zone_border import applies, holds, mark_border
 
 
 __all__ = [

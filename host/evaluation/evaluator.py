@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pathgene.host.cores import available_cores
 from pathgene.host.errors import InputError
 from pathgene.host.evaluation.constants import (
     COORDINATE_LIMIT_M,
@@ -24,6 +23,7 @@ from pathgene.host.evaluation.geometry import smooth
 from pathgene.host.evaluation.problem_constants import constants_of
 from pathgene.host.evaluation.terms import Evaluation
 from pathgene.host.evaluation.track import SmoothedTrack
+from pathgene.host.machine import available_cores
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zones import Zone
 
@@ -320,9 +320,7 @@ class Evaluator:
         return self._strict.first_kept(*_as_population(paths, lengths))
 
     def segments_penalty_cost(
-        self,
-        paths: NDArray[np.float64],
-        lengths: NDArray[np.integer[Any]],
+        self, paths: NDArray[np.float64], lengths: NDArray[np.integer[Any]]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return penalty and cost of parts of paths, which begin and end with any heading."""
         ends = {"start_east": 0.0, "start_north": 0.0, "goal_east": 0.0, "goal_north": 0.0}

@@ -1,4 +1,7 @@
-"""No-fly zones as flat arrays, for the kernels of :mod:`pathgene.host.evaluation.zones`."""
+"""Zones with their margin, compiled: their borders, their inside, their heights and times.
+
+Pieces, rows, fractions and marks as in :mod:`pathgene.host.evaluation.crossings`.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pathgene.host.evaluation.constants import Floats
+from pathgene.host.evaluation.crossings import Box, box_of, cross_circle, cross_line
+from pathgene.host.evaluation.jit import compiled, inlined
+from pathgene.host.evaluation.laying import AIR, ANGLE, LENGTH, RISE, Z
 from pathgene.host.problem.rings import EDGE_M, edges
 from pathgene.host.problem.zones import Zone
 
@@ -33,8 +39,16 @@ __all__ = [
     "ZONE_X",
     "ZONE_Y",
     "PackedZones",
+    "apart",
+    "applies",
+    "crosses_ray",
+    "edge_distance_square",
+    "gap_square",
+    "holds",
+    "mark_border",
     "pack_zones",
 ]
+
 
 # Fields of a zone. The circle's radius is its own, the reach that with the margin; the box (west,
 # south, east, north) and the heights are with the margin.
@@ -121,3 +135,156 @@ def _edge_row(xa: float, ya: float, xb: float, yb: float, reach: float) -> tuple
     ex, ey = ((xb - xa) / length, (yb - ya) / length) if length > 0 else (0.0, 0.0)
     box = min(xa, xb) - reach, min(ya, yb) - reach, max(xa, xb) + reach, max(ya, yb) + reach
     return (xa, ya, xb, yb, ex, ey, length, *box)
+
+
+# Parallels of an edge are crossed this far beyond its ends, for rounding.
+_BEYOND_M = 1.0
+
+
+@inlined
+def apart(
+    west: float, south: float, east: float, north: float, table: Floats, i: int, at: int
+) -> bool:
+    """Return whether a rectangle and the box of a table's row have no point in common."""
+    return bool(
+        (east < table[i, at])
+        | (north < table[i, at + 1])
+        | (west > table[i, at + 2])
+        | (south > table[i, at + 3])
+    )
+
+
+@inlined
+def gap_square(box: Box, table: Floats, i: int, at: int, reach: float) -> float:
+    """Return the square distance of a rectangle from the box of a table's row without margin."""
+    west, south, east, north = box
+    dx = max(table[i, at] + reach - east, west - table[i, at + 2] + reach, 0.0)
+    dy = max(table[i, at + 1] + reach - north, south - table[i, at + 3] + reach, 0.0)
+    square: float = dx * dx + dy * dy
+    return square
+
+
+@inlined
+def _clip(
+    start: float, change: float, least: float, most: float, low: float, high: float
+) -> tuple[float, float]:
+    """Return the part of ``low`` to ``high`` where a linear value is between two limits."""
+    if change == 0.0:
+        return (low, high) if least < start and start < most else (1.0, 0.0)
+    a, b = (least - start) / change, (most - start) / change
+    return max(low, min(a, b)), min(high, max(a, b))
+
+
+@inlined
+def _overlap(start: float, seconds: float, first: float, last: float) -> bool:
+    """Return whether a time of a piece is one of a zone."""
+    return start <= last and start + seconds >= first
+
+
+@inlined
+def applies(
+    pieces: Floats, row: int, times: Floats, packed: PackedZones, zone: int
+) -> tuple[float, float]:
+    """Return the part of a piece within a zone's heights and times; none if not first < last.
+
+    On an arc in wind the times hold for the arc as a whole.
+    """
+    low, high = 0.0, 1.0
+    zones = packed.zones
+    if zones[zone, LOW] > -math.inf or zones[zone, HIGH] < math.inf:
+        low, high = _clip(
+            pieces[row, Z], pieces[row, RISE], zones[zone, LOW], zones[zone, HIGH], low, high
+        )
+    if zones[zone, T0] > -math.inf or zones[zone, T1] < math.inf:
+        start, seconds = times[row], times[row + 1] - times[row]
+        # If the wind cannot be flown, the time is not known: the zone may be active.
+        if math.isfinite(start) and math.isfinite(seconds):
+            first, last = _clip(start, seconds, zones[zone, T0], zones[zone, T1], low, high)
+            # Along an arc in wind the speed changes, so any time of the arc may belong to a place.
+            uneven = pieces[row, ANGLE] > 0.0 and pieces[row, AIR] != pieces[row, LENGTH]
+            if not uneven:
+                low, high = first, last
+            elif not _overlap(start, seconds, zones[zone, T0], zones[zone, T1]):
+                low, high = 1.0, 0.0
+    return low, high
+
+
+@inlined
+def edge_distance_square(edge_table: Floats, i: int, x: float, y: float) -> float:
+    """Return the square of the distance from a place to an edge."""
+    px, py = x - edge_table[i, XA], y - edge_table[i, YA]
+    ex, ey = edge_table[i, EX], edge_table[i, EY]
+    along = min(max(px * ex + py * ey, 0.0), edge_table[i, EDGE_LENGTH])
+    px, py = px - along * ex, py - along * ey
+    square: float = px * px + py * py
+    return square
+
+
+@inlined
+def crosses_ray(edge_table: Floats, i: int, x: float, y: float) -> bool:
+    """Return whether an edge crosses the ray from a point to the east: even-odd rule."""
+    ya, yb = edge_table[i, YA], edge_table[i, YB]
+    if (ya <= y) == (yb <= y):
+        return False
+    xa = edge_table[i, XA]
+    return bool(x < xa + (y - ya) * ((edge_table[i, XB] - xa) / (yb - ya)))
+
+
+@compiled
+def holds(packed: PackedZones, zone: int, x: float, y: float) -> bool:
+    """Return whether a place is inside a zone with its margin."""
+    first, last = packed.bounds[zone]
+    if first == last:
+        px, py = x - packed.zones[zone, ZONE_X], y - packed.zones[zone, ZONE_Y]
+        return bool(math.sqrt(px * px + py * py) <= packed.zones[zone, REACH])
+    edge_table = packed.edges
+    square = packed.reach_m * packed.reach_m
+    inside = False
+    for i in range(first, last):
+        if (
+            not apart(x, y, x, y, edge_table, i, EDGE_BOX)
+            and edge_distance_square(edge_table, i, x, y) <= square
+        ):
+            return True
+        inside ^= crosses_ray(edge_table, i, x, y)
+    return inside
+
+
+@compiled
+def mark_border(
+    pieces: Floats, row: int, packed: PackedZones, zone: int, low: float, high: float, marks: Floats
+) -> int:
+    """Write the places where a piece may enter or leave a zone with its margin to ``marks``."""
+    count = 0
+    zones, edge_table, reach = packed.zones, packed.edges, packed.reach_m
+    first, last = packed.bounds[zone]
+    if first == last:
+        x, y, radius = zones[zone, ZONE_X], zones[zone, ZONE_Y], zones[zone, REACH]
+        return cross_circle(pieces, row, x, y, radius, low, high, marks, count)
+    west, south, east, north = box_of(pieces, row)
+    for i in range(first, last):
+        # Edges form rings: the circle at an edge's end is also at the next one's start.
+        if apart(west, south, east, north, edge_table, i, EDGE_BOX):
+            continue
+        x, y = edge_table[i, XA], edge_table[i, YA]
+        count = cross_circle(pieces, row, x, y, reach, low, high, marks, count)
+        length = edge_table[i, EDGE_LENGTH]
+        if length > 0.0:
+            ex, ey = edge_table[i, EX], edge_table[i, EY]
+            for side in (-reach, reach):
+                count = cross_line(
+                    pieces,
+                    row,
+                    x,
+                    y,
+                    ex,
+                    ey,
+                    side,
+                    -_BEYOND_M,
+                    length + _BEYOND_M,
+                    low,
+                    high,
+                    marks,
+                    count,
+                )
+    return count

@@ -136,7 +136,7 @@ class StrictRule:
     def off_demand_m(self, pieces: Floats) -> float:
         """Return the metres of any track too low, too high over the surface, or off the map.
 
-        ``pieces`` come from :func:`pathgene.host.evaluation.laid_pieces.lay_pieces`.
+        ``pieces`` come from :func:`pathgene.host.evaluation.laid_track.lay_pieces`.
         """
         stack = np.empty(STACK_SHAPE)
         surface, rows = self._surface, len(pieces)

@@ -45,9 +45,6 @@ from pathgene.host.evaluation.packed_zones import (
     ZONE_X,
     ZONE_Y,
     PackedZones,
-    pack_zones,
-)
-from pathgene.host.evaluation.zone_border import (
     apart,
     applies,
     crosses_ray,
@@ -55,6 +52,7 @@ from pathgene.host.evaluation.zone_border import (
     gap_square,
     holds,
     mark_border,
+    pack_zones,
 )
 from pathgene.host.problem.rings import EDGE_M
 

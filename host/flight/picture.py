@@ -16,9 +16,20 @@ from numpy.typing import NDArray
 from pathgene.host.files.output import replacing
 from pathgene.host.flight.judge import SHARE, demanded_m
 from pathgene.host.report import plan_view
-from pathgene.host.report.axes import LEGEND, finish
-from pathgene.host.report.frame import LEFT, NARROWEST, RIGHT, WIDTH, frame
-from pathgene.host.report.palette import FLOWN, GROUND, PATH, TEXT, halo
+from pathgene.host.report.style import (
+    FLOWN,
+    GROUND,
+    LEFT,
+    LEGEND,
+    NARROWEST,
+    PATH,
+    RIGHT,
+    TEXT,
+    WIDTH,
+    finish,
+    frame,
+    halo,
+)
 from pathgene.host.terrain.surface import surface_below
 
 

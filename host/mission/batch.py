@@ -12,13 +12,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pathgene.host.cores import available_cores
 from pathgene.host.device.boards import known_config
 from pathgene.host.errors import InputError, PathgeneError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.files.output import prepare_directory
 from pathgene.host.formats.registry import check_formats, parse_formats
 from pathgene.host.inputs import opened, parse_json, read_text
+from pathgene.host.machine import available_cores
 from pathgene.host.mission.build import mission_of, search_of
 from pathgene.host.mission.export import exported
 from pathgene.host.mission.legs import shortcoming

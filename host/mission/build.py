@@ -14,8 +14,7 @@ from pathgene.host.formats.classes import forbidding
 from pathgene.host.mission.mission import Mission
 from pathgene.host.mission.problem_file import read_problem
 from pathgene.host.options.table import FALLBACKS, OWN, RULES, SEARCH
-from pathgene.host.planners import PLANNERS
-from pathgene.host.planners.default import named_or_default
+from pathgene.host.planners import PLANNERS, named_or_default
 from pathgene.host.planning import Search
 from pathgene.host.problem.active_times import LONGEST_S
 from pathgene.host.problem.aircraft import DEFAULT, Aircraft
@@ -142,7 +141,7 @@ def planner_of(values: Values) -> str:
     Raises
     ------
     InputError, JobError
-        As :func:`pathgene.host.planners.default.named_or_default`.
+        As :func:`pathgene.host.planners.registry.named_or_default`.
     """
     own = {name: values.get(name) for name in OWN}
     return named_or_default(values.get("planner"), own)

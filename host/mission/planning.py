@@ -14,8 +14,13 @@ from numpy.typing import NDArray
 
 from pathgene.host.errors import InputError, PathgeneError
 from pathgene.host.evaluation import Evaluation, Evaluator
-from pathgene.host.mission.joint import JoinedEvaluator, reason_of_joint
-from pathgene.host.mission.legs import Leg, MissionPlan, capitalised
+from pathgene.host.mission.legs import (
+    JoinedEvaluator,
+    Leg,
+    MissionPlan,
+    capitalised,
+    reason_of_joint,
+)
 from pathgene.host.mission.mission import Mission
 from pathgene.host.planners.base import Observer, Progress, Result, Stop
 from pathgene.host.planning import Plan, Search

@@ -28,7 +28,7 @@ from pathgene.host.options.kinds import (
     vector,
 )
 from pathgene.host.options.option import Group, Option
-from pathgene.host.planners import DEFAULT, DEFAULT_BOARD, ENGINES, ON_PAPER_CORE, PLANNERS
+from pathgene.host.planners import DEFAULT, DEFAULT_BOARD, DEFAULT_TEXT, ENGINES, PLANNERS
 from pathgene.host.problem.aircraft import DEFAULT as AIRCRAFT
 from pathgene.host.problem.rules import Rules
 
@@ -248,7 +248,7 @@ _PLANNING = (
     Option(name="planner", kind=choice(tuple(PLANNERS)),
            meaning="the planner",
            group="planning", table="planner", key="name", metavar="NAME",
-           default_text=f"{DEFAULT}, on a board with the paper core {ON_PAPER_CORE}",
+           default_text=DEFAULT_TEXT,
            example=f'"{DEFAULT}"'),
     Option(name="generations", kind=INTEGER,
            meaning="maximum generations of each leg",

@@ -2,8 +2,29 @@
 
 from __future__ import annotations
 
-from pathgene.host.planners.options import DEFAULT_BOARD, ENGINES
-from pathgene.host.planners.registry import DEFAULT, ON_PAPER_CORE, PLANNERS, Entry, make
+from pathgene.host.planners.registry import (
+    DEFAULT,
+    DEFAULT_BOARD,
+    DEFAULT_TEXT,
+    ENGINES,
+    PLANNERS,
+    Entry,
+    asks_hardware,
+    default_planner,
+    make,
+    named_or_default,
+)
 
 
-__all__ = ["DEFAULT", "DEFAULT_BOARD", "ENGINES", "ON_PAPER_CORE", "PLANNERS", "Entry", "make"]
+__all__ = [
+    "DEFAULT",
+    "DEFAULT_BOARD",
+    "DEFAULT_TEXT",
+    "ENGINES",
+    "PLANNERS",
+    "Entry",
+    "asks_hardware",
+    "default_planner",
+    "make",
+    "named_or_default",
+]

@@ -1,4 +1,7 @@
-"""The table of planners: one row each. A planner is loaded when it is made."""
+"""The table of planners, one row each, and the choice where none is named.
+
+A planner is loaded when it is made.
+"""
 
 from __future__ import annotations
 
@@ -8,17 +11,36 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from pathgene.host.errors import InputError
-from pathgene.host.planners.options import ENGINES
 
 
 if TYPE_CHECKING:
+    from pathgene.host.device.chip import Chip
     from pathgene.host.planners.base import Planner
 
-__all__ = ["DEFAULT", "ON_PAPER_CORE", "PLANNERS", "Entry", "make"]
 
-#: The planner if none is named, on a board with the paper core:
-#: :mod:`pathgene.host.planners.default` decides.
-ON_PAPER_CORE = "ga-fpga"
+__all__ = [
+    "DEFAULT",
+    "DEFAULT_BOARD",
+    "DEFAULT_TEXT",
+    "ENGINES",
+    "PLANNERS",
+    "Entry",
+    "asks_hardware",
+    "default_planner",
+    "make",
+    "named_or_default",
+]
+
+
+#: Engines of the planners that have a choice, the default first.
+ENGINES = ("threads", "sequential", "gpu")
+
+#: The board if none is named: the software model.
+DEFAULT_BOARD = "model:"
+
+
+# The planner where none is named, on a board with the paper core.
+_ON_PAPER_CORE = "ga-fpga"
 
 
 @dataclass(frozen=True)
@@ -138,6 +160,8 @@ PLANNERS: Mapping[str, Entry] = {
 
 #: The planner if none is named, on all other boards.
 DEFAULT = next(iter(PLANNERS))
+#: The rule of :func:`default_planner` in words.
+DEFAULT_TEXT = f"{DEFAULT}, on a board with the paper core {_ON_PAPER_CORE}"
 
 
 def make(name: str, **options: Any) -> Planner:
@@ -151,3 +175,95 @@ def make(name: str, **options: Any) -> Planner:
     if not isinstance(name, str) or name not in PLANNERS:
         raise InputError(f"There is no planner {name!r}; the planners are {', '.join(PLANNERS)}.")
     return PLANNERS[name].constructor(**options)
+
+
+def default_planner(board: str | Chip | None = None) -> str:
+    """Return the planner for the core of a board: ``ga-fpga`` on the paper core.
+
+    In all other cases it is ``ga-chip``: without a board, with the planner core, and on a simulated
+    board, which is built as its planner needs it. A simulated board has the paper core if its URL
+    has parameters that only this core takes.
+
+    Parameters
+    ----------
+    board : str or Chip, optional
+        URL of the board, or an open one. Hardware is opened and queried.
+
+    Raises
+    ------
+    InputError, JobError
+        If hardware does not answer, as for :func:`pathgene.host.device.boards.open_board`.
+    """
+    if board is None:
+        return DEFAULT
+    # Loads the protocol and the ports.
+    from pathgene.hdl.config import GeneticCore
+    from pathgene.host.device.boards import known_config, open_board, with_core
+    from pathgene.host.device.chip import Chip
+
+    if isinstance(board, Chip):
+        config = board.config
+    else:
+        url = with_core(board, GeneticCore.PLANNER)
+        try:
+            known = known_config(url)
+        except InputError:
+            # An error with both cores is reported when the board is opened.
+            return _ON_PAPER_CORE
+        if known is None:
+            with open_board(url) as chip:
+                known = chip.config
+        config = known
+    return _ON_PAPER_CORE if config.paper_core else DEFAULT
+
+
+def asks_hardware(planner: str | None, board: str | None) -> bool:
+    """Return True if the planner is the default one, which depends on the hardware.
+
+    Parameters
+    ----------
+    planner : str or None
+        Name of a planner; None if not given.
+    board : str or None
+        URL of the board; None if not given.
+    """
+    if planner is not None or board is None:
+        return False
+    from pathgene.host.device.boards import known_config
+
+    return known_config(board) is None
+
+
+def named_or_default(planner: str | None, options: Mapping[str, Any]) -> str:
+    """Return ``planner``, or if it is None, the default planner for the board in ``options``.
+
+    Parameters
+    ----------
+    planner : str or None
+        Name of a planner.
+    options : mapping
+        Options in :data:`pathgene.host.options.table.OWN`; None stands for the default.
+
+    Raises
+    ------
+    InputError
+        If the default planner lacks a given option, or as :func:`default_planner` does.
+    JobError
+        As :func:`default_planner`.
+    """
+    if planner is not None:
+        return planner
+    board = options.get("board")
+    name = default_planner(board)
+    for option, value in options.items():
+        if value is None or option in PLANNERS[name].options:
+            continue
+        having = [other for other, entry in PLANNERS.items() if option in entry.options]
+        if having:
+            where = "" if board is None else " of this board"
+            raise InputError(
+                f"The default planner{where}, {name}, has no option {option} "
+                f"(--{option.replace('_', '-')}); name a planner that has it (--planner): "
+                f"{', '.join(having)}."
+            )
+    return name

@@ -20,12 +20,12 @@ from pathgene.host.files.output import replacing
 from pathgene.host.flight.flight import PERIOD_S
 from pathgene.host.replanning.picture import version_points, window
 from pathgene.host.report import plan_view, zone_shapes
-from pathgene.host.report.palette import FLOWN, GOAL, NOFLY, PATH, START, TEXT, halo
+from pathgene.host.report.style import FLOWN, GOAL, NOFLY, PATH, START, TEXT, halo
 
 
 if TYPE_CHECKING:
-    from pathgene.host.replanning.records import Change
-    from pathgene.host.replanning.report import Replanned
+    from pathgene.host.replanning.outcome import Replanned
+    from pathgene.host.replanning.pilot import Change
 
 __all__ = ["frames", "write"]
 

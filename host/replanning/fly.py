@@ -17,9 +17,8 @@ from pathgene.host.files.output import json_bytes
 from pathgene.host.files.replacement import replace_files
 from pathgene.host.planners.base import Stop
 from pathgene.host.problem.problem import Problem
-from pathgene.host.replanning.outcome import judge
+from pathgene.host.replanning.outcome import Replanned, judge
 from pathgene.host.replanning.planner import InFlightPlanner
-from pathgene.host.replanning.report import Replanned
 from pathgene.host.replanning.scenario import Scenario, check_mission
 from pathgene.host.replanning.session import Session
 from pathgene.host.report.run_files import FLIGHT

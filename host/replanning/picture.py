@@ -18,14 +18,24 @@ from pathgene.host.flight.flight import PERIOD_S
 from pathgene.host.flight.judge import demanded_m
 from pathgene.host.flight.picture import layout
 from pathgene.host.report import plan_view, zone_shapes
-from pathgene.host.report.axes import LEGEND, finish
-from pathgene.host.report.frame import frame
-from pathgene.host.report.palette import FLOWN, GROUND, NOFLY, PATH, SERIES, START, TEXT, halo
+from pathgene.host.report.style import (
+    FLOWN,
+    GROUND,
+    LEGEND,
+    NOFLY,
+    PATH,
+    SERIES,
+    START,
+    TEXT,
+    finish,
+    frame,
+    halo,
+)
 from pathgene.host.terrain.surface import surface_below
 
 
 if TYPE_CHECKING:
-    from pathgene.host.replanning.report import Replanned
+    from pathgene.host.replanning.outcome import Replanned
 
 __all__ = ["draw", "titles", "version_points", "window", "write"]
 

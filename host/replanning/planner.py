@@ -15,9 +15,9 @@ from typing import Any
 from pathgene.host.device.chip import Chip
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.evaluation import Evaluator
-from pathgene.host.memory import keep_memory
-from pathgene.host.planners.chip.chip_time import chip_time, line_s
+from pathgene.host.machine import keep_memory
 from pathgene.host.planners.chip.repairs import load_repairs
+from pathgene.host.planners.chip.schedule import chip_time, line_s
 from pathgene.host.planning import Plan, Search
 from pathgene.host.problem.problem import Problem
 
@@ -169,7 +169,7 @@ class InFlightPlanner:
     def prepare(self, evaluator: Evaluator) -> Plan:
         """Plan the mission before the flight: upload the map to the chip and time the processor.
 
-        From then on the process keeps freed memory; see :mod:`pathgene.host.memory`.
+        From then on the process keeps freed memory; see :mod:`pathgene.host.machine`.
 
         Raises
         ------

@@ -10,7 +10,7 @@ import numpy as np
 
 from pathgene.host.evaluation.constants import COORDINATE_LIMIT_M, Floats
 from pathgene.host.evaluation.geometry import Piece
-from pathgene.host.evaluation.laid_pieces import lay_pieces
+from pathgene.host.evaluation.laid_track import lay_pieces
 from pathgene.host.evaluation.problem_constants import constants_of
 from pathgene.host.evaluation.reference import Utopia
 from pathgene.host.evaluation.strict_rule import StrictRule

@@ -30,10 +30,9 @@ from pathgene.host.replanning.evasion import (
     way_on,
     way_out,
 )
-from pathgene.host.replanning.pilot import Pilot
+from pathgene.host.replanning.pilot import Change, Pending, Pilot
 from pathgene.host.replanning.planner import Attempt, InFlightPlanner, PlanningTime
 from pathgene.host.replanning.present import Present
-from pathgene.host.replanning.records import Change, Pending
 from pathgene.host.replanning.scenario import Event, Scenario, check_mission
 from pathgene.host.replanning.tracks import Track, end_of, part, pose_at, run_of
 from pathgene.host.terrain.surface import surface_below

@@ -10,8 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from pathgene.host.report.axes import LEGEND, finish
-from pathgene.host.report.palette import BEST, MEAN, TEXT
+from pathgene.host.report.style import BEST, LEGEND, MEAN, TEXT, finish
 
 
 __all__ = ["draw"]

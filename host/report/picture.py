@@ -18,11 +18,10 @@ from pathgene.host.evaluation import Evaluation, Evaluator, Samples
 from pathgene.host.evaluation.broken import Stretch
 from pathgene.host.evaluation.evaluator import FINE
 from pathgene.host.files.output import replacing
-from pathgene.host.report import convergence, plan_view, points, profile, reason_marks
+from pathgene.host.report import convergence, plan_view, points, profile
 from pathgene.host.report.along import broken_samples
 from pathgene.host.report.along import why as why_not
-from pathgene.host.report.frame import LEFT, NARROWEST, RIGHT, WIDTH, frame
-from pathgene.host.report.palette import TROUBLE
+from pathgene.host.report.style import LEFT, NARROWEST, RIGHT, TROUBLE, WIDTH, frame
 from pathgene.host.report.via import visits
 
 
@@ -103,7 +102,7 @@ def draw(scene: Scene) -> Figure:
         [(limit, float(samples.x[at]), float(samples.y[at])) for limit, at in reasons],
     )
     unit_m, _ = plan_view.axis_unit(max(terrain.width_m, terrain.height_m))
-    legend += reason_marks.draw(plan, scene.reason, unit_m)
+    legend += plan_view.draw_reason(plan, scene.reason, unit_m)
     profile.draw(
         altitudes,
         scene.evaluator,

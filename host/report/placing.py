@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
-from pathgene.host.report.palette import halo
+from pathgene.host.report.style import halo
 
 
 __all__ = ["label"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,14 +25,14 @@ from numpy.typing import NDArray
 
 from pathgene.host.evaluation import Samples
 from pathgene.host.report import points, zone_shapes
-from pathgene.host.report.palette import LAND, NOFLY, PATH, TEXT, TROUBLE, VOID, halo
 from pathgene.host.report.placing import label
+from pathgene.host.report.style import LAND, NOFLY, PATH, TEXT, TROUBLE, VOID, halo
 
 
 if TYPE_CHECKING:
     from pathgene.host.problem.problem import Problem
 
-__all__ = ["axis_unit", "draw", "nice_length"]
+__all__ = ["axis_unit", "draw", "draw_reason", "nice_length"]
 
 _LARGEST_RASTER = 1600  # Maximum nodes per side that a picture of this size can show.
 # Places of scale and north arrow, best first, and a sufficient distance from the path.
@@ -54,6 +54,17 @@ _WAYPOINT: dict[str, Any] = {
     "markerfacecolor": "white",
     "markeredgecolor": PATH,
     "markeredgewidth": 1.6,
+}
+
+
+_RING: dict[str, Any] = {"color": TROUBLE, "linewidth": 2.0, "linestyle": (0, (4, 2))}
+_PLACE: dict[str, Any] = {
+    "color": TROUBLE,
+    "linestyle": "",
+    "marker": "X",
+    "markersize": 12,
+    "markeredgecolor": TEXT,
+    "markeredgewidth": 1.2,
 }
 
 
@@ -357,4 +368,32 @@ def _legend(problem: Problem, voids: bool, trouble: bool) -> list[Line2D | Patch
         handles.append(Patch(facecolor="#e6e8ea", edgecolor=VOID, hatch="xxxxx", label="void"))
     if trouble:
         handles.append(Line2D([], [], color=TROUBLE, linewidth=4, label="not flyable"))
+    return handles
+
+
+def draw_reason(axes: Axes, reason: Mapping[str, Any], unit_m: float) -> list[Line2D]:
+    """Draw the closing ring and the place of a reason, and return their legend entries.
+
+    Parameters
+    ----------
+    axes : Axes
+        The plan view.
+    reason : mapping
+        The ``reason`` of a summary; empty if there is none.
+    unit_m : float
+        Metres per unit of the axes.
+    """
+    handles = []
+    limits = axes.get_xlim(), axes.get_ylim()
+    ring = [np.array(line, dtype=np.float64) / unit_m for line in reason.get("ring") or ()]
+    for line in ring:
+        axes.plot(*line.T, zorder=9.5, path_effects=halo(1.0), **_RING)
+    if ring:
+        handles.append(Line2D([], [], label="closing ring", **_RING))
+    if reason.get("place") is not None:
+        x, y = reason["place"]
+        axes.plot(x / unit_m, y / unit_m, zorder=9.6, **_PLACE)
+        label = "must open here" if reason.get("code") == "closed" else "reason here"
+        handles.append(Line2D([], [], label=label, **_PLACE))
+    axes.set(xlim=limits[0], ylim=limits[1])
     return handles

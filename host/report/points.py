@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from pathgene.host.report.palette import GOAL, START, TEXT
+from pathgene.host.report.style import GOAL, START, TEXT
 
 
 if TYPE_CHECKING:

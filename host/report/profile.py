@@ -19,10 +19,20 @@ from pathgene.host.evaluation.aircraft_limits import line_limits
 from pathgene.host.problem.problem import Problem
 from pathgene.host.report import points, zone_shapes
 from pathgene.host.report.along import surface_and_demand
-from pathgene.host.report.axes import LEGEND, finish
-from pathgene.host.report.palette import BAND, GROUND, NOFLY, PATH, TEXT, TROUBLE, VOID, halo
 from pathgene.host.report.placing import label
 from pathgene.host.report.plan_view import axis_unit
+from pathgene.host.report.style import (
+    BAND,
+    GROUND,
+    LEGEND,
+    NOFLY,
+    PATH,
+    TEXT,
+    TROUBLE,
+    VOID,
+    finish,
+    halo,
+)
 
 
 __all__ = ["draw"]

@@ -1,8 +1,9 @@
-"""The track of a planned path, from which every format is written."""
+"""The track of a planned path, from which every format is written, and the names of its points."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,11 +11,51 @@ from numpy.typing import NDArray
 from pathgene.host.evaluation import Evaluator, SmoothedTrack
 from pathgene.host.formats.flight_plan import FlightPlan
 from pathgene.host.formats.track import Track
+from pathgene.host.problem.ends import Point
 from pathgene.host.problem.problem import Problem
-from pathgene.host.report.marks import mark_names, marked_waypoints
 
 
-__all__ = ["track_of"]
+__all__ = ["mark_names", "marked_waypoints", "track_of"]
+
+
+# A waypoint may miss its via point by the rounding of a file.
+_ROUNDING_M = 0.01
+
+
+def mark_names(way: Sequence[Point]) -> tuple[str, ...]:
+    """Return ``Start``, ``Via 1`` and so on, ``Goal`` and, after a return, ``Return``.
+
+    Parameters
+    ----------
+    way : sequence of (float, float, float)
+        All points of a mission in order, two or more. A mission with a return ends where it starts,
+        and its goal is the second-last point.
+    """
+    last = ("Goal", "Return") if len(way) > 2 and way[0] == way[-1] else ("Goal",)
+    between = range(1, len(way) - len(last))
+    return ("Start", *(f"Via {number}" for number in between), *last)
+
+
+def marked_waypoints(path: NDArray[np.float64], way: Sequence[Point]) -> dict[int, str]:
+    """Return the names of a path's waypoints that are points of its mission, by index.
+
+    A via point that the path misses has no waypoint and therefore no name.
+
+    Parameters
+    ----------
+    path : ndarray
+        Waypoints, (n, 3) float64 metres, start and end included.
+    way : sequence of (float, float, float)
+        All points of the mission in order.
+    """
+    first, *between, last = mark_names(way)
+    marks, after = {0: first}, 1
+    for name, point in zip(between, way[1:-1], strict=True):
+        for index in range(after, len(path) - 1):
+            if math.dist(path[index], point) <= _ROUNDING_M:
+                marks[index], after = name, index + 1
+                break
+    return {**marks, len(path) - 1: last}
 
 
 def track_of(

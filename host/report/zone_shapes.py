@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from pathgene.host.problem.rings import edges
 from pathgene.host.problem.zones import Zone
-from pathgene.host.report.palette import NOFLY
+from pathgene.host.report.style import NOFLY
 
 
 __all__ = ["MANY", "crossed", "draw_margin", "outline", "outline_of_all", "text"]

@@ -52,7 +52,7 @@ from pathgene.host.evaluation.aircraft_limits import line_limits
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zones import Zone
 from pathgene.host.report.along import broken_limits, surface_and_demand, why
-from pathgene.host.report.marks import mark_names
+from pathgene.host.report.track import mark_names
 from pathgene.host.terrain import Terrain
 from pathgene.host.web.figures import captions, figures
 

@@ -14,8 +14,8 @@ from multiprocessing.connection import wait
 from typing import Any, TypeVar
 
 from pathgene.host import interrupts
-from pathgene.host.cores import available_cores
 from pathgene.host.errors import JobError
+from pathgene.host.machine import available_cores
 
 
 __all__ = ["ending_children", "in_processes"]

@@ -8,7 +8,7 @@ import pytest
 
 from pathgene.hdl.protocol import VERSION, info_values
 from pathgene.host.cli import main
-from pathgene.host.cli.lines import LONGEST_LINE
+from pathgene.host.cli.output import LONGEST_LINE
 from tests.support.bad_input.good_inputs import summary, write_base
 
 from .conftest import ENDS

@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from pathgene.host.cli.compiling import note_compiling
+from pathgene.host.cli.output import note_compiling
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.problem.problem import Problem
 from pathgene.host.terrain import Terrain
@@ -27,7 +27,7 @@ def test_notes_the_first_compilation(tmp_path, kernels, off):
     """It notes an empty cache, and nothing if there is no compiler."""
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
     environment["NUMBA_DISABLE_JIT"] = str(int(off))
-    script = f"from pathgene.host.cli.compiling import *; {SCRIPTS[kernels]}"
+    script = f"from pathgene.host.cli.output import *; {SCRIPTS[kernels]}"
     done = subprocess.run(
         [sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True
     )

@@ -9,11 +9,11 @@ import pytest
 
 import pathgene.host.cli.feasible
 import pathgene.host.device.boards
-import pathgene.host.device.map_copy
+import pathgene.host.device.chip_map
 from bench.feasibility import TESTING_TRAJECTORY, canyon_map
 from pathgene.host.cli import main
 from pathgene.host.device.checker_modes import MODES
-from pathgene.host.device.map_frames import padded_map
+from pathgene.host.device.chip_map import padded_map
 from pathgene.sim.model.checker import TerrainModel, check_path
 from pathgene.sim.model.checker_cycles import batch_cycles
 from tests.support.gateware.chips import CHECKERS, board_url
@@ -233,14 +233,14 @@ def test_sends_only_the_part_of_the_map_that_the_path_may_reach(
 def test_a_short_path_sends_two_blocks(canyon, tmp_path, capsys, monkeypatch):
     """512 x 512 cells are 393 kB on the line; 2 blocks of 16 x 16 cells are under 1 kB."""
     sent = []
-    real = pathgene.host.device.map_copy.map_frames
+    real = pathgene.host.device.chip_map.map_frames
 
     def frames(*arguments):
         for payload, cells in real(*arguments):
             sent.append(len(payload))
             yield payload, cells
 
-    monkeypatch.setattr(pathgene.host.device.map_copy, "map_frames", frames)
+    monkeypatch.setattr(pathgene.host.device.chip_map, "map_frames", frames)
     path = write_path(tmp_path / "short.csv", [(3, 40, 4000), (20, 40, 4000)])
     feasible(capsys, *canyon[:3], path)
     first_of_two_runs = sent[: len(sent) // 2]

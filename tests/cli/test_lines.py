@@ -5,8 +5,7 @@ import warnings
 import pytest
 
 from pathgene.host.cli import main
-from pathgene.host.cli.lines import LONGEST_LINE, print_line
-from pathgene.host.cli.output import note
+from pathgene.host.cli.output import LONGEST_LINE, note, print_line
 
 
 def test_a_line_is_one_sentence(capsys):

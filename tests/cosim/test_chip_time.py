@@ -11,7 +11,7 @@ from pathgene.host.device.link import Link
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners.chip import problem_on_chip
 from pathgene.host.planners.chip import replanner as chip_replanner
-from pathgene.host.planners.chip.chip_time import BAUD, chip_time
+from pathgene.host.planners.chip.schedule import BAUD, chip_time
 from pathgene.host.planning import Search
 from pathgene.host.problem import aircraft
 from pathgene.host.problem.problem import Problem

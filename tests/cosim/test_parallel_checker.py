@@ -7,7 +7,7 @@ import pytest
 
 from bench.feasibility import TESTING_TRAJECTORY, canyon_map
 from pathgene.hdl.config import CheckerBuild, Config
-from pathgene.host.device.map_frames import padded_map
+from pathgene.host.device.chip_map import padded_map
 from pathgene.sim.harness import VerilatedChecker
 from pathgene.sim.model.checker import TerrainModel, check_path
 from pathgene.sim.model.checker_cycles import batch_cycles

@@ -163,7 +163,7 @@ FORBIDDEN = {
     ),
     "The simulation's layers": ("sim/cache.py", "import pathgene.sim.compiler"),
     "Errors are a leaf": ("host/errors.py", "import pathgene.hdl.config"),
-    "imports in a circle": ("host/report/axes.py", "import pathgene.host.report.write"),
+    "imports in a circle": ("host/report/style.py", "import pathgene.host.report.write"),
 }
 
 

@@ -38,7 +38,7 @@ READ_OLD_WORDS = {
     "CHANGELOG.md",
     "host/old_words.py",
     "tests/cli/test_commands.py",
-    "tests/unit/planners/test_default.py",
+    "tests/unit/planners/test_registry.py",
     "tests/unit/test_old_words.py",
     "tests/unit/test_vocabulary.py",
 }

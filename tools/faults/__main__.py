@@ -9,7 +9,7 @@ import time
 from collections import Counter
 from pathlib import Path
 
-from pathgene.host.cores import available_cores
+from pathgene.host.machine import available_cores
 from tools.faults.campaign import Campaign, case_of, judge_of, run
 from tools.faults.case import Case, shrunk
 from tools.faults.chips import Board

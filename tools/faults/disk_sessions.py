@@ -16,8 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from pathgene.host.compare.digest import problem_digest
-from pathgene.host.compare.entrants import parse_entrants
+from pathgene.host.compare.entrants import parse_entrants, problem_digest
 from pathgene.host.compare.runs import Outcome, Task, run_in_processes
 from pathgene.host.compare.session import complete, kept
 from pathgene.host.compare.store import RunStore

@@ -14,8 +14,8 @@ from pathgene.hdl.config import Config
 from pathgene.hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, StickyError, codec, info_reply
 from pathgene.hdl.protocol.codec import Frame, FrameError
 from pathgene.host.compare.store import RunStore
+from pathgene.host.device.chip_map import MapCopy
 from pathgene.host.device.link import Link, LinkError, LinkTimeoutError
-from pathgene.host.device.map_copy import MapCopy
 from pathgene.host.device.window import Request
 from pathgene.host.errors import InputError
 from pathgene.host.files.disk import current

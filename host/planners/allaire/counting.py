@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from pathgene.hdl.config import CheckerBuild
 from pathgene.host.device.chip import Chip
-from pathgene.host.device.waypoints import pack_waypoints
+from pathgene.host.device.paths import pack_waypoints
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.evaluation.geometry import smooth
 from pathgene.host.evaluation.track import SmoothedTrack

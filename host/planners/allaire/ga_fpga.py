@@ -14,14 +14,14 @@ from pathgene.hdl.config import CheckerBuild, GeneticCore
 from pathgene.hdl.protocol import LinkMode
 from pathgene.host.device.boards import entered, known_config, require_chip, url_of
 from pathgene.host.device.chip import Chip
-from pathgene.host.device.waypoints import pack_waypoints, unpack_waypoints
+from pathgene.host.device.paths import pack_waypoints, unpack_waypoints
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners.airspace import NO_FLYABLE_CELL
 from pathgene.host.planners.allaire.counting import BoardCollisionCounter
 from pathgene.host.planners.base import Options, Progress, Result, Run, Stop
 from pathgene.host.planners.grid.initial import astar_paths, check_init
-from pathgene.host.planners.options import DEFAULT_BOARD
+from pathgene.host.planners.registry import DEFAULT_BOARD
 from pathgene.host.problem.chip_map import ChipMap
 
 

@@ -19,7 +19,7 @@ from pathgene.host.planners.chip.problem_record import whole_path
 from pathgene.host.planners.chip.replanner import ChipReplanner
 from pathgene.host.planners.chip.runs import ChipRuns
 from pathgene.host.planners.chip.schedule import ChipSchedule
-from pathgene.host.planners.options import DEFAULT_BOARD
+from pathgene.host.planners.registry import DEFAULT_BOARD
 from pathgene.host.problem.corner_map import CornerMap
 
 

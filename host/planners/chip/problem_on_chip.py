@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from pathgene.hdl.protocol.planner import NoFlyShape
 from pathgene.hdl.protocol.runs import RunOptions
 from pathgene.host.device.chip import Chip
-from pathgene.host.device.map_copy import drawn_corners
+from pathgene.host.device.chip_map import drawn_corners
+from pathgene.host.device.paths import unpack_waypoints
 from pathgene.host.device.runs import BestPaths, RunStatus
-from pathgene.host.device.waypoints import unpack_waypoints
 from pathgene.host.planners.chip.problem_record import chip_ends, problem_record, whole_path
 from pathgene.host.problem.corner_map import EASES, CornerMap
 from pathgene.host.problem.problem import Problem

@@ -15,7 +15,7 @@ from pathgene.hdl.protocol.codes import UNITS
 from pathgene.hdl.protocol.planner import PathClass
 from pathgene.hdl.protocol.runs import RunOptions
 from pathgene.host.device.runs import BestPaths, RunStatus
-from pathgene.host.device.traffic import Traffic
+from pathgene.host.device.transport import Traffic
 from pathgene.host.planners.base import Run
 from pathgene.host.planners.chip.problem_on_chip import ProblemOnChip
 from pathgene.host.planners.chip.repairs import repair

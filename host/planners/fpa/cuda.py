@@ -10,11 +10,12 @@ Source: Roberge and Tarbouchi, section 4.
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import itertools
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import config, cuda
@@ -22,6 +23,7 @@ from numba.cuda.cudadrv.driver import CudaAPIError
 from numpy.typing import NDArray
 
 from pathgene.host.errors import JobError
+from pathgene.host.evaluation.constants import Floats
 from pathgene.host.planners.fpa.engines import Leader, Setup, never
 from pathgene.host.planners.fpa.gpu_kernel import (
     BEST_FITNESS,
@@ -32,10 +34,35 @@ from pathgene.host.planners.fpa.gpu_kernel import (
     pollination_kernel,
     widest,
 )
-from pathgene.host.planners.fpa.gpu_tables import joined, table
 
 
-__all__ = ["GpuEngine", "is_available", "reported"]
+__all__ = ["GpuEngine", "is_available", "joined", "reported", "table"]
+
+
+def table(rows: Sequence[NamedTuple]) -> NDArray[Any]:
+    """Return named tuples of one class as records, (r,)."""
+    kinds = {float: np.float64, int: np.int64}
+    fields = [(name, kinds.get(kind, kind)) for name, kind in type(rows[0]).__annotations__.items()]
+    return np.array([tuple(row) for row in rows], dtype=np.dtype(fields, align=True))
+
+
+def joined(rasters: Sequence[Floats]) -> tuple[Floats, NDArray[np.int64]]:
+    """Return distinct flat rasters concatenated, and the index of each raster, (r,)."""
+    places: dict[int | bytes, int] = {}  # Compared by identity, then by digest.
+    kept = []
+    begins = []
+    end = 0
+    for raster in rasters:
+        if id(raster) not in places:
+            digest = hashlib.blake2b(raster.tobytes()).digest()
+            if digest not in places:
+                places[digest] = end
+                kept.append(raster)
+                end += raster.size
+            places[id(raster)] = places[digest]
+        begins.append(places[id(raster)])
+    return np.concatenate(kept), np.array(begins, dtype=np.int64)
+
 
 Paths = NDArray[np.float64]
 

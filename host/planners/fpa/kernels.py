@@ -8,14 +8,16 @@ Source: *roberge*, sections 3.3 and 3.4. :mod:`pathgene.host.planners.fpa.gpu_ke
 for a GPU.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
 
 from pathgene.host.evaluation.constants import Course, Flags, Floats, Scratch
 from pathgene.host.evaluation.jit import compiled
 from pathgene.host.evaluation.kernels import fitness_above
-from pathgene.host.planners.fpa.atomic import fetch_add, read, sleep, yield_core
 from pathgene.host.planners.fpa.steps import Pollination, choose_step, move, to_beat
 from pathgene.host.planners.fpa.two_opt import (
     CUT_SHORT,
@@ -39,10 +41,63 @@ __all__ = [
     "Search",
     "Shared",
     "WorkSpace",
+    "fetch_add",
     "improve_share",
     "pollinate_share",
+    "read",
     "shared_state",
+    "sleep",
+    "yield_core",
 ]
+
+
+@intrinsic
+def fetch_add(_context: Any, _counter: Any, _amount: Any) -> Any:
+    """Add ``amount`` to the first of ``counter``, (n,) int64, atomically; return its old value.
+
+    For kernels on the CPU only. A thread that sees the sum also sees everything written before it.
+    """
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        counter = context.make_array(signature.args[0])(context, builder, arguments[0])
+        return builder.atomic_rmw("add", counter.data, arguments[1], "seq_cst")
+
+    return types.int64(types.Array(types.int64, 1, "C"), types.int64), generate
+
+
+@intrinsic
+def read(_context: Any, _counter: Any) -> Any:
+    """Return the current first element of ``counter``, (n,) int64, which other threads change."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        counter = context.make_array(signature.args[0])(context, builder, arguments[0])
+        return builder.load_atomic(counter.data, "seq_cst", 8)
+
+    return types.int64(types.Array(types.int64, 1, "C")), generate
+
+
+@intrinsic
+def yield_core(_context: Any) -> Any:
+    """Yield the core to a waiting thread: POSIX ``sched_yield``."""
+    return types.int32(), _call("sched_yield")
+
+
+@intrinsic
+def sleep(_context: Any, _microseconds: Any) -> Any:
+    """Sleep for a number of microseconds, 0 to 999,999: POSIX ``usleep``."""
+    return types.int32(types.uint32), _call("usleep", ir.IntType(32))
+
+
+def _call(name: str, *of: ir.Type) -> Any:
+    """Return a code generator for a call to a function of the C library, by its name."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        kind = ir.FunctionType(ir.IntType(32), of)
+        function = builder.module.globals.get(name) or ir.Function(builder.module, kind, name)
+        return builder.call(function, arguments)
+
+    return generate
+
 
 # Counters of different threads are one cache line apart, in words.
 LINE = 16

@@ -13,8 +13,15 @@ from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners.base import Options, Progress, Result, Run, Stop
 from pathgene.host.planners.grid.altitudes import lowest_altitudes
 from pathgene.host.planners.grid.grid_search import SearchGrid
-from pathgene.host.planners.grid.polylines import lengthened, on_corners, polylines, thinned
-from pathgene.host.planners.grid.turns_at_ends import Leads, around, leads
+from pathgene.host.planners.grid.polylines import (
+    Leads,
+    around,
+    leads,
+    lengthened,
+    on_corners,
+    polylines,
+    thinned,
+)
 from pathgene.host.problem.chip_map import ChipMap
 
 

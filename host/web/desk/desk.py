@@ -10,7 +10,7 @@ from pathlib import Path
 
 from pathgene.host.device.boards import known_config
 from pathgene.host.errors import InputError
-from pathgene.host.planners.options import DEFAULT_BOARD
+from pathgene.host.planners.registry import DEFAULT_BOARD
 from pathgene.host.terrain import Terrain
 from pathgene.host.web.desk.job import FlightJob, PlanJob
 from pathgene.host.web.desk.jobs import Jobs

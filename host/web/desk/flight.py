@@ -27,7 +27,7 @@ from pathgene.host.web.desk.messages import STOP, Failed, Saved, Sender
 
 if TYPE_CHECKING:
     from pathgene.host.problem.ends import Point
-    from pathgene.host.replanning.records import Leg
+    from pathgene.host.replanning.pilot import Leg
     from pathgene.host.replanning.scenario import Event
     from pathgene.host.replanning.session import Session
 

@@ -19,9 +19,8 @@ from nicegui import Client, ui
 from pathgene.host import interrupts
 from pathgene.host.errors import InputError
 from pathgene.host.terrain.untrusted import MAX_CELLS
-from pathgene.host.web.desk.connections import LimitedProtocol
 from pathgene.host.web.desk.desk import Desk
-from pathgene.host.web.desk.guard import Guard
+from pathgene.host.web.desk.guard import Guard, LimitedProtocol
 from pathgene.host.web.desk.page import Page
 
 

@@ -22,8 +22,7 @@ from pathgene.host.mission.build import (
 from pathgene.host.mission.mission import Mission
 from pathgene.host.mission.problem_file import parse_problem, problem_text, read_problem
 from pathgene.host.options.table import OWN, RULES, options_of
-from pathgene.host.planners import DEFAULT, PLANNERS
-from pathgene.host.planners.default import asks_hardware
+from pathgene.host.planners import DEFAULT, PLANNERS, asks_hardware
 from pathgene.host.problem import aircraft
 from pathgene.host.problem.ends import place
 from pathgene.host.problem.zones import Zone

@@ -22,7 +22,7 @@ from itertools import islice
 from pathlib import Path
 
 from pathgene.host.cli import main
-from pathgene.host.cli.lines import LONGEST_LINE
+from pathgene.host.cli.output import LONGEST_LINE
 from tests.support.bad_input.good_inputs import write_base
 from tests.support.bad_input.inputs import cases
 from tests.support.bad_input.options import CHECK, Case

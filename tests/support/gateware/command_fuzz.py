@@ -27,7 +27,7 @@ from pathgene.hdl.protocol import (
 )
 from pathgene.hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
 from pathgene.hdl.protocol.runs import RunOptions
-from pathgene.host.device.map_frames import map_frames
+from pathgene.host.device.chip_map import map_frames
 from pathgene.sim.board.scheme import start_simulated
 from pathgene.sim.model.chip import Chip
 from tests.support.gateware.chips import CHECKERS, LINE_CYCLES, board_url
@@ -36,15 +36,7 @@ from tests.support.gateware.protocol_rules import ProtocolRules
 from tests.support.planner.cases import SMALL, ground, record, shape
 
 
-__all__ = [
-    "CHIPS",
-    "CommandFuzz",
-    "answer_in",
-    "fault_free",
-    "fuzz",
-    "plan_on_the_map",
-    "table",
-]
+__all__ = ["CHIPS", "CommandFuzz", "answer_in", "fault_free", "fuzz", "plan_on_the_map", "table"]
 
 #: The two kinds of chips: with the paper core and a checker, and with the planner core.
 CHIPS = {

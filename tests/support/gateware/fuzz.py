@@ -18,7 +18,7 @@ from pathgene.hdl.protocol import (
     status_reply,
 )
 from pathgene.hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
-from pathgene.host.device.map_frames import map_frames
+from pathgene.host.device.chip_map import map_frames
 from pathgene.sim.board.scheme import start_simulated
 from pathgene.sim.model.chip import Chip
 from pathgene.sim.model.requests import FrameReceiverModel

@@ -18,7 +18,7 @@ from bench.cheng_table4 import (
     run,
 )
 from bench.report import Options
-from pathgene.host.cores import available_cores
+from pathgene.host.machine import available_cores
 
 
 pytestmark = pytest.mark.ci  # Smoke test of a benchmark.

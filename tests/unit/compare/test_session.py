@@ -7,11 +7,10 @@ import json
 import pytest
 
 from pathgene.host.compare.entrants import parse_entrants
-from pathgene.host.compare.report import document
+from pathgene.host.compare.report import document, write_report
 from pathgene.host.compare.runs import Outcome, Task, execute, run_in_processes
 from pathgene.host.compare.session import RunProgress, complete, kept
 from pathgene.host.compare.store import RunStore
-from pathgene.host.compare.write import write_report
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners import PLANNERS, Entry, make

@@ -6,8 +6,7 @@ import json
 
 import pytest
 
-from pathgene.host.compare.digest import problem_digest
-from pathgene.host.compare.entrants import parse_entrants
+from pathgene.host.compare.entrants import parse_entrants, problem_digest
 from pathgene.host.compare.store import RunStore
 from pathgene.host.errors import InputError
 from pathgene.host.files.disk import using

@@ -16,7 +16,7 @@ from pathgene.host.device import boards
 from pathgene.host.device.boards import entered, known_config, open_board, url_of
 from pathgene.host.device.link import LinkError, LinkTimeoutError
 from pathgene.host.device.schemes import split_config
-from pathgene.host.device.serial_scheme import SerialScheme
+from pathgene.host.device.serial_port import SerialScheme
 from pathgene.host.errors import InputError
 from pathgene.sim.board.scheme import start_simulated
 from pathgene.sim.model.chip import Chip

@@ -11,8 +11,8 @@ from pathgene.hdl.protocol.planner import VALUE_BITS, NoFlyShape, PathClass
 from pathgene.hdl.protocol.runs import RunOptions
 from pathgene.host.device.chip import Chip
 from pathgene.host.device.link import Link, LinkError, LinkTimeoutError, RefusedError
+from pathgene.host.device.paths import unpack_waypoints
 from pathgene.host.device.runs import Runs, RunStatus
-from pathgene.host.device.waypoints import unpack_waypoints
 from pathgene.host.errors import InputError
 from pathgene.sim.model import requests
 from pathgene.sim.model.chip import Chip as ChipModel

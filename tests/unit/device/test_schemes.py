@@ -9,7 +9,7 @@ from pathgene.hdl.config import Config
 from pathgene.host.device import schemes
 from pathgene.host.device.boards import board_scheme, known_config, open_board
 from pathgene.host.device.schemes import GROUP, registered_scheme, scheme_names
-from pathgene.host.device.serial_scheme import SerialScheme
+from pathgene.host.device.serial_port import SerialScheme
 from pathgene.host.errors import InputError, JobError
 from pathgene.sim.board.scheme import SimulatedScheme
 from pathgene.sim.model_scheme import ModelScheme

@@ -10,8 +10,7 @@ import pytest
 from pathgene.host.errors import InputError
 from pathgene.host.formats.geojson import heights_datum, path_document, read_path
 from pathgene.host.problem.zones import Circle, Polygon, read_zones
-from pathgene.host.report.marks import mark_names
-from pathgene.host.report.track import track_of
+from pathgene.host.report.track import mark_names, track_of
 from pathgene.host.terrain import Terrain
 
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from bench.feasibility import TESTING_TRAJECTORY, canyon_map
 from pathgene.hdl.config import CheckerBuild, Config
-from pathgene.host.device.map_frames import padded_map
+from pathgene.host.device.chip_map import padded_map
 from pathgene.sim.model.checker import (
     TerrainModel,
     Verdict,

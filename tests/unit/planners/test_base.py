@@ -10,6 +10,7 @@ import pytest
 from pathgene.host.errors import InputError
 from pathgene.host.planners import base
 from pathgene.host.planners.base import Options, Run, Stop, choose
+from pathgene.host.planners.roulette import roulette
 
 
 def paths_of(evaluator, *inner):
@@ -223,3 +224,10 @@ def test_phases_add_up(evaluator):
     seconds = run.result().seconds
     assert 0.02 <= seconds["sort"] < 1
     assert sum(value for name, value in seconds.items() if name != "total") <= seconds["total"]
+
+
+def test_roulette_follows_fitness():
+    fitness = np.array([1.0, 3.0, 0.5, 1.5])
+    draws = roulette(fitness, 60_000, np.random.default_rng(1))
+    share = np.bincount(draws, minlength=4) / 60_000
+    assert np.abs(share - fitness / fitness.sum()).max() < 0.012

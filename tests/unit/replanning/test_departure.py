@@ -5,12 +5,17 @@ import math
 import numpy as np
 import pytest
 
+from bench import replan
+from bench.replan import Question, is_there_a_path
 from pathgene.host.errors import InputError
 from pathgene.host.evaluation import Evaluator, problem_utopia, utopia
 from pathgene.host.planners import make
 from pathgene.host.planners.base import Options
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.zones import Circle
+from pathgene.host.replanning.departure import Departure
+from pathgene.host.replanning.present import Present
 from pathgene.host.replanning.tracks import end_of, is_smooth
 from pathgene.host.terrain import Terrain
 
@@ -92,3 +97,41 @@ def test_the_straight_line_of_a_replan_leaves_along_the_heading(board, mission):
         assert first.heading == pytest.approx(problem.headings[0], abs=1e-6)
         assert is_smooth(changed.track(after.path).pieces)
         assert end_of(first).z >= 250.0
+
+
+LEAVES_M = 1000.0
+# Centre of the zone ahead, east of where the plan begins.
+AHEAD = 1500.0 + LEAVES_M, 4500.0
+
+
+@pytest.fixture
+def asked(mission, straight):
+    """Function that returns a question: a zone at a distance ahead of the aircraft."""
+    track = Evaluator(mission, threads=1).track(straight).pieces
+
+    def question(zones, goal=mission.goal):
+        present = Present(mission, zones, goal, (0.0, 0.0))
+        departure = Departure(track, LEAVES_M, None)
+        return Question(departure, present, mission.aircraft, LEAVES_M - 5.0)
+
+    return question
+
+
+def test_a_way_around_a_zone_is_found(asked, board):
+    x, y = AHEAD
+    assert is_there_a_path(asked([Circle(x + 1000.0, y, 300.0)]), board)
+
+
+def test_a_zone_that_no_turn_avoids_leaves_no_path(asked, board):
+    x, y = AHEAD
+    assert not is_there_a_path(asked([Circle(x + 325.0, y, 280.0)]), board)
+
+
+def test_a_goal_in_a_zone_has_no_path(asked, board, mission):
+    x, y = mission.goal[:2]
+    assert not is_there_a_path(asked([Circle(x, y, 200.0)]), board)
+
+
+def test_a_path_that_cannot_be_joined_is_none(asked, board, monkeypatch):
+    monkeypatch.setattr(replan, "fault_of", lambda *_: "The path turns too sharply.")
+    assert not is_there_a_path(asked([]), board)

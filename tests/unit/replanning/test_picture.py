@@ -10,7 +10,7 @@ from PIL import Image
 from pathgene.host.replanning import animation, picture
 from pathgene.host.replanning.fly import fly_scenario, save
 from pathgene.host.replanning.scenario import Event, NewZone, Placed, Scenario
-from pathgene.host.report.palette import FLOWN, NOFLY
+from pathgene.host.report.style import FLOWN, NOFLY
 
 
 @pytest.fixture(scope="module")

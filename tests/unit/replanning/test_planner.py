@@ -7,8 +7,8 @@ import pytest
 
 from pathgene.host.device.boards import open_board
 from pathgene.host.evaluation import Evaluator
-from pathgene.host.planners.chip.chip_time import chip_time
 from pathgene.host.planners.chip.problem_on_chip import ProblemOnChip
+from pathgene.host.planners.chip.schedule import chip_time
 from pathgene.host.planning import Plan
 from pathgene.host.problem.changes import changed_problem
 from pathgene.host.problem.zones import Circle, Zone

@@ -2,6 +2,8 @@
 
 import dataclasses
 import math
+import os
+import signal
 
 import numpy as np
 import pytest
@@ -14,11 +16,13 @@ from pathgene.host.problem.rules import Rules
 from pathgene.host.problem.way import WayProblem
 from pathgene.host.problem.zones import Circle
 from pathgene.host.replanning import session as replanning_session
+from pathgene.host.replanning.fly import underway
 from pathgene.host.replanning.outcome import judge
 from pathgene.host.replanning.planner import Attempt, InFlightPlanner, PlanningTime
 from pathgene.host.replanning.scenario import Event, NewZone, Placed, Scenario
 from pathgene.host.replanning.session import Session
 from pathgene.host.replanning.tracks import is_smooth, pose_at, run_of
+from pathgene.sim.board.scheme import start_simulated
 
 
 def fly(mission, path, planner, *events, **options):
@@ -282,3 +286,44 @@ def test_a_path_that_does_not_begin_on_the_track_is_refused(
     assert outcome.ended == "holding"
     assert outcome.alive
     assert all(is_smooth(leg.track) for leg in session.pilot.legs)
+
+
+def check_that_astar_takes_over(mission, path, planner, board, kill):
+    """Fly with a board that ends after 20 s, and a zone that appears then."""
+    said = []
+    with underway(mission, path, Scenario(), planner=planner, board=board, say=said.append) as (
+        session,
+        report,
+    ):
+        while session.pilot.time_s < 20:
+            session.step()
+        kill(session)
+        session.happen(Event(0.0, (NewZone(Circle(4500.0, 4500.0, 300.0)),)))
+        session.run()
+        flown = report()
+    assert flown.outcome.kept
+    assert any(text.endswith("astar plans in its place.") for text in said)
+    (change,) = session.changes
+    assert [attempt.planner for _, attempt in change.attempts] == [planner, "astar"]
+
+
+@pytest.mark.parametrize("planner", ["ga-chip", "ga-fpga"])
+def test_a_board_that_dies_unannounced_is_replaced_by_the_processor(
+    mission, straight, planner, monkeypatch
+):
+    def fail(data):
+        raise OSError("the cable is out")
+
+    def kill(session):
+        monkeypatch.setattr(session._planner.board.link._transport, "write", fail)
+
+    check_that_astar_takes_over(mission, straight, planner, "model:", kill)
+
+
+@pytest.mark.long  # The model's board, above, dies in the same way.
+@pytest.mark.cosim
+def test_a_killed_simulator_is_replaced_by_the_processor(mission, straight):
+    with start_simulated("sim:?core=planner", pty=True, keep=True) as board:
+        check_that_astar_takes_over(
+            mission, straight, "ga-chip", board.url, lambda _: os.kill(board.pid, signal.SIGKILL)
+        )

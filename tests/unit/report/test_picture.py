@@ -20,7 +20,7 @@ from pathgene.host.evaluation import Evaluator
 from pathgene.host.mission.mission import Mission
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zones import Circle, Polygon
-from pathgene.host.report import palette, plan_view
+from pathgene.host.report import plan_view, style
 from pathgene.host.report.picture import Scene, draw, write
 from pathgene.host.report.placing import label
 from pathgene.host.report.plan_view import axis_unit, nice_length
@@ -282,7 +282,7 @@ def test_the_legs_of_a_mission_converge_one_by_one(make_run):
     figure.canvas.draw()
     assert_texts_apart(figure)
     axes = figure.axes[3]
-    best = [line for line in axes.get_lines() if line.get_color() == palette.BEST]
+    best = [line for line in axes.get_lines() if line.get_color() == style.BEST]
     assert [line.get_xdata().tolist() for line in best] == [[0, 1], [2], [3, 4]]
     assert [line.get_marker() for line in best] == ["None", "o", "None"]
     shown = [text for text, _ in texts_of(figure)]
@@ -296,7 +296,7 @@ def test_generations_without_a_row_lie_between_points(make_run):
     figure = draw(Scene(evaluator, result.path, result.evaluation, history, "", ""))
     lines = [line for line in figure.axes[3].get_lines() if len(line.get_xdata()) == 2]
     drawn = {line.get_color(): line.get_marker() for line in lines}
-    assert (drawn[palette.BEST], drawn[palette.MEAN]) == ("o", "o")
+    assert (drawn[style.BEST], drawn[style.MEAN]) == ("o", "o")
 
 
 def test_png(make_run, tmp_path):
@@ -327,11 +327,11 @@ def luminance(colour):
 
 
 def test_land_grows_lighter_with_height():
-    ramp = [luminance(palette.LAND(level)[:3]) for level in np.linspace(0, 1, 64)]
+    ramp = [luminance(style.LAND(level)[:3]) for level in np.linspace(0, 1, 64)]
     assert all(low < high for low, high in itertools.pairwise(ramp))
 
 
-@pytest.mark.parametrize("colour", [palette.PATH, palette.NOFLY, palette.TEXT, palette.TROUBLE])
+@pytest.mark.parametrize("colour", [style.PATH, style.NOFLY, style.TEXT, style.TROUBLE])
 def test_strong_colours_stand_out_on_white(colour):
     # The contrast that web guidelines require of text.
     assert 1.05 / (luminance(colour) + 0.05) > 4.5
@@ -339,7 +339,7 @@ def test_strong_colours_stand_out_on_white(colour):
 
 
 def test_broken_stretches_stand_out_from_the_path_in_grey():
-    assert (luminance(palette.TROUBLE) + 0.05) / (luminance(palette.PATH) + 0.05) > 1.5
+    assert (luminance(style.TROUBLE) + 0.05) / (luminance(style.PATH) + 0.05) > 1.5
 
 
 def test_without_a_reason_the_map_begins_below_the_titles(make_run):
@@ -397,8 +397,7 @@ def test_map_profile_and_legend_tell_start_via_points_and_goal_apart(return_to_s
         return {
             line.get_marker(): line.get_xydata()
             for line in axes.get_lines()
-            if line.get_marker() in tuple("oD*")
-            and line.get_color() in (palette.START, palette.GOAL)
+            if line.get_marker() in tuple("oD*") and line.get_color() in (style.START, style.GOAL)
         }
 
     on_map = marked(figure.axes[0])

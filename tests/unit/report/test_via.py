@@ -7,6 +7,7 @@ import pytest
 
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.problem.way import WayProblem
+from pathgene.host.report.track import mark_names, marked_waypoints
 from pathgene.host.report.via import visits
 from pathgene.host.terrain import Terrain
 
@@ -101,3 +102,31 @@ def test_agrees_with_dense_samples():
             assert math.hypot(visit.distance_m, 0.25) >= distances[nearest] - 0.001
             assert visit.at_m == pytest.approx(samples.s[nearest], abs=0.5)
             assert visit.horizontal_m == pytest.approx(np.hypot(*offsets[nearest, :2]), abs=0.5)
+
+
+A, B, C, D = (0.0, 0.0, 1.0), (9.0, 0.0, 2.0), (9.0, 9.0, 3.0), (5.0, 5.0, 4.0)
+
+
+def test_names_every_mission():
+    assert mark_names((A, B)) == ("Start", "Goal")
+    assert mark_names((A, B, C)) == ("Start", "Via 1", "Goal")
+    assert mark_names((A, B, C, D)) == ("Start", "Via 1", "Via 2", "Goal")
+    assert mark_names((A, B, A)) == ("Start", "Goal", "Return")
+    assert mark_names((A, B, C, A)) == ("Start", "Via 1", "Goal", "Return")
+
+
+def test_finds_the_waypoints_in_the_order_of_the_mission():
+    path = np.array([A, D, B, D, C, A])
+    assert marked_waypoints(path, (A, B, D, C, A)) == {
+        0: "Start",
+        2: "Via 1",
+        3: "Via 2",
+        4: "Goal",
+        5: "Return",
+    }
+    assert marked_waypoints(path, (A, A)) == {0: "Start", 5: "Goal"}
+
+
+def test_a_point_that_is_missed_has_no_waypoint():
+    path = np.array([A, (9.0, 0.0, 2.02), C, D])
+    assert marked_waypoints(path, (A, B, C, D)) == {0: "Start", 2: "Via 2", 3: "Goal"}

@@ -10,7 +10,12 @@ from shapely.geometry import Polygon as Shape
 from shapely.ops import unary_union
 
 from pathgene.host.evaluation import Evaluator
-from pathgene.host.mission.autopilot.fence import FenceCircle, FencePolygon, fences, without_holes
+from pathgene.host.mission.autopilot.flight_plan import (
+    FenceCircle,
+    FencePolygon,
+    fences,
+    without_holes,
+)
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zones import Circle, Polygon
 from pathgene.host.terrain import Terrain

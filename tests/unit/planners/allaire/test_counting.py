@@ -7,7 +7,7 @@ import pytest
 
 from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.host.device.boards import open_board
-from pathgene.host.device.waypoints import pack_waypoints
+from pathgene.host.device.paths import pack_waypoints
 from pathgene.host.errors import InputError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners.allaire.counting import CAUSES, BoardCollisionCounter, refutation

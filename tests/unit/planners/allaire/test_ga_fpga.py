@@ -9,7 +9,7 @@ from pathgene.hdl.config import Config
 from pathgene.hdl.protocol import LinkMode
 from pathgene.host.device import boards
 from pathgene.host.device.boards import open_board
-from pathgene.host.device.waypoints import unpack_waypoints
+from pathgene.host.device.paths import unpack_waypoints
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.planners.allaire import ga_fpga
 from pathgene.host.planners.allaire.ga_fpga import FpgaGeneticPlanner, draw_paths, ranking

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pathgene.host.device.boards import open_board
-from pathgene.host.device.map_copy import drawn_corners
+from pathgene.host.device.chip_map import drawn_corners
 from pathgene.host.errors import InputError
 from pathgene.host.planners.base import Options
 from pathgene.host.planners.chip.ga_chip import ChipGeneticPlanner

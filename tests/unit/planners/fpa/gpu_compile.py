@@ -11,8 +11,8 @@ import numpy as np
 from numba import cuda, typeof, types
 
 from pathgene.host.evaluation.constants import Constants
+from pathgene.host.planners.fpa.cuda import table
 from pathgene.host.planners.fpa.gpu_kernel import pollination_kernel, widest
-from pathgene.host.planners.fpa.gpu_tables import table
 from pathgene.host.planners.fpa.steps import Pollination
 
 

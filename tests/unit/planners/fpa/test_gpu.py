@@ -15,7 +15,7 @@ from pathgene.host.planners import make
 from pathgene.host.planners.airspace import Airspace
 from pathgene.host.planners.base import Options, Stop
 from pathgene.host.planners.fpa.engines import CpuEngine, Setup
-from pathgene.host.planners.fpa.first import first_population
+from pathgene.host.planners.fpa.planner import first_population
 from pathgene.host.planners.fpa.steps import Pollination
 from pathgene.host.problem.rules import Rules
 from pathgene.host.problem.zones import Circle

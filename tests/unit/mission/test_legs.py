@@ -1,16 +1,21 @@
-"""A leg evaluated together with the end of the leg before it."""
+"""Joints of legs: evaluation of both legs together, and reasons at the via points."""
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 
 from pathgene.host.evaluation import Evaluator
-from pathgene.host.mission.joint import JoinedEvaluator
+from pathgene.host.mission.legs import JoinedEvaluator, reason_of_joint
 from pathgene.host.mission.mission import Mission
+from pathgene.host.mission.planning import plan_mission
+from pathgene.host.planning import Search
+from pathgene.host.problem.aircraft import load
 from pathgene.host.problem.problem import Problem
 from pathgene.host.report.via import visits
 from pathgene.host.terrain import Terrain
+from tests.support.host.closed_problems import lane
 
 
 START, VIA, GOAL = (500.0, 500.0, 300.0), (2000.0, 500.0, 300.0), (500.0, 2500.0, 300.0)
@@ -88,3 +93,79 @@ def test_populations_are_evaluated_the_same_way(evaluators):
     assert penalty[1] == 0
     counted = joined.fitness_counted(paths, lengths, np.zeros(2))
     assert (counted > 1).tolist() == [False, True]
+
+
+#: A lane from the west edge of the map.
+LANE = lane(-50, 2500)
+EAST, END_OF_LANE = (3500.0, 2000.0, 250.0), (300.0, 2000.0, 250.0)
+
+
+@pytest.fixture(scope="module")
+def terrain():
+    return Terrain("flat", np.full((80, 80), 100.0), 50.0, 50.0)
+
+
+@pytest.fixture(scope="module")
+def dead_end(terrain):
+    """The plan of a mission into a dead end and back."""
+    problem = Problem(terrain, EAST, (3500.0, 2500.0, 250.0), zones=LANE)
+    return plan_mission(Mission(problem, [END_OF_LANE]), Search("astar", fallback="astar"))
+
+
+def test_the_leg_that_cannot_turn_back_speaks_of_the_via_point(dead_end):
+    assert [leg.feasible for leg in dead_end.legs] == [True, False]
+    reason = dead_end.reason
+    assert (reason.code, reason.proven, reason.place) == ("joint", False, END_OF_LANE[:2])
+    assert reason.figure is None
+    ((end, arrival, flown),) = reason.headings
+    assert end == "start"
+    assert reason.sentence == (
+        f"No path was found that leaves via point 1 heading for {arrival:.0f} degrees, as the leg "
+        "before arrives; there is one that leaves via point 1 heading for "
+        f"{flown:.0f} degrees. Move via point 1, or give it a neighbour from which the turn is "
+        "gentler."
+    )
+    assert abs(arrival - 270) < 20
+    assert abs(flown - 90) < 20
+    assert dead_end.summary["legs"][1]["reason"]["code"] == "joint"
+
+
+def test_following_the_advice_mends_it(terrain, dead_end):
+    """The via point moves out of the lane, where there is room to turn."""
+    problem = dead_end.mission.problem
+    mended = Mission(problem, [(2900.0, 2000.0, 250.0)])
+    assert plan_mission(mended, Search("astar", fallback="astar")).evaluation.feasible
+
+
+def test_headings_of_the_mission_itself_are_left_alone(dead_end):
+    reason = dead_end.reason
+    assert reason_of_joint(reason, {}) is reason
+    assert reason_of_joint(reason, {"goal": "via point 2"}) is reason
+
+
+def test_a_heading_of_the_mission_beside_a_joint(dead_end):
+    both = dataclasses.replace(
+        dead_end.reason, headings=(("start", 90.0, 10.0), ("goal", 180.0, 200.0))
+    )
+    assert reason_of_joint(both, {"start": "via point 2"}).sentence == (
+        "No path was found that leaves via point 2 heading for 90 degrees, as the leg before "
+        "arrives and reaches the goal heading for 180 degrees; there is one that leaves via point "
+        "2 heading for 10 degrees and reaches the goal heading for 200 degrees. Move via point 2, "
+        "or give it a neighbour from which the turn is gentler."
+    )
+
+
+def test_legs_with_fuel_enough_for_each_alone(terrain):
+    """The tank lasts for each leg, and not for both."""
+    fox = load("silver-fox")
+    start, goal = (300.0, 500.0, 250.0), (3600.0, 500.0, 250.0)
+    whole = plan_mission(Mission(Problem(terrain, start, goal, fox)), Search("astar"))
+    small = dataclasses.replace(fox, fuel_weight_N=0.8 * whole.evaluation.fuel_N / 0.9)
+    mission = Mission(Problem(terrain, start, goal, small), [(1950.0, 500.0, 250.0)])
+    plan = plan_mission(mission, Search("astar", fallback="astar"))
+    assert [leg.feasible for leg in plan.legs] == [True, True]
+    assert (plan.reason.code, plan.reason.proven) == ("joint", False)
+    assert plan.reason.sentence.startswith(
+        "Every leg has a feasible path, but the path of all legs breaks the limit fuel, "
+    )
+    assert plan.reason.sentence.endswith("; move a via point, or split the mission there.")

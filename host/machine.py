@@ -1,11 +1,13 @@
-"""Freed memory is kept in the process, because new pages from the kernel take time."""
+"""The machine that the process runs on: its cores and its memory."""
 
 from __future__ import annotations
 
 import ctypes
+import os
 
 
-__all__ = ["keep_memory"]
+__all__ = ["available_cores", "keep_memory"]
+
 
 # Options of the GNU C library's mallopt, and their values. Arrays below 32 MiB, the highest
 # threshold allowed, do not get a mapping of their own, and the process keeps up to a GiB of free
@@ -24,3 +26,11 @@ def keep_memory() -> None:
     if mallopt is not None:
         mallopt(_MMAP_THRESHOLD, _LARGEST)
         mallopt(_TRIM_THRESHOLD, _KEPT)
+
+
+def available_cores() -> int:
+    """Return the number of cores that this process may use, 1 or more."""
+    # Some systems lack it; os.process_cpu_count is new in Python 3.13.
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

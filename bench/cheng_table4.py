@@ -249,11 +249,7 @@ def _paper_delta(row: tuple[float, float, float]) -> float:
 
 
 def optimize(
-    landscape: int,
-    points: int,
-    evaluations: int,
-    seed: int,
-    samples: int | None = PAPER_SAMPLES,
+    landscape: int, points: int, evaluations: int, seed: int, samples: int | None = PAPER_SAMPLES
 ) -> float:
     """Return the minimum delta that differential evolution finds for one B-spline.
 
@@ -295,10 +291,7 @@ def optimize(
 
 
 def _optimized(
-    samples: int | None,
-    landscape: int,
-    outcomes: dict[_Case, list[_Outcome]],
-    runs: int,
+    samples: int | None, landscape: int, outcomes: dict[_Case, list[_Outcome]], runs: int
 ) -> dict[int, list[float]]:
     """Return the deltas of several optimizations by number of control points."""
     planned = outcomes[_Case(samples, landscape, KINDS[0], *_PLANNERS[0])]

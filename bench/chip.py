@@ -134,12 +134,7 @@ def _measured(name: str, table: Table, seeds: int) -> _Measured:
         rows[f"{_title(_COUNTED_MS)}, one run"] = _COUNTED_MS, True
     for title, (chip_ms, is_whole) in rows.items():
         tasks = [
-            Task(
-                terrain,
-                table.clearance_m,
-                _runs(seed, chip_ms, is_whole=is_whole),
-                table.config,
-            )
+            Task(terrain, table.clearance_m, _runs(seed, chip_ms, is_whole=is_whole), table.config)
             for terrain in table.terrains()
             for seed in range(seeds)
         ]

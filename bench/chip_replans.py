@@ -300,11 +300,7 @@ def _measure(task: tuple[str, str, int, dict[str, Row]]) -> list[Case]:
 
 
 def _outcomes(
-    chip: Chip,
-    rows: Mapping[str, Row],
-    flown: Evaluator,
-    evaluator: Evaluator,
-    number: int,
+    chip: Chip, rows: Mapping[str, Row], flown: Evaluator, evaluator: Evaluator, number: int
 ) -> dict[str, list[Outcome]]:
     """Plan a scenario by every row."""
     outcomes: dict[str, list[Outcome]] = {name: [] for name in rows}

@@ -249,11 +249,7 @@ def _final_population(evaluator: Evaluator, seed: int) -> list[NDArray[np.float6
     grid = ChipMap(chip.config, scenario)
     return [
         np.concatenate(
-            (
-                [scenario.start],
-                grid.to_metres(unpack_waypoints(chip.config, path)),
-                [scenario.goal],
-            )
+            ([scenario.start], grid.to_metres(unpack_waypoints(chip.config, path)), [scenario.goal])
         )
         for path in chip.paths
     ]

@@ -100,11 +100,7 @@ def _planned(mode: LinkMode) -> int:
 
 
 def _measure(
-    lengths: tuple[int, int],
-    mode: LinkMode,
-    *,
-    board: str = "sim:",
-    avoid_ground: bool = False,
+    lengths: tuple[int, int], mode: LinkMode, *, board: str = "sim:", avoid_ground: bool = False
 ) -> tuple[dict[str, float], tuple[float, float]]:
     """Return each counter's mean increase and the mean bytes both ways, per generation."""
     rng = random.Random(1)

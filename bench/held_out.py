@@ -85,7 +85,7 @@ def _table(
             "Generated ground, whose seeds were not used for any choice. Plans on the chip's "
             "model, whose time is the modelled cycles at 100 MHz. Mean F of the feasible paths; a "
             "share in brackets says how many seeds found one, where some did not. Unpolished: the "
-            "chip's best path as it is; polished: moved by the host.",
+            "chip's best path as it is; polished: moved by the host."
         ],
     )
     means: dict[str, list[float]] = {variant: [] for variant in VARIANTS}

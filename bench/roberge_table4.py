@@ -39,10 +39,7 @@ Trial = dict[str, float]
 
 
 def run(
-    options: BenchOptions,
-    *,
-    iterations: int = ITERATIONS,
-    population: int = POPULATION,
+    options: BenchOptions, *, iterations: int = ITERATIONS, population: int = POPULATION
 ) -> Report:
     """Run all trials of every available map."""
     report = Report(

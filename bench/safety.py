@@ -208,7 +208,7 @@ def _seconds_table(runs: dict[Row, list[Outcome]]) -> Report:
         notes=[
             "The least and the greatest mean of a terrain, with the problem's rasters, without "
             "compiling; plans that find no path count. Relative to paper mode: the median of the "
-            "ratios of the terrains.",
+            "ratios of the terrains."
         ],
     )
     for planner in dict.fromkeys(row.planner for row in runs):

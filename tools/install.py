@@ -68,10 +68,7 @@ def venv_works(venv: Path) -> bool:
     code = "import pip, sys; print(sys.prefix, *sys.version_info[:2])"
     try:
         found = subprocess.run(
-            [venv / "bin" / "python", "-I", "-c", code],
-            capture_output=True,
-            text=True,
-            check=True,
+            [venv / "bin" / "python", "-I", "-c", code], capture_output=True, text=True, check=True
         ).stdout.split()
         script = (venv / "bin" / "pip").read_text()
     except (OSError, subprocess.CalledProcessError):

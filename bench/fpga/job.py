@@ -190,10 +190,7 @@ class Family:
 _ROUTED = {
     "ecp5": Family({"TRELLIS_COMB": 1}, {"TRELLIS_FF": 1}, {"DP16KD": 1}, {"MULT18X18D": 1}),
     "ice40": Family(
-        {"ICESTORM_LC": 1},
-        {},
-        {"ICESTORM_RAM": 1, "ICESTORM_SPRAM": 1},
-        {"ICESTORM_DSP": 1},
+        {"ICESTORM_LC": 1}, {}, {"ICESTORM_RAM": 1, "ICESTORM_SPRAM": 1}, {"ICESTORM_DSP": 1}
     ),
 }
 _LUTS = {f"LUT{inputs}": 1 for inputs in range(1, 7)}

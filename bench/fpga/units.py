@@ -255,7 +255,7 @@ UNITS_TABLE = Table(
         f"{_LESS_ASKED.asked_mhz} of the population; the registers around every port are counted. "
         "LUTs include carry chains and LUT RAMs. The chip of the board icebreaker is a two-tier "
         "checker of a map of 256 x 256 with a link, on a UP5K. Selection is synthesized by the "
-        "yosys 0.23 of Debian (`YOSYS=yosys`): the ABC of 0.70, which maps logic, crashes on it.",
+        "yosys 0.23 of Debian (`YOSYS=yosys`): the ABC of 0.70, which maps logic, crashes on it."
     ],
 )
 PAPERS_TABLE = Table(
@@ -275,6 +275,6 @@ PAPERS_TABLE = Table(
     order=tuple(_PAPER_DEVICES),
     notes=[
         "Synthesis only (`synth_xilinx`), units with their ports as they are; block RAMs of 18 "
-        "kbit.",
+        "kbit."
     ],
 )

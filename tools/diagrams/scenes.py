@@ -192,11 +192,7 @@ def _rows(top: Unit) -> dict[str, Any]:
 
 def _waypoint() -> data.StructLayout:
     return data.StructLayout(
-        {
-            "x": SMALL.coordinate_bits,
-            "y": SMALL.coordinate_bits,
-            "altitude": SMALL.altitude_bits,
-        }
+        {"x": SMALL.coordinate_bits, "y": SMALL.coordinate_bits, "altitude": SMALL.altitude_bits}
     )
 
 

@@ -100,11 +100,7 @@ def _other(y: float, top: float) -> float:
 
 
 def _bus(
-    values: Sequence[int],
-    valid: Sequence[int],
-    show: Callable[[int], str],
-    top: float,
-    step: float,
+    values: Sequence[int], valid: Sequence[int], show: Callable[[int], str], top: float, step: float
 ) -> list[str]:
     parts = []
     begin = 0

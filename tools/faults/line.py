@@ -12,15 +12,7 @@ from pathgene.hdl.protocol import DELIMITER
 from tools.faults.verdict import HangError
 
 
-__all__ = [
-    "ChipOnLine",
-    "FaultyLine",
-    "Frame",
-    "LineEvent",
-    "LineFault",
-    "VirtualClock",
-    "Way",
-]
+__all__ = ["ChipOnLine", "FaultyLine", "Frame", "LineEvent", "LineFault", "VirtualClock", "Way"]
 
 
 class Way(StrEnum):

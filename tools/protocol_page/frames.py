@@ -294,10 +294,7 @@ def _errors(host: Recorder) -> None:
         sequence=expected + 2,
     )
     host.say(
-        "DUPLICATE",
-        "a number executed before the latest",
-        Command.STATUS,
-        sequence=expected - 2,
+        "DUPLICATE", "a number executed before the latest", Command.STATUS, sequence=expected - 2
     )
     host.say("NO_SESSION", "a command of an earlier session", Command.STATUS, session=0)
     host.say("OPEN refused", "neither the open session nor the next", Command.OPEN, session=3)

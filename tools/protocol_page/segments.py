@@ -145,10 +145,7 @@ def split_reply(config: Config, command: Command, request: bytes, payload: bytes
             return [Segment("fields", recipe_reply(config), payload)]
         layout = survivors_reply(config)
         rest = payload[layout.size :]
-        return [
-            Segment("fields", layout, payload[: layout.size]),
-            *_waypoints(config, rest),
-        ]
+        return [Segment("fields", layout, payload[: layout.size]), *_waypoints(config, rest)]
     if command not in _REPLIES:
         return _nothing(command, "reply", payload)
     layout = _REPLIES[command](config)

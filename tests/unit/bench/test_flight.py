@@ -99,10 +99,7 @@ def test_equal_paths_count_once_and_the_worst_of_all_is_told():
 
 def test_a_flight_by_the_rules_that_breaks_them_fails_the_run(one):
     row = Row("river", "silver-fox", "calm", False)
-    bad = {
-        "kept": {"kept": False},
-        "excess": {"excess": 0.06},
-    }
+    bad = {"kept": {"kept": False}, "excess": {"excess": 0.06}}
     for outcome, failed in (({}, False), (bad["kept"], True), (bad["excess"], True)):
         kept = Store(flight.STORE, "bench/scenarios.py")
         kept.keep(row.name, "astar", flight._worst([FLOWN | {"path": "a"} | outcome]))

@@ -27,14 +27,8 @@ class Check:
 
     Parameters
     ----------
-    evaluator : Evaluator
-        Evaluates paths of the problem.
     path : ndarray
         Waypoints, (n, 3) float64 metres, start and goal included.
-    evaluation : Evaluation
-        Terms of the path.
-    source : mapping
-        Origin of the terrain.
     """
 
     evaluator: Evaluator
@@ -103,8 +97,6 @@ def check(problem: Problem, path: ArrayLike, *, source: Mapping[str, Any] | None
 
     Parameters
     ----------
-    problem : Problem
-        Terrain, ends, aircraft, zones and wind.
     path : array_like
         Waypoints, (n, 3) metres, start and goal included.
     source : mapping, optional

@@ -37,8 +37,6 @@ class Connection:
         The reason why no feasible path is known; None if one is.
     result : Result or None
         The feasible path, or the best path that breaks a limit; None if no planner has searched.
-    planner : str or None
-        The planner whose path it is.
     """
 
     reason: Reason | None
@@ -59,14 +57,10 @@ def connect(
 
     Parameters
     ----------
-    evaluator : Evaluator
-        Evaluates paths of the problem.
     searchers : sequence of str
         Names of planners; each one searches only if no earlier one has found a feasible path.
     best : Evaluation, optional
         Evaluation of the best path known, which breaks a limit.
-    stop : Stop, optional
-        Ends the search when requested.
     """
     reason = diagnose(evaluator.problem)
     if reason.proven:

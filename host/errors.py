@@ -31,10 +31,6 @@ class NoPathError(JobError):
 
     Parameters
     ----------
-    sentence : str
-        The message.
-    reason : pathgene.host.diagnosis.Reason
-        Why there is no path.
     leg : int or None
         The leg of a mission without a path, from 1; None for a single leg.
     """

@@ -20,15 +20,7 @@ class Grade(StrEnum):
 
 @dataclass(frozen=True)
 class Remark:
-    """A sentence on a file.
-
-    Parameters
-    ----------
-    grade : Grade
-        Note or warning.
-    text : str
-        One sentence with a full stop.
-    """
+    """A sentence on a file."""
 
     grade: Grade
     text: str
@@ -46,8 +38,6 @@ class Reading:
     ----------
     facts : mapping
         Values that JSON can hold, by name.
-    remarks : tuple of Remark
-        Notes and warnings.
     """
 
     facts: Mapping[str, Any] = field(default_factory=dict)

@@ -30,14 +30,8 @@ def write(field: AuvField, route: Route, summary: dict[str, Any], file: Path) ->
 
     Parameters
     ----------
-    field : AuvField
-        The problem.
-    route : Route
-        The route.
     summary : dict
         Result of :func:`pathgene.host.auv.plan.describe`, with ``planner`` and ``seed``.
-    file : Path
-        File to write.
     """
     figure = Figure(figsize=(12.8, 6.9), facecolor="white")
     FigureCanvasAgg(figure)

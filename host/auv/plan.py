@@ -43,8 +43,6 @@ def evolve(
 
     Parameters
     ----------
-    field : AuvField
-        The problem.
     planner : str
         ``ga-dp`` or ``ga-auv``.
     draws : str

@@ -88,16 +88,10 @@ def add_command(
 
     Parameters
     ----------
-    commands : Commands
-        The commands to add to.
-    name : str
-        Name of the command.
     run : callable
         Runs the command with the parsed arguments and returns its exit status.
     summary : str
         One line of help, without a full stop.
-    example : str
-        A command line that works.
     usage : str, optional
         Short form of the arguments, for a command with many options; by default all of them.
     notes : str
@@ -136,8 +130,6 @@ def leave_unset(parser: Parser, *, besides: Collection[str] = ()) -> None:
 
     Parameters
     ----------
-    parser : Parser
-        The command with all its options.
     besides : collection of str
         Names of arguments that stay as they are.
     """
@@ -181,8 +173,6 @@ def add_option(
     ----------
     parser : ArgumentParser or group
         The parser or group that gets the argument.
-    option : Option
-        The option.
     help : str, optional
         Its help; by default its meaning with its default.
     default : object, optional
@@ -221,8 +211,6 @@ def add_problem(parser: Parser, *, of_path: bool = False) -> None:
 
     Parameters
     ----------
-    parser : Parser
-        The command.
     of_path : bool
         The problem belongs to a given path, which has its own ends.
     """

@@ -22,8 +22,6 @@ def check_path(run: Run, consequence: str, remedy: str) -> None:
 
     Parameters
     ----------
-    run : Run
-        The run.
     consequence, remedy : str
         Ends of the sentence.
 

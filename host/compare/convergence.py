@@ -59,8 +59,6 @@ def band(runs: Sequence[Run], *, by_generation: bool, logarithmic: bool) -> Band
     ----------
     runs : sequence
         As :func:`pathgene.host.report.summary.describe_run` gives them.
-    by_generation : bool
-        Plot over generations instead of evaluations.
     logarithmic : bool
         Space the points evenly on a logarithmic axis.
     """

@@ -43,8 +43,6 @@ class Entrant:
     ----------
     label : str
         Its name as the user gave it, also used in reports.
-    planner : str
-        Its name in the registry.
     own : mapping
         The planner's own options that are not left at their defaults.
     options : Options

@@ -27,8 +27,6 @@ class Field:
 
     Parameters
     ----------
-    entrant : Entrant
-        The entrant.
     records : dict of int to dict
         Finished runs by seed.
     failures : dict of int to Outcome
@@ -56,10 +54,6 @@ def document(
 
     Parameters
     ----------
-    problem : Problem
-        The problem of all runs.
-    source : mapping
-        Origin of the terrain.
     fields : sequence of Field
         All entrants, in the user's order.
     seeds : sequence of int

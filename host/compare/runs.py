@@ -29,10 +29,6 @@ class Task:
 
     Parameters
     ----------
-    entrant : Entrant
-        Planner and options.
-    seed : int
-        Seed of the run.
     pathgene : str
         Version that must execute the run, because runs of different versions are not comparable.
     """
@@ -48,8 +44,6 @@ class Outcome:
 
     Parameters
     ----------
-    task : Task
-        The task.
     record : dict or None
         :func:`pathgene.host.report.summary.describe_run` of the run; None if it failed.
     failure : str or None

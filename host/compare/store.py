@@ -32,8 +32,6 @@ class RunStore:
 
     Parameters
     ----------
-    directory : Path
-        An existing folder for the file.
     problem : str
         Result of :func:`pathgene.host.compare.entrants.problem_digest`.
 

@@ -66,8 +66,6 @@ class Chip:
 
     Parameters
     ----------
-    link : Link
-        Closed with the chip.
     url : str
         Address of the board; empty for none.
     verify_every : int
@@ -79,8 +77,6 @@ class Chip:
         Configuration that the chip was built from, as the chip reports it.
     info : dict
         Fields of the chip's reply to ``INFO``.
-    closed : bool
-        The chip has been closed.
 
     Raises
     ------

@@ -30,8 +30,6 @@ def padded_map(heights: NDArray[np.integer], config: Config) -> NDArray[np.uint1
     heights : ndarray
         ``(rows, columns)`` integers, altitude steps, row 0 the southernmost; no larger than the
         map.
-    config : Config
-        The chip's.
 
     Returns
     -------
@@ -53,7 +51,6 @@ def map_frames(
 
     Parameters
     ----------
-    config : Config
     heights : ndarray
         ``(rows, columns)`` integers, altitude steps, row 0 the southernmost.
     x, y : int
@@ -98,7 +95,6 @@ def changed_parts(config: Config, changed: NDArray[np.bool_]) -> Iterator[tuple[
 
     Parameters
     ----------
-    config : Config
     changed : ndarray
         ``(map_size, map_size)`` bool, [y, x].
     """
@@ -154,15 +150,7 @@ def drawn_corners(shape: NoFlyShape) -> NDArray[np.bool_]:
 
 
 class MapCopy:
-    """The cells of a chip's map, as far as they are known.
-
-    Parameters
-    ----------
-    config : Config
-        The chip's.
-    orders : Orders
-        Sends the chip commands.
-    """
+    """The cells of a chip's map, as far as they are known."""
 
     def __init__(self, config: Config, orders: Orders) -> None:
         self._config, self._orders = config, orders

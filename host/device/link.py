@@ -41,15 +41,7 @@ class LinkTimeoutError(LinkError):
 
 
 class RefusedError(LinkError):
-    """The board answered with a status other than ``OK``.
-
-    Parameters
-    ----------
-    command : int
-        Code of the command.
-    status : int
-        Code of the answer.
-    """
+    """The board answered with a status other than ``OK``."""
 
     def __init__(self, command: int, status: int) -> None:
         self.status = status
@@ -100,10 +92,6 @@ class Link:
     ----------
     patience_s : float
         Seconds of silence after which the link gives up on the board.
-    traffic : Traffic
-        Traffic since the link was made.
-    session : int or None
-        The open session.
 
     Raises
     ------
@@ -217,8 +205,6 @@ class Link:
 
         Parameters
         ----------
-        command : Command
-            Code of the command.
         payload : bytes
             Its payload, at most the chip's receive buffer less 7 bytes.
         shorter : bytes, optional

@@ -21,11 +21,6 @@ def _nothing() -> None:
 class Orders:
     """Sends a chip commands whose answers carry no payload; a batch waits once for all of them.
 
-    Parameters
-    ----------
-    link : Link
-        Link to the chip.
-
     Raises
     ------
     LinkError
@@ -59,8 +54,6 @@ class Orders:
 
         Parameters
         ----------
-        commands : sequence of (int, bytes)
-            Code and payload of each.
         lost : callable
             Called if it remains unknown whether the chip has executed them.
         then : callable

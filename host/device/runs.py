@@ -55,8 +55,6 @@ class BestPaths:
     ----------
     paths : list of list of int
         Packed waypoints, the best path first; start and goal are left out.
-    keys : list of int
-        Their keys, which are all different.
     """
 
     paths: list[list[int]]
@@ -79,12 +77,6 @@ class Runs:
     ----------
     config : Config
         The chip's; it must have the planner core.
-    link : Link
-        Link to the chip.
-    orders : Orders
-        Commands over that link.
-    map_copy : MapCopy
-        The host's copy of its map.
 
     Attributes
     ----------

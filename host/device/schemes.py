@@ -149,12 +149,8 @@ class BoardScheme(abc.ABC):
 
         Parameters
         ----------
-        url : str
-            URL of the board.
         listen : str
             ``HOST:PORT`` to listen at; port 0 takes a free one.
-        pty : bool
-            Serve a pseudo terminal instead.
 
         Raises
         ------

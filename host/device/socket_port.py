@@ -33,15 +33,11 @@ class SocketPort:
 
     Parameters
     ----------
-    address : tuple[str, int]
-        Host and port.
     timeout : float or None
         Longest wait of :meth:`read`, seconds; None waits without limit, 0 does not wait.
         The attribute ``write_timeout`` limits :meth:`write`; initially there is no limit.
     explain : Callable[[], str], optional
         Called when the peer has disconnected; returns the message of the error.
-    on_close : Callable[[], object], optional
-        Called after the connection is closed.
 
     Raises
     ------

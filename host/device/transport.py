@@ -51,8 +51,6 @@ class Traffic:
         Bytes, delimiters and damaged bytes included.
     frames_to_board, frames_from_board : int
         Frames sent, repeated frames included, and good frames received.
-    frames_damaged : int
-        Damaged frames received and discarded.
     frames_repeated : int
         Frames repeated because their answer was missing.
     exchanges : int

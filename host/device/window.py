@@ -15,8 +15,6 @@ class Request:
 
     Attributes
     ----------
-    code : int
-        Code of the command.
     payloads : tuple of bytes
         Payload of the command, and alternatives in the order in which they are tried.
     answer : bytes or None

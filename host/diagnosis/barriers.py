@@ -108,8 +108,6 @@ class Barrier:
 
     Parameters
     ----------
-    terrain : Terrain
-        The grid.
     start, goal : (float, float, float)
         The ends; their altitudes are ignored.
     forbidden : (ny, nx) bool

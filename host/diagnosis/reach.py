@@ -95,8 +95,6 @@ class Reach:
             Minimum altitude at each node, infinite where it is blocked.
         sides : (float, float)
             Metres between nodes, east and north.
-        node : (int, int)
-            Row and column of the point.
         altitude_m : float
             Its altitude.
         slope : float

@@ -62,8 +62,6 @@ class Figure:
         The present limit.
     would_do : float or None
         A value that would allow a path, or the minimum that is needed; None if no value would.
-    unit : str
-        Unit of both.
     """
 
     limit: str

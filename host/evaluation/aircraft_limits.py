@@ -46,8 +46,6 @@ class Worst(NamedTuple):
     ----------
     value : float
         The value, in the unit of the limit.
-    allowed : float
-        The allowed value.
     at_m : float
         Metres flown to the place of the value.
     """
@@ -62,10 +60,6 @@ class AircraftLimit(ABC):
 
     Attributes
     ----------
-    name : str
-        Its name in summaries.
-    unit : str
-        Unit of its values.
     is_minimum : bool
         True if a value must not be below the allowed one, False if it must not be above.
     is_compiled : bool

@@ -96,8 +96,6 @@ class Course(NamedTuple):
         Flat raster, ``VOID_HEIGHT_M`` for a void; the negated roofs follow where ``c.roofed`` is 1.
     zoned : (rows * columns,) float64, metres
         The ground with NaN in no-fly zones, so that one load usually answers both questions.
-    c : Constants
-        Constants of the problem.
     """
 
     ground: Floats
@@ -110,8 +108,6 @@ class Scratch(NamedTuple):
 
     Parameters
     ----------
-    turns : (max_n, TURN_FIELDS) float64
-        The turn at each point.
     pieces : (2 * max_n, PIECE_FIELDS) float64
         The arc at the start; of each segment, the straight part and the arc at its end.
     """

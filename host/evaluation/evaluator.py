@@ -51,8 +51,6 @@ class Evaluator:
 
     Parameters
     ----------
-    problem : Problem
-        Terrain, ends, aircraft, zones and wind.
     ds_m : float, optional
         Sampling step of d_ut and d_nf; the problem's own by default.
     threads : int, optional

@@ -46,8 +46,6 @@ def fuel_burned(
 
     Parameters
     ----------
-    aircraft : Aircraft
-        The aircraft, at its cruise speed.
     weight : float
         Its weight at the start of the piece, newtons.
     run_m, rise_m : float
@@ -114,8 +112,6 @@ def air_distance(
         none: it is impossible in wind, because no airspeed is left to hold against the wind.
     wind : (float, float)
         Metres per second, x and y. Without wind the result is exactly ``length_m``.
-    airspeed_m_s : float
-        The aircraft's speed through the air.
     """
     if wind == (0.0, 0.0):
         return length_m
@@ -140,8 +136,6 @@ def level_range_m(aircraft: Aircraft, burned: float, fuel: float) -> float:
 
     Parameters
     ----------
-    aircraft : Aircraft
-        The aircraft, at its cruise speed.
     burned, fuel : float
         Fuel already burned, and fuel left, newtons.
     """

@@ -68,8 +68,6 @@ def path_terms(
     ----------
     path : (max_n, 3) float64, metres as x, y, z
         The first ``n`` rows count, n >= 2. Finite and within ``COORDINATE_LIMIT_M``.
-    course : Course
-        Rasters and constants.
     scratch : Scratch
         Holds the turns and pieces of the path afterwards.
 

@@ -54,10 +54,6 @@ class LaidTrack:
 
     Parameters
     ----------
-    constants : Constants
-        Constants of the problem.
-    points : int
-        Waypoints.
     turns, pieces, times : ndarray
         As :func:`pathgene.host.evaluation.rule_kernels.strict_terms` leaves them.
 
@@ -65,12 +61,6 @@ class LaidTrack:
     ----------
     rows : int
         Rows of ``pieces``; a row of length 0 is not a piece.
-    figures : (rows, FIGURES) float64
-        Figures of each piece.
-    turns : (at least points, TURN_FIELDS) float64
-        The turn at each waypoint.
-    points : int
-        Waypoints.
     """
 
     def __init__(

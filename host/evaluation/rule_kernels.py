@@ -66,8 +66,6 @@ class StrictCourse(NamedTuple):
     low, below, high : Required
         Minimum height over the corridor and right below the track, and maximum height; an infinite
         maximum height is not searched.
-    zones : PackedZones
-        All zones, widened by their margin.
     """
 
     surface: Surface
@@ -82,8 +80,6 @@ class StrictScratch(NamedTuple):
 
     Parameters
     ----------
-    path : Scratch
-        Turns and pieces.
     times : (2 n,) float64
         The second at which each piece begins, and the end of the last piece.
     stack : STACK_SHAPE float64
@@ -120,8 +116,6 @@ def strict_terms(
     ----------
     path, n
         As for :func:`pathgene.host.evaluation.kernels.path_terms`.
-    strict : StrictCourse
-        Terrain, requirements and zones.
     scratch : StrictScratch
         Holds the turns, pieces and times of the path afterwards.
     """

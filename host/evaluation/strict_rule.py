@@ -44,8 +44,6 @@ class StrictRule:
 
     Parameters
     ----------
-    problem : Problem
-        A problem with rules.
     constants : Constants
         Constants of the kernels for this problem.
     """

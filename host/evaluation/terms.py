@@ -45,8 +45,6 @@ class Evaluation:
     to a centimetre and counts the whole corridor, NaN where that covers a void. The following are
     None with ``as_paper``.
 
-    clearance_m : float
-        Clearance asked for.
     distance_beyond_limits_m : float
         Distance above a ceiling or with more than the engine's power, and the share of the path
         for which there is no fuel.

@@ -209,20 +209,12 @@ def extreme(
 
     Parameters
     ----------
-    surface : Surface
-        The terrain.
-    pieces : (rows, PIECE_FIELDS) float64
-        Pieces of the track.
-    part : Part
-        The part that is searched.
     incumbent : float
         Known excess: the result is at least this.
     step : float
         Smallest gain over the incumbent worth searching for, metres.
     verdict : bool
         Return at the first excess above the incumbent.
-    stack : STACK_SHAPE float64
-        Scratch.
     """
     ground, c = surface
     row, first, last = part

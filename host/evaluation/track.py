@@ -51,8 +51,6 @@ class SmoothedTrack:
     ----------
     pieces : tuple of Straight or Arc
         Pieces in flying order; at least one.
-    terrain : Terrain
-        The ground below.
     """
 
     pieces: tuple[Piece, ...]

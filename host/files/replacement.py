@@ -41,8 +41,6 @@ def replace_files(
 
     Parameters
     ----------
-    directory : Path
-        An existing folder.
     contents : mapping
         Content of each file by its name.
     gone : iterable of str
@@ -78,13 +76,7 @@ def beside(place: Path) -> Path:
 
 
 class _Change:
-    """The steps of a replacement, and how to undo them.
-
-    Parameters
-    ----------
-    directory : Path
-        The folder.
-    """
+    """The steps of a replacement, and how to undo them."""
 
     def __init__(self, directory: Path) -> None:
         self._directory = directory

@@ -70,9 +70,6 @@ def write_patiently(number: int, content: bytes, patience_s: float) -> bool:
 
     Parameters
     ----------
-    number : int
-        A descriptor in non-blocking mode.
-    content : bytes
     patience_s : float
         Longest wait for room, in seconds, after which the rest is not written.
 

@@ -41,8 +41,6 @@ class Autopilot:
 
     Parameters
     ----------
-    model : FlightModel
-        Its gains.
     aircraft : Aircraft
         Its figures: the true airspeed to hold, the engine's power, to which the throttle is
         limited, and the stall speed.

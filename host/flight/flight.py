@@ -63,8 +63,6 @@ class Flown:
         Bank and vertical speed as commanded.
     arrived : bool
         The end of the track was reached.
-    interrupted : bool
-        The flight was ended early.
     """
 
     t_s: NDArray[np.float64]
@@ -121,27 +119,12 @@ class Flight:
 
     Parameters
     ----------
-    pieces : sequence of Straight or Arc
-        The smoothed track.
-    terrain : Terrain
-        The ground below.
     aircraft : Aircraft
         Figures that the path was planned for: airspeed, radius, limits.
-    model : FlightModel
-        The aircraft that flies.
     wind : (float, float)
         Velocity of the air, m/s in x and y.
     gusts : str
         Turbulence; see :data:`pathgene.host.flight.simulator.GUSTS`.
-    seed : int
-        Seed of the turbulence.
-
-    Attributes
-    ----------
-    state : State
-        The present state.
-    commands : Commands
-        The latest commands.
 
     Raises
     ------
@@ -269,12 +252,8 @@ def fly_track(
     ----------
     flight : Flight
         The flight, not begun yet.
-    airspeed_m_s : float
-        The airspeed that the aircraft holds.
     slowest_m_s : float
         Minimum expected ground speed: airspeed minus wind.
-    stop : Stop, optional
-        Ends the flight early.
 
     Raises
     ------

@@ -98,12 +98,8 @@ class Commands:
 
     Parameters
     ----------
-    place : Place
-        Place relative to the route.
     bank_rad : float
         Positive to the right.
-    climb_m_s : float
-        Vertical speed.
     height_error_m : float
         Height over the route.
     slow : float

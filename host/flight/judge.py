@@ -106,8 +106,6 @@ def judge(problem: Problem, track: SmoothedTrack, flown: Flown, aircraft: Aircra
     ----------
     problem : Problem
         The planned problem: terrain, zones and rules.
-    track : SmoothedTrack
-        The planned track over the terrain.
     flown : Flown
         The flight, with at least one sample.
     aircraft : Aircraft

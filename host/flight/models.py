@@ -25,14 +25,10 @@ class FlightModel:
     ----------
     name : str
         Name of the planning figures of the same aircraft, as ``--uav`` takes them.
-    jsbsim : str
-        Name of the model.
     folder : Path, optional
         Folder of models that contains it; by default the folder of the package ``jsbsim``.
     lookahead_s : float
         Length of the guidance's L1 in seconds.
-    roll_rate_rad_s : float
-        Roll rate that full aileron holds.
     pitch_gain, pitch_trim_gain : float
         Elevator per error of the pitch rate, s/rad, and per its integral, 1/rad.
     throttle_level, throttle_climb : float

@@ -40,24 +40,12 @@ class FlightReport:
 
     Parameters
     ----------
-    problem : Problem
-        The problem of the path.
     path : ndarray
         Waypoints, (n, 3) float64 metres.
-    track : SmoothedTrack
-        The smoothed path.
-    flown : Flown
-        Samples of the flight.
-    verdict : Verdict
-        Its kept and broken promises.
-    model : FlightModel
-        The aircraft that flew.
     aircraft : Aircraft
         Its figures: the planned ones, unless another aircraft flew.
     wind : (float, float)
         Velocity of the air, m/s.
-    gusts : str
-        Turbulence.
     seed : int
         Its seed.
     """

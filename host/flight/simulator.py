@@ -43,8 +43,6 @@ class Simulator:
 
     Parameters
     ----------
-    model : FlightModel
-        The aircraft.
     middle : (float, float)
         x and y of the terrain's centre, metres.
     place : (float, float, float)

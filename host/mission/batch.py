@@ -51,8 +51,6 @@ class Job:
     ----------
     name : str
         Name of the problem and of its folder.
-    file : str
-        The problem file.
     values : mapping
         Values of the file, overridden by values of the command line.
     """
@@ -116,12 +114,8 @@ class Outcome:
 
     Parameters
     ----------
-    number : int
-        Its number among the jobs.
     summary : dict or None
         Content of ``summary.json``; None if the job failed before finding a path.
-    result : Result or None
-        The path and its record.
     failure : str or None
         The message of the failure; None after a success.
     bad_input : bool
@@ -169,8 +163,6 @@ def execute(
 
     Parameters
     ----------
-    jobs : sequence of Job
-        The jobs.
     count : int
         Processes, or workers of a local cluster.
     scheduler : str, optional

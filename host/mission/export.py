@@ -36,8 +36,6 @@ def exported(
 
     Parameters
     ----------
-    problem : Problem
-        The problem.
     path : ndarray
         Waypoints, (n, 3) float64 metres, start and goal included.
     formats : sequence of str
@@ -78,12 +76,8 @@ def export(
 
     Parameters
     ----------
-    run : Run
-        The run.
     formats : sequence of str
         Names of formats of :data:`pathgene.host.formats.registry.FORMATS`.
-    directory : Path
-        An existing folder.
     note : callable
         Receives a sentence about each fact that a file cannot express.
     page : callable, optional

@@ -35,8 +35,6 @@ class Leg:
 
     Parameters
     ----------
-    name : str
-        Its number and ends, in words.
     path : ndarray
         Waypoints, (n, 3) float64 metres; a straight line if there is no plan.
     plan : Plan or None
@@ -113,8 +111,6 @@ class MissionPlan(Plan):
 
     Parameters
     ----------
-    mission : Mission
-        The mission.
     legs : tuple of Leg
         Its legs in order.
     """
@@ -188,8 +184,6 @@ class JoinedEvaluator(Evaluator):
 
     Parameters
     ----------
-    problem : Problem
-        The leg.
     before : ndarray
         Waypoints before its start, (k, 3) float64 metres.
     joined : Problem

@@ -141,8 +141,6 @@ class Mission:
 
         Parameters
         ----------
-        way : tuple of (float, float, float)
-            Three points or more.
         start_heading_deg, goal_heading_deg : float, optional
             Headings at the first and last points; ignored under the papers' rules (``as_paper``).
         elapsed_s : float

@@ -61,18 +61,12 @@ def plan_mission(
 
     Parameters
     ----------
-    mission : Mission
-        The mission.
     search : Search
         Planner and options; stop criteria count for each leg.
     progress : callable, optional
         Called after each generation with its number, counted over all legs.
-    stop : Stop, optional
-        Ends the planning when requested.
     source : mapping, optional
         Origin of the terrain for the summary.
-    evaluator : callable
-        Makes the evaluator of a problem.
 
     Returns
     -------

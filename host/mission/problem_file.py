@@ -83,8 +83,6 @@ def problem_text(values: Mapping[str, Any], folder: Path, name: str = "FILE") ->
         Parsed arguments; None values are left out.
     folder : Path
         The folder that the paths in the file are relative to.
-    name : str
-        The name of the file.
     """
     lines = [f"# A problem of pathgene; plan it with: pathgene plan {name}"]
     for table in TABLES:

@@ -60,8 +60,6 @@ class Kind:
     parse : callable
         Converts a text of the command line; raises ValueError or
         :class:`argparse.ArgumentTypeError`.
-    choices : tuple of str
-        All values, if they are few.
     metavar : str
         Placeholder of the value in the help of a command; empty to use the name of the option.
     """

@@ -27,8 +27,6 @@ class Option:
     name : str
         Name of its value among parsed arguments and the values of a problem file. It is also the
         long option, with ``-`` for ``_``, unless ``flag`` overrides it.
-    kind : Kind
-        Reads and writes its value.
     meaning : str
         Its meaning and unit, without the default and without a full stop.
     group : str
@@ -51,8 +49,6 @@ class Option:
         The option may be repeated on the command line; the value is a list.
     instead_of : str
         Name of the option that this one replaces: only one of the two may be given.
-    example : str
-        A value in TOML.
     field : str
         Name of the value in :class:`pathgene.host.problem.rules.Rules`, in
         :class:`pathgene.host.problem.problem.Problem` or in

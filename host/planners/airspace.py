@@ -25,11 +25,6 @@ class Airspace:
     or the goal if that is higher, but not above the ceiling. Under the rules of safe flight, the
     ground is the raised surface of the search.
 
-    Parameters
-    ----------
-    problem : Problem
-        Terrain, ends and zones.
-
     Attributes
     ----------
     low, high : ndarray

@@ -47,8 +47,6 @@ class Options:
         Maximum number of generations, 1 or more.
     time_limit_s : float, optional
         Maximum seconds of planning, above 0; the current generation is finished.
-    target_fitness : float, optional
-        Fitness at which the search ends.
     population : int, optional
         Paths in the population; the planner's own number by default.
     seed : int
@@ -172,8 +170,6 @@ class Result:
     ----------
     path : ndarray
         The path chosen by :func:`choose`, (n, 3) float64 metres, start and goal included.
-    evaluation : Evaluation
-        All its terms.
     history : list of [int, float, float]
         Generation, best fitness found, mean fitness of the population; starts at generation 0.
     generations, evaluations : int
@@ -244,14 +240,8 @@ class Run:
 
     Parameters
     ----------
-    evaluator : Evaluator
-        Evaluates paths.
-    options : Options
-        Stop criteria.
     progress : callable, optional
         Called after each generation; see :data:`Progress`.
-    stop : Stop, optional
-        Ends the run when requested.
     ended_by : str, optional
         The stop criterion that ended the search, for a run that waits for parallel runs.
     """
@@ -425,8 +415,6 @@ def choose(
 
     Parameters
     ----------
-    evaluator : Evaluator
-        Evaluates paths.
     archive : sequence of (float, ndarray)
         Fitness and path of the candidates, best first; at least one.
     """

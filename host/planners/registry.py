@@ -49,10 +49,6 @@ class Entry:
 
     Parameters
     ----------
-    description : str
-        One line for users.
-    paper : str
-        Its source.
     generations : int
         Generations that it runs by default.
     options : tuple of str
@@ -239,8 +235,6 @@ def named_or_default(planner: str | None, options: Mapping[str, Any]) -> str:
 
     Parameters
     ----------
-    planner : str or None
-        Name of a planner.
     options : mapping
         Options in :data:`pathgene.host.options.table.OWN`; None stands for the default.
 

@@ -34,10 +34,6 @@ class Departure:
 
     Parameters
     ----------
-    track : tuple of Straight or Arc
-        The current track.
-    leaves_m : float
-        Distance along the track.
     lead : Straight or None
         Straight from there to the start of the plan.
     """
@@ -98,10 +94,6 @@ def depart(present: Present, track: Track, leaves_m: float, *, is_committed: boo
 
     Parameters
     ----------
-    present : Present
-        The current situation.
-    track : tuple of Straight or Arc
-        The current track.
     leaves_m : float
         Distance along the track at which the plan leaves it.
     is_committed : bool

@@ -51,8 +51,6 @@ class Holding:
         Distance along the track at which the way leaves it.
     way : tuple of Straight or Arc
         Way from there to the circle; empty if the track touches the circle.
-    circle : tuple of Arc
-        One level round.
     """
 
     along_m: float
@@ -73,10 +71,6 @@ def holding_on(present: Present, track: Track, first_m: float, last_m: float) ->
 
     Parameters
     ----------
-    present : Present
-        The air.
-    track : tuple of Straight or Arc
-        The flown track.
     first_m, last_m : float
         Range of distances along the track where the way may leave it; the track is safe in this
         range.
@@ -142,13 +136,6 @@ def way_out(present: Present, pose: Pose) -> Track | None:
     If none keeps it, the shortest way that keeps half of it is taken, or a tenth; None if there is
     no way out above the ground. Among equally short ways, the steepest climb wins, because the
     ground beyond the way out may rise more steeply than the aircraft climbs.
-
-    Parameters
-    ----------
-    present : Present
-        The air.
-    pose : Pose
-        Position and heading of the aircraft.
     """
     found = sorted(
         (

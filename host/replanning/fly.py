@@ -104,18 +104,12 @@ def underway(
         The problem that the path was planned for, with the rules of safe flight.
     path : array_like
         Its waypoints, (n, 3) metres.
-    scenario : Scenario
-        Events of the flight.
-    planner : str
-        Planner to use during the flight.
     board : str
         URL of its board; ignored by a planner without one.
     seconds : float, optional
         Processor time of a plan; measured before the flight by default.
     gusts, seed
         Turbulence, and the common seed of turbulence and planner.
-    say : callable, optional
-        Receives a sentence on each decision.
 
     Raises
     ------

@@ -43,8 +43,6 @@ class Outcome:
         The aircraft touched neither ground nor zone, and was not lost.
     kept : bool
         The aircraft is alive, arrived, and kept half of the required clearance everywhere.
-    breaks : list of str
-        A sentence for each broken promise.
     flight_time_s : float
         From the start of the path to the end.
     clearance_flown_m : float
@@ -204,14 +202,6 @@ class Replanned:
 
     Parameters
     ----------
-    session : Session
-        The flight.
-    outcome : Outcome
-        The verdict.
-    planner : str
-        Name of the planner.
-    board : str or None
-        URL of its board.
     constant_s : float
         Processor share of a plan, seconds.
     """

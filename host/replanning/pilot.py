@@ -24,8 +24,6 @@ class Change:
     ----------
     at_s : float
         Seconds since the start of the path was passed.
-    what : str
-        The change in words.
     needed : bool
         The track could no longer be followed: a zone is on it, or the goal or the wind changed.
     inside_m : float
@@ -106,8 +104,6 @@ class Pilot:
     ----------
     flight : Flight
         A flight that has not begun; it is flown up to the start of its track.
-    track : tuple of Straight or Arc
-        Its track.
     aircraft : Aircraft
         The aircraft at the beginning of the flight.
 
@@ -116,9 +112,6 @@ class Pilot:
     samples : list of Sample
         The flight, every :data:`pathgene.host.flight.flight.PERIOD_S`, beginning at the start
         of the track.
-    legs : list of Leg
-    track : tuple of Straight or Arc
-        The current track.
     burnt_N : float
         Fuel burnt.
     """

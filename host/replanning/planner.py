@@ -63,8 +63,6 @@ class PlanningTime:
         Time of cycles on the chip and bits on the line until the host has the paths.
     round_trips_s : float
         Latency of requests and replies, and time of the STATUS after the last paths.
-    host_s : float
-        Time of the processor.
     """
 
     chip_s: float = 0.0
@@ -94,10 +92,6 @@ class Attempt:
     ----------
     plan : Plan or None
         A feasible plan; None if there is none.
-    time : PlanningTime
-        Time of the plan.
-    planner : str
-        The planner that made it.
     reason : str
         Why there is no plan; empty if there is one.
     hopeless : bool
@@ -132,8 +126,6 @@ class InFlightPlanner:
 
     Attributes
     ----------
-    constant_s : float
-        Processor time of a plan.
     lost : str
         Why the board is no longer available; empty while it is available.
     """

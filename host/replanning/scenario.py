@@ -77,8 +77,6 @@ class NewZone:
 
     Parameters
     ----------
-    shape : Zone or Placed
-        Its place and shape.
     name : str
         Name that a later event uses; may be empty.
     velocity : (float, float)

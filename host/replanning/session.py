@@ -74,25 +74,17 @@ class Session:
         The problem of the path, with rules.
     path : array_like
         Its waypoints, (n, 3) metres.
-    planner : InFlightPlanner
-        Plans during the flight; already prepared.
     scenario : Scenario
         Events of the flight. :meth:`happen` adds to them during the flight.
     fallback : InFlightPlanner, optional
         Takes over if the board of ``planner`` is lost; also prepared.
     gusts, seed
         As for :class:`pathgene.host.flight.flight.Flight`.
-    say : callable, optional
-        Receives a sentence on each decision.
 
     Attributes
     ----------
-    pilot : Pilot
-        The flight up to now.
     airspace : Airspace
         Current and past zones, goal and wind.
-    changes : list of Change
-        Changes up to now.
     ended : str
         Empty during the flight: ``arrived``, ``holding``, ``crashed`` or ``lost``.
 

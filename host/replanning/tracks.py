@@ -33,8 +33,6 @@ class Pose:
         Metres.
     east, north : float
         Horizontal unit direction.
-    slope : float
-        Rise over run.
     """
 
     x: float

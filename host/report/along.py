@@ -24,13 +24,6 @@ _LINES = (-1.0, -0.5, 0.0, 0.5, 1.0)
 def surface_and_demand(evaluator: Evaluator, samples: Samples) -> tuple[Floats, Floats, Floats]:
     """Return the surface below a track, the highest within the corridor, and the required altitude.
 
-    Parameters
-    ----------
-    evaluator : Evaluator
-        Holds the problem.
-    samples : Samples
-        The track, k samples.
-
     Returns
     -------
     tuple of ndarray

@@ -42,12 +42,8 @@ class Scene:
 
     Parameters
     ----------
-    evaluator : Evaluator
-        Holds the problem and its terrain.
     path : ndarray
         Waypoints, (n, 3) float64 metres, start and goal included.
-    evaluation : Evaluation
-        Terms of the path.
     history : sequence of [int, float, float]
         Generation, best and mean fitness; empty if there was no search, and then no convergence is
         drawn.

@@ -46,8 +46,6 @@ def label(
     places : sequence of (float, float)
         The places in units of the axes, best first; a nearby position at any of them is better than
         a distant one at the first.
-    text : str
-        The text.
     taken : sequence of Bbox
         Boxes in pixels that the text must not cover.
     lines : ndarray, optional

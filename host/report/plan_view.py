@@ -88,14 +88,8 @@ def draw(
     ----------
     axes : Axes
         Axes with the aspect ratio of the map; if they are wider, the map lies in their south-west.
-    bar : Axes
-        Axes of the colour bar.
-    problem : Problem
-        Terrain, ends and zones.
     path : ndarray
         Waypoints, (n, 3) float64 metres, start and goal included.
-    samples : Samples
-        The smoothed path.
     trouble : ndarray
         True for samples that cannot be flown, (k,) bool.
     reasons : sequence of (str, float, float)
@@ -376,8 +370,6 @@ def draw_reason(axes: Axes, reason: Mapping[str, Any], unit_m: float) -> list[Li
 
     Parameters
     ----------
-    axes : Axes
-        The plan view.
     reason : mapping
         The ``reason`` of a summary; empty if there is none.
     unit_m : float

@@ -63,20 +63,12 @@ def draw(
 
     Parameters
     ----------
-    axes : Axes
-        Empty axes.
-    evaluator : Evaluator
-        Holds the problem.
-    samples : Samples
-        The smoothed path, k samples.
     trouble : ndarray
         True for samples that cannot be flown, (k,) bool.
     reasons : sequence of (str, int)
         Limits to name, each with its sample.
     lowest_at_m : float or None
         Metres flown to the minimum clearance; by default where the samples are lowest.
-    clearance_m : float
-        The minimum clearance.
     visited : sequence of (str, float)
         The points between the ends, each with the metres flown to the nearest place of the path.
     """

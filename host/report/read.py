@@ -57,10 +57,6 @@ class Run:
         The problem as it was planned; start and goal are the ends of ``path``.
     path : ndarray
         Waypoints, (n, 3) float64 metres, start and goal included.
-    summary : dict
-        The content of the file.
-    file : Path
-        The file.
     """
 
     problem: Problem
@@ -83,8 +79,6 @@ def read_run(file: Path, *, origin: tuple[float, float] | None = None) -> Run:
 
     Parameters
     ----------
-    file : Path
-        The summary.
     origin : tuple of float, optional
         Latitude and longitude of the south-west node, for a terrain without a place on Earth.
 
@@ -125,8 +119,6 @@ def problem_of_path(
 
     Parameters
     ----------
-    terrain : Terrain
-        The ground.
     path : ndarray
         Waypoints, (n, 3) float64 metres.
     between : sequence of (float, float, float)
@@ -168,8 +160,6 @@ def summary_terrain(
     ----------
     file : Path
         The summary; ``terrain.npz`` next to it is preferred to the source named in it.
-    summary : dict
-        Its content.
     source : str, optional
         File or name of another terrain to take instead.
     cell, fill_voids, max_cells, stated_by_user

@@ -33,13 +33,6 @@ def verify(file: Path, summary: Mapping[str, Any]) -> None:
     A missing file is not an error: the run is read without it, or the reader reports it. A summary
     without the member ``files`` is from an earlier version and says nothing about files.
 
-    Parameters
-    ----------
-    file : Path
-        The summary.
-    summary : mapping
-        Its content.
-
     Raises
     ------
     InputError

@@ -89,18 +89,8 @@ def summarise(
 
     Parameters
     ----------
-    evaluator : Evaluator
-        Holds the problem.
-    result : Result
-        Result of the planner.
-    planner : str
-        Its name.
     board : str or None
         URL of the board, if the planner used one.
-    seed : int
-        Seed of the run.
-    source : mapping
-        Origin of the terrain.
     """
     return {
         "pathgene": version(),

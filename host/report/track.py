@@ -70,8 +70,6 @@ def track_of(
 
     Parameters
     ----------
-    problem : Problem
-        The problem.
     path : ndarray
         Waypoints, (n, 3) float64 metres, start and goal included.
     curve : SmoothedTrack, optional

@@ -56,12 +56,6 @@ def write_report(
 
     Parameters
     ----------
-    directory : Path
-        An existing folder.
-    evaluator : Evaluator
-        Holds the problem.
-    result : Result
-        Result of the run.
     summary : mapping
         Result of :func:`pathgene.host.report.summary.summarise`. The file also has the member
         ``files``, with the SHA-256 of each other file except the picture.
@@ -102,10 +96,6 @@ def write_picture(file: Path, made: Callable[[], Scene], warn: Callable[[str], N
 
     Parameters
     ----------
-    file : Path
-        The PNG.
-    made : callable
-        Returns the scene.
     warn : callable
         Receives a sentence if there is no picture.
     """
@@ -191,8 +181,6 @@ def write_diagnosis(
 
     Parameters
     ----------
-    directory : Path
-        An existing folder.
     report : mapping
         Content of ``diagnosis.json``: the output of ``pathgene diagnose --json``.
     drawn : tuple or None

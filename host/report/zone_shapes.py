@@ -80,8 +80,6 @@ def draw_margin(axes: Axes, zone: Zone, margin_m: float, unit_m: float) -> None:
     ----------
     axes : Axes
         Axes of ``unit_m`` metres per unit, with fixed limits.
-    zone : Zone
-        The zone.
     margin_m : float
         Distance of the line from the zone, more than 0.
     unit_m : float

@@ -44,8 +44,6 @@ def page_of(evaluator: Evaluator, path: NDArray[Any], summary: Mapping[str, Any]
 
     Parameters
     ----------
-    evaluator : Evaluator
-        Holds the problem.
     path : ndarray
         Waypoints, (n, 3) float64 metres, start and goal included.
     summary : mapping

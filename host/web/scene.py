@@ -106,8 +106,6 @@ def plan_scene(evaluator: Evaluator, path: Floats, summary: Mapping[str, Any]) -
 
     Parameters
     ----------
-    evaluator : Evaluator
-        Holds the problem.
     path : ndarray
         Waypoints, (n, 3) float64 metres, start and goal included.
     summary : mapping
@@ -191,12 +189,8 @@ def path_scene(
 
     Parameters
     ----------
-    evaluator : Evaluator
-        Holds the problem.
     path : ndarray
         Waypoints, (n, 3) float64 metres, start and goal included.
-    name : str
-        Name of the path.
     least_m : float, optional
         Its minimum clearance, which is assigned to the sample at that place.
     """

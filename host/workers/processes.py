@@ -56,8 +56,6 @@ def in_processes(
     prepare : callable
         A module-level function that returns the state of a process, given ``data`` and the number
         of threads that are its share of the cores.
-    data : object
-        Sent to each process once.
 
     Raises
     ------

@@ -44,8 +44,6 @@ def fences(
     ----------
     zones : tuple of Zone
         The zones, without margin.
-    track : SmoothedTrack
-        The path to be flown.
     terrain : Terrain
         Gives the zones their place on Earth.
     """
@@ -107,10 +105,6 @@ def flight_plan(
     ----------
     problem : Problem
         The problem; its terrain has a place on Earth.
-    track : SmoothedTrack
-        The path.
-    feasible : bool, optional
-        The verdict on the path.
 
     Raises
     ------

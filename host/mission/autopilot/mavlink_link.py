@@ -41,8 +41,6 @@ class Link:
 
     Parameters
     ----------
-    connection : mavfile
-        A connection of pymavlink.
     answer_s : float
         Seconds until a message without an answer is sent again.
     """
@@ -96,10 +94,6 @@ class Link:
 
         Parameters
         ----------
-        send : callable
-            Sends the message.
-        kinds : tuple of str
-            Names of messages.
         accept : callable
             Returns whether a message of these kinds is an answer.
 
@@ -186,8 +180,6 @@ def open_link(to: str, *, baud: int = 57600, answer_s: float = _ANSWER_S) -> Lin
     ----------
     to : str
         ``udpout:HOST:PORT``, ``udpin:HOST:PORT``, ``tcp:HOST:PORT`` or a serial device.
-    baud : int
-        Speed of a serial device.
     answer_s : float
         Seconds until a message without an answer is sent again, above 0.
 

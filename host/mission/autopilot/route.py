@@ -73,8 +73,6 @@ def route(track: SmoothedTrack, tolerance_m: float) -> list[RoutePoint]:
 
     Parameters
     ----------
-    track : SmoothedTrack
-        The track.
     tolerance_m : float
         Maximum distance of a corner from its arc, above 0.
     """

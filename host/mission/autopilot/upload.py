@@ -57,10 +57,6 @@ class Uploaded:
 
     Parameters
     ----------
-    system : int
-        System of the autopilot.
-    autopilot : int
-        Its kind: a value of MAV_AUTOPILOT.
     mission_items, fence_items : int
         Numbers of items, ArduPilot's home included.
     """
@@ -86,8 +82,6 @@ def upload(plan: FlightPlan, link: Link, *, autopilot: int | None = None) -> Upl
 
     Parameters
     ----------
-    plan : FlightPlan
-        Mission and fence.
     link : Link
         Connection on which the autopilot has been found.
     autopilot : int, optional

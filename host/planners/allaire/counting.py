@@ -43,10 +43,6 @@ class BoardCollisionCounter:
     ----------
     chip : Chip
         A chip with a collision checker; its map is written here.
-    grid : ChipMap
-        The terrain on the chip's map.
-    run : Run
-        Evaluates paths and keeps the record.
     """
 
     def __init__(self, chip: Chip, grid: ChipMap, run: Run) -> None:
@@ -96,8 +92,6 @@ class BoardCollisionCounter:
 
         Parameters
         ----------
-        fitness : (m,) float64
-            Fitness; changed in place.
         settled : (m,) bool
             True for each path evaluated in full; changed in place.
         path_at : callable

@@ -259,8 +259,6 @@ def smooth_turn(path: Path, space: Airspace) -> Path:
     ----------
     path : ndarray
         Transitional waypoints, (n, 3) float64 metres.
-    space : Airspace
-        The airspace, with start and goal.
     """
     points = np.concatenate(([space.start], path, [space.goal]))
     legs = np.diff(points[:, :2], axis=0)

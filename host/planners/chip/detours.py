@@ -50,12 +50,8 @@ def detours(problem: Problem, path: Floats, *, at_goal: bool) -> tuple[Floats, I
 
     Parameters
     ----------
-    problem : Problem
-        Headings and turn radius.
     path : (n, 3) float64, metres
         Start and goal included.
-    at_goal : bool
-        The end that gets detours.
 
     Returns
     -------

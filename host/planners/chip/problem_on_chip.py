@@ -91,10 +91,6 @@ class ProblemOnChip:
     ----------
     chip : Chip
         An open chip with the planner core.
-    problem : Problem
-        The problem.
-    grid : CornerMap
-        Its map.
 
     Attributes
     ----------
@@ -102,8 +98,6 @@ class ProblemOnChip:
         Cycles in which the chip has drawn zones.
     looks : int
         Number of times that the host asked for the paths of the latest run before it was over.
-    waits : Waits
-        Waits of the latest run.
     eased : int
         How far corners are lowered around ends that the previous problem did not have, and around
         all ends after :meth:`ease`: a key of :data:`pathgene.host.problem.corner_map.EASES`.

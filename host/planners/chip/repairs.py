@@ -25,13 +25,6 @@ def repair(evaluator: Evaluator, path: Path) -> Path | None:
     feasible. The same applies to a path that breaks limits only within two turn radii of an end, or
     is only too steep from there on. Any other path, and every path with ``as_paper``, gets the
     cheapest altitudes at its waypoints, which may still break a limit.
-
-    Parameters
-    ----------
-    evaluator : Evaluator
-        Evaluates paths of the problem.
-    path : (n, 3) float64, metres
-        An infeasible path.
     """
     if evaluator.problem.rules is None:
         evaluation = evaluator.evaluate(path)

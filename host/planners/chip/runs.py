@@ -32,10 +32,6 @@ class ChipRuns:
 
     Parameters
     ----------
-    task : ProblemOnChip
-        The problem.
-    run : Run
-        The record of the plan.
     polishes : bool
         Each path also gets the lowest altitudes.
     repairs : bool

@@ -52,8 +52,6 @@ class ChipSchedule:
 
     Parameters
     ----------
-    config : Config
-        The chip.
     seed : int
         0..2**64 - 1. It determines the seeds of all runs.
     generations : int

@@ -60,12 +60,6 @@ class Setup(NamedTuple):
 
     Parameters
     ----------
-    evaluator : Evaluator
-        Evaluates paths.
-    parameters : Pollination
-        Parameters of the steps.
-    box : (2, 3) float64, metres
-        The airspace.
     paths, fitness : (m, n, 3), (m,) float64
         The first population, including the ends, and its fitness.
     """

@@ -117,8 +117,6 @@ class Search(NamedTuple):
 
     Parameters
     ----------
-    p : Pollination
-        Parameters of the steps.
     two_opt_every : int
         Iterations from one 2-opt to the next; 0 for none.
     chunk : int
@@ -126,8 +124,6 @@ class Search(NamedTuple):
         chunk.
     box : (2, 3) float64, metres
         Lowest and highest corner of the airspace.
-    course : Course
-        Rasters and constants of the evaluation.
     """
 
     p: Pollination
@@ -210,8 +206,6 @@ def improve_share(
         The population before the iteration is at ``side``, the one after it at ``1 - side``.
     iteration : int
         From 1.
-    space : WorkSpace
-        Work space of this thread.
     counts : (at least 2,) int64
         Counters :data:`EVALUATED` and :data:`CUT_SHORT`, which are incremented; one array for each
         thread.
@@ -306,8 +300,6 @@ def pollinate_share(
         Number of the first iteration, and number of iterations.
     thread : int
         Number of this thread, from 0.
-    space : WorkSpace
-        Work space of this thread.
     counts : (threads, LINE) int64
         A row for each thread; see :func:`improve_share`.
     record : Record

@@ -39,10 +39,6 @@ def first_population(
 
     Parameters
     ----------
-    space : Airspace
-        The airspace, with start and goal.
-    rng : Generator
-        Draws the waypoints.
     count, waypoints : int
         Number of paths, 1 or more; minimum number of waypoints, 0 or more.
     given : sequence of (k, 3) float64
@@ -188,8 +184,6 @@ class FlowerPollinationPlanner:
             Evaluators of the problems, one or more.
         options : sequence of Options
             Options of each run. Generations, population, time limit and target must be equal.
-        stop : Stop, optional
-            Ends all runs when requested.
 
         Raises
         ------

@@ -197,15 +197,12 @@ def move(
 
     Parameters
     ----------
-    p : Pollination
     iteration, solution : int
         Numbers of the step and its solution.
     coordinate : int
         From 0, three per free waypoint: row ``1 + coordinate // 3`` of the path.
     step : tuple
         Result of :func:`choose_step`.
-    paths : (m, n, 3) float64, metres
-        The population before the iteration.
     best : int
         Its best solution, g*.
     box : (2, 3) float64, metres

@@ -53,8 +53,6 @@ def lowest_altitudes(
 
     Parameters
     ----------
-    problem : Problem
-        Terrain, ends and aircraft.
     prices : Prices
         Prices of altitude and climb.
     places : (n, 2) float64, metres

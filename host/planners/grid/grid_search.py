@@ -78,17 +78,8 @@ class SearchGrid:
 
     Parameters
     ----------
-    problem : Problem
-        Terrain, ends, aircraft, zones and wind.
     margin_m : float
         Distance of routes from blocked nodes, so that turns may cut corners.
-
-    Attributes
-    ----------
-    ground : (rows, columns) float64, metres
-        Highest ground of each node.
-    blocked : (rows, columns) bool
-        Nodes that routes avoid.
     """
 
     def __init__(self, problem: Problem, margin_m: float = 0.0) -> None:
@@ -151,7 +142,6 @@ class SearchGrid:
 
         Parameters
         ----------
-        surface : (rows, columns) float64, metres
         first, last : (float, float), optional
             Ends of the route instead of start and goal, metres on the map.
 

@@ -75,8 +75,6 @@ def astar_paths(
         problem.
     rng : numpy.random.Generator
         Draws the copies and the random paths.
-    count : int
-        Number of paths.
     most, fewest : int
         Maximum and minimum number of waypoints between start and goal; equal for a fixed number. A
         path found with fewer waypoints gets more on its track.
@@ -121,8 +119,6 @@ class Variation:
 
     Parameters
     ----------
-    problem : Problem
-        Airspace, ground and aircraft.
     rng, most, fewest, lattice
         As for :func:`astar_paths`.
     """

@@ -61,9 +61,6 @@ def polylines(
     ----------
     points : (n, 2) float64, metres
         Points of a route, start and goal included.
-    grid : SearchGrid
-    surface : (rows, columns) float64, metres
-    most : int
 
     Returns
     -------
@@ -93,9 +90,6 @@ def lengthened(path: Floats, fewest: int, radius_m: float) -> Floats:
     ----------
     path : (n, 2) or (n, 3) float64, metres
         Places or points, start and goal included.
-    fewest : int
-    radius_m : float
-        Turn radius.
     """
     for _ in range(fewest - (len(path) - 2)):
         numbers = np.arange(len(path), dtype=np.float64)

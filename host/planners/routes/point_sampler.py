@@ -66,8 +66,6 @@ class PointSampler:
 
     Parameters
     ----------
-    space : Space
-        The space of the points.
     kind : str
         ``near`` or ``uniform``.
 

@@ -53,8 +53,6 @@ class Generation:
 
     Parameters
     ----------
-    best : Route
-        The survivor.
     fitness : ndarray
         Fitness of all whole routes that were compared, (m,) float64.
     """
@@ -149,12 +147,6 @@ class DeterministicSearch:
 
     Parameters
     ----------
-    field : Field
-        The problem.
-    sampler : PointSampler
-        Draws points and segments.
-    rng : Generator
-        Draws all random numbers.
     added : int
         Crossover points added per generation, 1 to 50.
     given : sequence of Route
@@ -245,12 +237,6 @@ class ConventionalSearch:
 
     Parameters
     ----------
-    field : Field
-        The problem.
-    sampler : PointSampler
-        Draws points and segments.
-    rng : Generator
-        Draws all random numbers.
     added : int
         Crossover points added per generation, 1 to 50.
     chromosomes : int

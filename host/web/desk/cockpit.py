@@ -26,15 +26,7 @@ _DOES = {"path": "on its path", "holding": "on a safe circle", "way-out": "on a 
 
 
 class Cockpit:
-    """The flight that a page shows, if any. Its elements are added where it is constructed.
-
-    Parameters
-    ----------
-    jobs : Jobs
-        The jobs of the desk.
-    ended : callable
-        Called when the flight has ended.
-    """
+    """The flight that a page shows, if any. Its elements are added where it is constructed."""
 
     def __init__(self, jobs: Jobs, ended: Callable[[], object]) -> None:
         self._jobs, self._ended = jobs, ended

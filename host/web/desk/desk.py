@@ -35,16 +35,12 @@ class Desk:
 
     Parameters
     ----------
-    directory : Path
-        The folder of its plans.
     jobs : int
         Number of plans made at a time.
     max_cells : int, optional
         Maximum cells of a terrain.
     local : bool
         The desk can only be reached from this machine. Otherwise only simulated boards may plan.
-    problem : Path, optional
-        Problem file that a tab opens.
 
     Raises
     ------

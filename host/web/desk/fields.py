@@ -29,8 +29,6 @@ class Entry:
     ----------
     misread : Misread
         The texts of the page without a valid value.
-    place : Place
-        The place.
     changed : callable
         Called after such a text is noted.
     """
@@ -49,20 +47,12 @@ class Input(ui.input):
 
     Parameters
     ----------
-    label : str
-        Its label.
-    text : str
-        Its text.
     read : callable
         Returns the value of a text; raises InputError if there is none.
-    take : callable
-        Called with each new value.
     entry : Entry
         Its place. A text without a value stays there, even if the field is shown again.
     meaning : str
         Shown below the field while it is used.
-    placeholder : str
-        Shown in an empty field.
     """
 
     def __init__(

@@ -71,12 +71,8 @@ class FlyTask:
 
     Parameters
     ----------
-    folder : Path
-        The folder of the plan.
     planner, board : str
         The planner to use in flight, and its board.
-    seed : int
-        Seed of the planner.
     """
 
     folder: Path
@@ -114,12 +110,8 @@ class Flown:
         Speed over ground; height over the surface, NaN over a void.
     kind : str
         Kind of the track that the aircraft follows: ``path``, ``holding`` or ``way-out``.
-    trail : list
-        Points flown through, [x, y, z].
     versions : list
         Tracks that the aircraft has begun to follow: a kind, and points [x, y, z].
-    said : list of str
-        Sentences describing its decisions.
     zones, points : list or None
         As in a scene; None if unchanged.
     path : dict or None

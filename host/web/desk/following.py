@@ -23,15 +23,7 @@ _MOST_ROWS = 250
 
 
 class Following:
-    """The job that a page follows, if any. Its elements are added where it is constructed.
-
-    Parameters
-    ----------
-    jobs : Jobs
-        The jobs of the desk.
-    ended : callable
-        Called when the job has ended.
-    """
+    """The job that a page follows, if any. Its elements are added where it is constructed."""
 
     def __init__(self, jobs: Jobs, ended: Callable[[], object]) -> None:
         self._jobs, self._ended = jobs, ended

@@ -38,8 +38,6 @@ class Field:
         Its row in the table of options, with meaning and default.
     widget : str
         Kind of element: ``switch``, ``choice``, ``number``, or ``text``.
-    choices : tuple of str
-        All values of a choice.
     meaning : str
         Its meaning for users, without a full stop.
     """

@@ -108,10 +108,6 @@ class Guard:
 
     Parameters
     ----------
-    app : callable
-        The guarded application.
-    token : str
-        The token.
     port : int
         The port of the desk, which is part of the cookie's name, because cookies ignore ports.
     upload_bytes : int

@@ -42,8 +42,6 @@ class Job(ABC):
         Sentences about facts that the files cannot express.
     error : str or None
         A sentence that says why there is no result, or no file of it.
-    stopping : bool
-        Its end has been requested.
     ending : bool
         Its search has ended because of that request.
     """
@@ -84,8 +82,6 @@ class PlanJob(Job):
 
     Parameters
     ----------
-    values : mapping
-        Values of the problem.
     statement : str, optional
         The problem in the form of :meth:`pathgene.host.web.desk.sheet.Sheet.statement`.
 
@@ -97,8 +93,6 @@ class PlanJob(Job):
         Generation and best path, (n, 3) metres; only ever appended to.
     summary : dict or None
         The summary of the plan, once there is one.
-    path : dict or None
-        Its path as in a scene.
     """
 
     at_work = "planning"
@@ -134,23 +128,15 @@ class FlightJob(Job):
     ----------
     planner, board : str
         The planner to use in flight, and its board.
-    seed : int
-        Seed of the planner.
 
     Attributes
     ----------
-    latest : Flown or None
-        The latest update.
     trail, versions, said : list
         All entries of :class:`pathgene.host.web.desk.flight.Flown` up to now; append-only.
     news : dict of str to (int, object)
         Current zones, points, path and changes, each with an increasing number.
     speed : float
         Speed of the flight, as a multiple of the speed of the aircraft.
-    watchers : set
-        Pages that show it.
-    outcome : dict or None
-        The verdict, once it has ended.
     """
 
     at_work = "flying"

@@ -34,13 +34,7 @@ class Failed:
 
 
 class Sender:
-    """Sends messages to the desk from any thread.
-
-    Parameters
-    ----------
-    connection : Connection
-        The connection to the desk.
-    """
+    """Sends messages to the desk from any thread."""
 
     def __init__(self, connection: Connection) -> None:
         self._connection = connection

@@ -15,15 +15,7 @@ Place = tuple[str | int, ...]
 
 @dataclass(frozen=True)
 class Wrong:
-    """A text that is not a valid value.
-
-    Parameters
-    ----------
-    text : str
-        The text.
-    sentence : str
-        The reason.
-    """
+    """A text that is not a valid value."""
 
     text: str
     sentence: str

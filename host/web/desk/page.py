@@ -42,8 +42,6 @@ class Page:
 
     Parameters
     ----------
-    desk : Desk
-        The state that all tabs share.
     address : str
         The address of the desk with its token.
     """

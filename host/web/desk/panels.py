@@ -28,10 +28,6 @@ class Panels:
 
     Parameters
     ----------
-    sheet : Sheet
-        The problem, which the panels change.
-    changed : callable
-        Called after each change.
     picked : callable
         Called with the number of the zone that the user opens, or None.
     """

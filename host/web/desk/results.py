@@ -41,10 +41,6 @@ class PlanView:
     ----------
     summary : dict
         Content of its ``summary.json``.
-    path : dict
-        Its path as in a scene.
-    folder : Path
-        Its folder.
     state : str
         State of its job. Its files are in the folder once the state is ``saved``.
     statement : str, optional
@@ -69,8 +65,6 @@ def rows_of(
 
     Parameters
     ----------
-    plans : sequence of PlanView
-        The plans.
     earlier : collection of PlanView
         The plans of an earlier problem; their verdict says so.
     """

@@ -34,8 +34,6 @@ def save(plan: Plan, values: Mapping[str, Any], folder: Path) -> list[str]:
 
     Parameters
     ----------
-    plan : Plan
-        The plan.
     values : mapping
         The values of its problem, for its problem file.
     folder : Path

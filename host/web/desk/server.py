@@ -48,10 +48,6 @@ def serve(desk: Desk, host: str, port: int, ready: Callable[[str], object]) -> N
 
     Parameters
     ----------
-    desk : Desk
-        The desk.
-    host : str
-        Address to listen at.
     port : int
         Port; 0 chooses a free one.
     ready : callable

@@ -57,16 +57,12 @@ class Sheet:
 
     Parameters
     ----------
-    terrains : Terrains
-        The terrains of the desk.
     board : str, optional
         The board of the problem file that the user named when starting the desk, the only such
         board that a page may name: see :func:`pathgene.host.web.desk.boards.require_board`.
 
     Attributes
     ----------
-    values : dict
-        The values.
     misread : Misread
         Texts that are not valid values. While there is one, :meth:`mission` fails.
     """

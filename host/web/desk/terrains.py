@@ -78,10 +78,6 @@ class Terrains:
 
         Parameters
         ----------
-        name : str
-            Its original name.
-        content : bytes
-            Its whole content.
         values : mapping
             Values of the problem that say how to load it, for example an array without cell sides.
 

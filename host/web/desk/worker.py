@@ -38,8 +38,6 @@ class PlanTask:
     ----------
     values : mapping
         Its values by the names in :data:`pathgene.host.options.table.OPTIONS`.
-    folder : Path
-        The folder of the plan.
     """
 
     values: Mapping[str, Any]
@@ -68,8 +66,6 @@ class Found:
 
     Parameters
     ----------
-    summary : dict
-        The summary of the plan.
     path : dict
         Its path as in a scene: see :func:`pathgene.host.web.scene.path_scene`.
     """

@@ -23,17 +23,11 @@ CLOCK_HZ = 100e6
 
 @dataclass(frozen=True)
 class Phase:
-    """A phase of the genetic algorithm that the paper moved to the FPGA.
+    """A phase of the genetic algorithm that the paper moved to the FPGA."""
 
-    Parameters
-    ----------
-    key : str
-        Name of its time in a result of ``ga-pc``, and of its cycles in a result of ``ga-fpga``.
-    pc_s, fpga_s : float
-        The paper's measurements.
-    """
-
+    #: Name of its time in a result of ``ga-pc``, and of its cycles in a result of ``ga-fpga``.
     key: str
+    #: The paper's measurements.
     pc_s: float
     fpga_s: float
 

@@ -107,23 +107,15 @@ class _Case:
 
 @dataclass(frozen=True)
 class _Outcome:
-    """The result of a run.
+    """The result of a run."""
 
-    Parameters
-    ----------
-    terms : ndarray
-        v1, v2 and v3 of the whole path after every tenth generation, (rows, 3) float64.
-    fine : ndarray
-        The same with 1001 samples per segment, spaced as in the search.
-    rises : bool
-        True if the quantity that the reading minimizes ever rose.
-    evaluations : int
-        Number of segments measured.
-    """
-
+    #: v1, v2 and v3 of the whole path after every tenth generation, (rows, 3) float64.
     terms: Floats
+    #: The same with 1001 samples per segment, spaced as in the search.
     fine: Floats
+    #: True if the quantity that the reading minimizes ever rose.
     rises: bool
+    #: Number of segments measured.
     evaluations: int
 
 

@@ -66,26 +66,17 @@ SETTINGS = {
 
 @dataclass(frozen=True)
 class Row:
-    """A row of the table.
+    """A row of the table."""
 
-    Parameters
-    ----------
-    setting : str
-        A key of the settings.
-    seeds : int
-        Number of seeds of the replan, each used in all scenarios.
-    repairs : bool
-        Count a path that the host has made feasible by a repair.
-    retries : bool
-        Also count the second run, which follows if no repair succeeds.
-    cold_ms : int
-        Milliseconds of a run from new seeds; 0 means a replan.
-    """
-
+    #: A key of the settings.
     setting: str
+    #: Number of seeds of the replan, each used in all scenarios.
     seeds: int = 1
+    #: Count a path that the host has made feasible by a repair.
     repairs: bool = False
+    #: Also count the second run, which follows if no repair succeeds.
     retries: bool = False
+    #: Milliseconds of a run from new seeds; 0 means a replan.
     cold_ms: int = 0
 
 

@@ -65,30 +65,20 @@ class Task:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Result of the runs of a task, judged by the host.
+    """Result of the runs of a task, judged by the host."""
 
-    Attributes
-    ----------
-    fitness : float
-        F of the best path that is feasible by the strict rule, else of the best path.
-    feasible : bool
-        True if there is a feasible path.
-    generations, cycles : int
-        Sums over all runs.
-    seconds : float
-        Processor time of the model or of the plan.
-    units : mapping
-        Cycles of the chip's units, which overlap; empty without a chip that counts them.
-    host_share : float
-        Share of the seconds in which only the host works; NaN for a run of the model.
-    """
-
+    #: F of the best path that is feasible by the strict rule, else of the best path.
     fitness: float
+    #: True if there is a feasible path.
     feasible: bool
+    #: Sums over all runs.
     generations: int
     cycles: int
+    #: Processor time of the model or of the plan.
     seconds: float
+    #: Cycles of the chip's units, which overlap; empty without a chip that counts them.
     units: Mapping[str, int] = field(default_factory=dict)
+    #: Share of the seconds in which only the host works; NaN for a run of the model.
     host_share: float = math.nan
 
 

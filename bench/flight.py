@@ -106,24 +106,16 @@ Outcome = dict[str, Any]
 
 @dataclass(frozen=True)
 class Row:
-    """A row of the table.
+    """A row of the table."""
 
-    Parameters
-    ----------
-    terrain : str
-        Name of the map.
-    aircraft : str
-        The aircraft that is planned for and flown.
-    weather : str
-        The weather that is planned for and flown: calm air, or 8 m/s along the line from start to
-        goal or across it, with light turbulence.
-    as_paper : bool
-        Planned by the evaluation of the papers.
-    """
-
+    #: Name of the map.
     terrain: str
+    #: The aircraft that is planned for and flown.
     aircraft: str
+    #: The weather that is planned for and flown: calm air, or 8 m/s along the line from start to
+    #: goal or across it, with light turbulence.
     weather: str
+    #: Planned by the evaluation of the papers.
     as_paper: bool
 
     @property

@@ -49,23 +49,15 @@ _SEEDS = range(2)
 
 @dataclass(frozen=True)
 class Question:
-    """The state in which a flight asked for a new path.
+    """The state in which a flight asked for a new path."""
 
-    Parameters
-    ----------
-    departure : Departure
-        Place where the plan begins.
-    present : Present
-        The situation at that time.
-    aircraft : Aircraft
-        The aircraft with its remaining fuel.
-    since_m : float
-        Distance along the track from which it is checked again.
-    """
-
+    #: Place where the plan begins.
     departure: Departure
+    #: The situation at that time.
     present: Present
+    #: The aircraft with its remaining fuel.
     aircraft: Aircraft
+    #: Distance along the track from which it is checked again.
     since_m: float
 
 

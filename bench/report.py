@@ -22,51 +22,33 @@ _NOTE_WIDTH = 120
 
 @dataclass(frozen=True)
 class Options:
-    """Options of the command line.
+    """Options of the command line."""
 
-    Parameters
-    ----------
-    seeds : int
-        Number of seeds of each terrain in statistical benchmarks.
-    trials : int
-        Number of seeds in benchmarks that repeat a table of 50 trials.
-    only : str
-        Part of the names of the rows to measure, for ``fpga``, ``flight``, ``quality`` and
-        ``safety``.
-    """
-
+    #: Number of seeds of each terrain in statistical benchmarks.
     seeds: int = 40
+    #: Number of seeds in benchmarks that repeat a table of 50 trials.
     trials: int = 50
+    #: Part of the names of the rows to measure, for ``fpga``, ``flight``, ``quality`` and
+    #: ``safety``.
     only: str = ""
 
 
 @dataclass
 class Report:
-    """One benchmark's results.
-
-    Parameters
-    ----------
-    title : str
-    columns : sequence of str
-        Headings of the table.
-    rows : list of sequence
-        Cells, in the order of ``columns``; numbers are printed with at most 4 significant digits.
-    notes : list of str
-        Paragraphs below the table, in which lines are filled.
-    data : dict
-        Additional content of the JSON.
-    failed : bool
-        True if a measurement failed; a note gives the reason.
-    further : sequence of Report
-        Tables below this one, each with its own rows and notes.
-    """
+    """One benchmark's results."""
 
     title: str
+    #: Headings of the table.
     columns: Sequence[str]
+    #: Cells, in the order of ``columns``; numbers are printed with at most 4 significant digits.
     rows: list[Sequence[Any]] = field(default_factory=list)
+    #: Paragraphs below the table, in which lines are filled.
     notes: list[str] = field(default_factory=list)
+    #: Additional content of the JSON.
     data: dict[str, Any] = field(default_factory=dict)
+    #: True if a measurement failed; a note gives the reason.
     failed: bool = False
+    #: Tables below this one, each with its own rows and notes.
     further: Sequence[Report] = ()
 
     def text(self, level: int = 2) -> str:

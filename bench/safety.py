@@ -55,21 +55,13 @@ Outcome = dict[str, Any]
 
 @dataclass(frozen=True)
 class Row:
-    """A planner on a terrain under a set of rules.
+    """A planner on a terrain under a set of rules."""
 
-    Parameters
-    ----------
-    terrain : str
-        Name of the map.
-    planner : str
-        Name of the planner.
-    clearance_m : float or None
-        Required clearance in metres, with the remaining rules at their defaults; None in paper
-        mode.
-    """
-
+    #: Name of the map.
     terrain: str
+    #: Name of the planner.
     planner: str
+    #: Required clearance in metres, with the remaining rules at their defaults; None in paper mode.
     clearance_m: float | None
 
     @property

@@ -98,17 +98,11 @@ _SKIPPED = {"build", "__pycache__", "node_modules", "vendor"}
 
 @dataclass(frozen=True)
 class Prose:
-    """A piece of prose: a docstring, a run of comments or a paragraph.
+    """A piece of prose: a docstring, a run of comments or a paragraph."""
 
-    Parameters
-    ----------
-    line : int
-        Line of the file on which it begins.
-    text : str
-        Text, with the line breaks of the file.
-    """
-
+    #: Line of the file on which it begins.
     line: int
+    #: Text, with the line breaks of the file.
     text: str
 
 

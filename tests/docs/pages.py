@@ -28,29 +28,19 @@ _MARK = re.compile(r"<!-- (?P<kind>not run|slow): (?P<reason>[^>]+) -->\n *$")
 
 @dataclass(frozen=True)
 class Fence:
-    """A fence of a page.
+    """A fence of a page."""
 
-    Parameters
-    ----------
-    page : str
-        Path of the page from the root.
-    line : int
-        Line on which it begins.
-    language : str
-        Language that the fence names.
-    text : str
-        Content without its indentation.
-    mark : str or None
-        ``not run`` or ``slow`` if a comment before the fence says so.
-    reason : str or None
-        Reason that this comment gives.
-    """
-
+    #: Path of the page from the root.
     page: str
+    #: Line on which it begins.
     line: int
+    #: Language that the fence names.
     language: str
+    #: Content without its indentation.
     text: str
+    #: ``not run`` or ``slow`` if a comment before the fence says so.
     mark: str | None
+    #: Reason that this comment gives.
     reason: str | None
 
     def __str__(self) -> str:

@@ -28,21 +28,13 @@ _ROOT = Path(__file__).resolve().parents[2]
 
 @dataclass
 class Unit:
-    """One component in the elaborated hierarchy.
+    """One component in the elaborated hierarchy."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the submodule.
-    fragment : Fragment
-    component : wiring.Component
-    units : dict of str to Unit
-        Components inside it, by name.
-    """
-
+    #: Name of the submodule.
     name: str
     fragment: Any
     component: Any
+    #: Components inside it, by name.
     units: dict[str, Unit] = field(default_factory=dict)
 
     @property

@@ -18,22 +18,14 @@ _TEXT = 'font-family="Helvetica, Arial, sans-serif"'
 
 @dataclass
 class Trace:
-    """One row of a waveform.
-
-    Attributes
-    ----------
-    label : str
-    show : Callable[[int], str], optional
-        Text of a value; None for a row of one bit.
-    valid : list of int
-        If given, the row shows nothing while this is 0.
-    values : list of int
-        One value per cycle.
-    """
+    """One row of a waveform."""
 
     label: str
+    #: Text of a value; None for a row of one bit.
     show: Callable[[int], str] | None = None
+    #: One value per cycle.
     values: list[int] = field(default_factory=list)
+    #: If given, the row shows nothing while this is 0.
     valid: list[int] = field(default_factory=list)
 
 

@@ -29,19 +29,13 @@ _CHUNK = 10
 
 @dataclass
 class Campaign:
-    """Cases that were run, with their outcomes.
+    """Cases that were run, with their outcomes."""
 
-    Attributes
-    ----------
-    sessions, outcomes, faults : Counter
-        Numbers of cases by session and by how they ended, and of faults that happened, by name.
-    violations : list of (Case, str)
-        Cases that broke a promise, each with the broken promise.
-    """
-
+    #: Numbers of cases by session and by how they ended, and of faults that happened, by name.
     sessions: Counter[str] = field(default_factory=Counter)
     outcomes: Counter[str] = field(default_factory=Counter)
     faults: Counter[str] = field(default_factory=Counter)
+    #: Cases that broke a promise, each with the broken promise.
     violations: list[tuple[Case, str]] = field(default_factory=list)
 
     def add(self, case: Case, verdict: Verdict) -> None:

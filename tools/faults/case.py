@@ -25,98 +25,64 @@ _SESSIONS_BEFORE = (0, 0, 0, 1, 254, 255)
 
 @dataclass(frozen=True)
 class Extent:
-    """Extent of a session without faults.
+    """Extent of a session without faults."""
 
-    Parameters
-    ----------
-    bytes : dict of Way to int
-        Number of bytes in each direction.
-    readings : int
-        Number of readings of the clock.
-    lines : int
-        Number of executed lines of the host's code at which Ctrl-C may arrive.
-    """
-
+    #: Number of bytes in each direction.
     bytes: dict[Way, int]
+    #: Number of readings of the clock.
     readings: int
+    #: Number of executed lines of the host's code at which Ctrl-C may arrive.
     lines: int
 
 
 @dataclass(frozen=True)
 class DiskExtent:
-    """Extent, without faults, of a session that writes files.
+    """Extent, without faults, of a session that writes files."""
 
-    Parameters
-    ----------
-    calls : int
-        Number of calls of the disk.
-    lines : int
-        As in :class:`Extent`.
-    """
-
+    #: Number of calls of the disk.
     calls: int
+    #: As in :class:`Extent`.
     lines: int
 
 
 @dataclass(frozen=True)
 class DiskFault:
-    """A call of the disk that fails or is slow; see :class:`tools.faults.disk.FaultyDisk`.
+    """A call of the disk that fails or is slow; see :class:`tools.faults.disk.FaultyDisk`."""
 
-    Parameters
-    ----------
-    at : int
-        Number of the call, from 1.
-    error : int
-        Number of the error; 0 if the call is slow.
-    lasting, kill : bool
-        Whether all later calls fail or are slow too, and whether the process is killed.
-    """
-
+    #: Number of the call, from 1.
     at: int
+    #: Number of the error; 0 if the call is slow.
     error: int
+    #: Whether all later calls fail or are slow too, and whether the process is killed.
     lasting: bool
     kill: bool
 
 
 @dataclass(frozen=True)
 class Case:
-    """A session with faults.
+    """A session with faults."""
 
-    Parameters
-    ----------
-    seed : int
-        Seed of the draws.
-    session : str
-        Key of :data:`tools.faults.chips.CHIPS` or :data:`tools.faults.disk_sessions.DISK_SESSIONS`.
-    work : int
-        Seed of the session's work.
-    sessions_before : int
-        Number of earlier sessions of the chip.
-    line : tuple of LineEvent
-        Faults of the line.
-    jumps : tuple of (int, float)
-        Readings of the processor's clock at which it jumps ahead, with the seconds.
-    signal_at : int or None
-        The line of the host's code, counted as they are executed, at which a signal arrives;
-        :func:`tools.faults.tracing.signal_of` says which.
-    resumes : bool
-        After an error, the work continues with the same chip in a new link session.
-    disk : tuple of DiskFault
-        Fault of the disk in each attempt of a session that writes files; a further attempt without
-        faults follows.
-    death_after : int or None
-        Number of results after which a worker process is killed in the first attempt.
-    """
-
+    #: Seed of the draws.
     seed: int
+    #: Key of :data:`tools.faults.chips.CHIPS` or :data:`tools.faults.disk_sessions.DISK_SESSIONS`.
     session: str
+    #: Seed of the session's work.
     work: int
+    #: Number of earlier sessions of the chip.
     sessions_before: int = 0
+    #: Faults of the line.
     line: tuple[LineEvent, ...] = ()
+    #: Readings of the processor's clock at which it jumps ahead, with the seconds.
     jumps: tuple[tuple[int, float], ...] = ()
+    #: The line of the host's code, counted as they are executed, at which a signal arrives;
+    #: :func:`tools.faults.tracing.signal_of` says which.
     signal_at: int | None = None
+    #: After an error, the work continues with the same chip in a new link session.
     resumes: bool = False
+    #: Fault of the disk in each attempt of a session that writes files; a further attempt without
+    #: faults follows.
     disk: tuple[DiskFault, ...] = ()
+    #: Number of results after which a worker process is killed in the first attempt.
     death_after: int | None = None
 
     def to_json(self) -> str:

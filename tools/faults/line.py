@@ -64,39 +64,25 @@ _OF_FRAMES = (
 
 @dataclass(frozen=True, order=True)
 class LineEvent:
-    """A fault at a byte.
+    """A fault at a byte."""
 
-    Parameters
-    ----------
-    at : int
-        Number of the byte in its direction during the session, from 0.
-    way : Way
-        Direction.
-    fault : LineFault
-        Kind of the fault.
-    value : int
-        Bit of a flip, 0 to 7; byte of an insertion; number of bytes of noise; milliseconds.
-    """
-
+    #: Number of the byte in its direction during the session, from 0.
     at: int
+    #: Direction.
     way: Way
+    #: Kind of the fault.
     fault: LineFault
+    #: Bit of a flip, 0 to 7; byte of an insertion; number of bytes of noise; milliseconds.
     value: int = 0
 
 
 @dataclass(frozen=True)
 class Frame:
-    """Bytes that arrive together.
+    """Bytes that arrive together."""
 
-    Parameters
-    ----------
-    data : bytes
-        The bytes.
-    reset : int or None
-        The value of a reset of the chip that receives them.
-    """
-
+    #: The bytes.
     data: bytes
+    #: The value of a reset of the chip that receives them.
     reset: int | None = None
 
 

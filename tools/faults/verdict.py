@@ -23,20 +23,13 @@ class HangError(BaseException):
 
 @dataclass
 class Verdict:
-    """Outcome of a case, and the promise that it broke, if any.
+    """Outcome of a case, and the promise that it broke, if any."""
 
-    Attributes
-    ----------
-    violation : str
-        The broken promise; empty if none was broken.
-    outcome : str
-        How the session ended: ``done``, or the name of an error, and whether it was resumed.
-    faults : Counter
-        The faults that happened, by name.
-    """
-
+    #: The broken promise; empty if none was broken.
     violation: str = ""
+    #: How the session ended: ``done``, or the name of an error, and whether it was resumed.
     outcome: str = "done"
+    #: The faults that happened, by name.
     faults: Counter[str] = field(default_factory=Counter)
 
 

@@ -84,37 +84,26 @@ _OPERATIONS: dict[type[ast.operator], tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class Alteration:
-    """One change of one source file.
+    """One change of one source file."""
 
-    Parameters
-    ----------
-    file : str
-        Path in the repository, with slashes.
-    line, column : int
-        Place of the altered expression; both start at 1.
-    kind : {"comparison", "operator", "logic", "unary", "constant", "condition"}
-        Sort of change.
-    old, new : str
-        The expression before and after.
-    start, stop : int
-        Bytes of the file that ``new`` replaces.
-    guard : bool
-        True if the expression belongs to a check that raises an exception, or does not affect the
-        netlist.
-    site : str
-        Name of the site: its file, the text of its line, and its place in that line. It stays the
-        same when different lines change.
-    """
-
+    #: Path in the repository, with slashes.
     file: str
+    #: Place of the altered expression; both start at 1.
     line: int
     column: int
+    #: Sort of change.
     kind: str
+    #: The expression before and after.
     old: str
     new: str
+    #: Bytes of the file that ``new`` replaces.
     start: int
     stop: int
+    #: True if the expression belongs to a check that raises an exception, or does not affect the
+    #: netlist.
     guard: bool
+    #: Name of the site: its file, the text of its line, and its place in that line. It stays the
+    #: same when different lines change.
     site: str
 
     @property

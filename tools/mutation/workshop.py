@@ -143,24 +143,15 @@ _SHARED = ("hdl/protocol/", "hdl/config.py")
 
 @dataclass(frozen=True)
 class Result:
-    """Verdict on one alteration.
-
-    Parameters
-    ----------
-    alteration : Alteration
-    verdict : {"killed", "equivalent", "survived"}
-    by : str
-        Test that failed, or the proof that nothing changed.
-    depth : str
-        Last stage that the workshop would have tried.
-    seconds : float
-        Wall time, including other programs.
-    """
+    """Verdict on one alteration."""
 
     alteration: Alteration
     verdict: str
+    #: Test that failed, or the proof that nothing changed.
     by: str
+    #: Last stage that the workshop would have tried.
     depth: str
+    #: Wall time, including other programs.
     seconds: float
 
     def as_dict(self) -> dict[str, Any]:
@@ -170,27 +161,18 @@ class Result:
 
 @dataclass
 class Workshop:
-    """A copy of the sources, with separate builds.
+    """A copy of the sources, with separate builds."""
 
-    Parameters
-    ----------
-    root : Path
-        The project.
-    folder : Path
-        Folder of the copy, which is created.
-    limit_s : float
-        Maximum processor time of one test.
-    wall_s : float
-        Maximum wall time of one run of pytest.
-    depth : {"near", "units", "chips"}
-        Last stage to try: the tests of its unit and package; the comparison of circuits and the
-        tests of all units; or simulated chips.
-    """
-
+    #: The project.
     root: Path
+    #: Folder of the copy, which is created.
     folder: Path
+    #: Maximum processor time of one test.
     limit_s: float = 60.0
+    #: Maximum wall time of one run of pytest.
     wall_s: float = 7200.0
+    #: Last stage to try: the tests of its unit and package; the comparison of circuits and the
+    #: tests of all units; or simulated chips.
     depth: str = "chips"
     _circuits: dict[str, dict[str, str]] = field(default_factory=dict)
 

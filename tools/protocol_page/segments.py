@@ -39,16 +39,9 @@ __all__ = ["Segment", "split_reply", "split_request", "values_of", "waypoint_lay
 
 @dataclass(frozen=True)
 class Segment:
-    """The part of a payload that has one layout.
+    """The part of a payload that has one layout."""
 
-    Attributes
-    ----------
-    kind : str
-        ``fields``, ``waypoint``, ``cells``, ``path``, ``hit``, ``entry`` or ``key``.
-    layout : Layout
-    data : bytes
-    """
-
+    #: ``fields``, ``waypoint``, ``cells``, ``path``, ``hit``, ``entry`` or ``key``.
     kind: str
     layout: Layout
     data: bytes

@@ -128,5 +128,5 @@ def test_without_a_sunset_a_zone_of_the_day_is_always_active():
 
 def test_a_period_that_is_over_is_never_active():
     departure = datetime(2026, 6, 20, 3, tzinfo=UTC)
-    over = Period(end=departure - timedelta(seconds=1))
-    assert intervals([over], departure, HERE) == []
+    past = Period(end=departure - timedelta(seconds=1))
+    assert intervals([past], departure, HERE) == []

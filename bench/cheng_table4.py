@@ -245,17 +245,8 @@ def optimize(
 ) -> float:
     """Return the minimum delta that differential evolution finds for one B-spline.
 
-    Parameters
-    ----------
-    landscape : int
-        1 or 2.
-    points : int
-        Number of control points, including the ends.
-    evaluations : int
-        Number of curves measured, plus at most one generation.
-    seed : int
-    samples : int, optional
-        As for :class:`pathgene.host.auv.field.AuvField`.
+    It measures at most a generation more than ``evaluations`` curves of ``points`` control points,
+    including the ends.
     """
     field, base = AuvField(landscape, samples=samples), Base()
     inner = points - 2

@@ -207,15 +207,7 @@ def _cells(measured: Sequence[tuple[float | None, Outcome]], *, warm: bool) -> t
 
 
 def scenario(flown: Problem, path: NDArray[np.float64], seed: Sequence[int]) -> Scenario:
-    """Draw the scenario of a flight.
-
-    Parameters
-    ----------
-    flown : Problem
-    path : ndarray
-        Points of its track, (n, 3) metres, from start to goal.
-    seed : sequence of int
-        It determines all draws.
+    """Draw the scenario of a flight along the points of its track; all draws follow from ``seed``.
 
     Raises
     ------

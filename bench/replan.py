@@ -278,12 +278,7 @@ def _change(change: Change, session: _Timed, ample: Chip) -> Result:
 class _Timed(Session):
     """A flight that measures the host's computing time for a new path, without waits for a board.
 
-    Attributes
-    ----------
-    host_ms : dict
-        Milliseconds of the latest path, by the identity of its change.
-    questions : dict
-        Questions asked at the instant of a needed change, by its identity.
+    ``host_ms`` of the latest path and ``questions`` asked at once are by identity of a change.
     """
 
     def __init__(self, *args: Any, **options: Any) -> None:

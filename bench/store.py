@@ -26,16 +26,8 @@ _DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 def digest(*names: str) -> str:
     """Return 16 hexadecimal digits that change with any source under ``names``.
 
-    Parameters
-    ----------
-    *names : str
-        Folders or files, relative to the repository. A folder counts with all its Python, XML and
-        TOML files, by name and content; for Python, only the code counts.
-
-    Raises
-    ------
-    FileNotFoundError
-        If one of ``names`` does not exist.
+    A folder counts with all its Python, XML and TOML files, by name and content; for Python, only
+    the code counts.
     """
     found = hashlib.sha256()
     for file in (file for name in names for file in _files(_ROOT / name)):

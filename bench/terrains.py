@@ -59,18 +59,7 @@ _Outcomes = Mapping[tuple[int, str], _Outcome]
 
 
 class Ground:
-    """The map of a scenario on the chip, and paths from its start to its goal.
-
-    Parameters
-    ----------
-    name : str
-        One of :func:`bench.scenarios.names`.
-
-    Attributes
-    ----------
-    heights : ndarray
-        See :class:`pathgene.host.problem.ChipMap`.
-    """
+    """The map of a scenario on the chip, and paths from its start to its goal."""
 
     def __init__(self, name: str) -> None:
         self._config = Config()

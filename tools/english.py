@@ -109,17 +109,8 @@ class Prose:
 class Count:
     """Words and habits of some prose.
 
-    Parameters
-    ----------
-    pieces : Iterable[Prose]
-        The prose to be counted.
-
     Attributes
     ----------
-    words : int
-        Number of words outside code.
-    habits : collections.Counter[str]
-        Occurrences by name of the habit.
     found : list[tuple[int, str, str]]
         Line, habit and surrounding words of each occurrence.
     """
@@ -242,15 +233,7 @@ def _unreleased(text: str) -> str:
 
 
 def count(path: Path, *, messages: bool = False) -> Count:
-    """Count the habits of a file.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        File of Python, C, C++, JavaScript or CSS, or a page of Markdown.
-    messages : bool
-        Count the strings of a Python file instead of its docstrings and comments.
-    """
+    """Count the habits of a file; with ``messages``, of its strings instead of comments."""
     text = path.read_text("utf-8")
     if path.name == "CHANGELOG.md":
         text = _unreleased(text)

@@ -140,18 +140,9 @@ def proofs() -> dict[str, Proof]:
 
 
 def check(name: str, proof: Proof, what: str, *, timeout_s: float = 3600.0) -> float:
-    """Run one of a proof's checks; return the seconds that it took.
+    """Run the check ``what`` of a proof; return the seconds that it took.
 
-    Parameters
-    ----------
-    name : str
-        Name of the proof and of its waveform, ``build/formal/NAME.WHAT.vcd``.
-    proof : Proof
-        The claim.
-    what : str
-        One of the proof's ``checks``.
-    timeout_s : float
-        Longest time for the solver, seconds.
+    A counterexample is in ``build/formal/NAME.WHAT.vcd``.
 
     Raises
     ------

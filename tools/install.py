@@ -28,16 +28,9 @@ class SetupError(Exception):
 
 
 def set_up(level: str, venv: Path, root: Path) -> None:
-    """Install all packages of a level.
+    """Install all packages of a level in ``venv``, and the project in editable mode.
 
-    Parameters
-    ----------
-    level : {"plan", "test", "synth", "long"}
-        Level of :data:`tools.setup.LEVELS`.
-    venv : Path
-        Virtual environment, created if it is missing or belongs to another Python or folder.
-    root : Path
-        The project, installed in editable mode.
+    The environment is created if it is missing or belongs to another Python or folder.
 
     Raises
     ------

@@ -66,13 +66,7 @@ def _digest(*parts: object) -> str:
 class Netlist:
     """Flat netlist of one top level, from the JSON that Yosys writes.
 
-    Parameters
-    ----------
-    module : dict
-        The module, with ``ports``, ``cells`` and ``netnames``.
-    port_names : bool
-        Whether names of ports count. Otherwise, ports are distinguished by direction, width and
-        connections.
+    Without ``port_names``, ports are distinguished by direction, width and connections.
 
     Attributes
     ----------

@@ -86,33 +86,11 @@ def run(
 ) -> CosimResult:
     """Simulate a design with the cocotb tests of one file, and check their results.
 
-    The design is built once per simulator and text. Several processes can run benches at the same
-    time; runs with the same ``label`` overwrite each other's log.
-
-    Parameters
-    ----------
-    sim : {"icarus", "verilator"}
-        Simulator.
-    verilog : str or Path
-        Self-contained text of the design, or a file with it.
-    top : str
-        Module to simulate: the bench's ``dut``.
-    bench : Path
-        Python file with the tests; modules next to it can be imported.
-    env : Mapping[str, str], optional
-        Additional environment variables of the bench.
-    label : str, optional
-        Name of the log and the waveform; default the names of the file and of the simulator.
-    waves : bool
-        Record a waveform of everything.
-    seed : int
-        Seed of ``random`` in the bench.
-    test_filter : str, optional
-        Regular expression that selects tests; default all.
-    timeout_s : float
-        Maximum time of the simulation, seconds.
-    build_dir : Path, optional
-        Keeps builds and logs; default :func:`pathgene.sim.cache.build_root`.
+    The design, a text or a file, is built once per simulator and text. Several processes can run
+    benches at the same time; runs with the same ``label`` overwrite each other's log. Modules next
+    to the ``bench`` can be imported; ``env`` adds environment variables, ``waves`` records a
+    waveform of everything, ``seed`` is of :mod:`random` in the bench, ``test_filter`` is a regular
+    expression.
 
     Raises
     ------

@@ -38,20 +38,11 @@ class BudgetSpentError(Exception):
 class Objective:
     """The negated fitness of paths of free waypoints, for a limited number of evaluations.
 
-    Parameters
-    ----------
-    evaluator : Evaluator
-    waypoints : int
-        Free waypoints of a path; x, y and z of each are three numbers of a vector, metres.
-    evaluations : int
-        Maximum number of evaluations.
+    A vector has x, y and z of each waypoint in metres, between the airspace's bounds ``low`` and
+    ``high``.
 
     Attributes
     ----------
-    low, high : ndarray
-        Bounds of a vector, (3 * waypoints,) float64, from the airspace.
-    evaluations : int
-        Number of evaluations made.
     history : list of (int, float, float)
         At each improvement: evaluations, seconds since the first one began, best fitness.
     best : ndarray

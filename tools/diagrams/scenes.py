@@ -37,15 +37,7 @@ _LIMIT = 20_000
 
 
 class Recording:
-    """A simulated chip that is driven at its pins, with recorded signals.
-
-    Parameters
-    ----------
-    top : Unit
-        The elaborated chip.
-    rows : dict of str to Value
-        Signals to record, by label.
-    """
+    """A simulated chip that is driven at its pins, with recorded signals by label."""
 
     def __init__(self, top: Unit, rows: dict[str, Any]) -> None:
         self.values: dict[str, list[int]] = {label: [] for label in rows}

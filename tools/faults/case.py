@@ -129,17 +129,7 @@ class Case:
 
 
 def draw(seed: int, session: str, extent_of: Callable[[int], Extent | DiskExtent]) -> Case:
-    """Draw a case.
-
-    Parameters
-    ----------
-    seed : int
-        Seed of the draws.
-    session : str
-        The session.
-    extent_of : callable
-        Returns the extent of the session from its ``work``.
-    """
+    """Draw a case; ``extent_of`` returns the extent of the session from its ``work``."""
     rng = random.Random(seed)
     work = rng.randrange(_WORKS)
     extent = extent_of(work)
@@ -232,13 +222,6 @@ def shrunk(case: Case, fails: Callable[[Case], bool]) -> Case:
     """Return a case with a subset of the faults of ``case``, each of which is needed to fail.
 
     It leaves out halves, then quarters and so on, then single faults, until none can be removed.
-
-    Parameters
-    ----------
-    case : Case
-        A case that fails.
-    fails : callable
-        Runs a case; returns True if it fails.
     """
     faults = case.faults
     size = max(len(faults) // 2, 1)

@@ -117,18 +117,7 @@ class ModelOnLine:
 
 
 class VerilatedOnLine:
-    """The Verilog of a chip, simulated by Verilator in another process.
-
-    Parameters
-    ----------
-    config : Config
-        Configuration of the chip.
-
-    Attributes
-    ----------
-    cycles : int
-        Cycles that have passed.
-    """
+    """The Verilog of a chip, simulated by Verilator in another process; it counts ``cycles``."""
 
     def __init__(self, config: Config) -> None:
         self.cycles = 0

@@ -99,19 +99,9 @@ class ChipOnLine(Protocol):
 
 
 class VirtualClock:
-    """A clock that advances with reads from a line.
+    """A clock that advances with reads from a line, ``now_s`` seconds after its start.
 
-    Parameters
-    ----------
-    jumps : mapping of int to float
-        Seconds that the clock jumps ahead, by number of the reading, as if the process had slept.
-
-    Attributes
-    ----------
-    now_s : float
-        Time, seconds.
-    readings : int
-        Number of readings made.
+    ``jumps`` are seconds by the number of the reading, as if the process had slept.
     """
 
     def __init__(self, jumps: Mapping[int, float] | None = None) -> None:
@@ -223,25 +213,8 @@ def _noise(event: LineEvent) -> bytes:
 class FaultyLine:
     """A port whose line has faults; a :class:`pathgene.host.device.transport.Transport`.
 
-    The bytes of a frame arrive together with its delimiter.
-
-    Parameters
-    ----------
-    chip : ChipOnLine
-        The chip.
-    clock : VirtualClock
-        Clock that reads advance, by the time of their bytes or by the timeout.
-    events : sequence of LineEvent
-        The faults.
-    patience_s : float
-        Silence in seconds after which the host must have given up.
-
-    Attributes
-    ----------
-    timeout, write_timeout : float or None
-        As in :class:`serial.Serial`.
-    clock : VirtualClock
-        The clock.
+    The bytes of a frame arrive together with its delimiter. Reads advance the ``clock`` by the time
+    of their bytes or by the timeout; after ``patience_s`` of silence the host must have given up.
 
     Raises
     ------

@@ -54,11 +54,6 @@ class LineJudge(Judge):
     A session must end as it does without faults, with a documented error, or by Ctrl-C. Replies
     received before the end must equal the replies without faults. After that, another session does
     the whole work over a line without faults.
-
-    Parameters
-    ----------
-    board : Board
-        The kind of board.
     """
 
     def __init__(self, board: Board) -> None:

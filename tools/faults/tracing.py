@@ -27,16 +27,9 @@ def signal_of(at: int) -> signal.Signals:
 
 @contextlib.contextmanager
 def signalled(at: int | None, packages: tuple[str, ...]) -> Iterator[None]:
-    """Send this process a signal at a line executed in the block.
+    """Send this process a signal at the ``at``-th line of ``packages`` executed in the block.
 
-    The product's own handlers receive it.
-
-    Parameters
-    ----------
-    at : int or None
-        The line, counted as they are executed, from 0; None sends nothing.
-    packages : tuple of str
-        Packages of ``host`` whose lines count.
+    The product's own handlers receive it. None sends nothing.
     """
     if at is None:
         yield

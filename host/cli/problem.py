@@ -121,7 +121,7 @@ def check(args: argparse.Namespace) -> int:
 
 
 def _read(reading: Reading) -> Iterator[tuple[str, str]]:
-    """Yield what was read from the files of zones: each zone on the map, and the remarks."""
+    """Yield the contents of the files of zones: each zone on the map, and the remarks."""
     for file in reading.facts.get("files", ()):
         for zone in file["zones"]:
             limits = f"{zone['lower'] or 'ground'} to {zone['upper'] or 'the sky'}"

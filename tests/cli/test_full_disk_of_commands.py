@@ -1,4 +1,4 @@
-"""Every command that writes, on a disk that becomes full at each of its calls."""
+"""Every command that writes, on a disk that becomes full at each of its calls in turn."""
 
 import errno
 import json
@@ -14,7 +14,7 @@ from tools.faults.disk import FaultyDisk
 
 pytestmark = pytest.mark.ci
 
-#: The commands besides ``plan``, and the files that they write.
+#: The commands other than ``plan``, and the files that they write.
 COMMANDS = {
     "compare": (
         ("compare", "--terrain", "{hills}", *ENDS, "--planners", "ga-pc,astar", "--runs", "1",
@@ -72,7 +72,7 @@ def test_a_full_disk_is_one_sentence(inputs, tmp_path, capsys, name):
         assert not [file for file in left if file.rpartition("/")[2].startswith(".")]
         sentences = [line for line in said if line.startswith("pathgene: ")]
         if status == 0:
-            # A picture that is missing is no failure of all commands.
+            # Not every command fails if only a picture is missing.
             assert left == whole or (left == {*whole} - PICTURES and len(sentences) == 1)
             assert len(sentences) == (left != whole)
         else:

@@ -110,7 +110,7 @@ def test_the_example_of_every_command_runs(command, place, capsys, monkeypatch):
     arguments = ["model:" if word in ("sim:", "/dev/ttyUSB0") else word for word in arguments]
     if command == ("compare",):  # test_compare.py tests several processes.
         arguments += ["--jobs", "1"]
-    if command == ("check",):  # The plan that makes its path may not have run.
+    if command == ("check",):  # The plan that makes its path may not have been run.
         arguments[arguments.index("out/path.geojson")] = "path.csv"
     Path("mine.toml").unlink(missing_ok=True)
     assert main(arguments) == 0
@@ -170,7 +170,7 @@ def groups(text):
 
 @pytest.mark.parametrize(("command", "outputs"), [("plan", 3), ("compare", 1)])
 def test_options_are_grouped(command, outputs, capsys, monkeypatch):
-    """Each planner's own options stand under its name, and only there."""
+    """Each planner's own options are listed under its name, and only there."""
     monkeypatch.setenv("COLUMNS", "80")
     with pytest.raises(SystemExit):
         main([command, "--help"])
@@ -206,7 +206,7 @@ def test_options_are_grouped(command, outputs, capsys, monkeypatch):
 
 
 def test_help_is_quick(pathgene):
-    assert pathgene("--help").returncode == 0  # Now it is compiled and in the file cache.
+    assert pathgene("--help").returncode == 0  # By now it is compiled and in the file cache.
     took_s = []
     for _ in range(3):
         started = time.perf_counter()

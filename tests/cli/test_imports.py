@@ -1,4 +1,4 @@
-"""The modules that commands load: nothing heavy for help, the modules it needs for a plan."""
+"""The modules that commands load: nothing heavy for help, and only necessary ones for a plan."""
 
 import subprocess
 import sys

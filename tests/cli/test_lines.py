@@ -33,7 +33,7 @@ def test_beginning_and_end_of_a_long_sentence_stay(capsys, printed):
 
 def test_a_warning_is_as_short(capsys, monkeypatch):
     monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)
-    assert main(["planners", "--json"]) == 0  # Says how warnings are shown.
+    assert main(["planners", "--json"]) == 0  # It determines how warnings are shown.
     with warnings.catch_warnings():
         warnings.simplefilter("always")
         warnings.showwarning(UserWarning("a " * 5000), UserWarning, "file", 1)

@@ -1,4 +1,4 @@
-"""Paths and sampling steps of which more samples follow than a computer holds."""
+"""Paths and sampling steps that need more samples than a computer can hold."""
 
 import subprocess
 import sys
@@ -47,7 +47,7 @@ def test_a_check_takes_little_memory(hills, tmp_path, path, options, status, sen
     file.write_text(path)
     command = [sys.executable, "-m", "pathgene", "check", "--terrain", hills, "--path", file]
     arguments = [*map(str, command), *options, *rules]
-    # A process between, as a new process counts the memory of the one that it comes from.
+    # A process in between, because a new process counts the memory of its parent.
     done = subprocess.run(
         [sys.executable, "-c", MEASURE, *arguments],
         cwd=ROOT,

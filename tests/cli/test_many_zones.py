@@ -1,4 +1,4 @@
-"""Thousands of no-fly zones cost a plan with its picture moments of the processor."""
+"""With thousands of no-fly zones, a plan with its picture takes only moments."""
 
 import json
 import random
@@ -43,5 +43,5 @@ def test_five_thousand_circles(hills, tmp_path):
         assert (out / "path.png").stat().st_size > 10_000
         return spent_s
 
-    planned(300)  # Imports and compiles for the second plan: more than 200 are drawn together.
+    planned(300)  # It compiles for the second plan: more than 200 circles are drawn together.
     assert planned(5000) < MOST_S

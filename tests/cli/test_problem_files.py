@@ -69,7 +69,7 @@ def test_options_override_the_file(file, tmp_path, capsys):
     options = ["--planner", "astar", "--seed", "5", "--no-agl", "--start", "500,500,600"]
     options += ["--goal", "5500,3500,600", "--nofly-circle", "3000,2500,300", "--as-paper"]
     main(["plan", str(file), *options, "--out", str(out), "--picture"])
-    # ga-pc's refits of the file do not concern astar.
+    # The refits in the file are for ga-pc and do not apply to astar.
     assert "refits" not in capsys.readouterr().err
     summary = summary_in(out)
     assert (summary["planner"], summary["seed"]) == ("astar", 5)

@@ -1,4 +1,4 @@
-"""Signals at random moments: no file is torn, and no process and no hidden file is left."""
+"""Signals at random moments: no file is truncated, and no process or hidden file is left."""
 
 import contextlib
 import json
@@ -33,14 +33,14 @@ GROUNDED = "pathgene: Interrupted before the flight began; nothing is written to
 MARK = "PATHGENE_TRIAL"
 # A board is served until a signal ends it.
 SERVED_S = 3.0
-# The longest time from the end of a search to the last file of its path, seconds.
+# Maximum time from the end of a search to the last file of its path, seconds.
 WRITING_S = 2.0
 PROGRAM = (sys.executable, "-m", "pathgene")
 
 
 @pytest.fixture(scope="module")
 def trial(hills, tmp_path_factory):
-    """Function that sends a signal to a command at a share of its usual time, and judges the end.
+    """Function that sends a signal to a command at a share of its usual time and checks its end.
 
     It returns the exit status. All trials of a command write to one folder.
     """
@@ -68,7 +68,7 @@ def trial(hills, tmp_path_factory):
     }
 
     def usual_s(name):
-        """Run a command to its end, and return the time that takes, seconds."""
+        """Run a command to its end, and return its time in seconds."""
         if name not in durations:
             if name == "serve":
                 durations[name] = SERVED_S
@@ -91,7 +91,7 @@ def trial(hills, tmp_path_factory):
         return status
 
     def clean(name):
-        """Assert that a command does its work now."""
+        """Assert that a command now works."""
         if name == "serve":
             answers(commands[name])
         else:
@@ -116,7 +116,7 @@ def started(command, mark, program=PROGRAM, **streams):
 def finished(command):
     with started(command, "none") as process:
         error = process.communicate(timeout=300)[1]
-    # A path need not be feasible, nor a flight kept.
+    # A path need not be feasible, and a flight need not be kept.
     assert process.returncode in (0, 1), error
     assert "Internal error" not in error
 
@@ -136,7 +136,7 @@ def answers(command):
 class Moment:
     """A snapshot of a command just before its signal, taken while the command is stopped."""
 
-    #: The program has set its handlers of signals, and not removed them yet.
+    #: The program has set its signal handlers and not removed them yet.
     announced: bool
     #: Its text on standard output and standard error before the signal.
     printed: str
@@ -146,7 +146,7 @@ class Moment:
 
 
 def interrupted(command, number, delay_s, *, to_group, program=PROGRAM):
-    """Send a signal to a command, or to all processes of its session, and judge its end."""
+    """Send a signal to a command, or to all processes of its session, and check its end."""
     mark = uuid.uuid4().hex
     begun_s = time.time()
     with tempfile.TemporaryFile() as output, tempfile.TemporaryFile() as errors:
@@ -183,7 +183,7 @@ def signalled(process, number, output, errors, *, to_group):
         with contextlib.suppress(OSError):  # A thread has ended.
             states = {field(task / "status", "State") for task in tasks.iterdir()}
     caught = int(field(tasks.parent / "status", "SigCgt"), 16)
-    # Python itself catches SIGINT before the program does, and no other signal.
+    # Python itself catches only SIGINT before the program does.
     needed = {number, signal.SIGTERM if number == signal.SIGINT else number}
     announced = all(caught >> (each - 1) & 1 for each in needed)
     moment = Moment(announced, written(output), written(errors), time.time())
@@ -204,7 +204,7 @@ def written(file):
 
 
 def judge(command, number, status, moment, printed, error, begun_s):
-    """Assert that a command ended as it may after a signal at a moment."""
+    """Assert that a command ended in a permitted way after a signal at a moment."""
     told = f"status {status}, {moment}, printed: {printed}, said: {error}"
     assert "Internal error" not in error, told
     serves = command[0] == "board"
@@ -217,11 +217,11 @@ def judge(command, number, status, moment, printed, error, begun_s):
         return
     if not moment.announced:
         if moment.printed and not serves:
-            # After its end: the handlers are gone, and all is printed.
+            # After its end, the handlers are removed and everything is printed.
             assert printed == moment.printed, told
             assert status in (-number, 0, 1), told
             return
-        # Before its start. Python's own handler of SIGINT ends it with 1.
+        # Before its start, Python's own handler of SIGINT ends it with status 1.
         files = [] if serves else list(Path(command[-1]).iterdir())
         files = [file for file in files if file.stat().st_mtime >= begun_s]
         assert [moment.printed, moment.said, files] == ["", "", []], told
@@ -267,7 +267,7 @@ def judge_words(command, moment, error, begun_s):
 
 
 def processes(mark):
-    """Return the commands of the processes of a trial that still run."""
+    """Return the commands of the processes of a trial that are still running."""
     found = []
     for folder in Path("/proc").iterdir():
         if folder.name.isdecimal():

@@ -1,4 +1,4 @@
-"""The configuration: derived sizes, and the sentence of every rule."""
+"""The configuration: derived sizes, and the message of every rule."""
 
 import dataclasses
 import re
@@ -22,7 +22,7 @@ def test_default_has_the_papers_sizes():
     assert config.mutations[0] is MutationKind.PERTURB
     assert (config.coordinate_bits, config.waypoint_bits, config.waypoint_bytes) == (9, 30, 4)
     assert config.head_size == 8
-    # 15 % of 512 cells is 76.8, of 4096 steps 614.4: half of it to each side, rounded down.
+    # 15 % of 512 cells is 76.8, and of 4096 steps 614.4; half of it to each side, rounded down.
     assert (config.box_cells, config.box_steps) == (38, 307)
     assert config.blocked_altitude == 4095
     assert (config.checker, config.lanes) == (CheckerBuild.PARALLEL, 8)

@@ -1,4 +1,4 @@
-"""Connection of start and goal: which planner finds the path, or why there is none."""
+"""Connection of start and goal: the planner that finds the path, or the reason if there is none."""
 
 import numpy as np
 import pytest

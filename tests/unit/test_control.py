@@ -1,4 +1,4 @@
-"""The control unit: order of the units, hand-overs without a cycle between, and counters."""
+"""The control unit: order of the units, hand-overs without an idle cycle, and counters."""
 
 import random
 
@@ -21,7 +21,7 @@ ON = {
 
 
 class Bench:
-    """A control unit whose units take the cycles they are told to.
+    """A control unit whose units take given numbers of cycles.
 
     A receiving unit that asks for a generation takes one more.
     """
@@ -44,7 +44,7 @@ class Bench:
             assert self.ctx.get(on) == (unit == state), (state, unit)
 
     async def stay(self, state, cycles, done):
-        """Be in ``state`` for ``cycles``, and end it by ``done``."""
+        """Stay in ``state`` for ``cycles``, and end it with ``done``."""
         for cycle in range(cycles):
             self.ctx.set(done, cycle == cycles - 1)
             self.check(state)
@@ -74,7 +74,7 @@ class Bench:
         await self.tick()
 
     async def begin(self):
-        """Pass the last cycle of a receiving unit that has asked for a generation."""
+        """Advance through the last cycle of a receiving unit that has asked for a generation."""
         self.ctx.set(self.dut.receive_done, 1)
         assert self.ctx.get(self.dut.core.begin)
         self.check(RECEIVE)
@@ -83,7 +83,7 @@ class Bench:
         self.ctx.set(self.dut.generate, 0)
 
     async def check_paths(self, cycles, *, check=True):
-        """Take one command to check paths, or one that is answered at once."""
+        """Take one command to check paths, or one that is answered immediately."""
         ctx, dut = self.ctx, self.dut
         self.check(LISTEN)
         ctx.set(dut.pending, 1)
@@ -186,7 +186,7 @@ def test_a_chip_without_a_genetic_core():
 
 
 def test_a_chip_with_a_streaming_core():
-    """Every command is answered at once; generations count while commands are taken."""
+    """Every command is answered immediately; generations count while commands are accepted."""
 
     async def bench(unit, ctx, dut):
         for number in range(2):
@@ -263,7 +263,7 @@ def test_longest_generation_since_restart():
         for cycles, longest in (([1, 5, 2, 1, 1], 8), ([1, 9, 2, 1, 1], 12)):
             await unit.command(cycles)
             assert unit.counters()[Counter.LONGEST] == longest
-        # All further counters continue.
+        # All remaining counters continue.
         assert unit.counters()[Counter.GENERATIONS] == 4
 
     simulate(bench)
@@ -287,7 +287,7 @@ def test_generation_waits_until_ready():
         unit.check(CROSSOVER)
         assert unit.counters()[Counter.CROSSOVER] == 0
         await unit.tick()
-        # Waiting is receiving, and no part of the generation.
+        # Waiting counts as receiving, not as part of the generation.
         assert unit.counters()[Counter.RECEIVE] == 11
         assert unit.counters()[Counter.CROSSOVER] == 0
 

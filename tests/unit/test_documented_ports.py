@@ -1,4 +1,4 @@
-"""Docstrings of components list their ports: all of them, with their directions and widths."""
+"""Docstrings of components list all their ports, with directions and widths."""
 
 import inspect
 import re
@@ -13,7 +13,7 @@ from pathgene.hdl.layouts import generation_signature
 from tests.support.gateware.unit_pool import CHIPS, components_of_chips
 
 
-#: Names of ports, then the type of all of them, or one for each.
+#: Names of ports, then one type for all of them or one for each.
 ENTRY = re.compile(r"(?P<names>\w+(?:, \w+)*)(?: : (?P<types>\S.*))?")
 TYPE = re.compile(r"(?P<flow>In|Out)(?:\((?P<shape>.*)\))?")
 
@@ -45,7 +45,7 @@ def ports_in(text):
 
 
 def width_of(text, names):
-    """Return the width of a shape as a docstring writes it; None if it is more than a number."""
+    """Return the width of a shape as written in a docstring; None if it is more than a number."""
     try:
         return Shape.cast(eval(text, names)).width
     except (NameError, SyntaxError, TypeError, AttributeError):
@@ -53,7 +53,7 @@ def width_of(text, names):
 
 
 def compare(members, ports, names):
-    """Return the documented ``ports`` that are other members, and the number of widths compared."""
+    """Return the documented ``ports`` that differ, and the number of widths compared."""
     wrong, compared = [], 0
     for name, member in members.items():
         if not ports.get(name):

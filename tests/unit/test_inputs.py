@@ -1,4 +1,4 @@
-"""Files that a user gives: regular ones, of a size that fits in memory."""
+"""Files given by a user: regular files of a size that fits in memory."""
 
 import os
 import resource

@@ -63,7 +63,7 @@ def test_a_held_signal_arrives_afterwards(number):
     def interrupted():
         with interrupts.held():
             signal.raise_signal(number)
-            # As if another thread had received it.
+            # As if a different thread had received it.
             signal.pthread_sigmask(signal.SIG_UNBLOCK, {number})
             signal.raise_signal(number)
             steps.append("end of the block")
@@ -131,7 +131,7 @@ sys.exit(interrupts.status())
 
 
 def test_an_interrupt_within_exec_keeps_its_exit_status(tmp_path):
-    """As the code of a dataclass that an import makes."""
+    """An import executes the code of a dataclass in this way."""
     (tmp_path / "inside.py").write_text(INSIDE_EXEC)
     path = {"PYTHONPATH": f"{ROOT}:{tmp_path}"}
     done = subprocess.run([sys.executable, "-m", "inside"], env={**os.environ, **path}, check=False)

@@ -1,4 +1,4 @@
-"""Names of earlier releases: each is read as its successor, and each says so once."""
+"""Names of earlier releases: each is read as its successor, and a note says so once."""
 
 import warnings
 from pathlib import Path
@@ -66,7 +66,7 @@ def test_an_open_board_bears_the_name_of_today():
         board = open_board("model:?genetic=parallel")
     with board:
         assert board.url == "model:?core=paper"
-        # Its URL names a core, so a planner that needs another one does not get a second chip.
+        # Its URL names a core, so a planner that needs the second core does not get a second chip.
         with entered(board, core=GeneticCore.PLANNER) as same:
             assert same is board
     with pytest.warns(UserWarning, match=note("genetic=0", "core=none")):

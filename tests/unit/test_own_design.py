@@ -1,4 +1,4 @@
-"""The example of a design with our units: it is elaborated, simulated and exported."""
+"""The example of a design with units of this project: it is elaborated, simulated and exported."""
 
 import random
 import runpy

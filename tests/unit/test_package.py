@@ -85,7 +85,7 @@ def test_source_archive_builds_the_same_wheel(wheel, tree, tmp_path):
     with zipfile.ZipFile(again) as other:
         contents = {name: other.read(name) for name in other.namelist()}
     ours = {name: wheel.read(name) for name in wheel.namelist()}
-    # The list of files, in the last of them, has a row for the licence in another order.
+    # The list of files, in the last of them, has the row for the licence in a different place.
     assert contents.keys() == ours.keys()
     assert [name for name in ours if contents[name] != ours[name] and "RECORD" not in name] == []
 

@@ -1,4 +1,4 @@
-"""The rules of the source tree: imports, lengths of files, and names that are gone.
+"""The rules of the source tree: imports, lengths of files, and removed names.
 
 The contracts of the imports are in ``pyproject.toml``, under ``tool.importlinter``.
 """
@@ -24,7 +24,7 @@ PACKAGES = ("pathgene", "bench", "tools")
 MOST_LINES = 450
 MOST_LINES_OF_ELABORATE = 150
 
-#: Names that something else has replaced, with their successors.
+#: Names that have been replaced, with their successors.
 OLD_NAMES = {
     "AltitudeCompare": "AltitudeComparator",
     "BoardCounts": "BoardCollisionCounter",
@@ -67,7 +67,7 @@ def trees() -> dict[str, ast.Module]:
 
 
 def identifiers(tree: ast.AST) -> Iterator[str]:
-    """Yield every identifier of a syntax tree; strings and keys are none."""
+    """Yield every identifier of a syntax tree; strings and keys do not count."""
     for node in ast.walk(tree):
         match node:
             case ast.Name(id=name) | ast.Attribute(attr=name) | ast.arg(arg=name):
@@ -169,7 +169,7 @@ FORBIDDEN = {
 
 @pytest.mark.ci
 def test_each_contract_notices_a_forbidden_import(tmp_path):
-    """In packages whose files have only their imports."""
+    """The packages have files that contain only imports."""
     (tmp_path / "pyproject.toml").write_text((ROOT / "pyproject.toml").read_text())
     forbidden: dict[str, str] = {}
     for path, line in FORBIDDEN.values():
@@ -200,7 +200,7 @@ def imports() -> dict[str, set[str]]:
 
 
 def test_no_files_import_each_other():
-    """Neither at their top, nor inside a function, nor for type checking."""
+    """Imports at the top, inside functions and for type checking all count."""
     assert circles(imports()) == []
 
 
@@ -315,7 +315,7 @@ def leaves_with_config(trees: dict[str, ast.Module]) -> list[str]:
 
 
 def test_no_leaf_takes_the_configuration():
-    """A leaf takes the sizes it needs: then it can be reused, and other sizes do not change it."""
+    """A leaf takes the sizes it needs, so it can be reused and is independent of further sizes."""
     assert leaves_with_config(trees()) == []
 
 
@@ -358,7 +358,7 @@ def test_no_identifier_has_an_old_name():
 
 
 def hierarchical_lines(texts: dict[str, str]) -> list[str]:
-    """Return the lines that name the hierarchical build, which is gone."""
+    """Return the lines that name the hierarchical build, which was removed."""
     return [
         f"{path}:{number}"
         for path, text in texts.items()
@@ -368,7 +368,7 @@ def hierarchical_lines(texts: dict[str, str]) -> list[str]:
 
 
 def test_nothing_is_hierarchical():
-    """Neither an identifier nor a text, in Python, C++ or anything else."""
+    """No identifier or text does so, in Python, C++ or any other language."""
     texts = {
         str(file.relative_to(ROOT)): file.read_text(errors="replace")
         for folder in ("hdl", "sim", "host")
@@ -407,7 +407,7 @@ ZONE_CLASSES = {"Circle", "Polygon", "Zone", "Disc", "Area"}
 
 
 def asked_classes(tree: ast.AST) -> Iterator[tuple[int, str]]:
-    """Yield line and name of each class that code compares an object's class with."""
+    """Yield line and name of each class with which code compares an object's class."""
     for node in ast.walk(tree):
         match node:
             case ast.Call(func=ast.Name(id="isinstance" | "issubclass"), args=[_, asked]):

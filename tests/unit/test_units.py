@@ -1,4 +1,4 @@
-"""Parameters of all units: kept, checked and documented as they are declared."""
+"""Parameters of all units: stored, checked and documented as declared."""
 
 import gc
 import inspect
@@ -142,7 +142,7 @@ ARGUMENTS = {
 
 @pytest.fixture(autouse=True)
 def collected():
-    """Collect the units that a test has built, while their warnings are ignored."""
+    """Collect the units that a test builds, while their warnings are ignored."""
     yield
     gc.collect()
 
@@ -166,7 +166,7 @@ def numbers(kind):
 
 
 def allowing(kind, given, name, value):
-    """Return the arguments with another value of one; those whose bounds it moves are clamped."""
+    """Return the arguments with one changed; those whose bounds it moves are clamped."""
     values = given | {name: value}
     for other, parameter in numbers(kind).items():
         if parameter.depends and other != name:
@@ -185,7 +185,7 @@ def refusal(kind, values):
 
 
 def cases(arguments):
-    """Return each unit that can be built, its parameters within bounds, and right arguments."""
+    """Return each unit that can be built, its bounded parameters, and valid arguments."""
     return [
         (kind, name, parameter, given)
         for kind, given in arguments.items()
@@ -251,7 +251,7 @@ def test_bounds_are_allowed_and_numbers_beyond_are_not(arguments):
 
 @pytest.mark.ci
 def test_units_with_the_lowest_numbers_are_gateware(arguments):
-    """A minimum is no claim alone: the unit elaborates with it."""
+    """A minimum is more than a claim: the unit elaborates with it."""
     for kind, name, parameter, given in cases(arguments):
         values = allowing(kind, given, name, parameter.bounds(given)[0])
         Fragment.get(kind(**values), None)

@@ -60,7 +60,7 @@ def test_another_configuration_gives_another_text():
 def test_every_top(name):
     text = exported_verilog(name, CHECKING)
     assert re.search(rf"^module {name}\(", text, re.MULTILINE)
-    # Nothing of the exporting machine, and nothing from other files.
+    # Nothing comes from the exporting machine or from other files.
     assert str(ROOT) not in text
     assert "(* src" not in text
     assert "`include" not in text

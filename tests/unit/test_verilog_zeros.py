@@ -10,7 +10,7 @@ from pathgene.hdl.verilog import strip_zero_init
 
 
 def two_memories(marked, *, sources=False):
-    """Return the Verilog of a memory of zeros and of one of other contents."""
+    """Return the Verilog of a memory of zeros and of a memory with other contents."""
     m = Module()
     ports = []
     for name, init in (("zeros", []), ("squares", [i * i for i in range(8)])):

@@ -21,7 +21,7 @@ FOLDERS = (
 KINDS = ("c", "cpp", "css", "h", "hpp", "html", "ipynb", "js", "lpf", "md", "pcf", "py", "svg")
 KINDS += ("toml", "v", "xdc")
 
-#: Words of texts that something else has replaced, with their successors; as regular expressions.
+#: Words of texts that have been replaced, with their successors, as regular expressions.
 OLD_WORDS = {
     r"\bgenetic=(none|parallel|streaming|\d)": "core=",
     r"(streaming|parallel)\s+(genetic\s+)?core": "planner core, paper core",
@@ -59,7 +59,7 @@ def old_words(text: str) -> list[str]:
 
 
 def test_no_text_has_an_old_word():
-    """Neither code, messages and help, nor documents and their pictures."""
+    """Code, messages, help, documents and pictures are all searched."""
     found = {path: old_words(text) for path, text in texts().items() if path not in READ_OLD_WORDS}
     assert {"Makefile", "README.md", "docs/protocol.md", "hdl/top.py"} <= found.keys()
     assert {path: words for path, words in found.items() if words} == {}

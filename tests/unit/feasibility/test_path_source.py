@@ -49,7 +49,7 @@ class Chip(wiring.Component):
 
 
 def words(path):
-    """A path as x, y, altitude and last of each of its points."""
+    """A path as ``x``, ``y``, ``altitude`` and ``last`` of each of its points."""
     return [
         (word & 15, word >> 4 & 15, word >> 8, at == len(path) - 1) for at, word in enumerate(path)
     ]
@@ -59,8 +59,9 @@ def offered(paths, orders, *, busy=lambda cycle: False, limit=4000):
     """Load ``paths``, carry out ``orders``, and return the points of each with their cycles.
 
     An order is a slot and a count, or the points of one path, or such points with None: they are
-    given, but not checked. The result of each order has the points, the cycle of each since the
-    source was turned on, and the cycles in which one was wanted after the first and none was there.
+    given, but not checked. The result of each order has the points, the cycle of each point since
+    the source was turned on, and the cycles after the first point in which a point was requested
+    but none was available.
     """
     chip = Chip()
     source = chip.source
@@ -128,7 +129,7 @@ def paths_of(length, seed=1):
 @pytest.mark.ci
 @pytest.mark.parametrize("length", [2, None])
 def test_a_point_in_every_clock(length):
-    """However short the paths are, and wherever the checker held the points up."""
+    """The shortest paths are no exception, nor are points that the checker stalled."""
     paths = paths_of(length)
     late = random.Random(2)
     stop = set(late.sample(range(60), 20)) | set(range(70, 140))
@@ -151,7 +152,7 @@ def test_one_path():
 
 
 def test_points_that_are_not_checked_are_forgotten():
-    """As of commands refused after some of their points."""
+    """A command that is refused after some of its points leaves such points."""
     paths = paths_of(3)
     orders = []
     for number in range(20):
@@ -168,7 +169,7 @@ def test_the_longest_path_fits():
 
 
 def test_a_read_waits_until_it_is_taken():
-    """Just one, however late the population is ready for it."""
+    """Only one read waits, however late the population is ready for it."""
     source = PathSource(4, 4, 5, 16)
 
     async def bench(ctx):
@@ -192,5 +193,5 @@ def test_a_read_waits_until_it_is_taken():
     ("max_waypoints", "population", "depth"), [(5, 16, 32), (5, None, 8), (62, None, 64)]
 )
 def test_depth_of_the_buffer(max_waypoints, population, depth):
-    """Room for one path, and for twice as many points as paths of a batch."""
+    """The buffer has room for one path, and for twice as many points as paths in a batch."""
     assert PathSource(4, 4, max_waypoints, population).depth == depth

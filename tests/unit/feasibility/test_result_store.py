@@ -1,4 +1,4 @@
-"""Results of a check: the kept part, and its way over the link."""
+"""Results of a check: the stored part, and its transfer over the link."""
 
 import random
 
@@ -26,7 +26,7 @@ PAUSES = pytest.mark.parametrize("pauses", [(0,), (0, 2, 1)], ids=["steady", "st
 
 
 def random_result(rng, counting):
-    """A result, and the rest of its verdict."""
+    """A result and the rest of its verdict."""
     segments = CONFIG.max_segments
     fields = {"cells": rng.randrange(200), "reads": rng.randrange(400), "cycles": rng.randrange(99)}
     if rng.random() < 0.4:
@@ -61,7 +61,7 @@ def verdict_of(result, fields):
 def served(batches, reads, *, pauses=(0,), late=False):
     """Return the bytes of ``reads`` after each of ``batches``, and the totals and their cycles.
 
-    ``late``: entries come after all verdicts, instead of each before its own.
+    ``late``: entries arrive after all verdicts, instead of each before its own verdict.
     """
     store = ResultStore(
         CONFIG.checked_paths,
@@ -147,12 +147,12 @@ def test_the_most_there_can_be():
 
 
 def test_cycles():
-    """3 cycles to the first byte, then a byte a cycle, and 2 more for each path and each entry."""
+    """The first byte takes 3 cycles, each byte one, and each path and each entry 2 more."""
     free = PathResult(), {"cells": 0, "reads": 0, "cycles": 0}
     entries = ((0, 1, 2), (3, 4, 5))
     hit = PathResult(True, 1, (2, 3), False, 4, entries), free[1]
     for batch in ([free], [free] * 4, [hit], [hit, free, hit]):
         [([(body, cycles)], _)] = served([batch], [(0, len(batch))])
         entries = sum(len(result.entries) for result, _ in batch)
-        # The bench notices a cycle after it came.
+        # The bench notices it one cycle late.
         assert cycles - 1 == len(body) + 2 * (len(batch) + entries)

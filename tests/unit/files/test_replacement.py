@@ -1,4 +1,4 @@
-"""Files of a folder that are replaced all or none, on a disk that fails at each call in turn."""
+"""Files of a folder, replaced together or not at all, on a disk that fails at each call."""
 
 import errno
 import fcntl
@@ -57,7 +57,7 @@ def test_the_last_file_comes_after_all_else(folder):
     names = [call for call in calls_of(folder) if call.startswith("rename")]
     assert names[0] == "rename a"
     assert names[-1] == "rename last"
-    assert len(names) == 5  # Four files, and that which goes.
+    assert len(names) == 5  # Four files, and one that is removed.
 
 
 @pytest.mark.parametrize("error", [errno.ENOSPC, errno.EIO, errno.EROFS])
@@ -81,10 +81,10 @@ def test_every_failure_leaves_the_old_files_or_the_new_ones(folder, error, lasti
             assert lasting
             assert error != errno.ENOSPC
             assert visible["last"] == OLD["last"]
-            assert set(OLD.values()) <= set(left.values())  # Hidden, but there.
+            assert set(OLD.values()) <= set(left.values())  # Hidden, but present.
         else:
             assert visible == (OLD if said else NEW)
-            # Hidden files stay only where the disk refuses to remove them.
+            # Hidden files stay only if the disk refuses to remove them.
             refused = [call for call in disk.calls[at - 1 :] if call.startswith("unlink")]
             assert left == visible or (refused and error != errno.ENOSPC)
         seen.add(bool(said))
@@ -105,7 +105,7 @@ def test_a_killed_process_leaves_whole_files_and_the_next_one_clears_up(folder):
         visible = {name: text for name, text in contents(folder).items() if name[0] != "."}
         for name, content in visible.items():
             assert content in (OLD.get(name), NEW.get(name))
-        assert {"a", "c", "last"} <= visible.keys()  # No place is ever empty.
+        assert {"a", "c", "last"} <= visible.keys()  # No file is ever missing.
         if visible["last"] == NEW["last"]:
             assert visible == NEW
         mixed += visible not in (OLD, NEW)
@@ -135,7 +135,7 @@ def test_a_folder_in_a_place_stays(folder):
         replace(folder)
     assert caught.value.strerror == "b is a directory"
     (folder / "b").rmdir()
-    (folder / "missing").mkdir()  # One that should be removed.
+    (folder / "missing").mkdir()  # This one should be removed.
     replace(folder)
     (folder / "missing").rmdir()
     assert contents(folder) == NEW
@@ -177,7 +177,7 @@ def test_signals_wait_for_the_end(folder):
 
 
 def test_two_writers_do_not_mix(folder):
-    """While one is between two renames, the second one waits."""
+    """While one writer is between two renames, the second writer waits."""
     inside, others = threading.Event(), []
 
     class Slow(Disk):

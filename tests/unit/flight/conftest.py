@@ -19,7 +19,7 @@ def flat():
 
 
 def straight(start, length_m, heading_deg=90.0, rise_m=0.0):
-    """A straight with a heading clockwise from north."""
+    """A straight line with a heading clockwise from north."""
     angle = math.radians(heading_deg)
     east, north = math.sin(angle), math.cos(angle)
     x, y, z = start

@@ -1,4 +1,4 @@
-"""Loops of the autopilot, on the state alone."""
+"""Loops of the autopilot, tested on the state alone."""
 
 import dataclasses
 

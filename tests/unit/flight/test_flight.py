@@ -31,7 +31,7 @@ def test_level_flight_of_the_own_aircraft_has_the_power_of_its_polar(flat):
     power = drag * 23.0 / fox.propeller_efficiency
     assert flight.power_W.mean() == pytest.approx(power, rel=0.04)
     assert np.ptp(flight.power_W) < 5
-    # The lift coefficient 0.45 at 0.15 over 4.9 radians; the path is level.
+    # The lift coefficient is 0.45 at an angle of attack of 0.15 / 4.9 radians; the path is level.
     assert flight.airspeed_m_s == pytest.approx(23.0, abs=0.05)
     assert abs(flight.climb_m_s).max() < 0.02
 

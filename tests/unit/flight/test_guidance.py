@@ -97,7 +97,7 @@ def state(x, y, z, course, climb=0.0, speed=SPEED):
 
 
 def fly(guide, x, y, z, course, seconds):
-    """Move a point that takes every command at once; return the commands."""
+    """Move a point that follows every command immediately; return the commands."""
     taken = []
     for _ in range(round(seconds / PERIOD)):
         commands = guide.commands(state(x, y, z, course))

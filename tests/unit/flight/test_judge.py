@@ -1,4 +1,4 @@
-"""Verdicts on flights made up here."""
+"""Verdicts on invented flights."""
 
 import dataclasses
 import math

@@ -1,4 +1,4 @@
-"""Arcs as polygons: distances by PROJ."""
+"""Arcs as polygons: distances computed by PROJ."""
 
 from itertools import pairwise
 

@@ -47,7 +47,7 @@ def test_a_list_replaces_the_classes_that_forbid():
     assert chosen == {"RESTRICTED", "DANGER", "E"}
     assert classes.forbids("E", chosen)
     assert not classes.forbids("CTR", chosen)
-    # Areas without a class, and classes that nobody knows, are not chosen away.
+    # Areas without a class, or of an unknown class, cannot be deselected.
     assert classes.forbids("", chosen)
     assert classes.forbids("UNHEARD OF", chosen)
 

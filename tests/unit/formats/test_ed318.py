@@ -192,7 +192,7 @@ def test_each_schedule_is_a_period_and_any_is_every_day():
 
 
 def changed(*path, value):
-    """Return a zone with one value replaced, or left out for None."""
+    """Return a zone with one value replaced, or removed if it is None."""
     feature = zone(CIRCLE if "extent" in path else POLYGON)
     at = feature
     for step in path[:-1]:

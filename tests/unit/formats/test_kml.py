@@ -89,6 +89,6 @@ def test_a_circle_lies_inside_its_polygon(missions):
                 lid = next(iter(placemark.geometry.geoms)) if zone.lower_m else placemark.geometry
                 lat, lon, _ = corners(lid.exterior)
                 shape = Shape(np.column_stack(problem.terrain.to_local(lat, lon)))
-                circle = Point(zone.x_m, zone.y_m).buffer(zone.radius_m)  # Chords lie inside.
+                circle = Point(zone.x_m, zone.y_m).buffer(zone.radius_m)  # Chords lie inside it.
                 assert shape.buffer(AGREE_M).contains(circle)
                 assert shape.area < 1.01 * circle.area

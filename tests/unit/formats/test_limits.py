@@ -53,7 +53,7 @@ def test_takes_the_unit_and_reference_of_a_format_where_a_text_has_none(text, he
         "FL 65 or 1000 ft",
         "1000 ft AGL AMSL",
         "1000 m ft AMSL",
-        # Feet of one thousand or of one and a half?
+        # One thousand feet, or one and a half?
         "1.500 ft AMSL",
         "1,5 km AMSL",
         "1,50 m AMSL",
@@ -64,7 +64,7 @@ def test_takes_the_unit_and_reference_of_a_format_where_a_text_has_none(text, he
         # From the ground to 500 feet.
         "GND-500 ft",
         "FL-95",
-        # A flight level, and not feet.
+        # A flight level, not feet.
         "F095",
     ],
 )

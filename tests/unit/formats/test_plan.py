@@ -1,4 +1,4 @@
-"""The plan of QGroundControl: its content, MAVSDK's reading of it, and ours."""
+"""The plan of QGroundControl: its content, and how MAVSDK and pathgene read it."""
 
 import copy
 import itertools
@@ -66,7 +66,7 @@ def test_every_number_is_where_the_format_has_it(missions, tracks, documents):
         assert home_alt == ground
         ((*place, height),) = rally["points"]
         assert place == home
-        assert home_alt + height == pytest.approx(start[2])  # Above home, as stations read it.
+        assert home_alt + height == pytest.approx(start[2])  # Stations read it as above home.
 
         points = route_of(problem, track)
         lat, lon, alt = np.array([item["params"][4:] for item in items[:-1]]).T
@@ -138,7 +138,7 @@ def test_states_the_verdict_on_the_path(plans, documents):
 
 
 def altered(document, *where, to):
-    """Return a copy with another value at ``where``."""
+    """Return a copy with a different value at ``where``."""
     changed = copy.deepcopy(document)
     table = changed
     for key in where[:-1]:

@@ -60,7 +60,7 @@ def geojson(rng):
     for number in range(rng.randint(1, 6)):
         shapes = [polygon(rng) for _ in range(rng.choice((1, 1, 2)))]
         if system not in (None, "EPSG:4258", "EPSG:4269"):
-            # Near Europe, where these systems hold.
+            # Near Europe, where these systems are valid.
             shapes = [
                 shapely.transform(
                     each,
@@ -259,6 +259,6 @@ def test_a_prism_is_one_area_between_two_heights(mode, drawn):
     assert_same(part, Polygon(corners))
     reference = {"absolute": Reference.AMSL, "relativeToGround": Reference.AGL}[mode]
     limits = [limit and (limit.height_m, limit.reference) for limit in (part.lower, part.upper)]
-    # One sheet alone says nothing about the room above or below it.
+    # A single sheet gives no information about the space above or below it.
     is_sheet = drawn in ("lid", "bottom")
     assert limits == ([None, None] if is_sheet else [(1400, reference), (2900, reference)])

@@ -1,4 +1,4 @@
-"""The recipe "Add a format" of CONTRIBUTING.md: its file and its row are a whole format."""
+"""The recipe "Add a format" of CONTRIBUTING.md: its file and its row are a complete format."""
 
 import json
 import re

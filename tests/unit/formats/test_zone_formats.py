@@ -1,4 +1,4 @@
-"""Random files of each format of zones, compared with readers that are not ours."""
+"""Random files of each format of zones, compared with independent readers."""
 
 import io
 import json
@@ -68,7 +68,7 @@ def same_circle(feature, centre, radius_m):
 
 
 def same_times(feature, periods, is_permanent=False):
-    """Check the periods, each with its daily schedules, as another reader has them."""
+    """Check the periods and their daily schedules against another reader's."""
     expected = []
     for period in [] if is_permanent else periods:
         bounds = tuple(
@@ -171,7 +171,7 @@ def judge_openaip(data, features):
             metres = limit["value"] * {0: 1.0, 1: 0.3048, 6: 30.48}[limit["unit"]]
             expected.append((metres, ("AGL", "AMSL", "STD")[limit["referenceDatum"]]))
         same_heights(feature, expected)
-        # Types that the documents of openAIP describe, whose consequence is plain.
+        # Types described in the documents of openAIP, with an obvious consequence.
         plain = {1: True, 2: True, 3: True, 4: True, 7: True, 10: False, 21: False, 33: False}
         if properties["type"] in plain:
             assert feature.forbids == plain[properties["type"]]
@@ -348,7 +348,7 @@ def test_reads_many_random_files_as_other_readers_do(kind, tmp_path):
 
 
 def check_broken(kind, seed):
-    """Read a broken file: whatever is wrong is a bad part, or one sentence on the file."""
+    """Read a broken file: each fault gives a bad part, or one error message for the file."""
     data, name = zone_files.broken(kind, random.Random(f"broken {kind} {seed}"))
     content = Content(data, name)
     row = next((row for row in FORMATS if row.zones and row.module.recognises(content)), None)

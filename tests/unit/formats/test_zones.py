@@ -29,7 +29,7 @@ def read(tmp_path, text, terrain=TERRAIN, name="zones.kml"):
 
 
 def assert_same(found, wanted):
-    """Assert that a zone is another one, within a centimetre."""
+    """Assert that two zones are equal within a centimetre."""
     assert type(found) is type(wanted)
     if isinstance(wanted, Circle):
         assert np.allclose((found.x_m, found.y_m), (wanted.x_m, wanted.y_m), atol=0.01)

@@ -1,4 +1,4 @@
-"""Sources of the waypoints of a child: its halves, its mutation, and a path of the host instead."""
+"""Sources of a child's waypoints: its halves, its mutation, or instead a path from the host."""
 
 import itertools
 import random
@@ -19,7 +19,7 @@ SIZES = {"kinds": KINDS, "min_waypoints": 2, "max_waypoints": MOST}
 
 async def sources(ctx, dut, length):
     """Return the source of each waypoint of the path."""
-    # The index knows the path a cycle after its length.
+    # The index knows the path one cycle after its length.
     await ctx.tick()
     ctx.set(dut.advance, 1)
     found = []
@@ -36,7 +36,7 @@ async def sources(ctx, dut, length):
 
 
 async def update(ctx, dut, head, tail, number, index):
-    """Make a child of these waypoints, changed by mutator ``number``, or by none."""
+    """Make a child of these waypoints, changed by mutator ``number`` or unchanged."""
     ctx.set(dut.bred_length, head + tail)
     ctx.set(dut.applied, 0 if number is None else 1 << number)
     await ctx.tick()
@@ -53,7 +53,7 @@ async def update(ctx, dut, head, tail, number, index):
 
 @pytest.mark.parametrize("number", [None, 0, 1, 2, 3])
 def test_every_child(number):
-    """All lengths of both halves, all places of the mutation."""
+    """Both halves take all lengths, and the mutation all places."""
     dut = ChildIndex(**SIZES)
 
     async def bench(ctx):

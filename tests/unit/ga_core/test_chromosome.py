@@ -24,7 +24,7 @@ def simulate(dut, testbench):
 
 @pytest.mark.parametrize("kind", [None, "perturb", "insert", "delete"])
 def test_index_of_every_path_and_mutation(kind):
-    """Every length of the head and of the path, every place of the mutation."""
+    """The head and the path take every length, and the mutation every place."""
     dut = ReadIndex(**INDEX_SIZES)
 
     async def testbench(ctx):
@@ -80,7 +80,7 @@ def test_index_stays_without_advance():
 
 
 def test_banks_and_halves_keep_what_is_written():
-    """All places of both banks; both halves are written at once, while a bank is read."""
+    """All places of both banks are tried; both halves are written at once while a bank is read."""
     dut = Chromosome(**SIZES)
     rng = random.Random(1)
     places = range(CONFIG.max_waypoints - CONFIG.head_size)

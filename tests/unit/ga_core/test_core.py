@@ -1,4 +1,4 @@
-"""The whole core against the model: populations, slots, mutations and cycles.
+"""The complete core compared with the model: populations, slots, mutations and cycles.
 
 ``tests/cosim/cosim_core.py`` runs the paper's population, compiled. On a chip with a map, no new
 waypoint lies in the ground.
@@ -29,7 +29,7 @@ CONFIGS = {
 
 @pytest.mark.parametrize("name", CONFIGS)
 def test_matches_model(name):
-    """Random paths, then generations with reads, loads and new seeds in between."""
+    """Generations from random paths match, with reads, loads and new seeds in between."""
     config = CONFIGS[name]
     pauses = (0, 2, 0, 1) if name in ("odd", "by_rank") else (0,)
 
@@ -102,7 +102,7 @@ def test_ranking_is_discarded(event):
         order = shuffled(rng, TINY)
         for wait in range(TINY.mutators + 16):
             await driver.rank(order)
-            # The event comes while the ranking is processed, or later.
+            # The event occurs while the ranking is processed, or later.
             for _ in range(wait):
                 await driver.tick()
             match event:
@@ -175,13 +175,13 @@ MAP_CONFIGS = {
 
 
 def highest(config):
-    """Return limits that keep new waypoints on the map, and nothing else."""
+    """Return limits that only keep new waypoints on the map."""
     return Limits(config.map_size - 1, config.map_size - 1, config.blocked_altitude - 1)
 
 
 @pytest.mark.parametrize("name", MAP_CONFIGS)
 def test_matches_model_with_a_map(name):
-    """Maps that hit often, with and without regard to the ground, loads and reads in between."""
+    """Maps are hit often, with or without avoidance of the ground; loads and reads come between."""
     config = MAP_CONFIGS[name]
 
     async def bench(ctx, dut):
@@ -192,7 +192,7 @@ def test_matches_model_with_a_map(name):
         for generation in range(18):
             if generation % 6 == 0:
                 driver.survey(highest=rng.choice((4, 9, 15)))
-                # At first the ground does not matter.
+                # Initially the ground does not matter.
                 avoids = generation > 0
                 limits = rng.choice((None, highest(config)))
                 await driver.start(rng.getrandbits(64), limits=limits, avoid_ground=avoids)
@@ -223,7 +223,7 @@ def test_matches_model_with_a_map(name):
 
 
 def test_new_waypoints_are_above_the_ground():
-    """Judged only by the results: the cell of each is lower, and was looked up at its turn."""
+    """Only the results are checked: the cell of each is lower, and was looked up in its turn."""
     config = SMALL.replace(redraws=1)
 
     async def bench(ctx, dut):
@@ -255,7 +255,7 @@ def test_new_waypoints_are_above_the_ground():
 @pytest.mark.ci
 @pytest.mark.parametrize(("memory_latency", "redraws"), [(2, 0), (2, 2), (2, 7), (1, 2)])
 def test_cycles_of_a_generation(memory_latency, redraws):
-    """All above the ground, then all in it; the shortest paths, then the longest."""
+    """All are above the ground, then all in it; the paths are the shortest, then the longest."""
     config = SMALL.replace(max_waypoints=20, memory_latency=memory_latency, redraws=redraws)
     lookup = 2 + memory_latency
     assert config.lookup_latency == lookup
@@ -281,7 +281,7 @@ def test_cycles_of_a_generation(memory_latency, redraws):
 
 
 def test_all_redraws_hide_behind_the_longest_paths():
-    """With the default sizes; the requirement is ``max_waypoints + 8`` cycles."""
+    """The default sizes are used; the requirement is ``max_waypoints + 8`` cycles."""
     config = Config(checker=CheckerBuild.PARALLEL)
     needed = config.patches * config.candidates
     assert needed + config.lookup_latency + 6 == 19 <= config.max_waypoints + 4
@@ -299,7 +299,7 @@ def test_cycles_of_a_ranking_with_a_map():
 @pytest.mark.ci
 @pytest.mark.parametrize("event", ["start", "write", "rank", "generation", "read"])
 def test_event_while_waypoints_are_read_ahead(event):
-    """In every cycle of it. All but a read discard the ranking; a read only delays it."""
+    """It occurs in every cycle. All events except a read discard the ranking; a read delays it."""
     cycles = SMALL.mutators + SMALL.patches + 22
 
     async def bench(ctx, dut):

@@ -1,4 +1,4 @@
-"""The crossover module against the model: every pair of lengths."""
+"""The crossover module compared with the model, for every pair of lengths."""
 
 import itertools
 
@@ -23,7 +23,7 @@ def breed(config, pairs):
                 ctx.set(dut.position, position)
                 for port, path in zip(dut.parents, parents, strict=True):
                     ctx.set(port.length, len(path))
-                    # Past the end of a path, any waypoint passes.
+                    # Past the end of a path, any waypoint is accepted.
                     ctx.set(port.waypoint, path[position] if position < len(path) else 999)
                 for child, halves in enumerate(zip(dut.heads, dut.tails, strict=True)):
                     for half, written in zip(halves, children[child], strict=True):
@@ -52,7 +52,7 @@ def test_every_pair_of_lengths(max_waypoints):
     for parents, children in zip(pairs, breed(config, pairs), strict=True):
         joined = []
         for head, tail in children:
-            # Without gaps from 0, and within the halves of a chromosome.
+            # They have no gaps, start at 0 and stay within the halves of a chromosome.
             assert list(head) == list(range(len(head)))
             assert list(tail) == list(range(len(tail)))
             assert len(head) <= config.head_size

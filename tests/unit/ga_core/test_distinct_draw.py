@@ -1,4 +1,4 @@
-"""Draws of different numbers against the model."""
+"""Draws of different numbers, compared with the model."""
 
 import itertools
 import random
@@ -89,7 +89,7 @@ def test_every_sequence(total, count, draw_bits, best_of):
     ids=["children", "survivors", "survivors_by_rank", "all", "large"],
 )
 def test_every_cycle_of_a_random_script(total, count, first, best_of):
-    """Draws one by one and back to back, and clears at any time."""
+    """Draws come singly and back to back, and clears at any time."""
     rng = random.Random(total + count)
     dut = DistinctDraw(total=total, count=count, draw_bits=24, first=first, best_of=best_of)
     script, taken = [], 0
@@ -97,7 +97,7 @@ def test_every_cycle_of_a_random_script(total, count, first, best_of):
         busy = rng.choice((0.5, 1.0))
         for _ in range(rng.randrange(2 * count + LATENCY)):
             if taken < count and rng.random() < busy:
-                # A wrong product shows at the ends of the range.
+                # A wrong product becomes visible at the ends of the range.
                 raw = (0, (1 << 24) - 1, rng.getrandbits(24), rng.getrandbits(24))
                 script.append(tuple(rng.choices(raw, k=best_of)))
                 taken += 1

@@ -1,4 +1,4 @@
-"""The mutation unit against the model: plans, captured waypoints, limits, cycles."""
+"""The mutation unit compared with the model: plans, captured waypoints, limits, cycles."""
 
 import random
 
@@ -165,7 +165,7 @@ def test_matches_model(config):
     [(SMALL.MIN_WAYPOINTS, MutationKind.DELETE), (SMALL.max_waypoints, MutationKind.INSERT)],
 )
 def test_limits_on_the_length(length, kind):
-    """Parents of one length have children of that length: each mutation of the kind is refused."""
+    """Parents of equal length have children of that length: every such mutation is refused."""
 
     async def bench(ctx, dut):
         case = Case(SMALL, random.Random(4), length=length)

@@ -93,7 +93,7 @@ FORBIDDEN = {MutationKind.PERTURB: None, MutationKind.INSERT: 5, MutationKind.DE
 
 @pytest.mark.parametrize("kind", MutationKind)
 def test_records_with_store_alone(kind):
-    """Every length, with and without a new waypoint."""
+    """Every length is tried, with and without a new waypoint."""
     dut = Mutator(**{**MUTATOR_SIZES, "kind": kind})
     makes = kind is not MutationKind.DELETE
 
@@ -145,7 +145,7 @@ PERTURBER_SIZES = {
 
 
 def test_moves_the_waypoint_of_its_plan_within_the_limits():
-    """Every parent and position, 2 cycles after the last waypoint at the earliest."""
+    """Every parent and position is tried, at the earliest 2 cycles after the last waypoint."""
     dut = WaypointPerturber(**PERTURBER_SIZES)
     axes = PERTURBER_SIZES["limits_layout"]
 

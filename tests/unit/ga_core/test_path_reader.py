@@ -1,4 +1,4 @@
-"""Paths as a stream, from a population that is read in lock step."""
+"""Paths as a stream, from a population that is read in lockstep."""
 
 import random
 
@@ -37,7 +37,7 @@ class Slots:
         self.steps = self.rewind = False
 
     async def tick(self):
-        """Pass a cycle, and act on the outputs before its edge."""
+        """Advance one cycle, and act on the outputs before its edge."""
         ctx, dut = self.ctx, self.dut
         steps, rewind, slot = ctx.get(dut.steps), ctx.get(dut.rewind), ctx.get(dut.slot)
         assert not (steps and self.filling), "a step before the first waypoints are there"
@@ -110,7 +110,7 @@ def test_paths_come_in_order(eagerness):
 
 
 def test_cycles():
-    """The first waypoint after 5 cycles, then one per cycle, and 3 cycles between two paths."""
+    """It takes 5 cycles to the first waypoint, then one per waypoint, and 3 between two paths."""
     dut = PathReader(**SIZES)
 
     async def bench(ctx):

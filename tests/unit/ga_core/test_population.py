@@ -1,4 +1,4 @@
-"""The population: host access, lock-step reading, copies, the update, pending mutations."""
+"""The population: host access, lockstep reading, copies, the update, pending mutations."""
 
 import itertools
 import random
@@ -75,7 +75,7 @@ async def settle(ctx, dut):
 
 
 async def breed(ctx, dut, paths, carried, mutations=(), patches=()):
-    """Read the paths of ``carried`` in lock step, so that children are bred, and update.
+    """Read the paths of ``carried`` in lockstep, so that children are bred, and update.
 
     ``mutations`` are (number, child, index); returns the next population.
     """
@@ -125,7 +125,7 @@ async def breed(ctx, dut, paths, carried, mutations=(), patches=()):
     await ctx.tick()
     ctx.set(dut.update, 1)
     for mutation in dut.mutations:
-        # An index without `applied` is no mutation; in the cycle of the update it is ignored.
+        # An index without `applied` is not a mutation; in the cycle of the update it is ignored.
         ctx.set(mutation, {"applied": 0, "child": 1, "index": 1})
     await ctx.tick()
     ctx.set(dut.update, 0)
@@ -232,7 +232,7 @@ def test_nothing_is_accepted_unless_allowed():
 
 
 def test_generations_without_mutations():
-    """Copies and children over several updates, so that both banks are read and written."""
+    """Copies and children span several updates, so that both banks are read and written."""
 
     async def bench(ctx, dut):
         rng = random.Random(3)
@@ -249,7 +249,7 @@ def test_generations_without_mutations():
 
 @pytest.mark.parametrize("number", range(4), ids=["perturb", "insert_0", "insert_1", "delete"])
 def test_every_index_of_a_mutation(number):
-    """One mutation at each index of a child, read once from its halves and once from a copy."""
+    """A mutation at each index of a child is read once from its halves and once from a copy."""
 
     async def bench(ctx, dut):
         rng = random.Random(number)
@@ -270,7 +270,7 @@ def test_every_index_of_a_mutation(number):
 
 
 def test_waypoints_are_read_ahead():
-    """At any positions, pending mutations included; the reading that follows starts at 0."""
+    """All positions work, even with pending mutations; later reading starts at 0."""
     config = SMALL.replace(checker=CheckerBuild.PARALLEL)
 
     async def bench(ctx, dut):
@@ -315,7 +315,7 @@ def test_waypoints_are_read_ahead():
 
 
 def test_read_after_reading_ahead():
-    """A read in the cycle after a peek, or in any later one."""
+    """The read comes in the cycle after a peek or in any later one."""
     config = SMALL.replace(checker=CheckerBuild.PARALLEL)
 
     async def bench(ctx, dut):
@@ -339,7 +339,7 @@ def test_read_after_reading_ahead():
 
 
 def test_write_ends_reading_ahead():
-    """In every cycle of the reading ahead."""
+    """The write comes in every cycle of the reading ahead."""
     config = SMALL.replace(checker=CheckerBuild.PARALLEL)
 
     async def bench(ctx, dut):
@@ -391,7 +391,7 @@ def test_loading_a_path_discards_its_mutation():
 
 @pytest.mark.parametrize("cycles", [1, 2])
 def test_reset_discards_mutations(cycles):
-    """Each path that is then read ahead has two waypoints of bank 0, and no patch."""
+    """Each path read ahead afterwards has two waypoints from bank 0, and no patch."""
     dut = Population(SMALL)
     rst = Signal()
 

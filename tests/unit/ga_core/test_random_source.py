@@ -1,4 +1,4 @@
-"""The random source's gateware against the model."""
+"""The gateware of the random source, compared with the model."""
 
 import random
 
@@ -74,7 +74,7 @@ def test_ignores_steps_while_it_warms_up():
 
 
 def test_every_cycle_of_a_random_script():
-    """Loads at any time, also during a warm-up and together with a step."""
+    """Loads come at any time, even during a warm-up or together with a step."""
     rng = random.Random(11)
     script, expected = [], []
     source, left = model.RandomSource(0), WARM_UP_STEPS

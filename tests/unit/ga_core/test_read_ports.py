@@ -19,7 +19,7 @@ def test_as_many_cycles_as_the_longest_path_has_waypoints(most):
             lengths[rng.randrange(len(lengths))] = longest
             for port, length in zip(dut.lengths, lengths, strict=True):
                 ctx.set(port, length)
-            # Nothing passes before `begin`.
+            # Nothing is read before `begin`.
             for _ in range(rng.randint(1, 3)):
                 assert not ctx.get(dut.goes_on)
                 await ctx.tick()
@@ -60,7 +60,7 @@ class Registers:
         self.index = self.slot = self.port = None
 
     async def tick(self, *names):
-        """Raise inputs for a cycle."""
+        """Raise inputs for one cycle."""
         ctx, dut = self.ctx, self.dut
         for name in names:
             for port in dut.begin if name == "begin" else [getattr(dut, name)]:
@@ -166,7 +166,7 @@ CROSSBAR_SIZES = {"ports": 6, "population": POPULATION, "waypoint_bits": WAYPOIN
 
 
 async def pass_new(ctx, dut, rng):
-    """Give every slot another waypoint, pass a cycle, and return these waypoints."""
+    """Give every slot a new waypoint, advance one cycle, and return these waypoints."""
     given = [rng.getrandbits(WAYPOINT_BITS) for _ in dut.slots]
     for slot, waypoint in zip(dut.slots, given, strict=True):
         ctx.set(slot, waypoint)

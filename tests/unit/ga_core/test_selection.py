@@ -1,4 +1,4 @@
-"""The selection unit against the model, cycle by cycle."""
+"""The selection unit compared with the model, cycle by cycle."""
 
 import dataclasses
 import random
@@ -15,7 +15,7 @@ from pathgene.sim.model.random_source import RandomSource
 from tests.support.gateware.chips import TINY
 
 
-# Each with the latency of its unit.
+# Each has the latency of its unit.
 CASES = {
     "default": (Config(checker=CheckerBuild.NONE), 15),
     "by_rank": (Config(survivor_selection=SurvivorSelection.RANK, checker=CheckerBuild.NONE), 15),
@@ -35,7 +35,7 @@ EACH_CASE = pytest.mark.parametrize(("config", "latency"), CASES.values(), ids=C
 
 
 def outputs(ctx, dut):
-    """Return the present set as the model's draws."""
+    """Return the current set in the form of the model's draws."""
     return model.Draws(
         tuple(ctx.get(dut.parents)),
         tuple(ctx.get(dut.survivors)),
@@ -85,7 +85,7 @@ def predict(config, latency, script):
 
 @EACH_CASE
 def test_matches_model(config, latency):
-    """Sets used at once or later, or requested too early; new seeds at any time."""
+    """Sets are used immediately or later, or requested too early; new seeds come at any time."""
     rng = random.Random(4)
     script = []
     for eager in (1.0, 0.05, 0.6):
@@ -117,7 +117,7 @@ def test_default_set_is_ready_before_a_full_generation_ends():
 
 
 def test_offsets_are_taken():
-    """One per cycle or with pauses, all or some of them; the next set is whole again."""
+    """All or some are taken, with or without pauses; the next set is complete again."""
     config = TINY.replace(checker=CheckerBuild.PARALLEL, inserts=2, deletes=1, redraws=3)
     dut = Selection(config)
     rng = random.Random(5)
@@ -160,7 +160,7 @@ def test_offsets_reach_the_whole_box():
 
 
 def test_reset_in_every_cycle_of_a_set():
-    """Draws in flight have no part in the first set after it."""
+    """Draws in flight do not enter the first set after the reset."""
     config, latency = CASES["small"]
     unit = model.Selection(config)
     expected = unit.draw(RandomSource(0))

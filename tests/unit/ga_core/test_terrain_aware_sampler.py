@@ -73,7 +73,7 @@ class Bench:
         return waypoint & mask, waypoint >> bits & mask, waypoint >> 2 * bits
 
     async def tick(self):
-        """Pass a cycle. Inputs that were not asked for are random."""
+        """Advance one cycle. Inputs that were not requested are random."""
         ctx, dut, config, rng = self.ctx, self.dut, self.config, self.rng
         if ctx.get(dut.peek):
             self.peeks += 1
@@ -104,7 +104,7 @@ class Bench:
             self.ctx.set(self.dut.offset, dict(zip(axes, self.offsets[0], strict=True)))
 
     def plan(self):
-        """Plan at random; return the waypoints to be moved, and a list of those needed."""
+        """Plan at random; return the waypoints to be moved, and a list of the needed ones."""
         ctx, dut, rng, config = self.ctx, self.dut, self.rng, self.config
         bases = []
         for plan in dut.plans:

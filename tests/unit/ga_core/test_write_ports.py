@@ -1,4 +1,4 @@
-"""Writes to the population: by the host, and of paths that are kept."""
+"""Writes to the population: paths from the host, and paths that are kept."""
 
 import random
 

@@ -1,4 +1,4 @@
-"""COBS in gateware against the package ``cobs``."""
+"""COBS in gateware, compared with the package ``cobs``."""
 
 import itertools
 import random

@@ -1,4 +1,4 @@
-"""Frame receiver and transmitter against the model."""
+"""Frame receiver and transmitter, compared with the model."""
 
 import itertools
 import random
@@ -63,7 +63,7 @@ class Receiver:
         ctx.set(self.dut.bytes.valid, 0)
 
     async def drain(self, ctx):
-        """Wait until no word has come out for a while."""
+        """Wait until no word has been output for a while."""
         seen = None
         while seen != len(self.words):
             seen = len(self.words)
@@ -124,7 +124,7 @@ def test_receives_behind_every_short_garbage():
 
 @pytest.mark.parametrize("pauses", [(0,), (0, 1, 0, 2)], ids=["steady", "stalled"])
 def test_receives_bodies_around_a_block(pauses):
-    # Delimiters between the frames let the reader keep up.
+    # Delimiters between the frames allow the reader to keep up.
     bodies = [pattern(length, length) for length in (249, 250, 251, 255)]
     data = b"".join(encode_frame(body) + b"\0" * 200 * max(pauses) for body in bodies)
     frames, verdicts = check_against_model(data, pauses=pauses)
@@ -182,7 +182,7 @@ def test_receives_after_random_bytes():
     rng = random.Random(11)
     data = bytearray()
     for number in range(30):
-        # Some whole codes, so that garbage reaches the check of the CRC.
+        # Some complete codes, so that garbage reaches the CRC check.
         garbage = bytes(rng.choice((1, rng.randrange(5), rng.randrange(256))) for _ in range(40))
         data += cobs.encode(garbage) if number % 3 == 0 else garbage
         data += b"\0" + encode_frame(bytes([number, 0, rng.randrange(256)]))
@@ -205,7 +205,7 @@ def test_bodies_with_crcs_up_to_the_buffer_always_fit(size):
             await receiver.feed(ctx, b"".join(map(encode_frame, bodies)))
             await receiver.drain(ctx)
 
-    # A pause before each first byte: longer than it takes to fill the buffer.
+    # There is a pause before each first byte, longer than it takes to fill the buffer.
     total = size * count
     receiver.pauses = [700, *[0] * (total - 1)]
     receiver.run(scenario)

@@ -17,7 +17,7 @@ async def receive(ctx, dut, byte):
 
 
 def test_counts_received_bytes():
-    """Bytes of damaged frames count."""
+    """Bytes of damaged frames count, too."""
     dut = Line(SMALL.clocks_per_bit, SMALL.receive_buffer)
     counted = []
 

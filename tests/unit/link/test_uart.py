@@ -121,7 +121,7 @@ def test_a_long_break_is_one_error():
 
 
 def test_synchronizes_after_an_idle_byte():
-    # The receiver starts in the middle of a byte; after one idle byte it is in step.
+    # The receiver starts in the middle of a byte; after one idle byte it is synchronized.
     line = levels([0x00, 0x5A, 0xFF], 8)
     for skipped in range(0, 80, 5):
         received, _ = receive(8, line[skipped:] + [1] * 80 + levels(BYTES, 8))

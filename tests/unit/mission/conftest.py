@@ -19,5 +19,5 @@ def tracks(missions):
 
 @pytest.fixture(scope="session")
 def plans(missions):
-    """Return the missions as an autopilot takes them."""
+    """Return the missions in the form that an autopilot accepts."""
     return [flight_of(*mission) for mission in missions]

@@ -19,7 +19,7 @@ from tests.support.host.closed_problems import lane
 
 
 START, VIA, GOAL = (500.0, 500.0, 300.0), (2000.0, 500.0, 300.0), (500.0, 2500.0, 300.0)
-#: Back over the shoulder: the arc at the via point needs more room than 200 m.
+#: Backwards: the arc at the via point needs more room than 200 m.
 SHARP = np.array([VIA, (1200.0, 900.0, 300.0), GOAL])
 WIDE = np.array([VIA, (2100.0, 1500.0, 300.0), (1500.0, 2400.0, 300.0), GOAL])
 
@@ -46,7 +46,7 @@ def test_the_arc_at_the_via_point_needs_room_on_both_sides(evaluators):
 
 
 def test_a_leg_does_not_turn_back_at_the_via_point_by_one_arc():
-    """The arc has room, and would begin a kilometre ahead of the point."""
+    """The arc would have room, but would begin a kilometre ahead of the point."""
     terrain = Terrain("flat", np.full((31, 61), 100.0), 100, 100)
     start, via, goal = (500.0, 1500.0, 300.0), (5000.0, 1500.0, 300.0), (500.0, 2000.0, 300.0)
     mission = Mission(Problem(terrain, start, goal), [via])

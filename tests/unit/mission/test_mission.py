@@ -89,7 +89,7 @@ def test_the_goal_of_a_return_keeps_the_clearance():
 
 
 def test_names_a_leg_that_is_no_reference():
-    """A steep glide burns no fuel; by the rules, the reason why it cannot be flown comes first."""
+    """A steep glide burns no fuel; under the rules, the reason that forbids it comes first."""
     assert refusal(problem(as_paper=True), [(800, 600, 4000)]).startswith(
         "Leg 2, from via point 1 to the goal: The straight line from start to goal is so steep a "
         "glide that it burns no fuel"

@@ -79,7 +79,7 @@ def test_an_observer_sees_the_legs_before_in_every_path(terrain):
     for path in observer.paths:
         passed = {VIA: [], GOAL: [VIA], START: [VIA, GOAL]}[tuple(path[-1])]
         assert all(point in map(tuple, path.tolist()) for point in passed)
-    # The last path shown is the flown one.
+    # The last path shown is the path that is flown.
     assert np.array_equal(observer.paths[-1], plan.path)
 
 

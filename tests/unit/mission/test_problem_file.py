@@ -50,7 +50,7 @@ def plan_actions():
     return {
         action.dest: action.option_strings
         for action in commands.choices["plan"]._actions
-        # A limit is the user's, not a problem file's, which may come from anybody.
+        # A limit is set by the user, not by a problem file, which may come from anybody.
         if action.dest
         not in ("help", "json", "debug", "problem", "beside", "save_problem", "max_cells")
     }

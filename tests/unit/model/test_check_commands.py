@@ -190,7 +190,7 @@ def test_writes_the_cells_of_a_map_of_wrong_length(host, payload, written):
     for number in range(written):
         expected[3 + number // 4][2 + number % 4] = cells[number]
     if written == 7:
-        expected[4][5] = 0  # The padding makes a cell.
+        expected[4][5] = 0  # The padding forms a cell.
     answer = ask(host.chip, bytes((1, host.sequence, Command.MAP)) + payload)
     assert answer[2] == Status.BAD_LENGTH
     assert host.chip.checking.terrain.heights.tolist() == expected

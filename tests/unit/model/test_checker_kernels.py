@@ -1,4 +1,4 @@
-"""The compiled check against the definition, and both against the formula over whole batches."""
+"""The compiled check equals the definition, and both equal the formula over whole batches."""
 
 import itertools
 
@@ -83,7 +83,7 @@ def test_random_paths_on_the_full_map(build, count):
 
 
 def test_a_hundred_thousand_segments():
-    """Paths of one segment on a map of 512, which every build checks in the detailed map."""
+    """The paths have one segment on a map of 512, which every build checks in the detailed map."""
     rng = np.random.default_rng(7)
     terrain = ground(FULL, rng)
     for _ in range(5):

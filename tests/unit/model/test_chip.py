@@ -149,7 +149,7 @@ def test_repeated_commands_change_nothing(host):
 
     rank = host(Command.GENERATE, bytes((LinkMode.RANK, *ORDER)))
     assert again(Command.GENERATE, bytes((LinkMode.RANK, *ORDER))) == rank
-    # A repeated command may ask for another link mode.
+    # A repeated command may ask for a different link mode.
     recipe = again(Command.GENERATE, bytes((LinkMode.RECIPE, *ORDER)))
     values = recipe_reply(SMALL).unpack(recipe)
     assert values["checksum"] == chip.core.checksum()
@@ -212,7 +212,7 @@ def test_counters(host):
     assert before["generations"] == 1
     assert (before["crossover"], before["mutation"], before["update"]) == (6, 2, 1)
     assert before["longest"] == 9
-    assert before["refused_mutations"] == 1  # No path of 5 can grow.
+    assert before["refused_mutations"] == 1  # Paths of 5 waypoints cannot grow.
     after = counters_reply(SMALL).unpack(host(Command.COUNTERS))
     # Header 3, CRC 4, COBS 2 bytes.
     assert after["bytes_received"] - before["bytes_received"] == 9
@@ -254,7 +254,7 @@ def test_replies_to_any_bodies_by_the_rules(script):
     rules = ProtocolRules(SMALL)
     for body, plain in script:
         rules.judge(body, plain, ask(chip, body, plain=plain))
-    # The chip works as before.
+    # The chip still works as before.
     session = (rules.session + 1) % 256
     assert ask(chip, (session, 0, Command.OPEN)) == bytes((session, 0, Status.OK))
     whole = read_request(SMALL).pack(slot=0, count=8)

@@ -1,4 +1,4 @@
-"""The model of the paper core against the definition, operator by operator."""
+"""The model of the paper core compared with the definition, operator by operator."""
 
 import dataclasses
 import random
@@ -78,7 +78,7 @@ def test_mutations_by_hand():
     config = WITHOUT_MAP
     children = [[waypoint(10 * i, 20 * i, 100 * i) for i in range(3)] for _ in range(22)]
     children[4] = [waypoint(i, i, i) for i in range(16)]  # No room for another.
-    children[7] = children[7][:2]  # None to spare.
+    children[7] = children[7][:2]  # None can be spared.
     draws = Draws(
         parents=(0,) * 11,
         survivors=tuple(range(2, 10)),
@@ -93,10 +93,10 @@ def test_mutations_by_hand():
     assert children[2] == [*before[2][:2], waypoint(0, 60, 400)]
     # No room: a counted no-op.
     assert children[4] == before[4]
-    # 40000 * 3 >> 16 = 1: after the second waypoint, within the box around it.
+    # 40000 * 3 >> 16 = 1: after the second waypoint, within the box around that waypoint.
     moved = waypoint(15, 14, 0)
     assert children[6] == [before[6][0], before[6][1], moved, before[6][2]]
-    # None to spare.
+    # None can be spared.
     assert children[7] == before[7]
     # 21846 * 3 >> 16 = 1.
     assert children[9] == [before[9][0], before[9][2]]
@@ -218,7 +218,7 @@ def test_mutations_above_the_ground_by_hand():
 
 @pytest.mark.parametrize("redraws", [0, 2, 7])
 def test_first_candidates_equal_those_without_a_map(redraws):
-    """Without avoidance, and over ground too low to matter."""
+    """They are equal without avoidance, and over ground too low to matter."""
     config = WITH_MAP.replace(redraws=redraws)
     rng = random.Random(13)
     limits = Limits(400, 511, 4000)

@@ -23,13 +23,13 @@ KEYS = st.integers(0, (1 << 80) - 1)
 
 
 def keystream(generator, size):
-    """Return bytes as the cipher's authors print them, lowest bit first."""
+    """Return bytes as printed by the cipher's authors, lowest bit first."""
     bits = "".join(f"{generator.step():0{WORD_BITS}b}" for _ in range(size * 8 // WORD_BITS))
     return bytes(int(bits[i : i + 8][::-1], 2) for i in range(0, size * 8, 8))
 
 
 def test_published_vector():
-    """eSTREAM, set 1, vector 0, with the highest bits of key and IV in s_80 and s_173."""
+    """It is vector 0 of eSTREAM's set 1, with the top bits of key and IV in s_80 and s_173."""
     expected = (
         "38EB86FF730D7A9CAF8DF13A4420540DBB7B651464C87501552041C249F29A64"
         "D2FBF515610921EBE06C8F92CECF7F8098FF20CCCC6A62B97BE8EF7454FC80F9"
@@ -151,7 +151,7 @@ def test_stream_writes_the_words_in_port_order():
     expected = [word.to_bytes(8, "little") for _ in range(100) for word in source.step()]
     assert written[: 100 * LANES * 8] == b"".join(expected)
     assert written == RandomStream(123).words(size // (LANES * 8)).tobytes()
-    # The reader closes the pipe, which is no error.
+    # The reader closes the pipe, which is not an error.
     assert (process.returncode, complaint) == (0, b"")
 
 

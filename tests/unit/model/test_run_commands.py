@@ -1,4 +1,4 @@
-"""Marks of changed blocks, by hand and against the gateware, and shapes that become blocked."""
+"""Marks of changed blocks, computed by hand and by the gateware, and shapes that are blocked."""
 
 import itertools
 
@@ -44,7 +44,7 @@ def test_another_size_of_blocks_marks_all():
     marks.scan()
     marks.shift = 1
     assert [marks.scan(), marks.scan()] == [ALL, 0]
-    # Written with another size than the scans before and after it.
+    # Written with a block size that differs from the scans before and after it.
     marks.shift = 2
     marks.write(*corners((500, 500)))
     marks.shift = 1

@@ -29,7 +29,7 @@ P_VALUE = 1e-4
 
 
 class Script:
-    """Source of chosen words and then zeros that counts its steps."""
+    """Source of given words, followed by zeros, that counts its steps."""
 
     def __init__(self, words=()):
         self._words = iter(words)
@@ -51,7 +51,7 @@ class Stream:
 
 
 def sample(config, seed, generations):
-    """Return parents, survivors, children, waypoints and offsets, a row per generation each."""
+    """Return parents, survivors, children, waypoints and offsets, one row per generation."""
     unit, source = Selection(config), Stream(seed, generations * config.draw_steps)
     draws = [unit.draw(source) for _ in range(generations)]
     names = ("parents", "survivors", "children", "waypoints", "offsets")
@@ -136,7 +136,7 @@ def test_distinct_draw_can_exhaust_the_numbers():
 
 @pytest.mark.parametrize("unit", ["children", "survivors"])
 def test_scales_raw_draws_to_the_remaining_numbers(unit):
-    """The first and the last raw draw of every number give it, so those between do as well."""
+    """The first and the last raw draw of each number yield it, so all draws in between do, too."""
     layout = RandomWordLayout(DEFAULT)
     lane, (low, high), lowest, total, count = {
         "children": (1, layout.child, 0, 22, 5),
@@ -147,7 +147,7 @@ def test_scales_raw_draws_to_the_remaining_numbers(unit):
         ends = np.cumsum([0, *frequencies(total - k, 24)]).tolist()
         for draw, (first, stop) in enumerate(itertools.pairwise(ends)):
             for raw in (first, stop - 1):
-                # Earlier draws of 0 removed the k lowest numbers.
+                # Earlier draws of 0 have removed the k lowest numbers.
                 words = [(0, 0)] * k
                 words.append((raw << low, 0) if lane == 0 else (0, raw << low))
                 drawn = getattr(Selection(DEFAULT).draw(Script(words)), unit)
@@ -173,7 +173,7 @@ def test_ordered_choices_are_equally_likely(total, count):
 
 @pytest.mark.parametrize("config", [TINY, DEFAULT, BY_RANK, LARGE, WITH_MAP])
 def test_steps_do_not_depend_on_draws(config):
-    """So the state at the start of a generation depends only on the seed and its number."""
+    """The state at the start of a generation therefore depends only on the seed and its number."""
     unit = Selection(config)
     ones = (1 << 64) - 1
     for words in ([], [(ones, ones)] * config.draw_steps, [(ones, 0), (0, ones)]):
@@ -233,7 +233,7 @@ def test_parents(default_sample):
 
 
 def test_parents_are_independent(default_sample):
-    """Pairs of a generation, and of successive generations, follow the product."""
+    """Pairs within a generation, and in successive generations, follow the product."""
     ranks = default_sample["parents"]
     weights = np.outer(linear_ranking(32), linear_ranking(32))
     assert_follows(pairs(ranks[:, 0:10:2], ranks[:, 1:11:2], 32), weights)
@@ -308,7 +308,7 @@ def test_units_are_independent(default_sample):
 
 
 def test_every_ordered_choice_of_a_small_size():
-    """All 24 orders of three of four children, all 30 of two of six survivors."""
+    """These are all 24 orders of three of four children, and all 30 of two of six survivors."""
     drawn = sample(TINY, seed=77, generations=10_000)
     for name, lowest, total in (("children", 0, 4), ("survivors", 2, 6)):
         times = Counter(map(tuple, (drawn[name] - lowest).tolist()))
@@ -317,7 +317,7 @@ def test_every_ordered_choice_of_a_small_size():
 
 
 def test_survivors_by_rank_of_a_small_size():
-    """Ordered choices of two of six: linear ranking of six, then of the remaining five."""
+    """Ordered choices of two of six follow linear ranking of six, then of the remaining five."""
     config = TINY.replace(survivor_selection=SurvivorSelection.RANK)
     drawn = sample(config, seed=78, generations=10_000)
     times = Counter(map(tuple, (drawn["survivors"] - 2).tolist()))

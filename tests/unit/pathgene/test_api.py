@@ -1,4 +1,4 @@
-"""The public API, used as by a program."""
+"""The public API, used as a program would use it."""
 
 import doctest
 import importlib
@@ -120,7 +120,7 @@ def test_defaults_are_those_of_the_command_line(tmp_path, capsys):
     del theirs["files"]  # Nothing of ours is written.
     for summary in (ours, theirs):
         del summary["seconds"]
-        # How often the status was asked for is a matter of time.
+        # How often the status was requested depends on timing.
         for counted in (summary["hardware"], *summary["hardware"]["runs"]):
             del counted["bytes"]
     assert ours == theirs

@@ -34,7 +34,7 @@ def outer(x):
 @pytest.fixture(params=["pathgene.host.evaluation.jit", "pathgene.sim.model.compiled"])
 def load(tmp_path, monkeypatch, request):
     """Function that writes and imports both modules as a new process would."""
-    # Python takes bytecode of the same second and length for the file's own.
+    # Python accepts bytecode of the same second and length as the file's own.
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
 
     def load(value):

@@ -22,7 +22,7 @@ def packed(config, waypoint):
 )
 @pytest.mark.parametrize("count", [RETURNED, 2, 1])
 def test_bytes_of_the_best(config, keys, pauses, count):
-    """Twice: reading changes nothing."""
+    """They are read twice, because reading changes nothing."""
     rng = np.random.default_rng(keys)
     slots = config.population + 5
     dut = BestReader(
@@ -35,7 +35,7 @@ def test_bytes_of_the_best(config, keys, pauses, count):
     order = rng.permutation(slots)[: config.population].tolist()
     paths = population(config, rng)
     different = sorted(rng.choice(1 << 30, keys, replace=False).tolist())
-    # Every one occurs, the first and the last often more than once.
+    # Each occurs, the first and the last often more than once.
     ranks = sorted([*range(keys), *rng.integers(keys, size=config.population - keys).tolist()])
     firsts = [ranks.index(number) for number in range(keys)][:count]
     expected = pack_best(

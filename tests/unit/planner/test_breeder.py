@@ -28,7 +28,7 @@ class Bench:
         self._pauses, self._busy = pauses, busy
 
     async def around(self, ctx):
-        """Answer reads of members and waypoints; give words and slots; take writes."""
+        """Answer reads of members and waypoints, provide words and slots, and accept writes."""
         dut, rng = self.dut, self.rng
         earlier = None
         while True:
@@ -91,7 +91,7 @@ class Bench:
             ctx.set(dut.slots.valid, 0)
 
     async def generation(self, ctx, record, ends, paths):
-        """Breed one, and compare it with the definition."""
+        """Breed a generation, and compare it with the definition."""
         config, dut = self.config, self.dut
         slots = self.rng.permutation(dut.slot_count).tolist()
         self.members = [(slots[rank], len(path)) for rank, path in enumerate(paths)]
@@ -202,7 +202,7 @@ def test_matches_definition_at_length(name, stalled):
 
 
 def test_cycles():
-    """Plans come at a constant pace; children follow them, and each other."""
+    """Plans arrive at a constant rate; children follow their plans and each other."""
     rng = np.random.default_rng(5)
     bench = Bench(USUAL, rng, Words(rng))
 

@@ -18,7 +18,7 @@ SIZES = {
     "box_cells": SMALL.box_cells,
     "box_steps": SMALL.box_steps,
 }
-#: Cycles from a plan, and from the first of a child's cycles, to its start among ``points``.
+#: Cycles from a plan, and from a child's first cycle, to the start point among ``points``.
 LATENCY = 9
 #: Points on offer or in flight.
 POINTS = 16
@@ -108,7 +108,7 @@ class Bench:
 
 
 def test_a_point_a_cycle():
-    """Children follow each other without a gap; a waypoint is written before it is offered."""
+    """Children follow each other without gaps; a waypoint is written before it is offered."""
     bench = Bench(300)
     bench.run(300 * (SMALL.max_waypoints + 2) + 20)
     bench.check()

@@ -52,7 +52,7 @@ SIZES = {"rank_bits": 3, "slot_bits": 6, "max_waypoints": 5, "box_cells": 4, "bo
 
 
 def cases(sizes, rng):
-    """Yield lengths of the parents, and a mutation word: every length, operator, place, size."""
+    """Yield lengths of parents and a mutation word, with every length, operator, place and size."""
     lengths = itertools.cycle(itertools.product(range(2, sizes["max_waypoints"] + 1), repeat=2))
     source = Words(rng)
     for number in range(256):
@@ -83,9 +83,9 @@ def test_plans(sizes):
                 await ctx.tick()
                 ctx.set(dut.plans.ready, 0)
                 ctx.set(dut.parent, {"slot": slot, "length": length})
-            # Nothing of the draw is used any more, and of the member after the next cycle.
+            # The draw is no longer used, nor the member after the next cycle.
             ctx.set(dut.draws.payload, {"head": 0, "tail": 0, "mutation": 0})
-            # The second read was two cycles after the cycle of the first one began.
+            # The second read was two cycles after the beginning of the first one's cycle.
             for _ in range(6):
                 assert not ctx.get(dut.plans.valid)
                 assert not ctx.get(dut.draws.ready)

@@ -1,4 +1,4 @@
-"""The collector against Python's stable sort, its cycles, and its ranking, read while it fills."""
+"""The collector: compared with Python's stable sort, its cycles, and its ranking while it fills."""
 
 import bisect
 import random
@@ -21,7 +21,7 @@ def random_members(rng, count):
 
 
 def rows_passed(members):
-    """Return how many of the members before the last one passes, of the 8 best."""
+    """Return how many of the 8 best members the last one passes."""
     *before, last = (key for key, _, _ in members)
     best = sorted(before)[:8]
     return len(best) - bisect.bisect_right(best, last)
@@ -97,7 +97,7 @@ SIZES = {
 
 @dataclass
 class Cycle:
-    """Events of a cycle: the key taken, if any, pulses, and the outputs that depend on time."""
+    """Events of a cycle: the accepted key, if any, pulses, and the outputs that depend on time."""
 
     key: int | None
     pulses: tuple
@@ -132,7 +132,7 @@ class Bench:
         """Return the outputs that the docstring promises in each cycle."""
         passes = iter(self.kept)
         sorting, free, moved = Sorting(8), 0, 0
-        # First cycle and ranks of the pass to come; children that have come.
+        # First cycle and ranks of the next pass; children that have arrived.
         first, ranks, came = None, 0, 0
         collecting = merging = False
         for now, cycle in enumerate(self.cycles):
@@ -154,7 +154,7 @@ class Bench:
                 first, ranks, collecting, merging = now + 2, 16 if merge else 8, True, merge
 
     def members(self, count):
-        """Members of few keys, each of another slot."""
+        """Members with few different keys, each with its own slot."""
         slots = self.rng.sample(range(64), count)
         return [(self.rng.choice((0, 1, (1 << 30) - 1)), slot, slot % 8) for slot in slots]
 
@@ -202,7 +202,7 @@ class Bench:
             assert (member.key, member.slot, member.length) == expected
 
     async def generation(self, ctx, island, population, early):
-        """Collect a generation, of which some children come before the pass."""
+        """Collect a generation, some of whose children arrive before the pass."""
         dut = self.dut
         children = self.members(4)
         stay = self.rng.sample(range(2, 8), 2)
@@ -214,7 +214,7 @@ class Bench:
         await self.pulse(ctx, dut.collect)
         await self.give(ctx, children[early:])
         await self.end(ctx)
-        # The watcher comes after this bench.
+        # The watcher runs after this bench.
         await ctx.tick()
         kept = {0, 1, *stay}
         assert self.freed == [population[rank][1] for rank in range(8) if rank not in kept]
@@ -249,7 +249,7 @@ def test_populations(islands):
                 assert bench.freed == [slot for population in held for _, slot, _ in population[4:]]
                 held[0] = _sorted(held[0][:4] + held[1][:4])
                 await bench.compare(ctx, 0, held[0])
-                # Every other time the next first populations come at once.
+                # Every second time the next first populations follow immediately.
                 if turn % 2:
                     held[0] = await bench.generation(ctx, 0, held[0], 0)
                     await bench.compare(ctx, 0, held[0])

@@ -1,4 +1,4 @@
-"""The evolver against the definition, generation by generation, and all its cycles."""
+"""The evolver compared with the definition, generation by generation, and all its cycles."""
 
 import itertools
 
@@ -13,16 +13,16 @@ from tests.support.planner.plain import Sorting
 from tests.support.planner.population import TINY
 
 
-#: A chip whose slots are just enough for the children of two generations.
+#: A chip with just enough slots for the children of two generations.
 TIGHT = SMALL.replace(population=16, children=10, elites=2, survivors=4)
 
 
 def check_ready(bench):
-    """Compare ``ready``, and where keys are taken, with the model's cycles."""
+    """Compare ``ready`` and the cycles in which keys are taken with the model."""
     size, children = bench.config.population, bench.config.children
     passes = iter(bench.stays)
     sorting, free, ready = Sorting(size), 0, 0
-    # First cycle and ranks of the pass to come; children that have come.
+    # First cycle and ranks of the next pass; children that have arrived.
     first, ranks, came = None, 0, 0
     collecting = merging = False
     for now, cycle in enumerate(bench.cycles):
@@ -105,7 +105,7 @@ PACES = {
     [pytest.param(TINY, id="tiny"), pytest.param(SMALL, id="small", marks=pytest.mark.ci)],
 )
 def test_generations(config, pace):
-    """Two islands in turn, then one population of the best of both; equal keys are frequent."""
+    """Two islands alternate, then their best become one population; equal keys are frequent."""
     bench = Bench(config, 7, **PACES[pace])
 
     async def run(ctx):
@@ -220,7 +220,7 @@ def test_one_island():
 
 @pytest.mark.ci
 def test_reset():
-    """A reset in any part of a generation is followed by a run like the first one."""
+    """After a reset in any part of a generation, a run is the same as the first one."""
     bench = Bench(SMALL, 11, latency=10)
 
     async def run(ctx):
@@ -245,6 +245,6 @@ def test_reset():
 
 
 def test_slots():
-    """Populations, and the children of two generations or the seeds in flight."""
+    """The slots hold populations, and children of two generations or seeds in flight."""
     assert [slot_count(USUAL, islands) for islands in (1, 2)] == [76, 108]
     assert [slot_count(SMALL, islands) for islands in (1, 2)] == [26, 34]

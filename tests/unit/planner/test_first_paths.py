@@ -1,4 +1,4 @@
-"""First paths: their points and writes, by the definition, and the cycles of both."""
+"""First paths: their points and writes equal the definition's, and their cycles."""
 
 import itertools
 import random
@@ -25,7 +25,7 @@ from tests.support.planner.population import corner, population
 
 
 class Bench:
-    """Surroundings of the unit: paths by slots, ranks, a source of seeds, and takers."""
+    """Environment of the unit: paths by slot, ranks, a source of seeds, and receivers."""
 
     def __init__(self, config, seed, share):
         self.config = config

@@ -1,4 +1,4 @@
-"""Corners nearest to the ends of problems, by the definition."""
+"""Corners nearest to the ends of problems, compared with the definition."""
 
 import numpy as np
 import pytest

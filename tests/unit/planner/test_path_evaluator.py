@@ -1,4 +1,4 @@
-"""The evaluator: keys and margins of its model, keys at the limits, and the cycles of its model."""
+"""The evaluator: keys, margins and cycles equal its model's, also keys at the limits."""
 
 import numpy as np
 import pytest
@@ -40,7 +40,7 @@ def key_of(walked, infeasible, value, hits):
 
 
 def keys_of(decided, walked):
-    """Return keys, slots and lengths, and their cycles, of paths decided and walked in cycles."""
+    """Return keys, slots and lengths with their cycles, given when paths are decided and walked."""
     dut = KeyMaker(slot_bits=8, length_bits=3, hits_bits=20)
     members, cycles = [], []
 
@@ -69,7 +69,7 @@ def keys_of(decided, walked):
 
 
 def test_keys():
-    """Keys follow decisions, and results, by 3 cycles, or the previous key by one."""
+    """Keys follow decisions and results after 3 cycles, or the previous key after one."""
     rng = np.random.default_rng(1)
     for gap in (6, 3, 1):
         decided = np.cumsum(rng.integers(gap, gap + 3, size=len(PATHS))).tolist()
@@ -104,8 +104,8 @@ def case(config, rng, count, heading, **options):
     return evaluator, drawn_paths(evaluator, rng, count, SLOTS, **options)
 
 
-# The memo has no rows or 64; walks are short, or long with one lane. With paths as short as these,
-# all places fill up in any case. Many more paths, of the default sizes too, run compiled.
+# The memo has no rows or 64; walks are short, or long with one lane. With such short paths, all
+# places fill up in any case. The compiled test runs many more paths, also with the default sizes.
 @pytest.mark.ci
 @pytest.mark.parametrize(
     ("heading", "rows", "lanes"),
@@ -135,7 +135,7 @@ def test_keys_margins_and_cycles(heading, rows, lanes):
 @pytest.mark.ci
 @pytest.mark.parametrize("stalled", [(0,), (1,), (0, 1)], ids=str)
 def test_back_pressure(stalled):
-    """With pauses in some of the streams: points, keys."""
+    """Some of the streams of points and keys have pauses."""
     rng = np.random.default_rng(5)
     evaluator, paths = case(SMALL, rng, 40, len(stalled))
     expected = outcomes(evaluator, 64, paths)

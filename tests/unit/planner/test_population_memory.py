@@ -1,4 +1,4 @@
-"""The memory of waypoints against a dictionary."""
+"""The memory of waypoints, compared with a dictionary."""
 
 import random
 
@@ -14,7 +14,7 @@ AXES = ("x", "y", "altitude")
 
 @pytest.mark.parametrize("longest", [5, 7, 8])
 def test_random_traffic(longest):
-    """In each cycle a read, and writes of waypoints, margins and flags of other slots."""
+    """Each cycle has a read, and writes of waypoints, margins and flags in other slots."""
     dut = PopulationMemory(**SIZES | {"max_waypoints": longest})
     rng = random.Random(1)
     places = [(slot, index) for slot in range(11) for index in range(longest)]
@@ -22,7 +22,7 @@ def test_random_traffic(longest):
     compared = {True: 0, False: 0}
 
     def held(place):
-        """The waypoint with the margin that counts; None as long as there is none."""
+        """The waypoint with the valid margin; None if there is none yet."""
         was_walked = walked.get(place[0])
         if place not in waypoints or was_walked is None or (was_walked and place not in margins):
             return None
@@ -85,5 +85,5 @@ def test_random_traffic(longest):
     [(108, 16, 1728), (108, 18, 2008), (108, 24, 2912), (11, 5, 59), (11, 7, 88), (2, 2, 4)],
 )
 def test_depth(slots, longest, depth):
-    """Long paths need fewer rows than the next power of two for each, or that."""
+    """Long paths need at most as many rows as the next power of two for each."""
     assert PopulationMemory(slots, longest, 2, 2).depth == depth

@@ -1,4 +1,4 @@
-"""Steps of runs with units that take any number of cycles: all pulses, cycle by cycle.
+"""Steps of runs with units that take arbitrary numbers of cycles: all pulses, cycle by cycle.
 
 Limits of a run: counters, parts of an island, and the cycle in which a limit is reached.
 """
@@ -67,7 +67,7 @@ def test_parts_of_islands(bits):
             await bench.pulse(ctx, dut.aim)
             await ctx.tick()
             for _ in range(10):
-                # By the numbers of the previous cycle.
+                # They follow from the numbers of the previous cycle.
                 before = min(ctx.get(dut.cycles), most), ctx.get(dut.generations)
                 await ctx.tick()
                 reached = before[0] >= limit or before[1] >= limit_of_generations
@@ -108,7 +108,7 @@ def test_limits_of_the_run():
                 number += 1
             assert number == expected
             ctx.set(dut.running, 0)
-            ctx.set(dut.stop, 1)  # Means nothing now.
+            ctx.set(dut.stop, 1)  # It has no meaning now.
             await ctx.tick()
             ctx.set(dut.stop, 0)
             assert ctx.get(dut.cycles) == min(number, 255)
@@ -236,7 +236,7 @@ async def run_once(ctx, dut, options, durations, rng):
         ctx.set(dut.source_ready, cycle >= source)
         ctx.set(dut.paths_busy, cycle < paths)
         ctx.set(dut.evaluator_idle, cycle >= evaluated or (cycle < paths and rng.random() < 0.5))
-        # The flags of the cycle after a pulse mean nothing.
+        # The flags in the cycle after a pulse have no meaning.
         ready = rng.random() < 0.5 if cycle == since + 1 else cycle >= evolver
         ctx.set(dut.evolver_ready, ready)
         ctx.set(dut.feasible, cycle >= options.feasible_from)
@@ -296,7 +296,7 @@ def test_steps_of_runs(seed):
             options = drawn_options(rng)
             for _ in range(rng.randrange(4)):
                 await ctx.tick()
-            ctx.set(dut.stop, rng.randrange(2))  # Means nothing now.
+            ctx.set(dut.stop, rng.randrange(2))  # It has no meaning now.
             found = await run_once(ctx, dut, options, Durations(number), rng)
             expected, cycles, generations = expected_of(options, Durations(number))
             assert found[0] == expected, options

@@ -41,7 +41,7 @@ def test_counters_and_key():
                 if before["launch"]:
                     expected[name] = 0
             before = values
-            # The best of a generation, 3 cycles after it began.
+            # The best of a generation, 3 cycles after its start.
             if bred[-3]:
                 key = values["best"]
             if values["is_first"]:

@@ -1,4 +1,4 @@
-"""The drawer of shapes against the definition: corners, their order, and cycles."""
+"""The drawer of shapes compared with the definition: corners, their order, and cycles."""
 
 import itertools
 
@@ -20,7 +20,7 @@ TINY = SMALL.replace(map_size=8)
 
 def in_order(config, shape):
     """Return the corners in a shape as they are drawn: each with its number in the box."""
-    # With all edges, as the chip has them.
+    # With all edges, as on the chip.
     shape = NoFlyShape.unpack(config, shape.pack(config))
     width = shape.last_x - shape.first_x + 1
     corners = {}
@@ -76,7 +76,7 @@ def check(config, shapes, pauses=(0,)):
         for begin, shape in zip(begun, shapes, strict=True)
         for number, corner in in_order(config, shape)
     ]
-    # A shape that is offered in the next cycle loses none.
+    # A shape that is offered in the next cycle loses no cycle.
     waits = [begin - end - 1 for begin, end in zip(begun[1:], taken, strict=False)]
     assert waits == list(itertools.islice(itertools.cycle(pauses), 1, len(shapes)))
     return len(cells)
@@ -85,14 +85,14 @@ def check(config, shapes, pauses=(0,)):
 @pytest.mark.ci
 @pytest.mark.parametrize("config", [TINY, SMALL, USUAL, LARGE], ids=["8", "32", "512", "4096"])
 def test_random_shapes(config):
-    """Boxes, discs, polygons of up to 8 edges; in direct succession, and with pauses."""
+    """Boxes, discs and polygons of up to 8 edges come in direct succession and with pauses."""
     rng = np.random.default_rng(config.map_size)
     shapes = [any_shape(config, rng, span=12) for _ in range(40)]
     assert check(config, shapes) == check(config, shapes, (0, 3, 1)) > 100
 
 
 def test_whole_map():
-    """A disc, a box and a triangle on all of a small map."""
+    """A disc, a box and a triangle are drawn on an entire small map."""
     box = {"first_x": 0, "first_y": 0, "last_x": 31, "last_y": 31}
     disc = NoFlyShape(**box, edges=((-238, 30, 30),), bend_x=1, bend_y=1)
     triangle = NoFlyShape(**box, edges=((0, 1, 0), (0, 0, 1), (31, -1, -1)))
@@ -121,7 +121,7 @@ def boxed(first, last, edges, bends=(0, 0)):
 
 
 def extreme(config, rng, first, last):
-    """Return a shape whose fields have extremes, often in one edge alone."""
+    """Return a shape whose fields have extremes, often in only one edge."""
     (down, up), (low, high) = falls(config)
     edges = [
         (int(rng.choice([low, -1, 0, high, high])), *rng.choice([down, -1, 0, up], size=2).tolist())
@@ -135,7 +135,7 @@ def extreme(config, rng, first, last):
 
 
 def test_extremes():
-    """Every field in any box of a tiny map, and in the longest rows and columns of another."""
+    """Every field is tried in all boxes of a tiny map and in long rows of a larger one."""
     rng = np.random.default_rng(1)
     corners = np.sort(rng.integers(TINY.map_size, size=(300, 2, 2)), axis=1).tolist()
     assert check(TINY, [extreme(TINY, rng, *box) for box in corners]) > 400
@@ -161,7 +161,7 @@ def test_lowest_and_highest_values(config):
 
 
 def test_layout():
-    """The fields of the request in their order, edges with a sign."""
+    """The fields of the request are in order, and edges have a sign."""
     for config in (TINY, USUAL, LARGE):
         fields = [(name, field.shape) for name, field in shape_layout(config.coordinate_bits)]
         request = no_fly_request(config).fields

@@ -10,7 +10,7 @@ from tests.support.gateware.streams import simulate
 
 @pytest.mark.parametrize(("total", "depth"), [(2, 1), (12, 4), (150, 22)])
 def test_random_traffic(total, depth):
-    """Each slot handed out is free; unused ones come first, then those put back, in order."""
+    """Each slot handed out is free; unused slots come first, then returned ones, in order."""
     dut = SlotPool(total, depth)
     rng = random.Random(total)
 

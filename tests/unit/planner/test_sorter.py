@@ -1,4 +1,4 @@
-"""The sorter against Python's stable sort, and its cycles."""
+"""The sorter, compared with Python's stable sort, and its cycles."""
 
 import bisect
 import itertools
@@ -20,7 +20,7 @@ class Bench:
         self.dut, self.gaps = dut, itertools.cycle(pauses)
         self.now = self.free = 0
         self.inside = []
-        # By cycles, as they should be and as they are.
+        # Expected and actual, by cycles.
         self.drops, self.leaves, self.dropped, self.left = {}, {}, {}, {}
 
     async def tick(self, ctx):
@@ -36,7 +36,7 @@ class Bench:
         self.now += 1
 
     async def put(self, ctx, key, late, tag):
-        """Give a member as soon as it should be taken, or some cycles later."""
+        """Offer a member as soon as it should be taken, or some cycles later."""
         members = self.dut.members
         ctx.set(members.payload, {"key": key, "late": late, "tag": tag})
         for _ in range(next(self.gaps)):
@@ -55,7 +55,7 @@ class Bench:
         del self.inside[self.dut.capacity :]
 
     async def empty(self, ctx):
-        """Let all leave."""
+        """Let all members leave."""
         dut = self.dut
         for _ in range(next(self.gaps)):
             await self.tick(ctx)
@@ -74,7 +74,7 @@ class Bench:
 
 
 def run(dut, rounds, pauses=(0,)):
-    """Sort the members of each of ``rounds``, and compare all that leaves, and when."""
+    """Sort the members of each of ``rounds``, and compare the leaving members and their cycles."""
     bench = Bench(dut, pauses)
 
     async def drive(ctx):
@@ -95,7 +95,7 @@ def run(dut, rounds, pauses=(0,)):
 
 
 def random_rounds(rng, capacity, key_bits, count):
-    """Generations, and first populations of more members; few keys or many, with both ends."""
+    """Generations and larger first populations, with few keys or many, including both extremes."""
     top = (1 << key_bits) - 1
     for _ in range(count):
         is_first = rng.random() < 0.4
@@ -119,7 +119,7 @@ def test_random_members(capacity, key_bits, pauses):
 
 
 def test_every_generation_of_three_members():
-    """All keys and lateness of 2 bits and 1, the tags in the order of entrance."""
+    """Keys have 2 bits and delays 1 bit, in all combinations; tags follow the order of entry."""
     members = list(itertools.product(range(4), range(2)))
     rounds = [
         [(*member, tag) for tag, member in enumerate(three)]
@@ -129,7 +129,7 @@ def test_every_generation_of_three_members():
 
 
 def test_worst_and_best_of_many():
-    """Four times as many as there is room for, from the best to the worst, and back; and equals."""
+    """Four times as many as fit come from best to worst, from worst to best, and all equal."""
     run(
         Sorter(**SIZES),
         [
@@ -142,7 +142,7 @@ def test_worst_and_best_of_many():
 
 
 def test_cycles():
-    """The cycles as the docstring says: 2 and 1 for each that is passed, from taken to taken."""
+    """As the docstring says, a member takes 2 cycles, and 1 more for each that it passes."""
     dut = Sorter(2, 4, 8)
     bench = Bench(dut)
     taken = []

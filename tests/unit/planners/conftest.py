@@ -16,7 +16,7 @@ ZONES = (Circle(4500, 1800, 300),)
 
 
 def ridge(void=False):
-    """Return heights (41, 61) at 100 m: a wall of 600 m across, with a gap in the north."""
+    """Return heights (41, 61) at 100 m: a wall across of 600 m, with a gap in the north."""
     elevation = np.full((41, 61), 100.0)
     elevation[:30, 28:33] = 600.0
     if void:

@@ -58,7 +58,7 @@ def test_options_check_themselves(change, sentence):
 
 
 def test_options_keep_plain_numbers():
-    """So that the seed packs into a frame, and every one into JSON."""
+    """The seed must fit into a frame, and every option into JSON."""
     options = Options(generations=np.int64(5), time_limit_s=np.float32(2), seed=np.uint64(3))
     assert [type(value) for value in dataclasses.astuple(options)] == [
         int,

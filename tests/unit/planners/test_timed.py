@@ -1,4 +1,4 @@
-"""Plans among zones that are active at times, judged by the track's own times and shapely."""
+"""Plans among zones with active times, checked with the track's own times and shapely."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Buffers of streams: every word once and in order, at full rate."""
+"""Buffers of streams: every word passes once and in order, at full rate."""
 
 import random
 from collections import deque
@@ -25,7 +25,7 @@ def test_every_word_passes_once_and_in_order(drive_pauses, watch_pauses):
 
 
 def test_ready_is_a_register():
-    """`ready` follows the output's `ready` a cycle later, and the buffer holds a word."""
+    """`ready` follows the output's `ready` one cycle later, and the buffer holds one word."""
     dut = SkidBuffer(8)
 
     async def bench(ctx):
@@ -116,7 +116,7 @@ def test_random_pauses(depth):
 
 @pytest.mark.parametrize("depth", [1, 2, 8])
 def test_full_and_empty(depth):
-    """Filled while nothing is taken, kept full at full rate, emptied; and a word a cycle."""
+    """It is filled while stalled, kept full at full rate, and emptied at a word per cycle."""
     waiting, full, last = depth, 20, depth
     puts = [1] * (waiting + full) + [0] * (last + 2) + [1] * 20
     readies = [0] * waiting + [1] * (full + last + 2 + 20)
@@ -133,7 +133,7 @@ class SavesLogic:
 
 
 class OnPlatform(Elaboratable):
-    """A queue as it is on a platform."""
+    """A queue as built for a platform."""
 
     def __init__(self, queue, platform):
         self.queue, self.platform = queue, platform

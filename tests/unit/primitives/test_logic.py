@@ -16,7 +16,7 @@ from tests.support.gateware.streams import simulate
 
 
 class Delayed(wiring.Component):
-    """A value of 8 bits and the same some cycles later."""
+    """A value of 8 bits, and the same value some cycles later."""
 
     value: In(8)
     later: Out(8)

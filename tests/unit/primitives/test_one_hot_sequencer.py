@@ -19,7 +19,7 @@ STEPS = [
 
 
 def test_random_steps():
-    """Requests at random, at most one per state; requests of other states have no effect."""
+    """Requests are random, at most one per state; requests of inactive states have no effect."""
     dut = OneHotSequencer(ChipState.LISTEN, STEPS, history_length=8, history_entry_bits=4)
     seen = set()
 

@@ -16,7 +16,7 @@ FILES, MANY = 40, 400
 
 
 def is_active(period, moment):
-    """Return whether a period holds at a moment: by its definition, day by day."""
+    """Return whether a period includes a moment, by its definition, day by day."""
     if (period.start and moment < period.start) or (period.end and moment >= period.end):
         return False
     moment = moment.astimezone(UTC)

@@ -34,7 +34,7 @@ def test_sources_may_name_more_than_the_parameters():
 
 
 def test_the_page_documents_every_key():
-    """One row a key, with its default or the word required."""
+    """There is one row per key, with its default or the word "required"."""
     defaults = {field.name: field.default for field in dataclasses.fields(Aircraft)}
     page = (Path(__file__).parents[3] / "docs" / "rules.md").read_text()
     page = page.partition("\n## Aircraft\n")[2].partition("\n## ")[0]

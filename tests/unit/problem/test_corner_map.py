@@ -114,7 +114,7 @@ def test_another_problem_has_the_same_corners_and_steps():
     grid = corner_map((16, 16))
     before = grid.heights
     problem = grid._problem
-    # With less ground in the way of it, its own map would have other steps.
+    # With less ground in its way, its own map would have different steps.
     moved = dataclasses.replace(problem, start=(25.0, 45.0, 330.0), zones=[Circle(90, 160, 20)])
     other = grid.of_problem(moved)
     assert (other.scale_m, other.base_m, other.step_m) == (grid.scale_m, grid.base_m, grid.step_m)

@@ -67,7 +67,7 @@ def test_a_limit_above_the_ground_is_never_on_the_wrong_side(seed):
         highest[own] = np.maximum(highest[own], band.upper_m)
     assert (lowest[inside] <= surface[inside] + 50 + 1e-9).all()
     assert (highest[inside] >= surface[inside] + 120 - 1e-9).all()
-    # The limits follow the ground: on average much nearer than one figure for all of it.
+    # The limits follow the ground, on average much more closely than a single figure would.
     if inside.any():
         one = surface[inside].max() - surface[inside]
         followed = highest[inside] - 120 - surface[inside]
@@ -106,7 +106,7 @@ def test_flight_levels_are_heights_of_one_pressure(qnh, level):
     limit = Limit(height_m, Reference.STANDARD)
     (band,) = bands(terrain, part, limit, Limit(2 * height_m, Reference.STANDARD), qnh_hpa=qnh)
     assert pressure_hpa(band.lower_m, qnh) == pytest.approx(pressure_hpa(height_m), rel=2e-4)
-    # Without the pressure, the limits hold for each.
+    # Without the pressure, the limits are valid for any pressure.
     (wide,) = bands(terrain, part, limit, Limit(2 * height_m, Reference.STANDARD))
     assert wide.lower_m < band.lower_m
     assert wide.upper_m > band.upper_m

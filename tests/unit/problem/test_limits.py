@@ -1,4 +1,4 @@
-"""Limits of an aircraft in wind, compared with the simulated flight of an air-relative velocity."""
+"""Limits of an aircraft in wind, compared with a simulated flight in moving air."""
 
 import dataclasses
 import math
@@ -66,7 +66,7 @@ def test_slopes_in_wind_are_those_of_velocities_through_the_air():
             assert 0 <= slope <= still + 1e-12
             if slope == 0:
                 continue
-            # Flown at this slope of the air path, the wind blows across and along.
+            # The aircraft flies at this slope through the air, in wind across and along the track.
             through_air = 23.0 * math.cos(math.atan(slope))
             along = wind[0] * east + wind[1] * north
             across = wind[0] * north - wind[1] * east

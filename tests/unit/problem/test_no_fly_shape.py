@@ -1,4 +1,4 @@
-"""Shapes for zones: they hold every corner that the zone blocks, and hardly more."""
+"""Shapes for zones: they contain every corner that the zone blocks, and hardly any more."""
 
 import numpy as np
 import pytest

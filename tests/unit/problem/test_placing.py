@@ -52,7 +52,7 @@ def covered(parts, x, y):
 
 
 def star(rng, lon, lat, size, corners):
-    """Return a ring around a place, which it sees whole, so that its edges do not cross."""
+    """Return a star-shaped ring around a place; its edges do not cross."""
     angles = [2 * np.pi * (corner + rng.uniform(0, 0.9)) / corners for corner in range(corners)]
     reach = [size * rng.uniform(0.3, 1.0) for _ in angles]
     return tuple(
@@ -128,7 +128,7 @@ def test_many_areas_are_where_their_degrees_say():
 def test_edges_follow_geodesics_and_rhumb_lines(edges, seed):
     rng = random.Random(seed)
     lon, lat = rng.uniform(-150, 150), rng.choice([-1, 1]) * rng.uniform(20, 65)
-    # The edge from corner 0 to corner 1 passes the map, hundreds of kilometres long.
+    # The edge from corner 0 to corner 1 passes the map and is hundreds of kilometres long.
     first, second = (lon - 4.0, lat - 1.0), (lon + 4.0, lat + 1.5)
     if edges is Edges.GEODESIC:
         line = np.array(GEOD.npts(*first, *second, 4000))
@@ -176,7 +176,7 @@ def test_a_zone_around_the_world_covers_the_map(lon):
 
 @pytest.mark.parametrize(("latitude", "is_inside"), [(85.0, True), (89.99, False)])
 def test_a_ring_around_the_pole_has_the_pole(latitude, is_inside):
-    """The map holds the pole; the ring is far outside it, or a hole within the map."""
+    """The map contains the pole; the ring is far outside it, or a hole within the map."""
     crs = "EPSG:32661"
     terrain, _ = terrain_at(0.0, 89.9, crs, cells=401)
     ring = tuple((longitude, latitude) for longitude in range(-170, 190, 10))

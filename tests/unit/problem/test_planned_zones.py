@@ -1,6 +1,6 @@
-"""Plans among the zones of random files: never inside an active one, never around an idle one.
+"""Plans among the zones of random files: they avoid active zones and ignore inactive ones.
 
-The zones are drawn here in degrees, and judged with PROJ and Shapely.
+The zones are drawn here in degrees, and checked with PROJ and Shapely.
 """
 
 import json
@@ -65,7 +65,7 @@ def draw(rng, number):
 
 
 def solve(terrain, features, folder, name):
-    """Return the plan among the features, None if there is none."""
+    """Return the plan among the features, or None if there is none."""
     file = folder / f"{name}.geojson"
     file.write_text(json.dumps({"type": "FeatureCollection", "features": features}))
     mission = mission_of(
@@ -105,7 +105,7 @@ def check(seed, folder):
         assert alone is None, seed
         return 0
     assert alone is not None
-    # Idle zones change nothing.
+    # Inactive zones change nothing.
     assert np.array_equal(found.path, alone.path), seed
     samples = found.evaluator.track(found.path).sample(5.0)
     points = shapely.points(samples.x, samples.y)

@@ -1,4 +1,4 @@
-"""A problem refuses every bad input with a sentence."""
+"""A problem refuses every bad input with a message."""
 
 import dataclasses
 import math

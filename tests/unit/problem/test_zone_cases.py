@@ -1,4 +1,4 @@
-"""Files of public reports, of which zones were once dropped, misplaced or refused."""
+"""Files from public reports, whose zones were once dropped, misplaced or refused."""
 
 from pathlib import Path
 
@@ -111,7 +111,7 @@ def test_fences_of_mission_planner_are_read():
     inside = {"start_geo": (59.995, 10.05, 80), "goal_geo": (60.005, 10.05, 80)}
     (zone,) = mission("15*/old.fen", **inside).problem.zones
     assert len(zone.holes[0]) == 3
-    # The ends lie outside the polygon to stay in.
+    # The ends lie outside the inclusion polygon.
     with pytest.raises(InputError, match=r"^The start at .* is inside "):
         mission("15*/old.fen")
 

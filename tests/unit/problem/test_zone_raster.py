@@ -1,4 +1,4 @@
-"""The conservative raster: no cell of a zone is missed, few further ones are blocked."""
+"""The conservative raster: no cell of a zone is missed, and few additional ones are blocked."""
 
 import numpy as np
 import shapely
@@ -50,7 +50,7 @@ def test_matches_the_distances_of_the_cells():
 
 
 def test_blocks_every_sampled_place():
-    """Places within the margin, drawn at random, not by the geometry of cells."""
+    """Places within the margin are drawn at random, independently of the geometry of cells."""
     rng = np.random.default_rng(6)
     where = terrain((20, 20), 30.0, 40.0)
     inside = 0

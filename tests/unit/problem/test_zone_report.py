@@ -90,7 +90,7 @@ def test_a_zone_that_forbids_nothing_is_a_warning(monkeypatch, more, options, re
     (warning,) = said(found, "warning")
     assert warning.startswith(f'airspace.txt: feature 3, "R-7" forbids nothing: {reason}')
     assert found.reading.facts["can_forbid"] == 0
-    # The same zone with room for a flight is no warning.
+    # The same zone, with room for a flight, gives no warning.
     assert said(read(monkeypatch, feature(3)), "warning") == []
 
 
@@ -163,7 +163,7 @@ def test_swapped_coordinates_are_refused_by_place(monkeypatch):
     swapped = Feature(2, "prison", (tuple((lat, lon) for lon, lat in right.rings[0]),))
     with pytest.raises(InputError, match=r'feature 2, "prison": it lies off the map, at latitude'):
         read(monkeypatch, right, swapped)
-    # A zone elsewhere that is not on the map either way is no fault.
+    # A zone elsewhere that is not on the map in either order is not a fault.
     assert (
         read(monkeypatch, right, feature(2, at=(400_000.0, 0.0))).zones
         == read(monkeypatch, right).zones

@@ -100,7 +100,7 @@ def test_a_generation_by_hand():
         [30, 99, 12],  # Head of slot 3 and tail of slot 1, waypoint 1 moved.
         [10, 31],
         [10, 31],
-        [30, 77, 11, 12],  # Head of slot 3 and tail of slot 1, one added after waypoint 0.
+        [30, 77, 11, 12],  # Head of slot 3 and tail of slot 1, a waypoint added after waypoint 0.
     ]
     assert paths == before
 

@@ -45,7 +45,7 @@ def test_a_record_comes_back_as_it_was_packed(config):
 
 
 def test_the_fixed_points_are_those_that_hosts_and_chips_agreed_on():
-    """docs/chip_figures.md states them; another value needs another version of the protocol."""
+    """docs/chip_figures.md states them; a new value requires a new version of the protocol."""
     assert {name: getattr(planner, name) for name in planner.__all__ if name.isupper()} == {
         "ALTITUDE_FRACTION": 4,
         "BASE_BITS": 25,

@@ -1,4 +1,4 @@
-"""Land, missions and planners of flights with replans."""
+"""Terrain, missions and planners of flights with replans."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Where a plan leaves a track, and the problem of the rest of a flight."""
+"""The place where a plan leaves a track, and the problem for the rest of a flight."""
 
 import math
 
@@ -75,7 +75,7 @@ def test_costs_of_a_start_above_its_goal_are_relative_to_its_height(mission):
 
 
 def test_the_straight_line_of_a_replan_leaves_along_the_heading(board, mission):
-    """The straight line itself would turn at the start, where the aircraft flies already."""
+    """The straight line itself would turn at the start, where the aircraft is already flying."""
     planner = make("ga-chip", board=board, chip_ms=2, polish="off")
     evaluator = Evaluator(mission, threads=1)
     before = planner.plan(evaluator, Options(generations=1000))

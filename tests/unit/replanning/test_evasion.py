@@ -1,4 +1,4 @@
-"""Ways out of zones, and circles to stay on: safe by the present air, short and late."""
+"""Routes out of zones, and holding circles: safe in the current air, short and late."""
 
 import itertools
 import math
@@ -21,7 +21,7 @@ def present(mission, *zones):
 
 
 def brute_way_out_m(zone, pose, radius):
-    """Return the shortest turn and straight out of a circle, by small steps."""
+    """Return the shortest turn and straight line out of a circle, by small steps."""
     best = math.inf
     for side in (1, -1):
         x, y, east, north, flown = pose.x, pose.y, pose.east, pose.north, 0.0
@@ -82,7 +82,7 @@ def test_a_way_out_of_two_zones_leaves_both(mission):
 
 
 def test_ways_climb_where_they_can(mission):
-    """The ground beyond a path may rise more steeply than an aircraft climbs."""
+    """The ground beyond a path may rise more steeply than an aircraft can climb."""
     pose = Pose(4000.0, 4500.0, 260.0, 1.0, 0.0, 0.0)
     air = present(mission, Circle(4000.0, 4500.0, 300.0))
     out = way_out(air, pose)
@@ -105,7 +105,7 @@ def test_a_circle_is_entered_as_late_as_possible_and_is_safe(mission, straight):
     assert holding.is_safe(air)
     assert run_of(holding.circle) == pytest.approx(2 * math.pi * 1.1 * air.turn_radius_m)
     whole = holding.track(part(track, 0.0, holding.along_m), 2)
-    # It is flown without a corner, and ends where a round began.
+    # It is flown without a corner, and ends where a circle began.
     for before, after in itertools.pairwise(whole):
         assert end_of(before).point == pytest.approx(after.start, abs=1e-6)
         heading = end_of(before).east, end_of(before).north
@@ -115,7 +115,7 @@ def test_a_circle_is_entered_as_late_as_possible_and_is_safe(mission, straight):
 
 
 def test_in_a_narrow_valley_the_circle_lies_above(mission):
-    """No level circle fits between the walls, which a climbing path leaves below."""
+    """No level circle fits between the walls, but a climbing path rises above them."""
     y, _ = np.mgrid[:151, :151]
     walls = np.where(np.abs(y - 75) > 2, 160.0, 100.0)
     valley = Terrain("valley", walls, dx_m=60.0, dy_m=60.0)
@@ -168,15 +168,15 @@ def gorge(mission):
 
 
 def test_a_way_out_never_leads_into_the_ground(gorge):
-    """The nearest border of the zone is beyond a wall: along the gorge is longer, and flown."""
+    """The zone's nearest border is beyond a wall, so the longer route along the gorge is flown."""
     pose = Pose(3000.0, 4500.0, 150.0, 1.0, 0.0, 0.0)
     zone = Polygon([(500, 4300), (3800, 4300), (3800, 4700), (500, 4700)])
     air = present(gorge(400.0), zone)
     way = way_out(air, pose)
     assert end_of(way[-1]).x > 3800
     assert air.off_limits_m(way, 0.1) == 0
-    # A zone all along the gorge is left over its walls, with the clearance that they leave; and
-    # it is better than walls that are too high.
+    # A zone along the whole gorge is left over its walls, with the clearance that they permit;
+    # staying in it is better than flying into walls that are too high.
     whole = Polygon([(-60_000, 4200), (60_000, 4200), (60_000, 4800), (-60_000, 4800)])
     kept = []
     for walls_m in range(150, 900, 10):
@@ -197,7 +197,7 @@ def test_a_way_on_keeps_from_the_ground_first_and_then_from_zones(gorge):
     assert ahead.off_limits_m(way) == 0
     assert ahead.in_zones_m(way) > 0
     cliff = Pose(3000.0, 4735.0, 150.0, 0.0, 1.0, 0.0)
-    # Into the rock, as steeply as it climbs, and along the wall as far as it can turn.
+    # Into the rock as steeply as it can climb, and along the wall as far as it can turn.
     way = way_on(air, cliff)
     assert end_of(way[-1]).z > 150 + 0.8 * air.climb(cliff) * run_of(way)
     straight = air.off_limits_m((cliff.straight(run_of(way), air.climb(cliff)),), 0.0)

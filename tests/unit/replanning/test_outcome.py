@@ -1,4 +1,4 @@
-"""Distances from zones, judged by Shapely, and ways out that are too long."""
+"""Distances from zones, compared with Shapely, and routes out that are too long."""
 
 import dataclasses
 
@@ -42,7 +42,7 @@ def test_a_way_out_that_is_too_long_is_seen(mission, straight, on_chip):
     session.run()
     assert judge(session).alive
     (change,) = session.changes
-    # As if there had been a shorter one.
+    # As if there had been a shorter route.
     session.changes[0] = dataclasses.replace(change, inside_m=0.5 * change.inside_m)
     outcome = judge(session)
     assert not outcome.alive

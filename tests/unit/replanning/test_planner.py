@@ -1,4 +1,4 @@
-"""Planners in flight: attempts, their virtual time, and a board that is lost."""
+"""Planners in flight: attempts, their virtual time, and a lost board."""
 
 import dataclasses
 
@@ -40,7 +40,7 @@ def test_the_time_on_the_chip_follows_from_cycles_and_bytes(on_chip, mission):
     assert (attempt.time.chip_s, attempt.time.host_s) == (taken.whole_s, HOST_S)
     assert 0.001 < attempt.time.chip_s < 0.004
     assert attempt.time.total_s < 0.020
-    # Nothing of it is the clock of this machine.
+    # None of it depends on the clock of this machine.
     assert attempt.plan.result.hardware["runs"][0]["warm"]
     assert on_chip.budget_s == 0.125
 

@@ -1,4 +1,4 @@
-"""The air of a moment judges tracks as the evaluator judges paths."""
+"""The current air judges tracks as the evaluator judges paths."""
 
 import dataclasses
 import math
@@ -17,7 +17,7 @@ def present(mission, *zones, wind=(0.0, 0.0), goal=None):
 
 
 def test_tracks_of_paths_are_judged_as_the_paths(mission):
-    """Random paths: a track is safe where the evaluator finds nothing on ground and in zones."""
+    """For random paths, a track is safe if the evaluator finds no fault with ground and zones."""
     rng = np.random.default_rng(4)
     zones = (Circle(3500.0, 4700.0, 300.0), Polygon([(5000, 4000), (5400, 4100), (5200, 4600)]))
     problem = dataclasses.replace(mission, zones=zones)
@@ -82,7 +82,7 @@ def test_tracks_are_judged_where_costs_are_not_defined(mission, straight):
     usual = present(mission)
     for goal in ((1700.0, 4500.0, 170.0), (1500.0, 4500.0, 220.0)):
         air = present(mission, goal=goal)
-        # Nowhere near the goals' reach.
+        # It is far from the goals.
         beyond = part(track, 3000.0, 4000.0)
         assert air.off_limits_m(beyond) == usual.off_limits_m(beyond) == 0
         assert air.safe_until_m(part(track, 3000.0, 4000.0), 0.0) == math.inf

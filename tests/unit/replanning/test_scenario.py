@@ -1,4 +1,4 @@
-"""Scenario files and ``--popup``: their meaning, and refused ones."""
+"""Scenario files and ``--popup``: their meaning, and refused values."""
 
 import re
 
@@ -150,7 +150,7 @@ def test_zones_come_move_drift_and_go(mission):
     )
     assert air.drift(14.0)
     assert air.zones_at(14.0)[0] == Circle(2040.0, 4500.0, 100.0, name="storm")
-    # One of the same name has moved, and no longer drifts.
+    # A zone with the same name has moved, and no longer drifts.
     happen(Event(20.0, (NewZone(Circle(3000.0, 4000.0, 80.0), "storm"),)))
     assert [zone.name for zone in air.zones_at(20.0)] == ["pop-up 1", "storm"]
     assert not air.drift(30.0)

@@ -1,4 +1,4 @@
-"""Flights in which things happen, flown in JSBSim; each was met by users of other projects."""
+"""Eventful flights in JSBSim; users of various projects have met each of these events."""
 
 import dataclasses
 import math
@@ -64,7 +64,7 @@ def test_a_zone_on_the_path_is_flown_around_by_the_chip(mission, straight, on_ch
 
 
 def test_a_goal_far_below_the_start_is_flown_to(mission, straight, on_chip):
-    """Neither from the mission's start nor from the aircraft the line to it burns fuel."""
+    """The line to it burns no fuel, from either the mission's start or the aircraft."""
     goal = (2300.0, 4500.0, 170.0)
     session, outcome, _ = fly(mission, straight, on_chip, Event(15.0, goal=goal))
     assert (outcome.ended, outcome.kept) == ("arrived", True)
@@ -79,7 +79,7 @@ def test_a_slow_planner_plans_from_where_the_aircraft_will_be(mission, straight,
     (change,) = session.changes
     assert change.active_s == pytest.approx(2.0, abs=0.1)
     assert change.flown_m == pytest.approx(46, abs=3)
-    # The new track leaves the old one ahead of the aircraft: no step to the side.
+    # The new track leaves the old one ahead of the aircraft, without a sideways step.
     assert outcome.cross_track_max_m < 8
 
 
@@ -186,7 +186,8 @@ def test_an_autopilot_that_finishes_its_leg_first(mission, on_processor):
         )
         off = [np.hypot(*(others - point).T).min() > 6 for point in points]
         turns_off[autopilot] = points[off.index(True)][0]
-    # At once: some way after x = 1,500 + 20 s of flight; else where the first straight ends.
+    # Immediately: somewhat after x = 1,500 + 20 s of flight; otherwise where the first straight
+    # line ends.
     assert 1900 < turns_off["at-once"] < 2600
     assert 3800 < turns_off["finishes-leg"] < 4500
 
@@ -214,7 +215,7 @@ def test_the_flight_goes_back_where_a_zone_is_gone(mission, straight, on_chip):
 
 
 def test_a_path_into_a_zone_that_nobody_can_avoid_is_judged(mission, straight, on_processor):
-    """The judge is not the pilot: a flight through a zone is seen."""
+    """The judge is independent of the pilot: a flight through a zone is noticed."""
     session = Session(mission, straight, on_processor(0.1), Scenario())
     while session.pilot.time_s < 100:
         session.step()
@@ -268,7 +269,7 @@ def test_a_flight_without_path_and_circle_ends(mission, straight, on_processor, 
     assert set(kinds[1:]) == {"way-out"}
     assert len(kinds) > 3
     assert not outcome.alive
-    # It flies above the ground all the while.
+    # It stays above the ground throughout.
     assert outcome.clearance_flown_m > 0
 
 
@@ -276,7 +277,7 @@ def test_a_path_that_does_not_begin_on_the_track_is_refused(
     mission, straight, on_processor, monkeypatch
 ):
     planner = on_processor(0.05)
-    # From the start of the mission, which the aircraft has left far away.
+    # From the start of the mission, which is far from the aircraft.
     plan = planner.prepare(Evaluator(mission, threads=1))
     elsewhere = Attempt(plan, PlanningTime(host_s=0.05), planner.name)
     monkeypatch.setattr(planner, "attempt", lambda *_: elsewhere)

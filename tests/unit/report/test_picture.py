@@ -229,7 +229,7 @@ def test_labels_keep_off_lines_where_there_is_room(axes):
 
     assert covers(label(axes, place, "clearance", []))
     assert not covers(label(axes, place, "clearance", [], lines=level))
-    # Lines everywhere: the text is still drawn, at the first place.
+    # If there are lines everywhere, the text is still drawn, at the first place.
     everywhere = np.stack([axis.ravel() for axis in np.mgrid[:6:0.05, :5:0.05]], axis=1)
     box = label(axes, place, "clearance", [], lines=everywhere)
     assert box.bounds == label(axes, place, "clearance", []).bounds
@@ -265,7 +265,7 @@ def test_reports_that_the_best_was_not_chosen(make_run):
 
 
 def test_the_legs_of_a_mission_converge_one_by_one(make_run):
-    """Lines are not joined over legs, a leg of one generation is a point, and each has a figure."""
+    """Lines are not joined across legs; a leg of one generation is a point; each has a figure."""
     evaluator, result = make_run()
     history = [[0, 0.5, 0.1], [1, 1.5, 1.0], [2, 1.25, 1.25], [3, 0.25, 0.1], [4, 1.75, 1.0]]
     figure = draw(
@@ -343,7 +343,7 @@ def test_broken_stretches_stand_out_from_the_path_in_grey():
 
 
 def test_without_a_reason_the_map_begins_below_the_titles(make_run):
-    """Each line that says why a path is not feasible takes its own height."""
+    """Each line that says why a path is not feasible needs its own height."""
     tops = []
     for sentence in ("", "The wall.", "The wall of the valley. " * 9):
         evaluator, result = make_run(height_m=-400.0)
@@ -355,7 +355,7 @@ def test_without_a_reason_the_map_begins_below_the_titles(make_run):
         assert_texts_apart(figure)
         texts = dict(texts_of(figure))
         above = min(box.y0 for text, box in texts.items() if text.startswith(("No path", "subt")))
-        # The title of the map stands close below, less than half an inch.
+        # The title of the map is close below, within half an inch.
         assert 0 < above - texts["Plan view"].y1 < 0.5 * figure.dpi
         tops.append(figure.axes[0].get_window_extent().y1)
         assert tops[-1] == pytest.approx(figure.axes[2].get_window_extent().y1)
@@ -376,7 +376,7 @@ def test_arrows_show_the_fixed_headings(make_run):
     for note, heading_deg in zip(arrows, (90, 30), strict=True):
         east, north = note.get_position()
         assert math.degrees(math.atan2(east, north)) == pytest.approx(heading_deg)
-        # The text's end of the arrow is the end with the head.
+        # The arrow's head is at the end where the text is.
         assert note.arrowprops["arrowstyle"] == "<|-"
     free = draw(replace(scene, evaluator=Evaluator(old, threads=1))).axes[0]
     assert not [note for note in free.texts if note.arrow_patch is not None]
@@ -406,7 +406,7 @@ def test_map_profile_and_legend_tell_start_via_points_and_goal_apart(return_to_s
     assert not on_map
     along = marked(figure.axes[2])
     assert set(along) == ({"D", "*"} if return_to_start else {"D"})
-    # The turn of a waypoint passes inside of it, and lower than a peak of the altitudes.
+    # The turn at a waypoint passes inside it, and below a peak of the altitudes.
     ((x, z),) = along["D"]
     assert x == pytest.approx(2.01, abs=0.1)
     assert z == pytest.approx(250, abs=15)

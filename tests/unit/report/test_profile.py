@@ -99,7 +99,7 @@ def test_zones_are_blocks_of_their_heights_where_the_track_crosses_them(make_run
     profile, evaluator, path = profile_of(make_run, zones=zones)
     samples = evaluator.track(path).sample(1.0)
     parts = blocks(profile)
-    # The hole parts the block of the polygon in two.
+    # The hole splits the block of the polygon in two.
     assert len(parts) == 3
     for blocked, zone, low, high in (
         (parts[:1], zones[0], 300.0, 700.0),
@@ -120,7 +120,7 @@ def blocks(profile):
 
 
 def test_heights_of_zones_beyond_the_graph(make_run):
-    """A block ends near the graph, however high its zone; a zone outside the graph has none."""
+    """A block ends near the graph even if its zone is high; a zone outside the graph has none."""
     zones = (
         Circle(3300.0, 1800.0, 250.0, lower_m=-1e308, upper_m=1e308),
         Circle(3300.0, 1800.0, 250.0, upper_m=-5000.0),

@@ -97,7 +97,7 @@ def test_agrees_with_dense_samples():
             offsets = points - visit.point
             distances = np.linalg.norm(offsets, axis=1)
             nearest = distances.argmin()
-            # Half a step aside, a sample is at most 0.25 m aside of it.
+            # With half a step between them, a sample is at most 0.25 m away from it.
             assert visit.distance_m <= distances[nearest]
             assert math.hypot(visit.distance_m, 0.25) >= distances[nearest] - 0.001
             assert visit.at_m == pytest.approx(samples.s[nearest], abs=0.5)

@@ -72,7 +72,7 @@ def test_writes_exactly_the_files(report, tmp_path):
 
 
 def test_the_files_of_an_earlier_run_go(report, tmp_path):
-    """All that this run does not have, its picture included; files of other programs stay."""
+    """All files that this run does not have are removed, even its picture; foreign files stay."""
     *_, write = report
     for name in (*DATA, *FLIGHT, "path.png", "notes.txt"):
         (tmp_path / name).write_text("of an earlier run")

@@ -55,10 +55,10 @@ def distance_m(ring, points):
 @pytest.mark.parametrize("margin_m", [5.0, 25.0, 150.0])
 def test_the_margin_of_a_polygon_is_everywhere_as_far_from_it(margin_m):
     (line,) = margin_lines(Polygon(NOTCHED), margin_m, 1000.0)
-    # Within a node of the grid that is drawn, less than two pixels.
+    # Within one node of the drawn grid, less than two pixels.
     assert distance_m(NOTCHED, line) == pytest.approx(margin_m, abs=1.5)
     assert not Polygon(NOTCHED).covers(line[:, 0], line[:, 1]).diagonal().any()
-    # All around: beyond every side.
+    # All around, beyond every side.
     assert line.min(axis=0) == pytest.approx(-margin_m, abs=1.5)
     assert line.max(axis=0) == pytest.approx(900 + margin_m, abs=1.5)
 
@@ -97,7 +97,7 @@ def test_many_zones_look_as_each_alone():
 
 
 def test_zones_that_a_track_crosses():
-    """Exactly the zones with a point inside, in their order, whatever the number of points."""
+    """They are exactly the zones with a point inside, in order, for any number of points."""
     rng = np.random.default_rng(2)
     zones = [Circle(*rng.uniform(0, 900, 2), rng.uniform(1, 60)) for _ in range(300)]
     zones[50:50] = [Polygon(SQUARE, (HOLE,)), Polygon(NOTCHED), Polygon(((5, 5), (6, 5), (5, 6)))]

@@ -148,7 +148,7 @@ def test_the_checksums_are_those_of_sha256sum(tmp_path):
 
 
 def test_a_program_is_checked_in_tens_of_milliseconds(tmp_path):
-    """A program of 20 MB, four times the size of the default chip's."""
+    """The program has 20 MB, four times the size of the default chip's."""
     builds = BuildCache(tmp_path)
 
     def build(directory):
@@ -199,7 +199,7 @@ def test_a_killed_build_leaves_no_program_and_the_next_one_clears_up(tmp_path):
 
 
 def test_a_build_removes_what_killed_builds_of_any_key_have_left(tmp_path):
-    """Directories that another process still builds stay, and names of other things."""
+    """Directories that a process is still building stay, and so do unrelated names."""
     left = [tmp_path / "chip-1.01234567", tmp_path / "old-2.89abcdef"]
     others = [tmp_path / "notes.thisyear", tmp_path / "busy-3.01234567"]
     for directory in (*left, *others):

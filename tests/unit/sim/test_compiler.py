@@ -1,4 +1,4 @@
-"""Build tools: their errors are sentences, and none outlives its user."""
+"""Build tools: their errors are one-sentence messages, and none outlives its user."""
 
 import os
 import subprocess
@@ -53,7 +53,7 @@ def test_nothing_is_left_of_a_tool_that_has_ended(tmp_path):
 
 @pytest.mark.parametrize("delay_s", [0, 0.3])
 def test_the_tools_of_all_threads_end_together(tmp_path, monkeypatch, delay_s):
-    """Also one that runs, while the thread that has started it does not know that yet."""
+    """A tool ends even if its thread does not know yet that it has been started."""
     failures = []
     start = subprocess.Popen
 

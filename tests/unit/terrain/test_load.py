@@ -113,7 +113,7 @@ class TestProjected:
 
 
 class TestFilling:
-    # A void of 2 x 2 in ground that rises to the north-east, and one in a corner.
+    # A void of 2 x 2 in ground that rises to the north-east, and a void in a corner.
     GROUND = np.add.outer(np.arange(9, 0, -1), np.arange(9)) * 10.0
 
     def voided(self):
@@ -181,7 +181,8 @@ class TestFormats:
         file.write_bytes(heights.tobytes())
         terrain = load(file)
         assert terrain.crs == "EPSG:32632"
-        # Row 0 of the file is the parallel of 47 degrees, each further one 3 seconds to the south.
+        # Row 0 of the file is the parallel of 47 degrees, and each later row is 3 seconds further
+        # south.
         for lat, lon in ((46.2, 8.4), (46.75, 8.9)):
             ground = terrain.ground(*terrain.to_local(lat, lon))
             assert ground == pytest.approx(3000 - (47 - lat) * 1200, abs=0.6)

@@ -1,4 +1,4 @@
-"""Marks of voids that a file does not declare: voids at every door, never taken for ground."""
+"""Undeclared marks of voids: they are voids on every input path, and never taken for ground."""
 
 import numpy as np
 import pytest
@@ -94,7 +94,7 @@ def test_heights_in_feet_are_refused(write_tif):
 
 
 def test_a_mark_that_was_smeared_is_refused(write_tif):
-    """A bilinear resampling leaves heights between the mark and the ground."""
+    """Bilinear resampling leaves heights between the mark and the ground."""
     heights = np.random.default_rng(1).uniform(100, 200, (20, 20)).astype(np.float32)
     heights[5:10, 5:10] = -9999
     smeared = (heights[:-1, :-1] + heights[1:, :-1] + heights[:-1, 1:] + heights[1:, 1:]) / 4
@@ -154,7 +154,7 @@ def test_outliers_are_named(write_tif):
 
 @pytest.mark.parametrize("fill_voids", [False, True])
 def test_before_warping_and_filling_mix_it_with_the_ground(write_tif, fill_voids):
-    """No warped node has the pixel's own height, and filled ones have less of it."""
+    """Warped nodes do not have the pixel's exact height, and filled nodes even less."""
     heights = ground(-9999.0, shape=(12, 12), node=(5, 6))
     terrain = load(write_tif(heights, DEGREES, "EPSG:4326"), fill_voids=fill_voids)
     assert terrain.voids.any() is not np.bool_(fill_voids)
@@ -234,7 +234,7 @@ def test_arrays(tmp_path):
 
 
 def test_an_array_of_towers_is_kept(tmp_path):
-    """Only files of other programs are searched for numbers that ground can have."""
+    """Numbers that ground can have are searched for only in files of other programs."""
     heights = np.zeros((20, 20))
     heights[0, 0], heights[5:8, 5:8] = 1.0, 3000.0
     assert not Terrain("made", heights, 30, 30).voids.any()

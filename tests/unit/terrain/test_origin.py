@@ -16,7 +16,7 @@ PLAIN = Terrain("plain", np.zeros((101, 101)), 200.0, 200.0)
     ("lat", "lon"), [(46.1, 7.6), (-33.9, 151.2), (0.0, -179.99), (78.0, 15.6)]
 )
 def test_lies_where_proj_has_it(lat, lon):
-    """The judge walks along geodesics; 20 km from the origin the projection is 7 cm off."""
+    """The reference follows geodesics; 20 km from the origin the projection is 7 cm off."""
     terrain = at_origin(PLAIN, lat, lon)
     geodesic = pyproj.Geod(ellps="WGS84")
     for x, y in ((0, 0), (0, 5000), (5000, 0), (3000, 4000), (12_000, 16_000)):

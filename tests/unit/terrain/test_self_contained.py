@@ -1,4 +1,4 @@
-"""Terrain files of a third party do not open any other file."""
+"""Terrain files from third parties do not open further files."""
 
 import warnings
 
@@ -39,7 +39,7 @@ def raster(file, crs="EPSG:32616", driver="GTiff", **tags):
 
 @pytest.fixture
 def secret(tmp_path):
-    """A raster of the machine."""
+    """A raster on the machine."""
     (tmp_path / "home").mkdir()
     file = tmp_path / "home" / "secret.tif"
     raster(file)
@@ -75,7 +75,7 @@ def test_files_that_name_others_are_refused_whatever_their_name(tmp_path, secret
     file = tmp_path / name
     file.write_text(content(secret))
     if content is vrt:
-        # The user's own may do so.
+        # The user's own files may do so.
         assert load(file).shape == (20, 20)
     with pytest.raises(InputError) as caught:
         load(file, self_contained=True)

@@ -1,4 +1,4 @@
-"""Terrain files that would take all memory, or all time: refused before they are read."""
+"""Terrain files that would exhaust memory or time: they are refused before they are read."""
 
 import io
 import os
@@ -70,7 +70,7 @@ def test_arrays_are_refused_by_their_headers(tmp_path):
 
 
 def test_a_header_may_lie_about_its_length(tmp_path):
-    """A member of 4 GB of zeros takes some megabytes in the archive, and no memory here."""
+    """A member of 4 GB of zeros takes a few megabytes in the archive, and no memory here."""
     stated = b"\x93NUMPY\x02\x00" + (4_000_000_000).to_bytes(4, "little")
     file = tmp_path / "x.npy"
     with file.open("wb") as sparse:
@@ -98,7 +98,7 @@ def test_a_compression_that_numpy_never_uses(tmp_path, compression):
 
 
 def test_an_encrypted_archive(tmp_path):
-    """The module zipfile writes none, but asks for a password where the flag of a member is set."""
+    """The module zipfile cannot write one, but asks for a password if a member's flag is set."""
     file = tmp_path / "x.npz"
     elevation = io.BytesIO()
     np.save(elevation, np.zeros((3, 3)))
@@ -143,7 +143,7 @@ def test_a_pipe_is_not_waited_for(tmp_path, name):
 
 
 def test_damaged_archives(tmp_path):
-    """Cut anywhere, a byte changed anywhere: a sentence, or a terrain where the byte is unused."""
+    """Cut anywhere or with any byte changed, they give an error, or a terrain for unused bytes."""
     elevation = io.BytesIO()
     np.save(elevation, np.arange(9.0).reshape(3, 3))
     file = archive(tmp_path / "x.npz", elevation.getvalue())

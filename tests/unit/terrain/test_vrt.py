@@ -24,7 +24,7 @@ RASTER = (
 
 @pytest.fixture
 def virtual(tmp_path):
-    """Function that writes a virtual raster of a source; its name says nothing."""
+    """Function that writes a virtual raster of a source; its file name gives no hint."""
 
     def write(name, *, relative=1, file="made.tif"):
         path = tmp_path / file
@@ -92,7 +92,7 @@ def test_a_chain_of_virtual_rasters(virtual, tmp_path):
 
 
 def test_a_source_of_huge_blocks(virtual, tmp_path):
-    """400 cells in one block of 34 GB, in a file of 266 bytes."""
+    """The file has 266 bytes and declares 400 cells in one block of 34 GB."""
     source = tmp_path / "source.tif"
     write_tif(source, tiled=True, blockxsize=65536, blockysize=65536, compress="deflate")
     sentence = (
@@ -103,7 +103,7 @@ def test_a_source_of_huge_blocks(virtual, tmp_path):
     assert refusal(virtual("source.tif")) == sentence
 
 
-# Names under which GDAL would find the FIFO, or anything but a file.
+# Names with which GDAL would find the FIFO, or anything else that is not a file.
 NAMES = (
     "/vsisubfile/0_1000,{folder}/fifo",
     "/vsizip/{folder}/fifo",

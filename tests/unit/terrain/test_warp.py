@@ -143,7 +143,7 @@ class TestLargestRectangle:
 
 
 def test_the_grid_may_not_be_far_larger_than_the_raster(write_tif):
-    """Cells of 5 degrees by 11 cm: square ones of 11 cm would take terabytes."""
+    """Cells have 5 degrees by 11 cm; square cells of 11 cm would take terabytes."""
     file = write_tif(np.ones((2, 2)), Affine(5, 0, 10, 0, -1e-6, 50), "EPSG:4326")
     assert refusal(file) == (
         "made: in square cells of the smaller side, 0.11 m, it has 108990 x 6513753, more than "

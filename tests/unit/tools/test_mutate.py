@@ -129,7 +129,7 @@ def test_the_nearest_tests_come_first():
     assert all((ROOT / name).is_file() for name in everything + slow_suite(ROOT))
 
 
-#: A project in small: a unit, a test that sees half of it, and one that sees nothing.
+#: A miniature project: a unit, a test that covers half of it, and a test that covers nothing.
 UNIT = """
 def seen(a):
     return a + 1
@@ -197,7 +197,7 @@ def test_a_test_that_hangs_is_ended(project, tmp_path):
     ids=["same", "other text", "other circuit"],
 )
 def test_what_no_test_sees_is_compared_by_its_circuit(project, tmp_path, new, verdict, by):
-    """The tops of the project in small are lines of text that the unit computes."""
+    """The tops of the miniature project are lines of text that the unit computes."""
     (project / "tools").unlink()
     (project / "tools" / "mutation").mkdir(parents=True)
     (project / "tools" / "__init__.py").touch()
@@ -309,6 +309,6 @@ def test_refuses_a_count_that_cannot_be_drawn(count, capsys):
 
 @pytest.mark.long  # A minute; all of the 200 take hours: ``tests/long/test_mutation_long.py``.
 def test_a_sample_is_killed():
-    """The first of the 200 alterations of which CONTRIBUTING gives the result."""
+    """The sample is the first of the 200 alterations whose result CONTRIBUTING gives."""
     arguments = ["--seed", "2026", "--count", "6", "--depth", "near", "--require", "100"]
     assert main(arguments) == 0

@@ -1,4 +1,4 @@
-"""Netlists are equal up to names, and different where the circuit is."""
+"""Netlists are equal apart from names, and differ if the circuit differs."""
 
 import pytest
 
@@ -182,7 +182,7 @@ def test_memories_altered(two_memories, old, new, tmp_path):
 
 
 def test_memories_exchanged(tmp_path):
-    """Two memories of one size, each with a write and a read, differ by their wires."""
+    """Two memories of equal size, each with a write and a read, differ in their wires."""
     text = MEMORIES.replace("        if (v) near[b] <= e;\n", "").replace("y <= near[b]", "y <= b")
     exchanged = text.replace("x <= near[a]", "x <= far[a]").replace("z <= far[c]", "z <= near[c]")
     both = exchanged.replace("near", "other").replace("far", "near").replace("other", "far")
@@ -191,7 +191,7 @@ def test_memories_exchanged(tmp_path):
 
 
 def test_ports_without_names(tmp_path):
-    """Their directions, widths and wires still count."""
+    """Their directions, widths and wires still matter."""
     file = tmp_path / "design.v"
     renamed = DESIGN.replace("output [3:0] y);", "output [3:0] z);").replace("assign y", "assign z")
     turned = DESIGN.replace(".left(a), .right(b)", ".left(b), .right(a)")

@@ -59,7 +59,7 @@ def test_every_command_and_every_status():
     assert done["planner"] > runs
     small = CHIPS["small"]["exchanges"]
     statuses = {exchange["reply"]["status"] for exchange in small if exchange["reply"]}
-    # Runs of the model are over at once.
+    # Runs of the model end immediately.
     assert statuses == {status.name for status in Status} - {"BUSY"}
 
 
@@ -105,7 +105,7 @@ def layout_table(monkeypatch, layout):
 
 
 def test_a_new_message_has_its_table_from_its_fields(monkeypatch):
-    """The fields of the recipe "Add a message" are all that a table needs."""
+    """The table needs only the fields of the recipe "Add a message"."""
     slots = numbered("slot", 3, 8, "any", "Slots to move")
     assert layout_table(monkeypatch, Layout((Field("mode", 8, "0, 1", "1: move"), *slots))) == [
         "4 bytes:",

@@ -1,4 +1,4 @@
-"""The recorder: it says the same twice, and finds differences."""
+"""The recorder: two recordings are equal, and it finds differences."""
 
 import json
 import math

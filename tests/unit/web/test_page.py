@@ -1,4 +1,4 @@
-"""The page of a plan: one file that does not use the network, and its refusals."""
+"""The page of a plan: a single file that does not use the network, and refused inputs."""
 
 import base64
 import json

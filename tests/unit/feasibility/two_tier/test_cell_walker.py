@@ -123,7 +123,7 @@ def random_path(rng, config, most=5):
 
 
 def corner_segments():
-    """Every segment from a corner of the map, or back to it: every slope in all directions."""
+    """Segments from a corner of the map, or back to it, have every slope in all directions."""
     edge = CONFIG.map_size - 1
     rng = random.Random(1)
     for corner in itertools.product((0, edge), repeat=2):
@@ -149,7 +149,7 @@ def test_paths(map_size):
 
 
 def test_loses_no_cycle():
-    """The first cell comes 3 cycles after the second point, then one a cycle through the path."""
+    """The first cell follows 3 cycles after the second point, then one per cycle along the path."""
     rng = random.Random(3)
     for _ in range(8):
         path = random_path(rng, CONFIG, most=8)

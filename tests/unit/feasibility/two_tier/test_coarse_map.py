@@ -1,4 +1,4 @@
-"""The coarse map: maxima that rise and fall with rectangles, and how long that takes."""
+"""The coarse map: maxima that rise and fall with rectangles, and the cycles this takes."""
 
 import itertools
 import random
@@ -68,7 +68,7 @@ class Bench:
         return cycles
 
     async def check(self, ctx):
-        """Compare every block, one a cycle."""
+        """Compare every block, one per cycle."""
         edge = 1 << self.config.coarse_bits
         blocks = list(itertools.product(range(edge), repeat=2))
         latency = self.config.memory_latency
@@ -103,7 +103,7 @@ def test_rises_and_falls(scan_latency, memory_latency):
             (6, 6, [[7]]),  # does not lower it next to that cell,
             (5, 6, [[3]]),  # lowers it, but not to the new cell,
             (6, 6, [[0]]),  # and now to it.
-            (2, 3, [[15, 1, 2], [1, 1, 8], [1, 1, 1]]),  # Over the corner of four.
+            (2, 3, [[15, 1, 2], [1, 1, 8], [1, 1, 1]]),  # It covers the corner of four blocks.
             (2, 3, [[0, 0, 0], [0, 0, 0], [0, 0, 0]]),
         ):
             await bench.write(ctx, x, y, cells)

@@ -27,7 +27,7 @@ SMALLEST = Config(
     lanes=1,
 )
 SMALL = SMALLEST.replace(map_size=16, coarse_factor=4, altitude_bits=6)
-#: A segment of 100 cells fits in.
+#: A segment of 100 cells fits.
 LONG = SMALLEST.replace(map_size=128, coarse_factor=16, altitude_bits=12)
 
 
@@ -56,7 +56,7 @@ def shortened(verdict):
 @pytest.mark.parametrize("count", [False, True], ids=["first", "count"])
 @pytest.mark.parametrize(("base", "latency"), [(SMALLEST, 2), (SMALL, 1)], ids=["tiny", "small"])
 def test_queue_equals_model(base, latency, count):
-    """Verdicts, counts, cycles and reads of paths without a gap between them."""
+    """Verdicts, counts, cycles and reads match for paths that follow without gaps."""
     config = base.replace(memory_latency=latency)
     terrain, paths = batch(config, latency, 25)
     results = results_of(Checker(config), terrain, paths, count=count)
@@ -76,7 +76,7 @@ def test_paths_alone():
 
 @pytest.mark.parametrize("latency", [1, 2])
 def test_testing_trajectory(latency):
-    """A path of 55 + 100 free detailed cells, then coarse cells of which the sixth collides.
+    """The path has 55 + 100 free detailed cells, then coarse cells, the sixth of which collides.
 
     The paper takes 171 cycles from ``enable`` to the flag (table 2).
     """
@@ -87,7 +87,8 @@ def test_testing_trajectory(latency):
     rises = []
 
     async def bench(ctx):
-        # All else is 0 in a simulation's memory. This is next to the third segment, not under it.
+        # Everything else in the simulated memory is 0. This cell is next to the third segment, not
+        # under it.
         await upload(ctx, dut, [[900]], x=6 * config.coarse_factor + 5, y=9)
         while not ctx.get(dut.points.ready):
             await ctx.tick()
@@ -109,7 +110,7 @@ def test_testing_trajectory(latency):
 
 
 def test_map_rises_and_falls():
-    """Partial uploads: the same path is free, hit in the coarse map, and free again."""
+    """After partial uploads the same path is free, hit in the coarse map, and free again."""
     path = [(0, 0, 9), (1, 1, 9), (2, 2, 9), (15, 2, 9)]
     terrain = TerrainModel(SMALL)
     terrain.write(0, 0, np.zeros((16, 16), dtype=int))
@@ -144,7 +145,7 @@ def test_map_rises_and_falls():
 
 
 def test_waits_while_the_coarse_map_is_rebuilt():
-    """Neither a point nor a cell is taken from the last cell of a rectangle to the last block."""
+    """No point or cell is taken between the last cell of a rectangle and the last block."""
     dut = Checker(SMALL)
     waited = {}
 
@@ -166,7 +167,7 @@ def test_waits_while_the_coarse_map_is_rebuilt():
 
 
 def test_looks_up():
-    """A cell a cycle, after ``lookup_latency``; a coarse cell visited before changes nothing."""
+    """One cell per cycle, after ``lookup_latency``; an earlier coarse cell makes no difference."""
     terrain, paths = batch(SMALLEST, 5, 10)
     dut = Checker(SMALLEST)
     cells = [(x, y) for y in range(8) for x in range(8)]
@@ -198,7 +199,7 @@ def test_nothing_is_lost_under_back_pressure(pauses, count_pauses):
 
 
 def test_a_slow_source():
-    """Points with gaps: the verdicts are the same."""
+    """Gaps between the points do not change the verdicts."""
     terrain, paths = batch(SMALLEST, 9, 30)
     dut = Checker(SMALLEST)
     verdicts = []
@@ -227,7 +228,7 @@ pytestmark = pytest.mark.cosim
 
 
 def check(checker, terrain, paths, *, count=False, stall=0):
-    """Compare a queue with the model, cycles and reads included; return the verdicts."""
+    """Compare a queue with the model, including cycles and reads; return the verdicts."""
     config = checker.config
     batch = checker.check(paths, count=count, stall=stall)
     found = []
@@ -249,7 +250,7 @@ def load(checker, terrain):
 
 @pytest.mark.ci
 def test_every_segment_of_a_tiny_map():
-    """All pairs of cells as first, second and third segment of a path: both tiers, all slopes."""
+    """All pairs of cells are tried as first, second and third segment: both tiers, all slopes."""
     config = TINY
     rng = np.random.default_rng(1)
     cells = list(itertools.product(range(config.map_size), repeat=2))
@@ -274,7 +275,7 @@ def test_every_segment_of_a_tiny_map():
     ],
 )
 def test_queues_over_a_changing_map(latency, turns):
-    """Queues, counted and not, stalled and not, between partial uploads that raise and lower."""
+    """Queues, with or without counts and stalls, run between uploads that raise and lower cells."""
     config = Config(
         map_size=64, altitude_bits=8, checker="two-tier", lanes=1, memory_latency=latency
     )

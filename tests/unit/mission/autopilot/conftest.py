@@ -1,4 +1,4 @@
-"""An autopilot of our own for each test."""
+"""Our own autopilot for each test."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""MAVSDK as the far end: a reader of plans, and an autopilot that takes missions over UDP."""
+"""MAVSDK as the peer: a reader of plans, and an autopilot that accepts missions over UDP."""
 
 import contextlib
 import select
@@ -11,7 +11,7 @@ from mavsdk.plugins.mission_raw_server import MissionRawServer, MissionRawServer
 
 
 def free_port():
-    """Return a UDP port that nobody has at the moment."""
+    """Return a UDP port that is currently free."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("127.0.0.1", 0))
         return probe.getsockname()[1]
@@ -38,7 +38,7 @@ def importer():
 
 
 class Autopilot:
-    """An autopilot of MAVSDK that takes missions and fences over UDP.
+    """An autopilot of MAVSDK that accepts missions and fences over UDP.
 
     ``received`` has the items of each complete list in the order of arrival.
     """

@@ -1,4 +1,4 @@
-"""An autopilot of our own on UDP, whose faults can be set."""
+"""Our own autopilot on UDP, with configurable faults."""
 
 import math
 import os
@@ -23,32 +23,32 @@ NAN_IN = {16: {3}, 21: {3}, 22: {3}, 84: {3}, 85: {2, 3}}
 
 
 class OwnAutopilot(threading.Thread):
-    """Keeps a list for each kind of mission and gives it back, a little wrong if told so.
+    """Stores a list for each kind of mission and returns it, with an error if told to.
 
     As ArduPilot (``kind`` 3), it refuses NaN and infinite parameters by ArduPilot's rules, shortens
     its mission when a count arrives and writes each item in its place, keeps the items of a fence
     until the last has arrived, refuses to clear a mission that runs, and denies its lists while it
-    waits for items. As any other, it replaces a list when the last item has arrived.
+    waits for items. As any other kind, it replaces a list when the last item has arrived.
 
     Attributes
     ----------
     kind : int
         Value of MAV_AUTOPILOT in its heartbeat.
     armed, runs : bool
-        Its motors run; it flies its mission.
+        Whether its motors run, and whether it flies its mission.
     lists : dict
         Items by the kind of mission.
     alter : callable
-        Changes an item before it is given back.
+        Changes an item before it is returned.
     keeps : int
-        Maximum number of items that it gives back.
+        Maximum number of items that it returns.
     drops : int
         Loses every n-th message that it receives; 0 for none.
     breaks : callable
         Sees each message before it is handled. It may return a result, which is the answer, or
         "lost", for a message that does not arrive.
     asks_twice_after_s : float or None
-        It asks for item 2 again after this time, as an autopilot does that hears late.
+        It asks for item 2 again after this time, like an autopilot that receives it late.
     loses : callable
         Sees each acknowledgement, result and kind, and tells whether it is lost.
     """

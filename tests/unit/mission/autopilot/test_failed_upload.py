@@ -109,7 +109,7 @@ def restored(own):
 def test_restores_mission_and_fence_after_a_failure_at_any_step(loaded, pair, step, reason):
     before = content(loaded)
     message_type, kind, number, *rest = step
-    if number == "half":  # After the reading that comes before an upload.
+    if number == "half":  # After the reading that precedes an upload.
         number = len(before[kind]) + 1
     loaded.breaks = Break(message_type, kind, number, *rest)
     sentence = failure(loaded, pair[1])
@@ -124,7 +124,7 @@ def test_restores_both_lists_if_the_mission_comes_back_altered(loaded, pair):
     wrong = threading.Event()
 
     def alter(item):
-        # The new mission alone is shorter.
+        # Only the new mission is shorter.
         if item.mission_type == 0 and item.seq == 1 and len(loaded.lists[0]) < len(before[0]):
             item.x += 1
             wrong.set()
@@ -164,7 +164,7 @@ def test_restores_them_after_an_interruption(loaded, pair, step, number):
 
 
 def test_restores_them_after_the_connection_broke_for_a_moment(own, pair, monkeypatch):
-    own.kind = 3  # It shortens its list at once.
+    own.kind = 3  # It shortens its list immediately.
     uploaded(own, pair[0])
     before = content(own)
     asked, broken = Link.ask, []
@@ -185,7 +185,7 @@ def test_restores_them_after_the_connection_broke_for_a_moment(own, pair, monkey
 
 
 def test_a_lost_confirmation_is_no_failure(loaded, pair):
-    """ArduPilot answers the repeated last item with an error, as it waits for none."""
+    """ArduPilot answers the repeated last item with an error, because it expects no item."""
     lost = []
 
     def loses(result, kind):
@@ -220,7 +220,7 @@ def test_a_late_answer_to_the_failed_upload_does_not_spoil_the_restoring(own, pa
 
 @pytest.mark.parametrize("delay_s", [0.0, 0.02, 0.2])
 def test_a_slow_ardupilot_gets_its_mission_and_its_earlier_one(own, pair, delay_s):
-    """It asks twice for an item, complains of the second one, and asks after the interruption."""
+    """It asks twice for an item, rejects the second one, and asks after the interruption."""
     own.kind = 3
     own.asks_twice_after_s = delay_s
     uploaded(own, pair[0])
@@ -303,7 +303,7 @@ def test_a_dead_link_is_said_and_not_waited_for_twice(loaded, pair):
         "and an unknown fence, perhaps parts of the old and the new one; do not fly before an "
         "upload succeeds."
     )
-    # Five for the upload, and none where restoring begins with a count.
+    # Five for the upload, and none if restoring begins with a count.
     assert sent.seen == 3 - 1 + 5
 
 

@@ -1,4 +1,4 @@
-"""Waypoints of an autopilot: near the track, flown with the given acceptance radii."""
+"""Waypoints of an autopilot: close to the track, flown with the given acceptance radii."""
 
 import itertools
 import math
@@ -13,7 +13,7 @@ from pathgene.host.terrain import Terrain
 
 
 GROUND = Terrain("plain", np.zeros((101, 101)), 50.0, 50.0)
-# An autopilot commands this much sideways acceleration at most.
+# Maximum lateral acceleration that an autopilot commands.
 SPEED_M_S, TURN_RADIUS_M = 23.0, 150.0  # The Silver Fox's.
 
 
@@ -103,7 +103,7 @@ def test_the_track_keeps_every_acceptance_radius():
 def flown(points, lateral_m_s2, reach_m):
     """Fly to each waypoint within its radius, then turn to the next: positions (n, 2).
 
-    The guidance is L1 on the present leg, as in ArduPlane and PX4, at constant speed.
+    The guidance is L1 on the current leg, as in ArduPlane and PX4, at constant speed.
     """
     step_s = 0.05
     places = columns(points)[:, :2]
@@ -134,7 +134,7 @@ def flown(points, lateral_m_s2, reach_m):
 @pytest.mark.parametrize("strength", [1.05, 1.5])
 @pytest.mark.parametrize(("reach_m", "limit_m"), [(40.0, 6.0), (90.0, 25.0)])
 def test_an_autopilot_that_turns_at_the_waypoint_stays_in_the_corridor(strength, reach_m, limit_m):
-    """The autopilot's sharpest turn is a little, or much, sharper than the planned one.
+    """The autopilot's sharpest turn is slightly, or much, sharper than the planned one.
 
     It looks 40 m ahead, or 90 m, as ArduPlane does by default at this speed.
     """

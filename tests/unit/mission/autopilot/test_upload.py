@@ -1,4 +1,4 @@
-"""Uploads to MAVSDK's autopilot over UDP, and to one of ours that misbehaves."""
+"""Uploads to MAVSDK's autopilot over UDP, and to our own autopilot that misbehaves."""
 
 import contextlib
 import math
@@ -41,7 +41,7 @@ def assert_has(items, plan):
         assert (item.x, item.y) == (round(wanted.lat * 1e7), round(wanted.lon * 1e7))
         assert item.z == single(wanted.alt_m)
         assert (item.param1, item.param2, item.param3) == wanted.params[:3]
-        # The loiter at the end has a number in the place that ArduPilot wants one.
+        # The loiter at the end has a number where ArduPilot requires one.
         assert item.param4 == 0 if item is items[-1] else math.isnan(item.param4)
 
 
@@ -154,7 +154,7 @@ def test_refuses_whatever_differs(own, plans, field, change, what):
 
 
 def test_ardupilot_takes_a_hundred_missions(own, plans):
-    """ArduPilot accepts NaN only in a few places, and refuses the whole mission for another."""
+    """ArduPilot accepts NaN only in a few places; elsewhere it refuses the whole mission for it."""
     own.kind = 3
     for plan in plans:
         uploaded(own, plan)
@@ -268,7 +268,7 @@ def test_a_serial_port_that_takes_nothing_costs_a_second(capfd):
         assert time.monotonic() - begun < 5
         assert capfd.readouterr().out == ""
     finally:
-        # Makes room for the bytes that a close would wait for.
+        # This makes room for the bytes that a close would wait for.
         os.set_blocking(ours, False)
         os.read(ours, 1 << 16)
         link.close()

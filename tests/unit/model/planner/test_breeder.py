@@ -36,7 +36,7 @@ def test_children_of_each_length_and_different_survivors(config):
 
 
 def test_compiled_breeding_is_the_interpreted_one():
-    """The same words, from the compiled source and from the definition of the source."""
+    """The compiled source and the definition of the source give the same words."""
     rng = np.random.default_rng(12)
     for seed in range(30):
         problem = record(USUAL, rng)
@@ -84,7 +84,7 @@ def test_crossover_keeps_the_limits_of_the_length(most):
 
 
 def test_shares_of_the_operators():
-    """8 of 18 perturb, 3 insert, 3 delete, 4 settle: within a 256th, from the draw of 8 bits."""
+    """8 of 18 perturb, 3 insert, 3 delete, 4 settle; the draw of 8 bits is accurate to 1/256."""
     rng = np.random.default_rng(14)
     problem = record(USUAL, rng)
     ends = corner_of(problem, "start"), corner_of(problem, "goal")

@@ -33,7 +33,7 @@ def path_of(evaluator, rng):
 )
 @pytest.mark.parametrize("config", [SMALL, USUAL], ids=["small", "usual"])
 def test_keys_are_those_of_the_plain_score_and_walk(config, memo, with_headings):
-    """A path without a limit has its cost if nothing is wrong, else penalty and all hits."""
+    """A path without a limit has its cost if it is valid, otherwise its penalty and all hits."""
     rng = np.random.default_rng(10)
     classes = set()
     for _ in range(15):
@@ -78,7 +78,7 @@ def test_a_memo_changes_no_key_and_no_margin():
 
 
 def test_a_walk_continues_after_a_collision():
-    """Margins and memo are as after a whole walk; the key has fewer hits."""
+    """Margins and memo are the same as after a full walk; the key has fewer hits."""
     rng = np.random.default_rng(12)
     evaluator = evaluator_of(SMALL, rng, 64, climb=STEEPEST, descent=STEEPEST, radius=64)
     evaluator.ground[:] = 0
@@ -88,7 +88,7 @@ def test_a_walk_continues_after_a_collision():
     margins, expected = [0, 7, 7, 7, 0], [0] * 5
     key = evaluator.evaluate(points, margins, NO_LIMIT, first=True)
     whole = evaluator.walk
-    # Again, all of it from the memo: a cycle a segment.
+    # Again, entirely from the memo: one cycle per segment.
     assert evaluator.evaluate(points, expected, NO_LIMIT, first=False) > key
     assert evaluator.walk - whole == 4
     assert margins == expected

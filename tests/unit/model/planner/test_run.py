@@ -1,4 +1,4 @@
-"""A run: compiled and interpreted alike, and the promises of a run.
+"""A run: the compiled and the interpreted one are equal, and it keeps its promises.
 
 ``tests/cosim/test_planner_core.py`` compares runs with the gateware.
 """
@@ -78,12 +78,12 @@ def test_longer_runs_find_better_paths():
     assert [run.keys[0] for run in runs] == sorted((run.keys[0] for run in runs), reverse=True)
     assert runs[-1].classes[0] is PathClass.FEASIBLE
     assert runs[-1].keys[0] < 0.98 * runs[0].keys[0]
-    # Within a generation of its time.
+    # It ends within a generation of its time limit.
     assert 1_000_000 <= runs[-1].cycles < 1_003_000
 
 
 def test_a_run_may_wait_for_a_feasible_path():
-    """It ends with the generation that has one, or with its cycles where none comes."""
+    """It ends with the generation that has one, or with its cycles if none has."""
     kinds = set()
     for seed, generations, cycles in itertools.product(range(10), (2, 90), (20_000, 200_000)):
         heights, problem_record = problem(SMALL, seed)
@@ -94,7 +94,7 @@ def test_a_run_may_wait_for_a_feasible_path():
         waiting = dataclasses.replace(usual, until_feasible=True)
         late = plan(SMALL, heights, problem_record, waiting)
         if early.classes[0] is PathClass.FEASIBLE:
-            # It may have come with the last generation, which is collected once nothing is bred.
+            # It may be from the last generation, which is collected once nothing more is bred.
             assert late.generations - early.generations in (0, 1)
             kinds.add("at once")
             continue
@@ -102,7 +102,7 @@ def test_a_run_may_wait_for_a_feasible_path():
             assert late.classes[0] is PathClass.INFEASIBLE
             kinds.add("never")
             continue
-        # One more is on its way when a generation is seen to have a feasible path.
+        # One more generation is in flight when a generation is found to have a feasible path.
         assert late.classes[0] is PathClass.FEASIBLE
         assert late.generations > generations
         before = dataclasses.replace(usual, generations=late.generations - 2)

@@ -1,4 +1,4 @@
-"""The score of a path: the compiled one against the definition, whose integers never overflow."""
+"""The score of a path: the compiled score equals the definition, whose integers never overflow."""
 
 import dataclasses
 import math
@@ -64,7 +64,7 @@ def test_an_entry_and_an_exit_are_points_of_the_path():
 
 
 def test_the_longest_path_does_not_overflow():
-    """From corner to corner of the largest map, up and down, with the maximum of every field."""
+    """It joins corners of the largest map, up and down, with every field at its maximum."""
     rng = np.random.default_rng(5)
     far, top = LARGE.map_size - 1, LARGE.blocked_altitude - 1
     # Back and forth along the diagonal, and with a right angle at every other corner.
@@ -91,7 +91,7 @@ def test_roots():
 
 
 def test_lengths_and_costs_are_those_of_the_formulas():
-    """A path with one turn, in floating point: cells of 256 units, steps of 16."""
+    """A path with one turn is computed in floating point: cells of 256 units, steps of 16."""
     rng = np.random.default_rng(7)
     for _ in range(50):
         problem = record(
@@ -139,7 +139,7 @@ def test_penalties():
     # A climb of 7.5 parts in 10 cells is allowed, 8.5 are too many.
     gentle = dataclasses.replace(problem, climb=12)
     assert defined(gentle, [start, (10, 0, 101), goal]).penalty == 2 * 64 + 4 * 16 + 34
-    # A reversal, and a waypoint twice, have no arc.
+    # A reversal and a repeated waypoint have no arc.
     turned = defined(problem, [start, (30, 0, 100), goal])
     assert turned.arcs == [None]
     assert turned.penalty == 40 * 256 >> 3
@@ -158,7 +158,7 @@ def test_steep_arcs_count_beside_steep_segments():
     # A quarter of a circle.
     assert defined(problem, points).penalty == 804
     assert defined(dataclasses.replace(problem, radius=50), points).penalty == 256
-    # A climb of a part more.
+    # A climb of one part more.
     steeper = dataclasses.replace(problem, goal_altitude=1921)
     assert defined(steeper, points).penalty == 804 + 64 + 4
     for each in (problem, steeper):

@@ -1,4 +1,4 @@
-"""The rest of an earlier path, and warm runs without a compiler."""
+"""The remainder of an earlier path, and warm runs without a compiler."""
 
 import dataclasses
 
@@ -104,7 +104,7 @@ def test_first_waypoints_behind_the_start_are_dropped():
     # A waypoint next to the start is dropped; a later waypoint astern stays.
     assert drop([beside, before, behind, before]) == [before, behind, before]
     assert drop([before, behind, before]) == [before, behind, before]
-    # Two waypoints always stay.
+    # Two waypoints are always kept.
     assert drop([behind, beside, behind]) == [beside, behind]
     assert drop([behind, behind]) == [behind, behind]
 

@@ -1,7 +1,7 @@
 """The walk of a segment, and the memo of segments.
 
-The compiled walk is compared with the definition, and both with exact lines. The memo answers for
-the segment that was kept last in a row, and no other.
+The compiled walk is compared with the definition, and both with exact lines. The memo answers only
+for the segment that was last stored in a row.
 """
 
 import itertools
@@ -62,7 +62,7 @@ def test_every_small_segment_is_walked_alike():
 
 
 def test_a_segment_stays_within_the_cells_around_its_corners_and_above_its_altitudes():
-    """The claim that makes one map of corners enough, on a fine cut of the exact line."""
+    """The claim that makes one map of corners sufficient, tested on finely divided exact lines."""
     rng = np.random.default_rng(3)
     for _ in range(200):
         start, stop = (

@@ -1,4 +1,4 @@
-"""Routes: the compiled wavefront against the definition, and the definition against Dijkstra."""
+"""Routes: the compiled wavefront equals the definition, and the definition equals Dijkstra's."""
 
 import heapq
 
@@ -42,7 +42,7 @@ def array(values, none):
 
 
 def vector_of(prices):
-    """Constants of steps as the compiled kernels have them."""
+    """Constants of steps in the form of the compiled kernels."""
     return [
         *prices.factors,
         *prices.levels,
@@ -91,7 +91,7 @@ def test_compiled_wavefront_is_the_defined_one(case, slope):
 
 @pytest.mark.parametrize("config", [SMALL, USUAL, LARGE], ids=["small", "usual", "large"])
 def test_constants_of_any_problem(config):
-    """The compiled constants, and the bounds of the costs, whatever is in the fields."""
+    """The compiled constants and the bounds of the costs are right, whatever the fields contain."""
     rng = np.random.default_rng(config.map_size)
     top = config.blocked_altitude
     for _ in range(300):
@@ -112,7 +112,7 @@ def test_constants_of_any_problem(config):
 
 @pytest.mark.parametrize("config", [USUAL, LARGE], ids=["usual", "large"])
 def test_costs_are_those_of_pieces(config):
-    """If nothing is clamped: within the rounding of the constants."""
+    """If nothing is clamped, they are equal within the rounding of the constants."""
     rng = np.random.default_rng(config.map_size)
     for _ in range(20):
         problem = record(config, rng, key_shift=10 + (config is LARGE) * 7)

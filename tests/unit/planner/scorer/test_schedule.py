@@ -13,8 +13,8 @@ from tests.support.gateware.streams import simulate
 class Meeting(wiring.Component):
     """Products and sums of values that meet at different times.
 
-    ``both`` is ``a * factor`` and ``b * factor``, a pair; ``sums`` their sum with ``a`` of that
-    slot, ``late`` the values of ``a`` and ``b`` of nine slots before that.
+    ``both`` is the pair ``a * factor`` and ``b * factor``; ``sums`` is their sum with ``a`` of that
+    slot; ``late`` has the values of ``a`` and ``b`` from nine slots earlier.
     """
 
     def __init__(self):

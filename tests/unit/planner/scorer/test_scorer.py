@@ -65,11 +65,11 @@ class Job:
 
     @property
     def added(self):
-        """Points of every path that do not come in."""
+        """Points that are added to every path."""
         return self.problem.has_entry + self.problem.has_exit
 
     def check(self):
-        """Compare everything but cycles; a score comes after the chords of its path."""
+        """Compare everything but cycles; a score follows the chords of its path."""
         results = [defined_score(self.problem, each) for each in self.paths]
         assert [each[1:] for each in self.scores] == [score for score, _ in results]
         assert [each[1:] for each in self.chords] == [
@@ -89,7 +89,7 @@ class Job:
         ]
 
 
-#: Cycles in which nothing may come after the last job.
+#: Cycles after the last job in which nothing may be output.
 IDLE = 170
 
 
@@ -120,7 +120,7 @@ def run(config, *jobs):
 
 
 def points_of(paths):
-    """Return the points of all paths as the scorer takes them."""
+    """Return the points of all paths in the form that the scorer accepts."""
     return [
         {"x": x, "y": y, "altitude": altitude, "last": i == len(each) - 1}
         for each in paths
@@ -185,7 +185,7 @@ def with_ends(config, rng, problem, entry, exits):
     ("config", "problems", "count"), [(SMALL, 5, 5), (USUAL, 1, 3)], ids=["small", "usual"]
 )
 def test_matches_the_definition(config, problems, count, ends):
-    """At full rate, with and without entry and exit; every path right after the previous one."""
+    """Paths follow each other at full rate, with and without entry and exit."""
     rng = np.random.default_rng(ends)
     free = [drawn_free_problem(config, rng) for _ in range(problems)]
     jobs = [
@@ -200,7 +200,7 @@ def test_matches_the_definition(config, problems, count, ends):
 
 @pytest.mark.ci
 def test_matches_the_definition_with_pauses():
-    """Pauses of points, and of room."""
+    """Points and room come with pauses."""
     rng = np.random.default_rng(4)
     jobs = []
     for _ in range(3):
@@ -218,7 +218,7 @@ def test_matches_the_definition_with_pauses():
 
 @pytest.mark.ci
 def test_shortest_and_longest_paths():
-    """Only start and goal, and the maximum number of points, in turn."""
+    """Paths of only start and goal alternate with paths of the maximum number of points."""
     rng = np.random.default_rng(11)
     jobs = []
     for ends in ENDS:
@@ -250,7 +250,7 @@ def test_latencies(map_size, altitude_bits):
 
 
 def test_cycles():
-    """The numbers of the docstring, of a path alone in the default sizes."""
+    """The numbers in the docstring hold for a lone path in the default sizes."""
     rng = np.random.default_rng(5)
     problem = with_ends(USUAL, rng, record(USUAL, rng), 1, 1)
     (job,) = run(USUAL, Job(problem, [path(USUAL, rng, waypoints=4)]))
@@ -258,14 +258,14 @@ def test_cycles():
     (start,) = job.launches
     assert [cycle - start for cycle, *_ in job.chords] == [87 + 2 * segment for segment in range(7)]
     assert job.scores[0][0] - start == 87 + 2 * 6 + 56 == 2 * 8 + 139
-    # The two first points at once, then one in every slot, after the point of the entry.
+    # The first two points together, then one in every slot, after the entry point.
     assert [cycle - start for cycle in job.taken] == [-1, *range(2, 11, 2)]
 
 
 @pytest.mark.ci
 @pytest.mark.parametrize("ends", ENDS, ids=["free", "exit", "entry", "both"])
 def test_a_path_begins(ends):
-    """In the cycle that the model states, whenever points come and room is available."""
+    """It begins in the cycle given by the model, whenever points arrive and room is available."""
     rng = np.random.default_rng(7)
     problem = with_ends(SMALL, rng, record(SMALL, rng, radius=100), *ends)
     jobs = []
@@ -305,7 +305,7 @@ def test_the_next_path_begins():
 
 
 def test_reset_discards_all_paths():
-    """Paths that are inside when the reset comes do not leave a trace."""
+    """Paths that are inside during a reset do not leave a trace."""
     rng = np.random.default_rng(8)
     problem = with_ends(SMALL, rng, record(SMALL, rng, radius=100), 1, 1)
     jobs = [
@@ -342,7 +342,7 @@ def test_steep_arcs_count_beside_steep_segments():
     ends = {"start_x": 0, "start_y": 0, "start_altitude": 1600, "goal_x": far, "goal_y": far}
     points = [(0, 0, 100), (10, 0, 110), (10, 10, 120)]
     fields = {"x_scale": 1 << SCALE_FRACTION, "climb": 256, "radius": 512}
-    # A climb at the limit, and one of a part more.
+    # A climb at the limit, and a climb of one part more.
     jobs = [
         Job(record(SMALL, rng, **ends, **fields, goal_altitude=altitude), [points])
         for altitude in (1920, 1921)

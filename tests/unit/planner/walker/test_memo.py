@@ -1,4 +1,4 @@
-"""The memo against the definition: answers, values, epochs, and cycles."""
+"""The memo compared with the definition: answers, values, epochs, and cycles."""
 
 import itertools
 
@@ -24,8 +24,9 @@ def segment_of(start, stop, marks=0):
 def run(rows, rounds, *, epoch_bits=8, pauses=(0,), walks=(3,)):
     """Look up rounds of segments, with a clear before each but the first.
 
-    The walker is a queue that gives back each segment after some cycles, the number of the segment
-    as its value; return, of each, whether it was answered, and its result; and the rows' clearing.
+    The walker is a queue that returns each segment after some cycles, with the number of the
+    segment as its value. Return for each segment whether it was answered, and its result; also
+    return the clearing of the rows.
     """
     dut = Memo(rows, *SIZES, epoch_bits=epoch_bits)
     answered, results, swept, flight = [], [], [], []
@@ -106,7 +107,7 @@ def run(rows, rounds, *, epoch_bits=8, pauses=(0,), walks=(3,)):
 
 
 def expected(rows, rounds):
-    """Return the same of the definition."""
+    """Return the same from the definition."""
     answered, results = [], []
     for some in rounds:
         memo = DefinedMemo(CONFIG, rows)
@@ -124,7 +125,7 @@ def expected(rows, rounds):
 def segments_of(rng, number, points=4):
     some = [any_point(CONFIG, rng) for _ in range(points)]
     pairs = [(some[a], some[b]) for a, b in rng.integers(points, size=(number, 2)).tolist()]
-    # The same again at once, and after another one.
+    # The same again, immediately and after a different one.
     for at in range(0, number - 4, 5):
         pairs[at + 1] = pairs[at]
         pairs[at + 3] = pairs[at + 1]
@@ -145,7 +146,7 @@ def test_answers_as_the_definition_does(rows, pauses, walks):
 
 @pytest.mark.parametrize("epoch_bits", [1, 2, 3])
 def test_a_new_epoch_voids_every_row(epoch_bits):
-    """Also when their numbers are used up, and rows are made void one by one."""
+    """Epochs also work when their numbers are used up and the rows are voided one by one."""
     rng = np.random.default_rng(epoch_bits)
     some = segments_of(rng, 30)
     rounds = [some] * 9
@@ -156,7 +157,7 @@ def test_a_new_epoch_voids_every_row(epoch_bits):
 
 
 def test_a_look_up_each_cycle():
-    """Three cycles from the segment to its row."""
+    """A look-up takes three cycles from the segment to its row."""
     dut = Memo(4, *SIZES)
     seen = []
 

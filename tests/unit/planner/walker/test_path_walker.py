@@ -1,4 +1,4 @@
-"""The walker of paths against the evaluation of paths, chords of their turns included.
+"""The walker of paths compared with the evaluation of paths, including the chords of turns.
 
 Cycles, and many paths: ``tests/cosim/test_path_walker.py``.
 """
@@ -94,7 +94,7 @@ def run(rows, evaluator, paths, pauses=(0,)):
 
 
 def expected(evaluator, paths):
-    """Return the same of the evaluation, hits from the penalties."""
+    """Return the same from the evaluation, with hits derived from the penalties."""
     hits, margins = [], []
     for points, _, first in paths:
         found = [0] * len(points)
@@ -115,7 +115,7 @@ def test_hits_and_margins_of_the_evaluation(rows, pauses, heading):
     paths += paths[::2]
     hits, margins = run(rows, evaluator, paths, pauses)
     assert (hits, margins) == expected(evaluator, paths)
-    # Both kinds of chords, at both ends too, and of paths.
+    # Both kinds of chords, also at both ends, and both kinds of paths.
     places = slice(1, -1), *[slice(0, 1)] * (heading & 1), *[slice(-1, None)] * (heading >> 1)
     for place in places:
         chords = [chord is not None for _, some, _ in paths for chord in some[place]]
@@ -126,7 +126,7 @@ def test_hits_and_margins_of_the_evaluation(rows, pauses, heading):
 
 
 def test_cycles_of_a_lone_path():
-    """By the model's functions: a walk, then from the memo, then only in part from it."""
+    """They follow the model: a full walk, then from the memo, then only partly from the memo."""
     assert walked(7, 0, [3, 1]) == 16
     assert walked(7, 20, [3, 1]) == 24
     assert back(8, 2) == 15

@@ -1,4 +1,4 @@
-"""The source of segments: order, marks, and not a gap."""
+"""The source of segments: their order and marks, and no gaps."""
 
 import itertools
 
@@ -28,7 +28,7 @@ def drawn_path(rng):
 
 
 def row_of(path, i):
-    """The row of a point; after the goal, and for a start without a chord, one not to be read."""
+    """The row of a point; after the goal, and for a start without a chord, an unreadable row."""
     points, chords, _ = path
     if i >= len(points) or (i == 0 and chords[0] is None):
         return {"point": {"x": 7}, "chord": {"present": 1}}

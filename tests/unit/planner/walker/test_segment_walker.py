@@ -1,4 +1,4 @@
-"""The walker of segments against the definition, in Amaranth's simulator: small maps, 1 to 4 lanes.
+"""The walker of segments compared with the definition: small maps, 1 to 4 lanes.
 
 More lanes, and all segments of a small map, run compiled, in ``tests/cosim/test_path_walker.py``.
 """
@@ -74,7 +74,7 @@ def corners_of(start, stop):
 
 @pytest.mark.parametrize("lanes", [1, 2, 4])
 def test_random_segments(lanes):
-    """Any altitudes; segments in direct succession."""
+    """Altitudes are arbitrary, and segments follow in direct succession."""
     config = SMALL.replace(lanes=lanes, memory_latency=1 + lanes % 2)
     rng = np.random.default_rng(lanes)
     heights = heights_of(config, rng)
@@ -93,7 +93,7 @@ def test_random_segments(lanes):
 
 
 def test_widest_altitudes():
-    """Extremes of 16 bits, up and down, on short segments: altitudes below 0 within half a step."""
+    """On short segments between extremes of 16 bits, altitudes fall below 0 within half a step."""
     config = TINY.replace(lanes=2, altitude_bits=16)
     rng = np.random.default_rng(7)
     top = config.blocked_altitude
@@ -110,7 +110,7 @@ def test_widest_altitudes():
 
 
 def test_answered_segments_take_a_cycle():
-    """All further segments still have their results, with pauses between them."""
+    """All further segments still get their results, with pauses between them."""
     config = TINY.replace(lanes=2)
     rng = np.random.default_rng(5)
     heights = heights_of(config, rng)
@@ -130,7 +130,7 @@ def test_answered_segments_take_a_cycle():
 
 
 def rows_of(config, rng, number):
-    """Any rows of corners, as their layout takes them."""
+    """Arbitrary rows of corners, in the form of their layout."""
     columns = config.map_size // config.lanes
     return [
         {"x": int(rng.integers(columns)), "y": int(rng.integers(config.map_size))}
@@ -139,7 +139,7 @@ def rows_of(config, rng, number):
 
 
 async def read_rows(ctx, dut, rows):
-    """Ask for a row each cycle; return the corners, each row's ``row_latency`` cycles later."""
+    """Request a row each cycle; return the corners of each row ``row_latency`` cycles later."""
     found = []
     for row in [*rows, *[{"x": 0, "y": 0}] * dut.row_latency]:
         ctx.set(dut.row, row)
@@ -160,7 +160,7 @@ def corners_in(heights, lanes, rows):
 @pytest.mark.parametrize("latency", [1, 2])
 @pytest.mark.parametrize("lanes", [1, 2, 4, 8, 16])
 def test_rows(lanes, latency):
-    """A row each cycle, starting a cycle after a write; between walks, of steep segments, too."""
+    """Rows come each cycle from one cycle after a write, also between walks of steep segments."""
     config = SMALL.replace(lanes=lanes, memory_latency=latency)
     rng = np.random.default_rng(10 * lanes + latency)
     heights = heights_of(config, rng)

@@ -1,4 +1,4 @@
-"""Blocks of the map: scans of all and of marked blocks, their cycles, and the lowest corners."""
+"""Blocks of the map: scans of all blocks and of marked ones, their cycles, the lowest corners."""
 
 import random
 
@@ -81,7 +81,7 @@ class Bench:
 
 @pytest.mark.parametrize(("config", "lanes", "latency"), [(TINY, 2, 1), (SMALL, 8, 4)])
 def test_single_corners(config, lanes, latency):
-    """Blocks of a corner each; those beyond a small map are blocked."""
+    """Each block is a single corner; blocks beyond a small map are blocked."""
     rng = np.random.default_rng(lanes)
     dut = BlockMap(lanes, config.coordinate_bits, config.altitude_bits, latency)
 
@@ -97,7 +97,7 @@ def test_single_corners(config, lanes, latency):
 
 
 def test_marks_and_shifts():
-    """Written corners, blocked or not; corners beyond the blocks; and another size of blocks."""
+    """Corners are written, blocked or not, also beyond the blocks; then the block size changes."""
     rng = np.random.default_rng(3)
     config, lanes = TWICE, 4
     dut = BlockMap(lanes, config.coordinate_bits, config.altitude_bits, 2)
@@ -118,7 +118,7 @@ def test_marks_and_shifts():
         await own.check(config, wide)
         assert await own.scan() == scanning(0, 1, lanes, 2)
 
-        # Marks of one size mean nothing in another.
+        # Marks of one size have no meaning for a different size.
         own.set_problem(narrow)
         await own.write(40, 3, 1)
         await own.write(9, 30, 2)
@@ -168,7 +168,7 @@ class WalkerBench(Bench):
     ("config", "lanes", "latency"), [(SMALL, 1, 2), (TWICE, 4, 1), (SMALL, 8, 2)]
 )
 def test_map_of_a_walker(config, lanes, latency):
-    """A whole random map is written, then some corners; both are scanned from the walker's map."""
+    """A random map is written, then some corners; both are scanned from the walker's map."""
     rng = np.random.default_rng(lanes)
     config = config.replace(lanes=lanes, memory_latency=latency)
     dut = MapAndBlocks(config)

@@ -15,7 +15,7 @@ from tests.support.planner.wavefront import distances_of, problem
 
 
 def constants_of(prices, falls):
-    """Return the constants as their layout takes them."""
+    """Return the constants in the form of their layout."""
     if falls is not None:
         ways = [{"factor": 0, "level": fall, "pull": 0} for fall in falls]
         return {"ways": ways, "climb": 0}

@@ -1,4 +1,4 @@
-"""Routes over random costs and steps: the first of the least, and the straight line."""
+"""Routes over random costs and steps: the first of the cheapest, and the straight line."""
 
 import numpy as np
 import pytest
@@ -42,7 +42,7 @@ def expected_route(start, goal, costs, heights):
 
 
 def settled(goal, heights, blocked):
-    """Return the least costs to the goal."""
+    """Return the minimum costs to the goal."""
     costs = np.full((BLOCKS, BLOCKS), FAR, dtype=np.int64)
     costs[goal[::-1]] = 0
     left = [goal]

@@ -1,4 +1,4 @@
-"""Seeds: the definition's paths and words, a word a cycle, and with pauses."""
+"""Seeds: paths and words equal the definition's, at one word per cycle and with pauses."""
 
 import random
 
@@ -53,7 +53,7 @@ def test_matches_the_definition(config, count, length, share):
         left, cycle = count, 0
         while left or ctx.get(dut.busy) or len(points) < sum(map(len, paths)):
             assert cycle < 20_000
-            # The next one at once, while waypoints of the previous one are in flight.
+            # The next one follows immediately, while waypoints of the previous one are in flight.
             launches = left and not ctx.get(dut.busy)
             left -= launches
             ctx.set(dut.launch, launches)
@@ -92,5 +92,5 @@ def test_matches_the_definition(config, count, length, share):
     firsts = np.cumsum([0, *map(len, paths[:-1])])
     assert [found[i] - stepped[each * n + 1] for n, i in enumerate(firsts)] == [WAYPOINT] * count
     if share == 1:
-        # One cycle of rest for each, in which it is launched.
+        # One idle cycle for each, in which it is launched.
         assert busy[: count * (each + 1)] == ([0] + [1] * seeding(longest)) * count

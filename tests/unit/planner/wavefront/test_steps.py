@@ -1,4 +1,4 @@
-"""Costs of steps, and the constants that they take, against the definition."""
+"""Costs of steps and the constants that they need, compared with the definition."""
 
 import dataclasses
 
@@ -33,7 +33,7 @@ TINY = SMALL.replace(map_size=8, coarse_factor=2, altitude_bits=4)
 
 
 class Pricing(wiring.Component):
-    """Constants of a problem, and a pricer for each way."""
+    """Constants of a problem, and a pricer for each kind of step."""
 
     def __init__(self, config):
         self.constants = StepConstants(
@@ -68,7 +68,7 @@ class Pricing(wiring.Component):
 
 
 async def measure(ctx, dut, record, *, falls, limit=0):
-    """Let the constants of ``record`` follow, in as many cycles as they say."""
+    """Compute the constants of ``record``, in the stated number of cycles."""
     constants = dut.constants
     ctx.set(dut.problem, vars(record))
     ctx.set(constants.falls, falls)
@@ -86,7 +86,7 @@ async def measure(ctx, dut, record, *, falls, limit=0):
 
 
 async def price(ctx, dut, steps, leads):
-    """Return the costs of ``steps`` in the three ways, one step in every cycle."""
+    """Return the costs of ``steps`` in all three ways, one step per cycle."""
     costs = []
     last = len(steps) - 1
     for cycle in range(len(steps) + StepPricer.latency):
@@ -105,7 +105,7 @@ async def price(ctx, dut, steps, leads):
     "config", [TINY, SMALL, USUAL, LARGE], ids=["tiny", "small", "usual", "large"]
 )
 def test_matches_the_definition(config):
-    """A step in every cycle, ``latency`` cycles each; falls, then constants."""
+    """Steps enter in every cycle and take ``latency`` cycles; first falls, then constants."""
     rng = np.random.default_rng(config.map_size)
     dut = Pricing(config)
     top = config.blocked_altitude
@@ -181,8 +181,8 @@ def test_extremes(config):
         constants = await measure(ctx, dut, dear, falls=True, limit=15)
         assert max(each.level for each in constants.ways) <= most
 
-        # The dearest: fuel is clamped to the maximum key, a climb over all altitudes at the maximum
-        # factor.
+        # The most expensive: fuel is clamped to the maximum key, and a climb over all altitudes has
+        # the maximum factor.
         prices, costs = found["dear"]
         assert set(prices.pulls) == {most}
         assert prices.climb == (1 << 18) - 1
@@ -196,7 +196,7 @@ def test_extremes(config):
         if config is not LARGE:
             assert set(prices.levels) == {-most - 1}
         assert np.array_equal(costs[[0, 2, 3]], np.ones((3, 3)))
-        # Without a length, or where the unit is greater than any cost, every step costs as much.
+        # Without a length, or if the unit is greater than any cost, every step costs the same.
         assert np.array_equal(found["small"][1], np.ones((4, 3)))
         assert np.array_equal(found["coarse"][1], np.ones((4, 3)))
 
@@ -204,7 +204,7 @@ def test_extremes(config):
 
 
 def test_cycles_of_the_page():
-    """The longest constants follow while the memories are filled, in 1,026 cycles."""
+    """The longest constants are computed while the memories are filled, in 1,026 cycles."""
     dut = Pricing(USUAL)
     assert dut.constants.most_cycles == 1009
     assert StepPricer.latency == 5

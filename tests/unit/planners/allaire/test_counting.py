@@ -35,7 +35,7 @@ def chip_config(build):
 
 @pytest.fixture
 def counts_on(evaluator):
-    """Function that opens a model of a build with the evaluator's terrain."""
+    """Function that opens the model of a checker build with the evaluator's terrain."""
     opened = []
 
     def make(build, evaluator=evaluator):
@@ -129,7 +129,7 @@ def test_evaluates_until_the_best_is_certain(evaluator, counts_on):
     paths = random_paths(evaluator, grid, np.random.default_rng(3), 12)
     full = np.array([evaluator.evaluate(path).fitness for path in paths])
     fitness, settled = full.copy(), np.zeros(12, bool)
-    fitness[[2, 5, 9]] = 1.9, 1.8, 0.0  # Two counted as feasible, one far too low.
+    fitness[[2, 5, 9]] = 1.9, 1.8, 0.0  # Two are counted as feasible, and one is far too low.
     assert (full <= 1)[[2, 5]].all()
     counts.settle(fitness, settled, lambda slot: paths[slot])
     assert settled[np.argmax(fitness)]

@@ -99,7 +99,7 @@ def test_hardware_has_the_chips_counters(evaluator):
         chips.append(open_board(url))
         chips[0].start(9, (3, 3, 3))
         chips[0].load([[0, 0]] * 32)
-        chips[0].step(list(range(32)), LinkMode.RANK)  # Not part of the run's figures.
+        chips[0].step(list(range(32)), LinkMode.RANK)  # It does not belong to the run's figures.
         before.update(chips[0].counters())
         close = chips[0].close
         chips[0].close = lambda: (after.update(chips[0].counters()), close())

@@ -61,7 +61,7 @@ def test_keeps_the_elite_and_others_without_repeats():
         assert kept[:2].tolist() == [31, 30]
         assert len(set(kept.tolist())) == 10
         counts[kept] += 1
-    # Among the randomly kept paths the fitter are more frequent.
+    # Fitter paths are more frequent among the randomly kept ones.
     assert counts[29] > 1.8 * counts[2] > 1.8 * counts[0]
 
 

@@ -1,4 +1,4 @@
-"""Detours against every one of their ways, laid out and judged by the reference of the geometry."""
+"""Detours compared with all possible routes, laid out and checked by the reference geometry."""
 
 import dataclasses
 import itertools
@@ -42,7 +42,7 @@ def path_through(inner):
 
 
 def places_of(problem, path, *, at_goal):
-    """Return the waypoints of every route to every point that it may join, by complex numbers."""
+    """Return the waypoints of every route to every point that it may join, in complex numbers."""
     points = (path[::-1] if at_goal else path)[:, :2] @ (1, 1j)
     heading = problem.headings[at_goal]
     ways, counts = module._free_ways() if heading is None else module._held_ways()
@@ -60,10 +60,10 @@ def length_of(places):
 
 
 def fits(places, problem, *, at_goal, path):
-    """Return whether the turns of a detour fit, at the join and after it, by the reference.
+    """Return whether the turns of a detour at and after the join fit, by the reference geometry.
 
     Later turns are not checked: the track ends with the second point after the join, whose turn
-    still takes its room on the way there.
+    still needs room before it.
     """
     if (abs(np.diff(places)) == 0).any():
         return False
@@ -103,7 +103,7 @@ def test_exactly_those_whose_turns_fit_shortest_first(headings, at_goal, seed):
     assert [len(each) for each in found].count(3) == [len(each) for each in fitting].count(3)
     known, wanted = set(rounded(found)), set(rounded(fitting))
     assert len(known) == len(found)
-    # Rounding decides a turn that takes all of its room.
+    # Rounding decides whether a turn fits that takes up all of its room.
     assert len(known ^ wanted) <= 0.01 * len(wanted)
 
 
@@ -122,7 +122,7 @@ def test_ends_headings_and_altitudes(headings, at_goal):
         if heading is not None:
             east, north = (end[1] - end[0])[:2] * (-1 if at_goal else 1)
             assert math.degrees(math.atan2(east, north)) % 360 == pytest.approx(heading)
-        # Straight up or down from the end to where the detour joins the path.
+        # Altitude changes linearly from the end to the join.
         joins = next(i for i in range(1, n) if (path == end[i]).all(axis=1).any())
         way = np.hypot(*np.diff(end[: joins + 1, :2], axis=0).T).cumsum()
         rises = (end[1 : joins + 1, 2] - end[0, 2]) / way
@@ -139,7 +139,7 @@ def test_the_way_to_the_other_end_stays_where_it_has_a_heading():
 
 
 def test_no_detours_for_an_aircraft_that_cannot_turn():
-    """It stalls in the turn of its least radius."""
+    """It stalls in the tightest turn."""
     heavy = dataclasses.replace(aircraft.load("silver-fox"), weight_N=2000.0)
     problem = flight(aircraft=heavy)
     assert not math.isfinite(problem.limits.turn_radius_m)
@@ -148,7 +148,7 @@ def test_no_detours_for_an_aircraft_that_cannot_turn():
 
 
 def test_a_straight_path_has_detours():
-    """Unless the far end has a heading, to which no route can lead."""
+    """The exception is a far end with a heading, to which no route can lead."""
     for at_goal, headings in itertools.product((False, True), HEADINGS):
         paths, _ = detours(flight(*headings), path_through(INNER[:0]), at_goal=at_goal)
         assert (len(paths) > 50) == (headings[not at_goal] is None)

@@ -79,7 +79,7 @@ def test_the_polish_lowers_a_path(evaluator, planned):
 
 
 def test_a_long_plan_goes_on_from_its_first_run(evaluator):
-    """In equal parts, by time and by generations; the polish is for the last."""
+    """The parts are equal, by time and by generations; only the last is polished."""
     evaluations = {}
     for polish in ("on", "off"):
         planner = ChipGeneticPlanner(chip_ms=24, polish=polish)
@@ -177,7 +177,7 @@ def test_a_time_limit_ends_a_run(evaluator):
 
 
 def test_progress_and_limits_are_looked_at_during_a_run(evaluator, monkeypatch):
-    """The model's runs end at once, so the answers are made up as of a run in progress."""
+    """The model's runs end immediately, so the answers imitate a run in progress."""
     said, seen = [], []
     real, best = Runs.status, Runs.best_if_over
     # Kernels are loaded before the time limit counts.
@@ -208,12 +208,12 @@ def test_a_long_run_of_the_model_is_looked_at_and_stopped(evaluator):
     assert result.interrupted
     (run,) = result.hardware["runs"]
     assert run["looks"] > 0
-    # A part is of 100,000.
+    # A part has 100,000.
     assert 4_000 <= run["generations"] < 90_000
 
 
 def test_an_interrupt_stops_the_run(evaluator, monkeypatch):
-    """The model's runs end at once, so the answers are made up as of a run in progress."""
+    """The model's runs end immediately, so the answers imitate a run in progress."""
     said = []
     stop = Stop(lambda: bool(said))
     real, best = Runs.status, Runs.best_if_over

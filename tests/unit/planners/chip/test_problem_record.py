@@ -1,4 +1,4 @@
-"""A problem in the chip's integers: the model's score against the evaluation."""
+"""A problem in the chip's integers: the model's score compared with the evaluation."""
 
 import dataclasses
 import math
@@ -48,7 +48,7 @@ def make(*, cells=200, cell_m=50.0, north_m=None, relief_m=800.0, **changes):
     ids=["usual", "oblong", "fine", "compressed", "coarse"],
 )
 def test_the_score_is_the_evaluation_of_a_feasible_path(terrain):
-    """The cost of whatever the model finds feasible, in units of eq. (2), within half a percent."""
+    """Costs of paths that the model finds feasible equal eq. (2) within half a percent."""
     problem, grid, record = make(**terrain)
     assert len(record.pack(CONFIG)) == problem_request(CONFIG).size
     outcome = plan(CONFIG, grid.corners(), record, RunOptions(seed=1, cycles=300_000))
@@ -135,7 +135,7 @@ def test_a_problem_too_fine_for_the_record_is_refused(terrain, message):
 
 
 def headed(start_deg=None, goal_deg=None, **changes):
-    """The usual problem with headings, under rules that ask for nothing else."""
+    """The usual problem with headings, under rules without further requirements."""
     problem, _, _ = make()
     problem = Problem(
         problem.terrain, problem.start, problem.goal, rules=NO_MARGINS,
@@ -157,7 +157,7 @@ def test_a_path_that_the_chip_finds_feasible_keeps_the_headings(start_deg, goal_
     for waypoints in outcome.paths:
         path = whole_path(problem, grid.corners_to_metres(np.array(waypoints)))
         verdicts.append(evaluator.evaluate(path))
-        # No turn at the ends themselves.
+        # There is no turn at the ends themselves.
         pieces = smooth(path, problem.limits.turn_radius_m, problem.headings).pieces
         assert pieces[0].start == pytest.approx(problem.start)
         for piece, heading in zip((pieces[0], pieces[-1]), problem.headings, strict=True):

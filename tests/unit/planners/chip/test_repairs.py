@@ -1,4 +1,4 @@
-"""A repair makes a path feasible that breaks the strict rule."""
+"""Repairs make paths feasible that break the strict rule."""
 
 import dataclasses
 
@@ -26,7 +26,7 @@ def evaluator_of(heights=HEIGHTS, rules=RULES, **options):
 
 
 def check(evaluator, path):
-    """Mend a path; return the mended one, which is feasible."""
+    """Repair a path; return the repaired one, which is feasible."""
     assert not evaluator.evaluate(path).feasible
     mended = repair(evaluator, path)
     assert mended is not None
@@ -64,7 +64,7 @@ def test_the_nearer_end_comes_first(at_goal):
 
 
 def test_what_the_other_end_alone_can_mend():
-    """The zone is nearer the start, but beyond all waypoints that a route from there leads to."""
+    """The zone is nearer to the start, but beyond all waypoints that its routes can join."""
     evaluator = evaluator_of(zones=(Zone.circle(2600, 3000, 40),))
     before = [(START[0] + 150 * number, 3000, 300) for number in range(1, 8)]
     path = np.array([START, *before, GOAL])
@@ -82,7 +82,7 @@ def test_a_goal_behind():
 
 
 def test_ground_beside_the_goal():
-    """A hill before the goal, which is reached from the far side."""
+    """A hill blocks the way to the goal, which is reached from the far side."""
     heights = HEIGHTS.copy()
     heights[26:35, 49] = 290.0
     evaluator = evaluator_of(heights)
@@ -137,7 +137,7 @@ def test_loading_needs_no_broken_path(rules):
 
 
 def test_a_climb_that_is_too_steep_from_the_start_on():
-    """The limit is broken far beyond two turn radii, but beginning at the start."""
+    """The limit is violated far beyond two turn radii, but from the start on."""
     heights = HEIGHTS.copy()
     heights[27:34, 17:20] = 500.0
     evaluator = evaluator_of(heights)

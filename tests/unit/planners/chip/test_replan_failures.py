@@ -30,7 +30,7 @@ def runs_of(plan):
 
 @pytest.fixture
 def altered(monkeypatch):
-    """Function that has paths of the chip pass a function on their way to the host."""
+    """Function that applies a function to the chip's paths on their way to the host."""
     metres = ProblemOnChip.metres
 
     def alter(change):
@@ -42,7 +42,7 @@ def altered(monkeypatch):
 
 
 def too_low(path):
-    """Return a path whose waypoints between the ends are in the ground."""
+    """Return a path whose inner waypoints are in the ground."""
     low = path.copy()
     low[1:-1, 2] = 20.0
     return low
@@ -106,12 +106,12 @@ def test_where_there_is_no_way_seven_more_runs_follow_and_the_reason(make_evalua
     assert [run["seed"] for run in runs_of(after)] == list(range(3, 11))
     assert [run["ease"] for run in runs_of(after)] == [0, 1, 2, 2, 2, 2, 2, 2]
     assert after.reason.proven
-    # The chip is as ready as before.
+    # The chip is still ready.
     assert after.result.replanner.is_ready
 
 
 def two_gates():
-    """Return a ridge that only two gates lead through, and a zone in each."""
+    """Return a ridge with only two gates, and a zone in each."""
     elevation = np.full((41, 61), 100.0)
     elevation[:, 28:33] = 3000.0
     for row in (10, 30):
@@ -207,7 +207,7 @@ def test_without_the_population_the_problem_is_planned_anew(evaluator, make_eval
     after = before.replan(zones=[BEHIND])
     assert after.evaluation.feasible
     assert [run["warm"] for run in runs_of(after)] == [False]
-    # That run has left its own.
+    # That run left its own population.
     assert after.replan(zones=[IN_THE_GAP]).result.hardware["runs"][0]["warm"]
 
 
@@ -240,7 +240,7 @@ def test_a_lost_board_costs_no_path(evaluator, search, monkeypatch):
     assert after.failure == "The board was lost: unplugged."
     assert after.result.replanner is None
     monkeypatch.undo()
-    # The map has arrived, the population is not the plan's.
+    # The map has arrived, but the population is not the plan's.
     assert after.replan().evaluation.feasible
 
 
@@ -252,5 +252,5 @@ def test_a_start_off_the_steps_of_the_map_is_planned_from_new_seeds(evaluator, s
     assert runs_of(after)[0]["warm"] is False
     assert after.evaluation.feasible
     monkeypatch.undo()
-    # It has left its own population.
+    # It left its own population.
     assert runs_of(after.replan(zones=[IN_THE_GAP]))[0]["warm"]

@@ -58,7 +58,7 @@ def test_a_replan_goes_on_from_the_population(evaluator, board, search, zones, m
     assert flight.start == (tuple(start) if moves else evaluator.problem.start)
     assert all(run["warm"] for run in runs_of(after))
     assert after.result.hardware["cycles"]["total"] < 400_000
-    # No map goes over the line.
+    # No map is sent over the line.
     assert sum(after.result.hardware["bytes"].values()) < 1_500 * len(runs_of(after))
     (run,) = runs_of(after)
     assert run["generations"] == replan_options(board.config, 0).generations
@@ -71,7 +71,7 @@ def test_the_paths_are_those_of_the_model(evaluator, board, search):
     start = middle(before)
     after = before.replan(zones=[BEHIND], start=start)
     flight = changed_problem(evaluator.problem, [BEHIND], start)
-    # The map has the disc, and is exact around the ends.
+    # The map has the disc and is exact around the ends.
     old, new = (CornerMap(board.config, each) for each in (evaluator.problem, flight))
     corners = old.corners((evaluator.problem.start, flight.goal))
     shape = no_fly_shape(old, BEHIND)
@@ -101,7 +101,7 @@ def test_a_replan_is_replanned_in_its_turn(evaluator, search):
         assert plan.evaluation.feasible
         assert all(run["warm"] for run in runs_of(plan))
     assert len(plan.evaluator.problem.zones) == 4
-    # A zone that the problem has already is not drawn again.
+    # A zone that the problem already has is not drawn again.
     again = plan.replan(zones=plan.evaluator.problem.zones)
     assert again.evaluator.problem.zones == plan.evaluator.problem.zones
 
@@ -109,7 +109,7 @@ def test_a_replan_is_replanned_in_its_turn(evaluator, search):
 @pytest.mark.parametrize(
     "zone",
     [
-        # A dent, a hole, heights that are flown over, and times.
+        # A dent, a hole, limits that can be flown over, and times.
         Zone.polygon(
             [(3600, 1800), (4600, 1800), (4600, 3800), (4300, 3800), (4300, 2100), (3600, 2100)]
         ),
@@ -140,7 +140,7 @@ def test_zones_that_are_gone_are_free_again(make_evaluator, board, search):
     plan = search.run(evaluator).replan(zones=[storm])
     heights = model_of(board).checking.terrain.heights
     ends = evaluator.problem.start, evaluator.problem.goal
-    # The moved one is drawn over the corners that have become free.
+    # The moved zone is drawn over the corners that have been freed.
     plan = plan.replan(zones=[moved], gone=[storm])
     plan.finish()
     assert plan.evaluator.problem.zones == (*evaluator.problem.zones, moved)
@@ -169,7 +169,7 @@ def test_a_zone_without_a_way_around_it_is_free_when_it_goes(
     if is_finished:
         vain.finish()
         assert np.array_equal(heights, exact)
-    # It is drawn again while it stays.
+    # It is drawn again while it remains.
     again = vain.replan()
     assert not again.result.evaluation.feasible
     assert (heights[:, 35] == board.config.blocked_altitude).sum() > 40
@@ -180,7 +180,7 @@ def test_a_zone_without_a_way_around_it_is_free_when_it_goes(
     assert [run["warm"] for run in runs_of(after)] == [True]
     assert np.array_equal(heights, exact)
     waits = runs_of(after)[0]["waits"]
-    # Else the corners of the whole wall come with PROBLEM and RUN.
+    # Otherwise the corners of the whole wall are sent with PROBLEM and RUN.
     assert (waits["commands"] < waits["after_zones"] + 30) is is_finished
 
 
@@ -218,7 +218,7 @@ def test_a_goal_that_stays_is_not_sent_again(make_evaluator, board, search):
     evaluator = make_evaluator(elevation, zones=(), rules=NO_MARGINS)
     before = search.run(evaluator)
     assert runs_of(before)[-1]["ease"] == 2
-    # The corners around both ends are eased now.
+    # Now the corners around both ends are lowered.
     problem = before.evaluator.problem
     grid = CornerMap(board.config, problem)
     ends = problem.start, problem.goal
@@ -230,7 +230,7 @@ def test_a_goal_that_stays_is_not_sent_again(make_evaluator, board, search):
     after = before.replan(start=(1500, 600, 210))
     assert after.evaluation.feasible
     assert np.array_equal(heights[at_goal], eased)
-    # Once a zone has moved away from it, it is free in time, and as eased as before.
+    # Once a zone has moved away from it, it is freed in time and lowered as before.
     storm, moved = (Zone.circle(x, problem.goal[1] + 500, 300) for x in (5500, 4600))
     beside = after.replan(zones=[storm])
     away = beside.replan(zones=[moved], gone=[storm])
@@ -355,14 +355,14 @@ def test_what_is_gone_beside_a_new_zone_is_set_free_behind_the_run(evaluator, bo
     assert freed[box].any()
     freed[box] = False
     assert not freed.any()
-    # In the end the chip has the map of an upload but for the discs, which are drawn.
+    # In the end the chip has the same map as after an upload, except for the drawn discs.
     exact = CornerMap(board.config, after.evaluator.problem)
     shape = no_fly_shape(exact, moved)
     drawn = (slice(shape.first_y, shape.last_y + 1), slice(shape.first_x, shape.last_x + 1))
     corners = exact.corners((evaluator.problem.start, evaluator.problem.goal))
     corners[drawn][drawn_corners(shape)] = blocked
     assert np.array_equal(model.checking.terrain.heights[box], corners[box])
-    # Nothing but the new disc went over the line before the path was known.
+    # Only the new disc was sent over the line before the path was known.
     other = after.replan(zones=[Zone.circle(moved.x_m, moved.y_m + 10, moved.radius_m)])
     assert bytes_to_board(after) <= bytes_to_board(other) + 16
     # Unfinished uploads are sent with the next replan.

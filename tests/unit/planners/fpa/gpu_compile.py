@@ -27,7 +27,7 @@ def main():
     except Exception as error:
         print(error)
         return 3
-    # Device functions are compiled for the present GPU, of which there is none.
+    # Device functions are compiled for the current GPU, and there is none.
     numba.cuda.dispatcher.get_current_device = lambda: SimpleNamespace(
         compute_capability=CAPABILITY
     )

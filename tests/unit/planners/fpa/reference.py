@@ -12,7 +12,7 @@ WORD = 0xFFFFFFFF
 
 
 def philox(counter, key):
-    """Return Philox4x32-10 of four words of counter and two of key, as published."""
+    """Return Philox4x32-10 of four counter words and two key words, as published."""
     counter, key = list(counter), list(key)
     for _ in range(10):
         first, second = 0xD2511F53 * counter[0], 0xCD9E8D57 * counter[2]
@@ -35,7 +35,7 @@ def uniform(high, low):
 
 
 def levy(a, b):
-    """Return Mantegna's step of exponent 1.5 from two uniform numbers."""
+    """Return Mantegna's step with the exponent 1.5 from two uniform numbers."""
     sigma = (math.gamma(2.5) * math.sin(0.75 * math.pi) / (math.gamma(1.25) * 1.5 * 2**0.25)) ** (
         2 / 3
     )

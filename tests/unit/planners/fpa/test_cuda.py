@@ -1,4 +1,4 @@
-"""The GPU engine without a GPU, in numba's simulator and compiled to PTX; test_gpu has one."""
+"""The GPU engine without a GPU (see test_gpu), in numba's simulator and compiled to PTX."""
 
 import importlib.util
 import os

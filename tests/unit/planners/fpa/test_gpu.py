@@ -29,7 +29,7 @@ def has_gpu():
 
 pytestmark = pytest.mark.skipif(not has_gpu(), reason="there is no NVIDIA GPU")
 
-#: Largest relative difference between the fitness on GPU and CPU, without samples on cell borders.
+#: Maximum relative difference between the fitness on GPU and CPU, without samples on cell borders.
 TOLERANCE = 1e-9
 #: Maximum share of paths with a sample on such a border.
 ON_BORDERS = 0.01
@@ -64,10 +64,10 @@ def judge_alike(evaluator, paths, fitness):
 
 
 def evaluators(make_evaluator):
-    """Return evaluators that take each way through the evaluation."""
+    """Return evaluators that cover every branch of the evaluation."""
     paper = make_evaluator().problem
-    # Over steep ground, in wind, below a roof, with headings at both ends, and with a zone that is
-    # entered from above.
+    # Over steep ground, in wind, below an upper limit, with headings at both ends, and with a zone
+    # that is entered from above.
     safe = make_evaluator(
         rules=Rules(clearance_m=30.0, ceiling_agl_m=300.0),
         wind=(6.0, -3.0),
@@ -108,7 +108,7 @@ def test_runs_at_once_are_those_alone(make_evaluator):
     some = evaluators(make_evaluator)
     setups = [setup_of(some[at % len(some)], seed) for at, seed in enumerate(range(9))]
     leaders, paths, fitness = run_engine(setups)
-    # However many blocks there are, and however many candidates and threads a block has.
+    # The numbers of blocks, and of candidates and threads in a block, do not matter.
     for options in ({"blocks": 3}, {"width": 2}):
         _, *same = run_engine(setups, **options)
         assert (same[0] == paths).all()

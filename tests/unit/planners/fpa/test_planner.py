@@ -1,4 +1,4 @@
-"""Whole runs against the reference, on every engine of the CPU, and their limits."""
+"""Complete runs compared with the reference, on every CPU engine, and their limits."""
 
 import itertools
 import time
@@ -282,7 +282,7 @@ def test_a_target_ends_a_search_in_its_iteration(evaluator):
 
 
 class Several:
-    """An engine of several runs, as a GPU's, of one of the CPU for each; it may fail."""
+    """An engine for several runs, like a GPU's, made of one CPU engine for each; it may fail."""
 
     def __init__(self, setups, every, *, fails_at=None):
         self.engines = [CpuEngine(setup, every, threads=1) for setup in setups]
@@ -337,7 +337,7 @@ def test_runs_together_are_those_alone(make_evaluator, several, target):
 def test_a_run_that_has_ended_is_not_interrupted(make_evaluator, several):
     evaluators = [make_evaluator(zones=()), make_evaluator()]
     options = [Options(generations=130, population=24, seed=5, target_fitness=1.285)] * 2
-    # The first of them reaches the target sooner.
+    # The first run reaches the target earlier.
     first = make("fpa-2opt", engine="sequential", two_opt_every=7).plan(evaluators[0], options[0])
     looks = itertools.count()
     stop = Stop(lambda: next(looks) > 4 * (first.generations + 2))

@@ -95,7 +95,7 @@ def test_levy_steps_have_mantegna_s_distribution():
     expected = [levy_cdf(x) for x in grid]
     # Kolmogorov's bound at 0.1 %.
     assert np.abs(found - expected).max() < 1.95 / math.sqrt(len(steps))
-    # The tail falls with the step to the power of -1.5, which gives long flights.
+    # The tail falls as the step to the power of -1.5, which gives long flights.
     tail = [np.mean(np.abs(steps) > x) for x in (3, 12)]
     assert tail[0] / tail[1] == pytest.approx(8, rel=0.25)
 

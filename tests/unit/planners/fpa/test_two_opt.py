@@ -1,4 +1,4 @@
-"""2-opt and early rejection against brute force."""
+"""2-opt and early rejection compared with brute force."""
 
 import math
 
@@ -118,7 +118,7 @@ def test_2_opt_matches_brute_force(evaluator, worth):
         )
         assert np.array_equal(found, expected)
         assert value == best
-        assert counts.sum() >= 10  # At the end all pairs of five waypoints are tried.
+        assert counts.sum() >= 10  # In the end all pairs of five waypoints have been tried.
         assert counts[CUT_SHORT] > 0
         changed += not np.array_equal(found, path)
         assert counts[EVALUATED] >= (value > fitness)

@@ -1,4 +1,4 @@
-"""The lowest altitudes against scans of all altitudes and the evaluation."""
+"""The lowest altitudes compared with scans of all altitudes and with the evaluation."""
 
 import itertools
 import math
@@ -68,7 +68,7 @@ def test_altitudes_are_optimal():
 
 
 def test_steep_glides_are_not_free():
-    # By altitude alone, the path would descend as fast as allowed.
+    # If only altitude counted, the path would descend as fast as allowed.
     terrain = Terrain("flat", np.zeros((41, 61)), 100.0, 100.0)
     problem = Problem(
         terrain, (300, 2000, 400), (5700, 2000, 400), aircraft.load("silver-fox"), as_paper=True

@@ -48,7 +48,7 @@ def test_beats_the_genetic_algorithm_on_the_embedded_terrain():
 
 
 def hills(seed, **options):
-    """Return a flight from 10 m above rough ground, which few directions climb out of."""
+    """Return a flight from 10 m above rough ground, which only few directions can leave."""
     rng = np.random.default_rng(seed)
     heights = gaussian_filter(rng.standard_normal((80, 80)), 6)
     terrain = Terrain("hills", 400 * (heights - heights.min()) / np.ptp(heights), 50.0, 50.0)

@@ -1,4 +1,4 @@
-"""The coarse grid and its cheapest routes against exhaustive searches."""
+"""The coarse grid and its cheapest routes compared with exhaustive searches."""
 
 import itertools
 import math
@@ -42,7 +42,7 @@ def steps(problem):
 
 
 def cheapest(problem, price):
-    """Return the least cost from the south-west node to every other, by Bellman-Ford."""
+    """Return the minimum cost from the south-west node to every node, by Bellman-Ford."""
     cost = dict.fromkeys(itertools.product(*map(range, problem.terrain.shape)), math.inf)
     cost[0, 0] = 0.0
     every = [(one, other, price(one, other, passed)) for one, other, passed in steps(problem)]
@@ -74,7 +74,7 @@ def test_surface_is_the_lowest_within_the_slope(steepness):
             ground[other] - (steepness * ways[other][node] if other != node else 0.0)
             for other in nodes
         )
-        # Start and goal are too high to descend to the ground at once.
+        # Start and goal are too high to descend to the ground immediately.
         x, y = 400 * node[1], 300 * node[0]
         down = 500 - math.tan(math.radians(30)) * math.hypot(x, y)
         up = 500 - math.tan(math.radians(10)) * math.hypot(x - 2400, y - 1500)

@@ -114,7 +114,7 @@ def test_rounds_waypoints_up_to_the_lattice(evaluator, start):
     for path in paths:
         inner = path[1:-1]
         assert np.array_equal(grid.to_metres(grid.to_cells(inner)), inner)
-    # Rounding costs the best path at most a step of altitude.
+    # Rounding costs the best path at most one step of altitude.
     assert fitness[0] > 1
     assert fitness[0] > start(fewest=2)[1][0] - 0.01
     rng = np.random.default_rng(4)

@@ -1,4 +1,4 @@
-"""Choices of few waypoints of a route against an enumeration."""
+"""Selections of few waypoints of a route, compared with an enumeration."""
 
 import itertools
 import math
@@ -54,7 +54,7 @@ def test_chords_cost_their_length_and_avoid_zones(hilly):
     costs = _chord_costs(route, grid, level)
     price = 300 * grid.prices.area + grid.prices.glide * grid.prices.work
     run = np.hypot(*(route[:, None] - route[None]).transpose(2, 0, 1))
-    # Through the zone.
+    # It leads through the zone.
     for one, other in ((2, 5), (3, 5), (3, 6)):
         assert math.isinf(costs[one, other])
     finite = np.isfinite(costs)

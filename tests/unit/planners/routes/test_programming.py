@@ -1,4 +1,4 @@
-"""The deterministic crossover against an enumeration of all simple routes."""
+"""The deterministic crossover compared with an enumeration of all simple routes."""
 
 import itertools
 
@@ -124,7 +124,7 @@ def test_routes_have_at_most_ten_points(inner, possible):
 
 
 def test_keeps_a_worse_way_of_fewer_segments():
-    """A cheap detour to the first point of a chain makes the route a segment too long."""
+    """A cheap detour to the first point of a chain makes the route one segment too long."""
     chain = [2, *range(4, 4 + MOST_POINTS - 3), GOAL]
     tails = np.array([START, 3, START, *chain[:-1]])
     heads = np.array([3, 2, 2, *chain[1:]])

@@ -85,8 +85,8 @@ def test_replaces_a_kept_segment_only_if_the_route_gains():
         [
             [0.5, 0.1, 1.0],  # To the middle: kept.
             [0.5, 0.6, 0.3],  # From the middle to the goal: kept.
-            [0.2, 0.5, 0.6],  # New, to the middle: the route gains.
-            [0.45, 0.0, 1.02],  # Fitter than the kept segment, but the route loses.
+            [0.2, 0.5, 0.6],  # New, to the middle: the route becomes better.
+            [0.45, 0.0, 1.02],  # Fitter than the kept segment, but the route becomes worse.
         ]
     )
     assert delta(terms[3]) < delta(terms[0])

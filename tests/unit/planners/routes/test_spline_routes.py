@@ -41,7 +41,7 @@ def field(evaluator):
     [
         ("ga-dp", {}, True),
         ("ga-dp", {"reading": "sum"}, True),
-        # These do not find the gap in these few generations.
+        # They do not find the gap within this number of generations.
         ("ga-dp", {"draws": "uniform"}, False),
         ("ga-auv", {}, False),
     ],

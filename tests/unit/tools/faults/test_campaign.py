@@ -46,7 +46,7 @@ def test_a_seed_repeats_exactly():
 
 
 def test_a_replay_tells_the_fewest_faults(capsys, monkeypatch):
-    """By themselves they fail, too; without the bug nothing does."""
+    """These faults alone fail, too; without the bug nothing fails."""
     seed, bug = NOTICED["file written in its place"], "file written in its place"
     monkeypatch.setattr("sys.argv", ["faults", "--replay", str(seed)])
     assert main() == 0

@@ -1,4 +1,4 @@
-"""Cases: drawn from a seed, kept as text."""
+"""Cases: drawn from a seed, stored as text."""
 
 import errno
 import time

@@ -1,4 +1,4 @@
-"""Files that a user gives to the page, and a problem as it is drawn."""
+"""Files that a user gives to the page, and a problem as drawn."""
 
 import io
 

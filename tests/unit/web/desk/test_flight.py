@@ -81,7 +81,7 @@ def test_what_is_ordered_happens(planned, take_off):
     (change,) = news(job, "changes")
     assert change["active_ms"] < 100
     assert len(job.versions) == 2
-    # A zone over the goal; then all are gone, and the goal is another.
+    # A zone over the goal; then all zones are removed, and the goal is changed.
     jobs.tell(job, Zone.circle(4700, 4600, 200))
     until(lambda: len(news(job, "zones")) == 2)
     jobs.tell(job, CLEAR)
@@ -135,7 +135,7 @@ def test_a_flight_is_as_fast_as_it_is_told(take_off, planned):
     flown_s, real_s = job.latest.time_s - flown_s, time.monotonic() - began_s
     jobs.stop(job)
     until(lambda: job.done)
-    # A machine that is busy is slower.
+    # A busy machine is slower.
     assert 0.5 * real_s < flown_s < 2.1 * real_s + 0.2
 
 

@@ -42,7 +42,7 @@ if __name__ == "__main__":
     print(jobs._running[job].process.pid, flush=True)
     time.sleep(600)
 """
-#: A search that ends long after any test, unless it is stopped.
+#: A search that lasts longer than any test, unless it is stopped.
 ENDLESS = {**CANYON, "generations": 10_000_000}
 
 

@@ -16,7 +16,7 @@ from pathgene.host.web.desk.page import Page
 
 CIRCLE = {"circle": (2000.0, 2000.0, 100.0)}
 POLYGON = {"polygon": [[3000.0, 3000.0], [3200.0, 3000.0], [3100.0, 3100.0]]}
-# Not in a field of numbers, and not of a board.
+# Not in a field for numbers or for a board.
 NONSENSE = "fifty, about 5 m/s NW"
 
 
@@ -63,7 +63,7 @@ async def opened(desk, planner="ga-chip"):
             try:
                 yield user, page
             except BaseException as error:
-                # The simulation ends by itself only where nothing is raised in it.
+                # The simulation ends by itself only if nothing is raised in it.
                 errors.append(error)
     for error in errors:
         raise error
@@ -87,13 +87,13 @@ async def press_plan(user, page):
 
 
 def places_of(planner):
-    """Return the places that are tried on a page with this planner."""
+    """Return the places to try on a page with this planner."""
     return [place for place, name in places().items() if name == planner]
 
 
 @pytest.mark.parametrize("planner", [name for name in PLANNERS if places_of(name)])
 def test_a_text_that_is_not_understood_is_shown_and_not_planned(desk, planner):
-    """Every field in turn, on one page."""
+    """Every field is tried in turn, on one page."""
 
     async def enter(user, page, place):
         field = (await entered(page, place))[place]

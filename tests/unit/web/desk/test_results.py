@@ -17,7 +17,7 @@ def test_figures_of_two_plans_stand_in_one_row():
     assert rows["Planner"][1].endswith(", then astar")
     assert rows["Verdict"][0] == "✓ feasible"
     assert rows["Fitness"] == [f"{each.summary['fitness']:.4f}" for each in (one, other)]
-    # A value that one of them lacks is left open.
+    # A value that one of them lacks is left blank.
     assert rows["Time of the chip"] == ["–", "62.4 ms"]
     assert rows["Leg 1"][0] == "–"
     assert all(len(texts) == 2 for texts in rows.values())

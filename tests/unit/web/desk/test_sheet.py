@@ -29,7 +29,7 @@ def sheet(terrains):
 
 
 def filled(sheet):
-    """Give a value to all that a user can set."""
+    """Give a value to everything that a user can set."""
     sheet.take_terrain("canyon")
     sheet.place("start", 301.26, 302.0)
     sheet.add_via(2500.0, 1000.0)
@@ -57,7 +57,7 @@ def filled(sheet):
 
 
 def same(one, other):
-    """Tell whether two sheets hold one problem, tuples and lists alike."""
+    """Tell whether two sheets hold the same problem; tuples equal lists."""
     return one.text() == other.text() and one.values.keys() == other.values.keys()
 
 
@@ -109,7 +109,7 @@ def test_another_planner_and_as_paper_make_values_void_but_do_not_forget_them(sh
 
 
 def test_a_problem_of_this_machine_brings_its_files(terrains, tmp_path):
-    """Degrees become metres, files of zones and aircraft their contents."""
+    """Degrees become metres, and files of zones and aircraft become their contents."""
     land = load("jacksboro")
     land.save_npz((tmp_path / "land.npz").open("wb"), np.zeros(land.shape, dtype=bool))
     (tmp_path / "zones.geojson").write_text(
@@ -144,7 +144,7 @@ def test_a_problem_of_this_machine_brings_its_files(terrains, tmp_path):
     latitude, longitude = land.to_geographic([values["via"][0][0]], [values["via"][0][1]])
     assert (latitude[0], longitude[0]) == pytest.approx((36.40, -84.30), abs=1e-6)
     assert sheet.mission().problem.aircraft.name == "mine"
-    # A link does not name a file, and is found only on this desk.
+    # A link does not name a file, and works only on this desk.
     other = Sheet(terrains)
     other.open_link(sheet.link())
     assert same(sheet, other)
@@ -212,7 +212,7 @@ def test_tabs_share_no_zone(tmp_path):
 
 
 def test_others_plan_on_simulated_boards_alone(tmp_path):
-    """Not even the board of the problem file that the desk was started with."""
+    """They cannot use even the board of the problem file that the desk was started with."""
     ends = "start = [3000, 3000, 100]\ngoal = [20000, 20000, 100]\nagl = true\n"
     text = f"[mission]\n{ends}[planner]\nboard = '/dev/ttyUSB0'\n"
     (tmp_path / "problem.toml").write_text(text)

@@ -93,10 +93,10 @@ def test_without_a_board_the_planner_is_the_first_of_the_registry():
         ("genetic=parallel", "ga-fpga"),
         ("genetic=1", "ga-fpga"),
         ("genetic=0", "ga-chip"),
-        # Sizes of only the paper core.
+        # Sizes that only the paper core has.
         ("population=64", "ga-fpga"),
         ("checker=two-tier&lanes=1", "ga-fpga"),
-        # Sizes of neither core.
+        # Sizes that neither core has.
         ("population=3", "ga-fpga"),
     ],
 )

@@ -321,7 +321,7 @@ def test_a_board_that_dies_unannounced_is_replaced_by_the_processor(
     check_that_astar_takes_over(mission, straight, planner, "model:", kill)
 
 
-@pytest.mark.long  # The model's board, above, dies in the same way.
+@pytest.mark.long  # The model's board, above, fails in the same way.
 @pytest.mark.cosim
 def test_a_killed_simulator_is_replaced_by_the_processor(mission, straight):
     with start_simulated("sim:?core=planner", pty=True, keep=True) as board:

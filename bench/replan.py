@@ -37,6 +37,7 @@ from pathgene.host.replanning.pilot import Change
 from pathgene.host.replanning.planner import Attempt, InFlightPlanner
 from pathgene.host.replanning.present import Present
 from pathgene.host.replanning.session import Session
+from pathgene.host.report import style
 
 
 __all__ = ["AMPLE_MS", "ROWS", "SCENARIOS", "Question", "fly_row", "is_there_a_path", "run"]
@@ -330,4 +331,4 @@ def _draw_worst(failed: Sequence[int], kept: Store, count: int) -> None:
             drawn = draw_scenario(number, mission, first.evaluation.flight_time_s)
             flown = _flown(_CHIP, number, mission, evaluator, first, chip, drawn.scenario)
         if isinstance(flown, Replanned):
-            picture.write(flown, _PICTURES / f"{number:04d}.png")
+            style.save(picture.draw(flown), _PICTURES / f"{number:04d}.png")

@@ -14,10 +14,20 @@ from pathgene.host.auv.field import AuvField, control_polygon
 from pathgene.host.auv.landscape import HALF_SIDE, height
 from pathgene.host.auv.measures import Floats
 from pathgene.host.auv.plan import REPORT_SAMPLES
-from pathgene.host.files.output import replacing
 from pathgene.host.planners.routes.field import Route
 from pathgene.host.planners.routes.spline import sample
-from pathgene.host.report.style import BEST, GOAL, GROUND, LAND, PATH, START, TEXT, TROUBLE, halo
+from pathgene.host.report.style import (
+    BEST,
+    GOAL,
+    GROUND,
+    LAND,
+    PATH,
+    START,
+    TEXT,
+    TROUBLE,
+    halo,
+    save,
+)
 
 
 __all__ = ["write"]
@@ -50,8 +60,7 @@ def write(field: AuvField, route: Route, summary: dict[str, Any], file: Path) ->
         color=TEXT,
         weight="bold",
     )
-    with replacing(file) as binary:
-        figure.savefig(binary, format="png", dpi=150)
+    save(figure, file)
 
 
 def _draw_map(axes: Axes, field: AuvField, route: Route) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,11 +15,10 @@ from numpy.typing import NDArray
 
 from pathgene.host.compare.convergence import band, same_generations, work_of
 from pathgene.host.compare.entrants import split_label
-from pathgene.host.files.output import replacing
 from pathgene.host.report.style import DASHES, MEAN, SERIES, TEXT, finish, titles
 
 
-__all__ = ["draw", "write"]
+__all__ = ["draw"]
 
 Floats = NDArray[np.float64]
 
@@ -40,13 +38,6 @@ _CAPTION = (
     "Box: quartiles and median; whiskers: farthest run within 1.5 boxes; diamond: mean; "
     "dots: runs. Line and band: median and quartiles of the best F so far."
 )
-
-
-def write(report: Mapping[str, Any], file: Path) -> None:
-    """Draw a report of :func:`pathgene.host.compare.report.document` to the PNG ``file``."""
-    figure = draw(report)
-    with replacing(file) as binary:
-        figure.savefig(binary, format="png", dpi=150)
 
 
 def draw(report: Mapping[str, Any]) -> Figure:

@@ -118,9 +118,10 @@ def write_report(
     if not picture:
         return [numbers]
     try:
-        from pathgene.host.compare.picture import write
+        from pathgene.host.compare.picture import draw
+        from pathgene.host.report.style import save
 
-        write(report, drawing)
+        save(draw(report), drawing)
     except Exception as error:
         warn(f"There is no picture this time, drawing it failed: {type(error).__name__}: {error}.")
         return [numbers]

@@ -114,7 +114,8 @@ def draw(report: FlightReport, directory: Path) -> list[Path]:
     """Write ``flight.png``; return its path in a list."""
     # Loads matplotlib, which flying does not need.
     from pathgene.host.flight import picture
+    from pathgene.host.report import style
 
     written = directory / FLIGHT[1]
-    picture.write(report, written)
+    style.save(picture.draw(report), written)
     return [written]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +12,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from pathgene.host.files.output import replacing
 from pathgene.host.flight.judge import SHARE, demanded_m
 from pathgene.host.report import plan_view
 from pathgene.host.report.style import (
@@ -36,7 +34,7 @@ from pathgene.host.terrain.surface import surface_below
 if TYPE_CHECKING:
     from pathgene.host.flight.report import FlightReport
 
-__all__ = ["draw", "layout", "write"]
+__all__ = ["draw", "layout"]
 
 # Inches: height of the figure, and the margins of titles and legend.
 _HEIGHT, _TOP, _BOTTOM = 7.6, 1.25, 1.05
@@ -44,13 +42,6 @@ _MOST_MAP = 6.1
 _WIDEST = 2.4
 # Points drawn along a track.
 _POINTS = 4000
-
-
-def write(report: FlightReport, file: Path) -> None:
-    """Draw the flight to the PNG ``file``."""
-    figure = draw(report)
-    with replacing(file) as binary:
-        figure.savefig(binary, format="png", dpi=150)
 
 
 def draw(report: FlightReport) -> Figure:

@@ -161,8 +161,9 @@ def draw(report: Replanned, directory: Path) -> list[Path]:
     """Write ``flight.png`` and ``flight.gif``; return their paths."""
     # Loads matplotlib, which flying does not need.
     from pathgene.host.replanning import animation, picture
+    from pathgene.host.report import style
 
     written = [directory / name for name in FLIGHT[1:]]
-    picture.write(report, written[0])
+    style.save(picture.draw(report), written[0])
     animation.write(report, written[1])
     return written

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +12,6 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from pathgene.host.evaluation.track import SmoothedTrack
-from pathgene.host.files.output import replacing
 from pathgene.host.flight.flight import PERIOD_S
 from pathgene.host.flight.judge import demanded_m
 from pathgene.host.flight.picture import layout
@@ -37,7 +35,7 @@ from pathgene.host.terrain.surface import surface_below
 if TYPE_CHECKING:
     from pathgene.host.replanning.outcome import Replanned
 
-__all__ = ["draw", "titles", "version_points", "window", "write"]
+__all__ = ["draw", "titles", "version_points", "window"]
 
 Floats = NDArray[np.float64]
 
@@ -52,13 +50,6 @@ VERSION: dict[str, Any] = {"linewidth": 2.0, "linestyle": (0, (4, 1.5))}
 # Colours of later paths: those that the rest of the picture does not use.
 _VERSIONS = tuple(each for each in SERIES if each not in (PATH, FLOWN, START, NOFLY))
 _HELD: dict[str, Any] = {"color": START, "linewidth": 1.6, "linestyle": (0, (1.5, 1))}
-
-
-def write(report: Replanned, file: Path) -> None:
-    """Draw the flight to the PNG ``file``."""
-    figure = draw(report)
-    with replacing(file) as binary:
-        figure.savefig(binary, format="png", dpi=150)
 
 
 def draw(report: Replanned) -> Figure:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,6 @@ from numpy.typing import NDArray
 from pathgene.host.evaluation import Evaluation, Evaluator, Samples
 from pathgene.host.evaluation.broken import Stretch
 from pathgene.host.evaluation.evaluator import FINE
-from pathgene.host.files.output import replacing
 from pathgene.host.report import convergence, plan_view, points, profile
 from pathgene.host.report.along import broken_samples
 from pathgene.host.report.along import why as why_not
@@ -25,7 +23,7 @@ from pathgene.host.report.style import LEFT, NARROWEST, RIGHT, TROUBLE, WIDTH, f
 from pathgene.host.report.via import visits
 
 
-__all__ = ["Scene", "draw", "write"]
+__all__ = ["Scene", "draw"]
 
 _WIDE = 2.2  # Maps with a higher aspect ratio are placed above the two graphs.
 _WIDEST = 6.5  # Frames of maps wider than this have room next to the map.
@@ -63,13 +61,6 @@ class Scene:
     subtitle: str
     reason: Mapping[str, Any] = field(default_factory=dict)
     legs: Sequence[tuple[int, float]] = ()
-
-
-def write(scene: Scene, file: Path) -> None:
-    """Draw ``scene`` to the PNG ``file``, at least 1920 pixels wide."""
-    figure = draw(scene)
-    with replacing(file) as binary:
-        figure.savefig(binary, format="png", dpi=150)
 
 
 def draw(scene: Scene) -> Figure:

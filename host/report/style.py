@@ -8,6 +8,7 @@ without hue.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from matplotlib.artist import Artist
@@ -15,6 +16,8 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.patheffects import AbstractPathEffect, Normal, Stroke
+
+from pathgene.host.files.output import replacing
 
 
 __all__ = [
@@ -41,6 +44,7 @@ __all__ = [
     "finish",
     "frame",
     "halo",
+    "save",
     "titles",
 ]
 
@@ -135,3 +139,9 @@ def titles(figure: Figure, title: str, subtitle: str, left: float = LEFT) -> Non
         (subtitle, 0.68, {"fontsize": 11.5}),
     ):
         figure.text(left / width, 1 - below / height, text, color=TEXT, va="center", **style)
+
+
+def save(figure: Figure, file: Path) -> None:
+    """Write a figure to a PNG file."""
+    with replacing(file) as binary:
+        figure.savefig(binary, format="png", dpi=150)

@@ -100,9 +100,10 @@ def write_picture(file: Path, made: Callable[[], Scene], warn: Callable[[str], N
         Receives a sentence if there is no picture.
     """
     try:
-        from pathgene.host.report.picture import write
+        from pathgene.host.report.picture import draw
+        from pathgene.host.report.style import save
 
-        write(made(), file)
+        save(draw(made()), file)
     except Exception as error:
         warn(f"There is no picture this time, drawing it failed: {type(error).__name__}: {error}.")
         return False

@@ -25,7 +25,7 @@ from pathgene.host.planners.grid.polylines import (
 from pathgene.host.problem.chip_map import ChipMap
 
 
-__all__ = ["DEFAULT_MAX_WAYPOINTS", "MOST_SEARCHES", "AstarPlanner", "searches"]
+__all__ = ["DEFAULT_MAX_WAYPOINTS", "AstarPlanner", "searches"]
 
 Path = NDArray[np.float64]
 
@@ -39,8 +39,6 @@ _AWAY_RADII = (2.0, 4.0)
 _STEEPNESS_FROM_SIDES = (1.5, math.inf)
 # Slope of the surfaces for an aircraft that can hardly climb.
 _LEAST_SLOPE = 1e-3
-#: Maximum number of searches of a run.
-MOST_SEARCHES = len(_MARGINS) * len(_STEEPNESS) + len(_AWAY_RADII) * 2 * 8
 # Numbers of turns tried with each route, as shares of the maximum number of waypoints.
 _SHARES = (1.0, 0.75, 0.5, 0.25, 0.125)
 _MOST_WAYPOINTS = 100

@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from pathgene.host.errors import InputError
-from pathgene.host.files.output import prepare_directory, reading
+from pathgene.host.files.output import prepare_directory
 from pathgene.host.formats.registry import FORMATS, check_formats, files
-from pathgene.host.inputs import parse_json, read_text
 from pathgene.host.mission.export import exported
 from pathgene.host.mission.problem_file import problem_text
 from pathgene.host.planning import Plan
@@ -19,7 +18,7 @@ from pathgene.host.report.write import scene, write_picture, write_report
 from pathgene.host.web.page import page_of
 
 
-__all__ = ["PROBLEM", "draw_picture", "files_of", "read_summary", "save", "saved_plans"]
+__all__ = ["PROBLEM", "draw_picture", "files_of", "save", "saved_plans"]
 
 #: The problem file of a saved plan.
 PROBLEM = "problem.toml"
@@ -88,23 +87,6 @@ def saved_plans(directory: Path) -> list[str]:
     with contextlib.suppress(OSError):
         return sorted((file.parent.name for file in directory.glob(f"*/{SUMMARY}")), reverse=True)
     return []
-
-
-def read_summary(folder: Path) -> dict[str, Any]:
-    """Return the content of ``summary.json`` of a saved plan.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read.
-    """
-    file = folder / SUMMARY
-    try:
-        with reading("summary", file):
-            summary: dict[str, Any] = parse_json(read_text(file))
-    except ValueError:
-        raise InputError(f"{file}: not a summary of pathgene.") from None
-    return summary
 
 
 def files_of(folder: Path) -> list[str]:

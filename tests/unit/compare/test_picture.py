@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from pathgene.host.compare.picture import draw, write
+from pathgene.host.compare.picture import draw
+from pathgene.host.report.style import save
 from tests.support.host.pictures import assert_texts_apart, texts_of
 
 from .conftest import made_up_runs
@@ -85,6 +86,6 @@ def test_p_values_of_two_planners_are_in_the_subtitle(report_of):
 
 
 def test_writes_a_picture(report_of, tmp_path):
-    write(report_of(FIELDS["two"]), tmp_path / "compare.png")
+    save(draw(report_of(FIELDS["two"])), tmp_path / "compare.png")
     assert imread(tmp_path / "compare.png").shape[1] == 1980
     assert [file.name for file in tmp_path.iterdir()] == ["compare.png"]

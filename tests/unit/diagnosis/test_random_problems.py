@@ -9,11 +9,15 @@ from pathgene.host.diagnosis import diagnose
 from pathgene.host.errors import InputError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners.base import Options
-from pathgene.host.planners.grid.astar import MOST_SEARCHES, AstarPlanner
+from pathgene.host.planners.grid.astar import AstarPlanner
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
 from pathgene.host.problem.zones import Circle, Polygon
 from tests.support.host.closed_problems import KINDS, WIDTH_M, ends, hills, star, terrain
+
+
+# Searches of two margins and four slopes, and of two distances around both ends.
+MOST_SEARCHES = 2 * 4 + 2 * 2 * 8
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)

@@ -21,7 +21,7 @@ from pathgene.host.mission.mission import Mission
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zones import Circle, Polygon
 from pathgene.host.report import plan_view, style
-from pathgene.host.report.picture import Scene, draw, write
+from pathgene.host.report.picture import Scene, draw
 from pathgene.host.report.placing import label
 from pathgene.host.report.plan_view import axis_unit, nice_length
 from pathgene.host.terrain import Terrain
@@ -302,7 +302,9 @@ def test_generations_without_a_row_lie_between_points(make_run):
 def test_png(make_run, tmp_path):
     evaluator, result = make_run()
     file = tmp_path / "path.png"
-    write(Scene(evaluator, result.path, result.evaluation, result.history, "a", "b"), file)
+    style.save(
+        draw(Scene(evaluator, result.path, result.evaluation, result.history, "a", "b")), file
+    )
     rows, columns, _ = imread(file).shape
     assert columns >= 1920
     assert rows >= 1080

@@ -86,10 +86,10 @@ def test_the_files_of_an_earlier_run_go(report, tmp_path):
 def test_an_error_in_the_picture_loses_only_the_picture(report, tmp_path, monkeypatch):
     *_, warnings, write = report
 
-    def fails(scene, file):
+    def fails(scene):
         raise RuntimeError("no ink")
 
-    monkeypatch.setattr(picture, "write", fails)
+    monkeypatch.setattr(picture, "draw", fails)
     (tmp_path / "path.png").write_text("of an earlier run")
     written, _ = write()
     assert sorted(path.name for path in written) == names(tmp_path)

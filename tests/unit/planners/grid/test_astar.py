@@ -9,12 +9,16 @@ from pathgene.host.errors import InputError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners import PLANNERS
 from pathgene.host.planners.base import Options, Stop
-from pathgene.host.planners.grid.astar import MOST_SEARCHES, AstarPlanner
+from pathgene.host.planners.grid.astar import AstarPlanner
 from pathgene.host.problem import aircraft
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zones import Circle, Polygon
 from pathgene.host.terrain import Terrain
 from pathgene.host.terrain.surface import surface_below
+
+
+# Searches of two margins and four slopes, and of two distances around both ends.
+MOST_SEARCHES = 2 * 4 + 2 * 2 * 8
 
 
 ALL = Options(generations=MOST_SEARCHES)

@@ -16,7 +16,7 @@ from pathgene.host.mission.problem_file import read_problem
 from pathgene.host.report.read import read_run
 from pathgene.host.report.run_files import PICTURE, SUMMARY, verify
 from pathgene.host.web.desk.jobs import Jobs
-from pathgene.host.web.desk.saving import PROBLEM, files_of, read_summary, saved_plans
+from pathgene.host.web.desk.saving import PROBLEM, files_of, saved_plans
 
 
 CANYON = {
@@ -73,7 +73,7 @@ def test_a_job_tells_its_progress_and_saves_its_plan(jobs):
     assert [generation for generation, _ in job.paths] == better
     folder = job.folder
     assert folder.name in saved_plans(folder.parent)
-    summary = read_summary(folder)
+    summary = read_run(folder / SUMMARY).summary
     verify(folder / SUMMARY, summary)
     assert summary["waypoints"] == job.summary["waypoints"]
     run = read_run(folder / SUMMARY)
@@ -106,8 +106,8 @@ def test_stopped_jobs_keep_their_best_path_and_others_wait_for_them(jobs):
     jobs.stop(first)
     until(lambda: first.done and second.done)
     assert (first.state, second.state) == ("saved", "saved")
-    assert read_summary(first.folder)["stopped_by"] == "interrupt"
-    assert read_summary(second.folder)["stopped_by"] == "generations"
+    assert read_run(first.folder / SUMMARY).summary["stopped_by"] == "interrupt"
+    assert read_run(second.folder / SUMMARY).summary["stopped_by"] == "generations"
     assert not third.folder.exists()
 
 
@@ -165,7 +165,7 @@ def test_a_desk_that_is_killed_leaves_no_process_and_loses_no_plan(tmp_path):
     desk.wait()
     until(lambda: not Path(f"/proc/{pid}").exists())
     (name,) = saved_plans(folder)
-    assert read_summary(folder / name)["interrupted"]
+    assert read_run(folder / name / SUMMARY).summary["interrupted"]
 
 
 def test_at_least_one_job(tmp_path):

@@ -15,10 +15,9 @@ from tools.faults.case import Case, draw
 from tools.faults.chips import Board, chip_names
 from tools.faults.disk_judge import DiskJudge
 from tools.faults.disk_sessions import DISK_SESSIONS
-from tools.faults.judge import Judge
+from tools.faults.judge import Judge, Verdict
 from tools.faults.line_judge import LineJudge
 from tools.faults.planted import planted
-from tools.faults.verdict import Verdict
 
 
 __all__ = ["Campaign", "case_of", "judge_of", "run", "sessions"]

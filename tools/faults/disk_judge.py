@@ -11,9 +11,8 @@ from pathgene.host.files.disk import using
 from tools.faults.case import Case, DiskExtent, DiskFault
 from tools.faults.disk import SLOW, FaultyDisk, Killed
 from tools.faults.disk_sessions import DISK_SESSIONS, DiskSession, in_folder
-from tools.faults.judge import Judge
+from tools.faults.judge import DifferentError, Judge, Verdict
 from tools.faults.tracing import counted_lines, signal_of, signalled
-from tools.faults.verdict import DifferentError, Verdict
 
 
 __all__ = ["DiskJudge"]

@@ -31,7 +31,7 @@ from pathgene.host.report.summary import summarise
 from pathgene.host.report.write import write_report
 from pathgene.host.terrain import Terrain
 from tools.chips import SMALL, board_url
-from tools.faults.verdict import DifferentError
+from tools.faults.judge import DifferentError
 
 
 __all__ = ["DISK_SESSIONS", "Comparison", "DiskSession", "Replacement", "in_folder"]

@@ -9,10 +9,22 @@ from enum import StrEnum
 from typing import Protocol
 
 from pathgene.hdl.protocol import DELIMITER
-from tools.faults.verdict import HangError
 
 
-__all__ = ["ChipOnLine", "FaultyLine", "Frame", "LineEvent", "LineFault", "VirtualClock", "Way"]
+__all__ = [
+    "ChipOnLine",
+    "FaultyLine",
+    "Frame",
+    "HangError",
+    "LineEvent",
+    "LineFault",
+    "VirtualClock",
+    "Way",
+]
+
+
+class HangError(BaseException):
+    """The host waits although it should have given up, or works forever."""
 
 
 class Way(StrEnum):

@@ -12,11 +12,10 @@ from pathgene.host.device.link import Link, RefusedError
 from pathgene.host.errors import JobError
 from tools.faults.case import Case, Extent
 from tools.faults.chips import Board, chip_on_line
-from tools.faults.judge import Judge
+from tools.faults.judge import DifferentError, Judge, Verdict
 from tools.faults.line import ChipOnLine, FaultyLine, VirtualClock, Way
 from tools.faults.sessions import SESSIONS, Session
 from tools.faults.tracing import counted_lines, signal_of, signalled
-from tools.faults.verdict import DifferentError, Verdict
 
 
 __all__ = ["LineJudge"]

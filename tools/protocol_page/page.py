@@ -20,29 +20,13 @@ from pathgene.hdl.protocol import (
     LinkMode,
     Status,
     StickyError,
-    check_paths_request,
-    check_reply,
-    check_request,
-    counters_reply,
-    entry_record,
     frame_crc,
-    generate_request,
-    hit_record,
-    info_reply,
     info_values,
-    map_request,
-    path_record,
-    read_request,
-    recipe_reply,
-    results_request,
-    start_request,
-    status_reply,
-    survivors_reply,
-    write_request,
+    messages,
+    planner,
+    runs,
 )
 from pathgene.hdl.protocol.layout import Field
-from pathgene.hdl.protocol.planner import no_fly_request, problem_request
-from pathgene.hdl.protocol.runs import run_request
 from tools.protocol_page.frames import DEFAULT, PLANNER, SMALL
 from tools.protocol_page.segments import Segment, split_reply, split_request, waypoint_layout
 
@@ -110,37 +94,17 @@ CODES: Mapping[type[Enum], Mapping[Enum, str]] = {
 }
 
 
-def _planner(config: Config) -> Config:
-    """Return a chip with the planner core that has the sizes of ``config``."""
-    return config.replace(core="planner", checker="parallel")
-
-
-#: Layout of each message, whose fields have texts.
-MESSAGES: Mapping[str, Callable[[Config], Layout]] = {
+#: Layout of each message by the name of its function; its fields have texts.
+MESSAGES: dict[str, Callable[[Config], Layout]] = {
+    **vars(messages),
+    **vars(planner),
+    **vars(runs),
     "waypoint": waypoint_layout,
-    "info_reply": info_reply,
-    "status_reply": status_reply,
-    "planner_status_reply": lambda config: status_reply(_planner(config)),
-    "problem_request": problem_request,
-    "run_request": run_request,
-    "no_fly_request": no_fly_request,
-    "start_request": start_request,
-    "write_request": write_request,
-    "read_request": read_request,
-    "generate_request": lambda config: generate_request(config, LinkMode.RANK),
-    "survivors_reply": survivors_reply,
-    "recipe_reply": recipe_reply,
-    "counters_reply": counters_reply,
-    "map_request": map_request,
-    "check_request": check_request,
-    "check_paths_request": check_paths_request,
-    "results_request": results_request,
-    "check_reply": check_reply,
-    "path_record": path_record,
-    "hit_record": hit_record,
-    "entry_record": entry_record,
+    "planner_status_reply": lambda config: messages.status_reply(
+        config.replace(core="planner", checker="parallel")
+    ),
+    "generate_request": lambda config: messages.generate_request(config, LinkMode.RANK),
 }
-
 
 _TEMPLATE = Path(__file__).with_name("page.md")
 #: Sizes derived from the configuration, in the order of the table on the page.

@@ -4,8 +4,7 @@ import contextlib
 
 import pytest
 
-from tools.faults.line import FaultyLine, LineEvent, LineFault, VirtualClock, Way
-from tools.faults.verdict import HangError
+from tools.faults.line import FaultyLine, HangError, LineEvent, LineFault, VirtualClock, Way
 
 
 FRAMES = [b"first\0", b"second\0", b"third\0"]

@@ -42,30 +42,6 @@ _COMPARISONS: dict[type[ast.cmpop], tuple[str, ...]] = {
     ast.In: ("not in",),
     ast.NotIn: ("in",),
 }
-_SYMBOLS: dict[type[ast.AST], str] = {
-    ast.Lt: "<",
-    ast.LtE: "<=",
-    ast.Gt: ">",
-    ast.GtE: ">=",
-    ast.Eq: "==",
-    ast.NotEq: "!=",
-    ast.Is: "is",
-    ast.IsNot: "is not",
-    ast.In: "in",
-    ast.NotIn: "not in",
-    ast.Add: "+",
-    ast.Sub: "-",
-    ast.Mult: "*",
-    ast.FloorDiv: "//",
-    ast.Div: "/",
-    ast.Mod: "%",
-    ast.Pow: "**",
-    ast.LShift: "<<",
-    ast.RShift: ">>",
-    ast.BitAnd: "&",
-    ast.BitOr: "|",
-    ast.BitXor: "^",
-}
 _OPERATIONS: dict[type[ast.operator], tuple[str, ...]] = {
     ast.Add: ("-",),
     ast.Sub: ("+",),
@@ -214,7 +190,9 @@ class _Finder(ast.NodeVisitor):
 
     def visit_Compare(self, node: ast.Compare) -> None:
         terms = [f"({self.text(term)})" for term in (node.left, *node.comparators)]
-        symbols = [_SYMBOLS[type(operator)] for operator in node.ops]
+        # As in `a not in b`.
+        a, b = ast.Name("a"), ast.Name("b")
+        symbols = [ast.unparse(ast.Compare(a, [each], [b]))[2:-2] for each in node.ops]
         for place, operator in enumerate(node.ops):
             texts = []
             for symbol in _COMPARISONS[type(operator)]:

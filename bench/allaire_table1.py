@@ -27,7 +27,6 @@ class Phase:
 
     #: Name of its time in a result of ``ga-pc``, and of its cycles in a result of ``ga-fpga``.
     key: str
-    #: The paper's measurements.
     pc_s: float
     fpga_s: float
 

@@ -68,7 +68,6 @@ SETTINGS = {
 class Row:
     """A row of the table."""
 
-    #: A key of the settings.
     setting: str
     #: Number of seeds of the replan, each used in all scenarios.
     seeds: int = 1

@@ -69,7 +69,6 @@ class Outcome:
 
     #: F of the best path that is feasible by the strict rule, else of the best path.
     fitness: float
-    #: True if there is a feasible path.
     feasible: bool
     #: Sums over all runs.
     generations: int

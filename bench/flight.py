@@ -108,7 +108,6 @@ Outcome = dict[str, Any]
 class Row:
     """A row of the table."""
 
-    #: Name of the map.
     terrain: str
     #: The aircraft that is planned for and flown.
     aircraft: str

@@ -52,9 +52,7 @@ _SEEDS = range(2)
 class Question:
     """The state in which a flight asked for a new path."""
 
-    #: Place where the plan begins.
     departure: Departure
-    #: The situation at that time.
     present: Present
     #: The aircraft with its remaining fuel.
     aircraft: Aircraft

@@ -38,7 +38,6 @@ class Report:
     """One benchmark's results."""
 
     title: str
-    #: Headings of the table.
     columns: Sequence[str]
     #: Cells, in the order of ``columns``; numbers are printed with at most 4 significant digits.
     rows: list[Sequence[Any]] = field(default_factory=list)

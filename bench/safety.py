@@ -57,9 +57,7 @@ Outcome = dict[str, Any]
 class Row:
     """A planner on a terrain under a set of rules."""
 
-    #: Name of the map.
     terrain: str
-    #: Name of the planner.
     planner: str
     #: Required clearance in metres, with the remaining rules at their defaults; None in paper mode.
     clearance_m: float | None

@@ -100,9 +100,7 @@ _SKIPPED = {"build", "__pycache__", "node_modules", "vendor"}
 class Prose:
     """A piece of prose: a docstring, a run of comments or a paragraph."""
 
-    #: Line of the file on which it begins.
     line: int
-    #: Text, with the line breaks of the file.
     text: str
 
 

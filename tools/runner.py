@@ -62,7 +62,6 @@ class CosimResult:
 
     #: Number of tests that ran, skipped tests excluded; 1 or more.
     tests: int
-    #: Output of the simulator.
     log: Path
     #: Waveform, FST from Icarus and VCD from Verilator.
     waves: Path | None

@@ -57,7 +57,6 @@ class Measured:
 class Job(ABC):
     """Measures one row."""
 
-    #: Names of the table and of the row in it.
     table: str
     name: str
 
@@ -213,7 +212,6 @@ class Table:
     title: str
     #: Headings; the first belongs to the row names.
     columns: Sequence[str]
-    #: Names of all rows.
     order: Sequence[str]
     notes: Sequence[str] = ()
 

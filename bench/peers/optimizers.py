@@ -104,7 +104,6 @@ _SWITCHING = 0.5
 class Optimizer:
     """An optimizer of another project."""
 
-    #: Name of its distribution.
     package: str
     #: True if it evaluates a population at once instead of path by path.
     batches: bool

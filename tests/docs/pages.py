@@ -30,17 +30,13 @@ _MARK = re.compile(r"<!-- (?P<kind>not run|slow): (?P<reason>[^>]+) -->\n *$")
 class Fence:
     """A fence of a page."""
 
-    #: Path of the page from the root.
     page: str
-    #: Line on which it begins.
     line: int
-    #: Language that the fence names.
     language: str
     #: Content without its indentation.
     text: str
     #: ``not run`` or ``slow`` if a comment before the fence says so.
     mark: str | None
-    #: Reason that this comment gives.
     reason: str | None
 
     def __str__(self) -> str:

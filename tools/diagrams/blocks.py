@@ -30,11 +30,9 @@ _ROOT = Path(__file__).resolve().parents[2]
 class Unit:
     """One component in the elaborated hierarchy."""
 
-    #: Name of the submodule.
     name: str
     fragment: Any
     component: Any
-    #: Components inside it, by name.
     units: dict[str, Unit] = field(default_factory=dict)
 
     @property

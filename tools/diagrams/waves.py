@@ -23,7 +23,6 @@ class Trace:
     label: str
     #: Text of a value; None for a row of one bit.
     show: Callable[[int], str] | None = None
-    #: One value per cycle.
     values: list[int] = field(default_factory=list)
     #: If given, the row shows nothing while this is 0.
     valid: list[int] = field(default_factory=list)

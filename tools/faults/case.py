@@ -27,9 +27,7 @@ _SESSIONS_BEFORE = (0, 0, 0, 1, 254, 255)
 class Extent:
     """Extent of a session without faults."""
 
-    #: Number of bytes in each direction.
     bytes: dict[Way, int]
-    #: Number of readings of the clock.
     readings: int
     #: Number of executed lines of the host's code at which Ctrl-C may arrive.
     lines: int
@@ -39,7 +37,6 @@ class Extent:
 class DiskExtent:
     """Extent, without faults, of a session that writes files."""
 
-    #: Number of calls of the disk.
     calls: int
     #: As in :class:`Extent`.
     lines: int
@@ -62,15 +59,11 @@ class DiskFault:
 class Case:
     """A session with faults."""
 
-    #: Seed of the draws.
     seed: int
     #: Key of :data:`tools.faults.chips.CHIPS` or :data:`tools.faults.disk_sessions.DISK_SESSIONS`.
     session: str
-    #: Seed of the session's work.
     work: int
-    #: Number of earlier sessions of the chip.
     sessions_before: int = 0
-    #: Faults of the line.
     line: tuple[LineEvent, ...] = ()
     #: Readings of the processor's clock at which it jumps ahead, with the seconds.
     jumps: tuple[tuple[int, float], ...] = ()

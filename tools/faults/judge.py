@@ -34,7 +34,6 @@ class Verdict:
     violation: str = ""
     #: How the session ended: ``done``, or the name of an error, and whether it was resumed.
     outcome: str = "done"
-    #: The faults that happened, by name.
     faults: Counter[str] = field(default_factory=Counter)
 
 

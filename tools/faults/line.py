@@ -80,9 +80,7 @@ class LineEvent:
 
     #: Number of the byte in its direction during the session, from 0.
     at: int
-    #: Direction.
     way: Way
-    #: Kind of the fault.
     fault: LineFault
     #: Bit of a flip, 0 to 7; byte of an insertion; number of bytes of noise; milliseconds.
     value: int = 0
@@ -92,7 +90,6 @@ class LineEvent:
 class Frame:
     """Bytes that arrive together."""
 
-    #: The bytes.
     data: bytes
     #: The value of a reset of the chip that receives them.
     reset: int | None = None

@@ -67,9 +67,7 @@ class Alteration:
     #: Place of the altered expression; both start at 1.
     line: int
     column: int
-    #: Sort of change.
     kind: str
-    #: The expression before and after.
     old: str
     new: str
     #: Bytes of the file that ``new`` replaces.

@@ -163,7 +163,6 @@ class Result:
 class Workshop:
     """A copy of the sources, with separate builds."""
 
-    #: The project.
     root: Path
     #: Folder of the copy, which is created.
     folder: Path

@@ -59,18 +59,18 @@ def _zone(member: Member) -> Iterator[Read]:
             raise InputError(f"a volume must be an object, not {volume!r}.")
         lower, upper = _limit(volume, "lower"), _limit(volume, "upper")
         check_order(lower, upper)
-        rings, radius_m = _projection(volume.get("horizontalProjection"))
-        yield Feature(
-            member.number,
-            member.name,
-            rings,
-            radius_m,
-            lower,
-            upper,
-            periods,
-            category,
-            forbids=classes.forbids(category),
-        )
+        for rings, radius_m in _projections(volume.get("horizontalProjection")):
+            yield Feature(
+                member.number,
+                member.name,
+                rings,
+                radius_m,
+                lower,
+                upper,
+                periods,
+                category,
+                forbids=classes.forbids(category),
+            )
 
 
 def _limit(volume: Mapping[str, Any], side: str) -> Limit | None:
@@ -80,21 +80,27 @@ def _limit(volume: Mapping[str, Any], side: str) -> Limit | None:
     return limit(value, volume.get("uomDimensions", "M"), volume.get(f"{side}VerticalReference"))
 
 
-def _projection(projection: Any) -> tuple[Rings, float | None]:
-    """Return rings and radius; a radius is in metres, whatever the unit of heights."""
+def _projections(projection: Any) -> Iterator[tuple[Rings, float | None]]:
+    """Yield rings and radius of each part; a radius is in metres, whatever the unit of heights.
+
+    Some publications give the radius in the unit of heights: metres are then the larger circle.
+    """
     if not isinstance(projection, dict):
         raise InputError('a volume must have a "horizontalProjection".')
     kind = str(projection.get("type")).lower()
     if kind == "circle":
-        return (Placing().ring([projection.get("center")]),), sized(projection.get("radius"))
-    if kind != "polygon":
+        yield (Placing().ring([projection.get("center")]),), sized(projection.get("radius"))
+        return
+    if kind not in ("polygon", "multipolygon"):
         raise InputError(
             f"a horizontalProjection must be a Circle or a Polygon, not {projection.get('type')!r}."
         )
-    rings = projection.get("coordinates")
-    if not isinstance(rings, list) or not rings:
-        raise InputError("a Polygon must have at least one ring.")
-    return tuple(map(corners_of, rings)), None
+    coordinates = projection.get("coordinates")
+    polygons = coordinates if kind == "multipolygon" else [coordinates]
+    for rings in polygons if isinstance(polygons, list) else [None]:
+        if not isinstance(rings, list) or not rings:
+            raise InputError("a Polygon must have at least one ring.")
+        yield tuple(map(corners_of, rings)), None
 
 
 def corners_of(ring: Any) -> tuple[tuple[float, float], ...]:

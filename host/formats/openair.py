@@ -7,6 +7,7 @@ library `aerofiles` drops an airspace for each record that it does not know.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -34,6 +35,8 @@ from pathgene.host.numeric import parse
 __all__ = ["features", "recognises"]
 
 _MILE_M = 1852.0
+# Degrees that make less than a millimetre.
+_SAME_DEG = 5e-9
 _BEGINS = re.compile(r"(?im)^[ \t]*AC[ \t]+\S")
 _OUTLINES = re.compile(r"(?im)^[ \t]*(?:D[PCABY][ \t]+[\d.+-]|V[ \t]*X[ \t]*=)")
 _RECORD = re.compile(r"([A-Za-z]{2}|[Vv])(?![A-Za-z])[ \t]*(.*)")
@@ -68,6 +71,11 @@ class _Airspace:
     @property
     def label(self) -> str:
         return label("airspace", self.number, self.name)
+
+    @property
+    def has_outline(self) -> bool:
+        """True after the first record of an outline, be it a bad one."""
+        return bool(self.outline or self.circles or self.airway or self.fault)
 
     @property
     def category(self) -> str:
@@ -112,6 +120,9 @@ def _airspaces(text: str, unknown: dict[str, int]) -> Iterator[_Airspace | LeftO
         match = _RECORD.match(stated)
         name = match.group(1).upper() if match else stated[:20]
         value = match.group(2).partition("*")[0].strip() if match else ""
+        if name in ("TC", "TO") and current is not None and not current.has_outline:
+            # Terrain begins where no airspace is unfinished; here it is only a label.
+            continue
         if name in ("AC", "TC", "TO"):
             if current is not None:
                 yield current
@@ -259,7 +270,12 @@ def _ring(outline: list[_Part]) -> tuple[Position, ...]:
     pairs = zip(inner, (*inner[1:], inner[0]), strict=True)
     is_clockwise = sum(xa * yb - xb * ya for (xa, ya), (xb, yb) in pairs) < 0
     ring = _corners(outline, growing=True, is_clockwise=is_clockwise)
-    return tuple(ring[:-1] if len(ring) > 1 and ring[0] == ring[-1] else ring)
+    return tuple(ring[:-1] if len(ring) > 1 and _is_same(ring[0], ring[-1]) else ring)
+
+
+def _is_same(one: Position, other: Position) -> bool:
+    """Return whether two places are less than a millimetre apart, as ends of arcs are."""
+    return math.dist(one, other) < _SAME_DEG
 
 
 def _corners(outline: list[_Part], *, growing: bool, is_clockwise: bool = True) -> list[Position]:
@@ -272,7 +288,7 @@ def _corners(outline: list[_Part], *, growing: bool, is_clockwise: bool = True) 
             corners = [part]
         turn = unwrapped(corners[0], found[-1][0])[0] - corners[0][0] if found else 0.0
         moved = [(lon + turn, lat) for lon, lat in corners] if turn else corners
-        found += moved[1:] if found and moved[0] == found[-1] else moved
+        found += moved[1:] if found and _is_same(moved[0], found[-1]) else moved
     return found
 
 

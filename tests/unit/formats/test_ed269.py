@@ -61,6 +61,17 @@ def test_the_radius_of_a_circle_is_in_metres_whatever_the_unit_of_heights():
     assert (found.rings, found.radius_m) == ((((10.0, 60.0),),), 500.0)
 
 
+def test_reads_several_polygons_of_a_volume():
+    hole = [[10.05, 60.02], [10.06, 60.02], [10.06, 60.03], [10.05, 60.02]]
+    projection = {"type": "MultiPolygon", "coordinates": [[RING], [RING, hole]]}
+    first, second = read(volume(horizontalProjection=projection))
+    assert [len(first.rings), len(second.rings)] == [1, 2]
+    projection["coordinates"] = {}
+    assert read(volume(horizontalProjection=projection)) == [
+        Bad('feature 1, "Fort"', "a Polygon must have at least one ring.")
+    ]
+
+
 def test_reads_the_variants_of_publications():
     one = changed(
         name=[{"lang": "de-CH", "text": "Festung"}, {"lang": "en-GB", "text": "Fort"}],

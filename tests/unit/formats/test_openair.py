@@ -126,6 +126,21 @@ def test_the_direction_of_arcs_begins_anew_with_each_airspace_and_the_centre_sta
     assert len(first.rings[0]) > 2 * len(second.rings[0])
 
 
+def test_a_label_of_terrain_before_the_outline_leaves_the_airspace_whole():
+    (found,) = read(*HEAD, "TO name", "TC name", "V Z=100", *CORNERS)
+    assert np.allclose(found.rings, (RING,))
+
+
+def test_ends_of_arcs_are_no_corners_of_their_own():
+    north, east = "60:05:00 N 010:00:00 E", "60:00:00 N 010:10:00 E"
+    centre = "60:00:00 N 010:00:00 E"
+    (found,) = read(
+        *HEAD, f"DP {north}", f"V X={centre}", f"DB {north}, {east}", f"DP {east}", f"DP {north}"
+    )
+    ring = np.array((*found.rings[0], found.rings[0][0]))
+    assert np.hypot(*np.diff(ring, axis=0).T).min() > 1e-6
+
+
 def test_reads_across_the_antimeridian():
     (found,) = read(*HEAD, "V X=10:00:00 N 179:59:00 E", "DA 10,0,359", "DP 10:00:00 N 179:59:00 W")
     longitudes = np.array(found.rings[0])[:, 0]

@@ -2,9 +2,12 @@
 
 import json
 import re
+from statistics import mean
+
+import pytest
 
 from bench.pages import FIGURES
-from tests.docs.pages import ROOT
+from tests.docs.pages import PAGES, ROOT
 
 
 WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight")
@@ -36,9 +39,24 @@ def test_claims_what_holds_on_held_out_ground():
     (alone, polished, longer), safe = counts
     longer = "all eight" if longer == "eight" else longer
     assert (
-        f"on {alone} of eight problems, with the host's polish on {polished}, and with 50 ms and "
-        f"polish on {longer}; with a clearance of 30 m on {safe[0]}, {safe[1]} and {safe[2]}"
+        f"on {alone} of eight problems, on {polished} with the host's polish, and on {longer} with "
+        f"50 ms and polish; with a clearance of 30 m, on {safe[0]}, {safe[1]} and {safe[2]}"
     ) in readme()
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_links_lead_to_files(page):
+    """Sphinx checks the links between the pages of the site alone."""
+    text = (ROOT / page).read_text("utf-8")
+    links = [link for link in re.findall(r"\]\(([^)#\s]+)", text) if "://" not in link]
+    folder = (ROOT / page).parent
+    assert [link for link in links if not (folder / link).exists()] == []
+
+
+def test_says_how_many_cycles_a_generation_takes():
+    (table,) = (table for table in kept("chip") if table["title"].startswith("Cycles of a"))
+    cycles = [int(row["cycles per generation"]) for row in table["rows"]]
+    assert f"about {round(mean(cycles), -1):.0f} cycles per generation" in readme()
 
 
 def test_says_how_long_a_replan_takes():

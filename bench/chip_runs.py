@@ -67,7 +67,7 @@ class Task:
 class Outcome:
     """Result of the runs of a task, judged by the host."""
 
-    #: F of the best path that is feasible by the strict rule, else of the best path.
+    #: F of the best path that is feasible by the strict rule, or of the best path if there is none.
     fitness: float
     feasible: bool
     #: Sums over all runs.

@@ -196,7 +196,7 @@ def fly_row(name: str, numbers: Sequence[int]) -> list[Result]:
 
 
 def _fly(name: str, number: int, chip: Chip | None, first_chip: Chip, ample: Chip) -> Result:
-    """Fly one scenario; with ``ample``, check whether a path exists if none was found at once."""
+    """Fly one scenario; with ``ample``, check if a path exists where none was found immediately."""
     mission = draw_mission(number)
     evaluator = Evaluator(mission, threads=1)
     first = _first_plan(evaluator, first_chip, number)
@@ -277,7 +277,8 @@ def _change(change: Change, session: _Timed, ample: Chip) -> Result:
 class _Timed(Session):
     """A flight that measures the host's computing time for a new path, without waits for a board.
 
-    ``host_ms`` of the latest path and ``questions`` asked at once are by identity of a change.
+    ``host_ms`` of the latest path and immediate ``questions`` are indexed by the identity of a
+    change.
     """
 
     def __init__(self, *args: Any, **options: Any) -> None:

@@ -124,7 +124,7 @@ def _chip_ms(change: Result) -> float:
 
 
 def _is_possible(change: Result) -> bool:
-    """Return whether a path exists at once and the board that would find it is not lost."""
+    """Return whether a path exists immediately and the board that would find it is not lost."""
     return bool(change["at_once"]) and len({each[0] for each in change["attempts"]}) == 1
 
 

@@ -69,7 +69,7 @@ class Terrain(HostTerrain):
             Height of the water above the datum, metres: lower ground is the bottom of the sea. By
             default 0 on Earth; ``"none"`` is for land below the sea.
         height_unit : "m", "ft" or "us-ft", optional
-            Unit of the heights in the file; by default as the file states, else metres.
+            Unit of the heights in the file; by default as the file states, or metres.
         heights : "sea-level" or "ellipsoidal", optional
             Reference of the heights in the file; by default as the file states.
 

@@ -100,7 +100,7 @@ def interrupted(result: Result) -> Result:
 def _searched(
     evaluator: Evaluator, searchers: Sequence[str], stop: Stop | None
 ) -> tuple[str, Result] | None:
-    """Return the first feasible path, else the best path, with its planner and the total work."""
+    """Return the first feasible path, or the best path, with its planner and the total work."""
     found: list[tuple[str, Result]] = []
     for name in searchers:
         if found and (found[-1][1].evaluation.feasible or (stop is not None and stop.requested)):

@@ -10,8 +10,7 @@ __all__ = ["available_cores", "keep_memory"]
 
 
 # Options of the GNU C library's mallopt, and their values. Arrays below 32 MiB, the highest
-# threshold allowed, do not get a mapping of their own, and the process keeps up to a GiB of free
-# memory.
+# threshold allowed, do not get their own mapping, and the process keeps up to a GiB of free memory.
 _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3
 _LARGEST, _KEPT = 32 << 20, 1 << 30
 

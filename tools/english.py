@@ -225,7 +225,7 @@ def _page(text: str) -> Iterator[Prose]:
 
 
 def _unreleased(text: str) -> str:
-    """Return the unreleased part of a change log: the past stays as it was."""
+    """Return the unreleased part of a change log: the past does not change."""
     sections = re.split(r"(?m)^(?=## )", text)
     return "".join(sections[:2])
 

@@ -47,7 +47,7 @@ _GOLDEN_BLOCK = 100
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command; return 1 if something differs, else 0."""
+    """Run the command; return 1 if something differs, otherwise 0."""
     parser = argparse.ArgumentParser(
         prog="python -m tools.record", description="Record what the program computes."
     )

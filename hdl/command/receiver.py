@@ -338,7 +338,7 @@ class CommandReceiver(Unit):
         return {}
 
     def _answer_with(self, m, status):
-        """Answer with ``status`` and nothing else."""
+        """Answer only with ``status``."""
         m.d.sync += [self.answer.status.eq(status), self.answer.kind.eq(AnswerKind.EMPTY)]
 
     def _refuse(self, m, request, status):
@@ -375,7 +375,7 @@ class CommandReceiver(Unit):
                 m.next = "Judge header"
 
     def _judge_header(self, m, request, header, expected):
-        """Answer at once, or continue with the fixed fields of a command to be executed."""
+        """Answer immediately, or continue with the fixed fields of a command to be executed."""
         code = request.code
         m.next = "Drain"
         with m.If(self.answer.plain):

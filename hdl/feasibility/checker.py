@@ -48,7 +48,7 @@ class Checker(Unit):
         expected, as after an early collision.
     collision, clear : Out(1)
         The paper's flags, for one path at a time. One of them rises in the cycle in which the
-        verdict is offered: ``collision`` if the path collides, else ``clear``, which the paper
+        verdict is offered: ``collision`` if the path collides, otherwise ``clear``, which the paper
         calls "over". When counting, ``collision`` rises with the first hit. Both fall with the
         first point of a path.
     writes : In(stream.Signature(cell_layout))

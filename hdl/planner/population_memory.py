@@ -45,7 +45,8 @@ class PopulationMemory(Unit):
     write : In(write_layout)
         ``valid``: write ``waypoint`` to ``place``, with the margin that it inherits.
     decided : In(decided_layout)
-        ``valid``: ``slot`` uses walked margins if its path is ``walked``, else inherited margins.
+        ``valid``: ``slot`` uses walked margins if its path is ``walked``, otherwise inherited
+        margins.
     margin : In(margin_layout)
         ``valid``: the walk of a path finds this ``margin`` at ``place``.
     """

@@ -50,8 +50,8 @@ class ShapeDrawer(Unit):
         m = Module()
         shape, cell = self.shapes.p, self.cells.p
 
-        # The current corner. The next one is above it if it `turns`, else beside it, to the left in
-        # rows that go `back`. Control is one cycle ahead, with a register for each edge.
+        # The current corner. The next one is above it if it `turns`, otherwise beside it, to the
+        # left in rows that go `back`. Control is one cycle ahead, with a register for each edge.
         x, y = (Signal(self.coordinate_bits, name=name, reset_less=True) for name in "xy")
         next_x = Signal.like(x)
         back = Signal()

@@ -92,7 +92,7 @@ class ResultQueue(Unit):
     """FIFO queue; a word is offered in the cycle after it is put in.
 
     ``valid`` and ``payload`` are registers. An incoming word goes to two registers instead of the
-    memory; a word that cannot be offered at once enters the memory one cycle later. This leaves
+    memory; a word that cannot be offered immediately enters the memory one cycle later. This leaves
     timing slack for a long path into ``word`` and another out of ``words``.
 
     Members

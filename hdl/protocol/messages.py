@@ -234,7 +234,7 @@ def status_reply(config: Config) -> Layout:
     are cycles of the latest generation.
 
     A chip with the planner core instead has fields of the latest run: ``running``, 1 until the run
-    ends; its ``cycles``; the ``key`` of its best path up to now, in the form of
+    ends; its ``cycles``; the ``key`` of its best path yet, in the form of
     :data:`pathgene.hdl.protocol.planner.VALUE_BITS`; and the cycles of its units. ``generation``
     counts the generations of the run. Each field is consistent in itself, and final when
     ``running`` is 0.

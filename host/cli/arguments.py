@@ -131,7 +131,7 @@ def leave_unset(parser: Parser, *, besides: Collection[str] = ()) -> None:
     Parameters
     ----------
     besides : collection of str
-        Names of arguments that stay as they are.
+        Names of arguments that stay unchanged.
     """
     defaults = {}
     for action in parser._actions:

@@ -151,7 +151,7 @@ def _plan(
     rows: Mapping[str, dict[str, Any]],
     kept: int,
 ) -> None:
-    """Plan jobs; complete their rows, and save each result at once."""
+    """Plan jobs; complete their rows, and save each result immediately."""
     from pathgene.host.mission.batch import execute
 
     if not jobs:

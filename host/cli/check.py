@@ -160,7 +160,7 @@ def _between(
 
 
 def _aircraft(args: argparse.Namespace, summary: dict[str, Any] | None) -> Aircraft:
-    """Return the aircraft from ``--uav``, else from the summary, else the default."""
+    """Return the aircraft from ``--uav``, or from the summary, or the default."""
     from pathgene.host.mission.build import aircraft_of
     from pathgene.host.report.read import summary_aircraft
 

@@ -23,8 +23,8 @@ _GRACE_S = 1.0
 def ending(stop: Stop) -> Iterator[None]:
     """Let the first signal in the block request ``stop``; end a search that does not respond.
 
-    A second signal ends the search at once. Once the search has stopped, its results are written,
-    and further signals have no effect.
+    A second signal ends the search immediately. Once the search has stopped, its results are
+    written, and further signals have no effect.
     """
 
     def request() -> None:

@@ -1,4 +1,4 @@
-"""The parser of the command line. Imports nothing heavy, so that ``--help`` answers at once."""
+"""The parser of the command line. Imports nothing heavy, so that ``--help`` answers quickly."""
 
 from __future__ import annotations
 

@@ -60,7 +60,7 @@ def file_values(args: argparse.Namespace) -> dict[str, Any]:
 
 
 def complete_options(args: argparse.Namespace) -> None:
-    """Set the options that are not given: from the problem file, else to their defaults.
+    """Set the options that are not given from the problem file, or to their defaults.
 
     Raises
     ------

@@ -98,7 +98,7 @@ def complete(
     execute: Execute,
     stream: TextIO,
 ) -> None:
-    """Execute the runs that ``fields`` lacks; add each to ``store`` and to its field at once.
+    """Execute the runs that ``fields`` lacks; add each to ``store`` and to its field immediately.
 
     The planners take turns, so that they have run on the same seeds whenever the comparison ends.
     An exception ends all current runs.

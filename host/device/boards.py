@@ -109,7 +109,7 @@ def entered(
 
 
 def known_config(url: str) -> Config | None:
-    """Return the configuration of the board at ``url`` if the URL states it, else None.
+    """Return the configuration of the board at ``url`` if the URL states it, otherwise None.
 
     Raises
     ------
@@ -122,7 +122,7 @@ def known_config(url: str) -> Config | None:
 def with_core(url: str, core: str) -> str:
     """Return the URL of a simulated board with the genetic core that a planner needs.
 
-    A URL that names a core stays as it is, and so does the URL of a board that is not simulated.
+    A URL that names a core stays unchanged, and so does the URL of a board that is not simulated.
 
     Raises
     ------

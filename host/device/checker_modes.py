@@ -1,6 +1,6 @@
 """Modes of the collision checker, for ``pathgene feasible``.
 
-This module imports nothing, so that the command line lists the modes at once.
+This module imports nothing, so that the command line lists the modes quickly.
 """
 
 __all__ = ["MODES"]

@@ -21,7 +21,7 @@ _WINDOW = 64
 _ATTEMPTS_BEFORE_SHORTER = 4
 #: An attempt ends after this many timeouts even if bytes keep arriving.
 _MAXIMUM_TIMEOUTS = 8
-#: Ends a frame of which the chip's receiver may have only the beginning.
+#: Ends a frame if the chip's receiver has only its beginning.
 _FLUSH = bytes([DELIMITER])
 #: Session of a chip after a reset. A link never uses it, because it could not notice a reset there.
 _RESET_SESSION = 0

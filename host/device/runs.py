@@ -98,7 +98,7 @@ class Runs:
 
         It takes writes of the map and the commands of this object, except :meth:`status`,
         :meth:`best` and :meth:`best_if_over`, which must not be called in it. Values out of range
-        are refused at once. Refusals by the chip and failures of the line are raised when the
+        are refused immediately. Refusals by the chip and failures of the line are raised when the
         context ends. If the chip refuses one of several commands, the session ends.
         """
         return self._orders.together()

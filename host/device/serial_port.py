@@ -74,7 +74,7 @@ class SerialPort:
 
     @property
     def in_waiting(self) -> int:
-        """Bytes that :meth:`read` would return at once."""
+        """Bytes that :meth:`read` would return immediately."""
         count: int = self._port.in_waiting
         return count
 

@@ -72,7 +72,7 @@ class SocketPort:
 
     @property
     def in_waiting(self) -> int:
-        """Bytes that :meth:`read` would return at once."""
+        """Bytes that :meth:`read` would return immediately."""
         count = array.array("i", [0])
         fcntl.ioctl(self._socket, termios.FIONREAD, count)
         return count[0]

@@ -25,7 +25,7 @@ class Transport(Protocol):
 
     @property
     def in_waiting(self) -> int:
-        """Bytes that :meth:`read` would return at once."""
+        """Bytes that :meth:`read` would return immediately."""
         ...
 
     def read(self, size: int = 1, /) -> bytes:

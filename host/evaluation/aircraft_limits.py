@@ -83,7 +83,7 @@ class AircraftLimit(ABC):
         """Return the stretches of a track that break the limit, in metres flown."""
 
     def altitude_m(self, problem: Problem) -> float | None:
-        """Return the altitude of a limit on altitudes, which pictures draw as a line, else None."""
+        """Return the altitude that pictures draw for a limit on altitudes, or None."""
         return None
 
     def words(self, problem: Problem) -> str:

@@ -88,7 +88,7 @@ def _mark_parts(
     stack: Floats,
     marks: Floats,
 ) -> None:
-    """Write 1 for each part of a piece that violates a requirement, 2 off the map, else 0."""
+    """Write 1 for each part of a piece that violates a requirement, 2 off the map, otherwise 0."""
     run = pieces[row, fields.RUN]
     for number in range(parts):
         part = Part(row, run * number / parts, run * (number + 1) / parts)

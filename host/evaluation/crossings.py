@@ -114,7 +114,7 @@ def cross_circle(
         if apart == 0.0:
             return count
         ox, oy = ox / apart, oy / apart
-        # The common chord stands at a right angle on the line of the centres.
+        # The common chord is perpendicular to the line of the centres.
         ahead = 0.5 * (
             turn_radius * (turn_radius / apart) + (apart - radius) * (1.0 + radius / apart)
         )

@@ -166,7 +166,7 @@ def fitness_above(
     scratch: Scratch,
     incumbent: float,
 ) -> tuple[float, bool]:
-    """Return the fitness of a candidate if it exceeds ``incumbent``, else a bound.
+    """Return the fitness of a candidate if it exceeds ``incumbent``, otherwise a bound.
 
     The evaluation stops as soon as the fitness cannot exceed ``incumbent``. The result is the
     fitness and True, or a value from the fitness to ``incumbent`` and False: ``value > incumbent``

@@ -136,7 +136,7 @@ def air_distance(
 
 @inlined
 def judge_slope(c: Constants, pieces: Floats, row: int) -> None:
-    """Write the air distance of a piece, and its length if it is too steep, else 0."""
+    """Write the air distance of a piece, and its length if it is too steep, otherwise 0."""
     run, rise, length = pieces[row, RUN], pieces[row, RISE], pieces[row, LENGTH]
     steep = 0.0
     if length > 0.0:

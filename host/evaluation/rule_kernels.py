@@ -155,8 +155,8 @@ def extreme_of_track(
 ) -> tuple[float, int, float]:
     """Return the greatest excess of a track to within ``step``, its piece, and the piece's share.
 
-    If no excess is greater than ``known``, ``known`` is returned, and piece and share mean
-    nothing. See :func:`pathgene.host.evaluation.terrain_rule.extreme` for the remaining parameters.
+    If no excess is greater than ``known``, ``known`` is returned, and piece and share have no
+    meaning. See :func:`pathgene.host.evaluation.terrain_rule.extreme` for the remaining parameters.
     """
     ds_m = surface.c.ds_m
     best = known

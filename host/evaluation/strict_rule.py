@@ -248,7 +248,7 @@ class StrictRule:
         return float(self._demand.required_m(np.array([x]), np.array([y]), beside=beside)[0])
 
     def _zone_distances(self, track: LaidTrack) -> Iterator[_Scored]:
-        """Yield the least distance to each zone, where it applies."""
+        """Yield the minimum distance to each zone, where it applies."""
         intrusions = zone_intrusions(track.pieces, track.rows, track.times, self._zones)
         margin = self._rules.zone_margin_m
         zones = zip(self._problem.zones, intrusions, strict=True)

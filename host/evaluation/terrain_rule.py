@@ -182,7 +182,7 @@ def same_patch(x0: float, x1: float, y0: float, y1: float) -> bool:
 
 @inlined
 def demands(required: Required, x: float, y: float) -> tuple[float, float, float]:
-    """Return the heights of which the least is required at a point of the track."""
+    """Return the heights whose minimum is required at a point of the track."""
     if required.sign < 0.0:
         return required.height_m, required.height_m, required.height_m
     dx, dy = x - required.start_x, y - required.start_y
@@ -265,7 +265,7 @@ def extreme(
             bound = max(z0, z1) - low - required.height_m
         if not bound > incumbent + step:
             continue
-        # Corners and centre, as they are.
+        # Corners and centre, unchanged.
         worst = _NEVER
         plain, near_start, near_goal = _NEVER, _NEVER, _NEVER
         for corner in range(5):

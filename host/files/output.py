@@ -1,4 +1,4 @@
-"""Output files: each is written whole or not at all, and an error is a sentence."""
+"""Output files: each is written completely or not at all, and errors are sentences."""
 
 from __future__ import annotations
 

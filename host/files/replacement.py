@@ -44,7 +44,7 @@ def replace_files(
     contents : mapping
         Content of each file by its name.
     gone : iterable of str
-        Names of the files to remove. One that is missing, special or a folder stays as it is.
+        Names of the files to remove. One that is missing, special or a folder is left alone.
 
     Raises
     ------
@@ -103,7 +103,7 @@ class _Change:
             write_through(place, content)
 
     def apply(self, removed: Iterable[str]) -> None:
-        """Rename the new files into their places, the last one after all else is done."""
+        """Rename the new files into their places, the last one after everything has been done."""
         staged = list(self._staged.items())
         for place, file in staged[:-1]:
             older = self._keep(place)

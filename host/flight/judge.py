@@ -65,8 +65,8 @@ class Verdict:
     airspeed_m_s, power_W : tuple of float
         Minimum and maximum.
     limits : list
-        Commands against the aircraft's limits, means of 5 s: ``limit``, ``worst``, ``allowed`` and
-        ``excess``, worst / allowed - 1, the largest excess first.
+        Commands relative to the aircraft's limits, as means over 5 s: ``limit``, ``worst``,
+        ``allowed`` and ``excess``, worst / allowed - 1, the largest excess first.
     """
 
     kept: bool

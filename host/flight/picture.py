@@ -1,4 +1,4 @@
-"""The picture of a flight: plan view, altitude profile and errors, planned against flown."""
+"""The picture of a flight: plan view, altitude profile and errors, planned and flown."""
 
 from __future__ import annotations
 

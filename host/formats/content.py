@@ -79,7 +79,7 @@ class Content:
 
     @cached_property
     def text(self) -> str:
-        """The text, decoded by its mark or XML declaration, else as UTF-8, else as Windows-1252."""
+        """The text, decoded by its mark or XML declaration, or as UTF-8, or as Windows-1252."""
         for encoding in (self._encoding, "utf-8-sig", "cp1252"):
             try:
                 return self.data.decode(encoding)

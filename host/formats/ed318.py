@@ -106,7 +106,7 @@ def _parts(geometry: Any, layer: Any) -> Iterator[tuple[dict[str, Any], Any]]:
 
 
 def _rings(geometry: Mapping[str, Any]) -> tuple[list[Rings], float | None, list[str]]:
-    """Return rings, radius and kinds that are no areas of a single geometry."""
+    """Return the rings, the radius and the kinds that are not areas of a single geometry."""
     extent = geometry.get("extent")
     if extent is None:
         found, others = areas(geometry, Placing(), is_circle=False)

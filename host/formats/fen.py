@@ -49,7 +49,7 @@ def features(content: Content) -> Iterator[Read]:
 
 
 def _rows(content: Content) -> list[tuple[int, list[str]]]:
-    """Return the rows that are no comments, with their numbers."""
+    """Return the rows that are not comments, with their numbers."""
     lines = enumerate(content.text.splitlines(), start=1)
     split = ((number, line.replace(",", " ").split()) for number, line in lines)
     return [(number, words) for number, words in split if words and not words[0].startswith("#")]

@@ -314,7 +314,7 @@ def _numbers(properties: dict[str, Any]) -> dict[str, float | None]:
 
 
 def _heights(properties: dict[str, Any]) -> tuple[Limit | None, Limit | None, tuple[str, ...]]:
-    """Return the limits: our own in metres AMSL, else as foreign properties state them.
+    """Return the limits: our own in metres AMSL, or as foreign properties state them.
 
     The third value has the names of the properties that state the limits.
     """

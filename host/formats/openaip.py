@@ -80,7 +80,7 @@ def _airspace(member: Member) -> Iterator[Read]:
 
 
 def _category(facts: Mapping[str, Any]) -> str:
-    """Return the class: of the type's number, else of its word, else of the class of ICAO."""
+    """Return the class from the type's number, or from its word, or the ICAO class."""
     kind = facts.get("type", 0)
     icao = facts.get("icaoClass", facts.get("class"))
     if isinstance(kind, int) and not isinstance(kind, bool) and not isinstance(icao, str):

@@ -79,7 +79,7 @@ class _Airspace:
 
     @property
     def category(self) -> str:
-        """The type of version 2 if it says one, else the class."""
+        """The type of version 2 if there is one, otherwise the class."""
         found = classes.of_word(self.kind) if self.kind else "OTHER"
         return classes.of_word(self.airspace_class) if found == "OTHER" else found
 

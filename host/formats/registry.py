@@ -225,7 +225,7 @@ def read_features(path: str | Path) -> tuple[str, Iterable[Read]]:
     ------
     InputError
         If the file cannot be read, or no format recognises it. The features raise it too, if
-        nothing of the file can be read.
+        nothing can be read from the file.
     """
     from pathgene.host.formats.content import read_content
 

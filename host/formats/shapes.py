@@ -25,7 +25,7 @@ class Shape(NamedTuple):
 
 
 def wound(ring: Ring, *, left: bool) -> Ring:
-    """Return the ring counter-clockwise if ``left``, else clockwise."""
+    """Return the ring counter-clockwise if ``left``, otherwise clockwise."""
     pairs = zip(ring, (*ring[1:], ring[0]), strict=True)
     area = sum(xa * yb - xb * ya for (xa, ya), (xb, yb) in pairs)
     return ring if (area >= 0) == left else ring[::-1]

@@ -70,7 +70,7 @@ def recognises(content: Content) -> bool:
 
 
 def features(content: Content) -> Iterator[Read]:
-    """Yield the circles and polygons of a fence; waypoints are no areas.
+    """Yield the circles and polygons of a fence; waypoints are not areas.
 
     Raises
     ------

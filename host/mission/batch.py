@@ -317,7 +317,7 @@ def _folder(path: Path) -> str:
 
 
 def _content(name: str) -> str:
-    """Return a digest of a file's content; a name that is not a file is returned as it is."""
+    """Return a digest of a file's content; a name that is not a file is returned unchanged."""
     try:
         with opened(Path(name)) as file:
             return hashlib.file_digest(file, "sha256").hexdigest()

@@ -101,7 +101,7 @@ def problem_text(values: Mapping[str, Any], folder: Path, name: str = "FILE") ->
 
 
 def template() -> str:
-    """Return a problem file that explains every key and can be planned as it is."""
+    """Return a problem file that explains every key and can be planned unchanged."""
     active = {"source", "start", "goal", "agl"}
     lines = [
         "# A problem of pathgene. Plan it with: pathgene plan FILE",

@@ -11,7 +11,7 @@ from pathgene.host.options.kinds import BOOLEAN, Kind
 __all__ = ["Desk", "Group", "Option"]
 
 #: Groups of options: commands take whole groups. ``own`` are the options of single planners, and
-#: ``file`` are keys of a problem file without an option of their own.
+#: ``file`` are keys of a problem file that have no option.
 Group = Literal["problem", "rules", "search", "planning", "own", "output", "file"]
 
 #: Places on the page of ``pathgene desk``.

@@ -85,7 +85,7 @@ def _own(name: str, kind: Kind, meaning: str, default: str, example: str, **more
 
 
 def _zone(name: str, kind: Kind, meaning: str, default: str, example: str, **more: Any) -> Option:
-    """Return the row of a key of a zone, which has no option of its own."""
+    """Return the row of a key of a zone, which has no option."""
     return Option(
         name=name, kind=kind, meaning=meaning, group="file", table="zones",
         default_text=default, example=example, **more,

@@ -409,7 +409,7 @@ def choose(
     evaluator: Evaluator,
     archive: Sequence[tuple[float, Path]],
 ) -> tuple[Path, Evaluation]:
-    """Return the best candidate that is feasible by the strict rule, else the best.
+    """Return the best candidate that is feasible by the strict rule, or the best if none is.
 
     Strict means that the penalty is also 0 when sampled 8 times finer.
 

@@ -58,7 +58,7 @@ def _turn(before: float, after: float) -> float:
 
 
 def lined(ring: Corners, edges: Edges) -> Corners:
-    """Return a ring with corners along its geodesics or rhumb lines; other rings as they are."""
+    """Return a ring with corners along its geodesics or rhumb lines; other rings unchanged."""
     if edges not in (Edges.GEODESIC, Edges.RHUMB) or len(ring) < 2:
         return ring
     # Loads PROJ.

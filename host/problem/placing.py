@@ -24,7 +24,7 @@ __all__ = ["Placed", "place", "swapped_on_map"]
 
 Floats = NDArray[np.float64]
 
-# Metres around the map in which zones are kept whole or cut, as a share of the map and at least.
+# Margin around the map to which zones are cut: as a share of the map, and at least, metres.
 _AROUND, _AROUND_M = 0.25, 20_000.0
 # Metres of a degree of latitude, rounded down.
 _DEGREE_M = 110_000.0

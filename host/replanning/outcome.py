@@ -76,7 +76,7 @@ class Outcome:
 
 
 def judge(session: Session) -> Outcome:
-    """Return the verdict on a flight; a flight without an end of its own was interrupted."""
+    """Return the verdict on a flight; a flight that did not end by itself was interrupted."""
     problem = session.mission
     flown = np.array(session.pilot.samples, dtype=np.float64)
     x, y, z = flown[:, 1], flown[:, 2], flown[:, 3]

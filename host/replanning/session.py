@@ -157,7 +157,7 @@ class Session:
             self.step()
 
     def step(self) -> None:
-        """Fly for ``PERIOD_S``, with the events and decisions of this time."""
+        """Fly for ``PERIOD_S``, with the events and decisions of this period."""
         now = self.pilot.time_s
         while self._events and self._events[0].at_s <= now:
             self._happen(self._events.pop(0), now)

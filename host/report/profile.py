@@ -176,7 +176,7 @@ def _draw_zones(axes: Axes, along: NDArray[np.float64], problem: Problem, sample
     bottom, top = axes.get_ylim()
     blocks = []
     for zone, inside in zone_shapes.crossed(problem.zones, samples.x, samples.y):
-        # A limit beyond the graph needs no position of its own.
+        # A limit beyond the graph needs no position.
         low = bottom if zone.lower_m is None else max(zone.lower_m, 2 * bottom - top)
         high = top if zone.upper_m is None else min(zone.upper_m, 2 * top - bottom)
         if low > top or high < bottom:

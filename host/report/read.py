@@ -74,7 +74,7 @@ class Run:
 def read_run(file: Path, *, origin: tuple[float, float] | None = None) -> Run:
     """Return the problem, the path and the content of a ``summary.json``.
 
-    The terrain is ``terrain.npz`` next to the file if there is one, else the terrain that the
+    The terrain is ``terrain.npz`` next to the file if there is one, otherwise the terrain that the
     summary names.
 
     Parameters
@@ -133,7 +133,7 @@ def problem_of_path(
 
 
 def find_summary(file: Path) -> dict[str, Any] | None:
-    """Return the content of ``file`` if it is a summary, else None."""
+    """Return the content of ``file`` if it is a summary, otherwise None."""
     if file.suffix.lower() == ".csv":
         return None
     try:

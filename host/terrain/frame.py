@@ -51,8 +51,8 @@ class Framed:
 def framed(raster: Raster, max_cells: int | None) -> Framed:
     """Return a raster in a system that is metric and has north up, warped if its own is not.
 
-    A geographic raster is shown in its UTM zone if that is such a system, else in a local one. A
-    projected raster stays as it is, or is shown in a local system.
+    A geographic raster is shown in its UTM zone if that is such a system, otherwise in a local one.
+    A projected raster stays unchanged, or is shown in a local system.
 
     Parameters
     ----------
@@ -201,7 +201,7 @@ def _why(metric: Metric, crs: CRS) -> Remark:
 
 
 def _short(crs: CRS) -> str:
-    """Return the code of a reference system, else its name."""
+    """Return the code of a reference system, or its name."""
     name = geodesy.crs_name(crs)
     if len(name) < 20:
         return name

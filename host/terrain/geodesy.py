@@ -53,7 +53,7 @@ _LIKE_WGS84 = re.compile(
 
 
 def crs_name(crs: CRS) -> str:
-    """Return ``EPSG:<code>`` of a reference system, else its WKT."""
+    """Return ``EPSG:<code>`` of a reference system, or its WKT."""
     code = crs.to_epsg()
     return f"EPSG:{code}" if code is not None else str(crs.to_wkt())
 

@@ -61,8 +61,7 @@ class Terrain:
     loading : mapping, optional
         Arguments that the terrain was loaded with, as a summary states them: ``source``,
         ``fill_voids``, ``cell_m`` and the given ones of
-        :class:`pathgene.host.terrain.stated.Stated`. By default its source or name, and nothing
-        else.
+        :class:`pathgene.host.terrain.stated.Stated`. By default only its source or name.
     metres_per_unit : tuple of float, optional
         Metres on the ground for a unit of ``crs`` east and north; by default the unit's own.
     reading : Reading

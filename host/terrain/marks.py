@@ -1,4 +1,4 @@
-"""Numbers that are no heights: marks of voids that a file does not declare."""
+"""Numbers that are not heights: marks of voids that a file does not declare."""
 
 from __future__ import annotations
 

@@ -198,7 +198,7 @@ def _opened_alone(path: Path) -> Iterator[DatasetReader]:
 
 
 def _unreadable(path: Path) -> str:
-    """Return why a file cannot be read, and how to mend it."""
+    """Return why a file cannot be read, and how to fix it."""
     if path.suffix.lower() == ".hgt" and path.is_file():
         size = path.stat().st_size
         sides = [f"{2 * side * side:,}" for side in _HGT_SIDES]

@@ -40,9 +40,8 @@ def to_frame(raster: Raster, frame: str, max_cells: int | None = None) -> Raster
 
     The cells are square, of the smaller side of the pixel at the centre in metres of the frame,
     rounded to 0.01 m. Heights are interpolated bilinearly between the centres of pixels; in the
-    outer half of the outermost pixels the nearest stand in. A node next to a void, with any weight,
-    is a void.
-    The grid is cropped to the largest rectangle inside the raster's edges.
+    outer half of the outermost pixels the nearest ones are used. A node next to a void, with any
+    weight, is a void. The grid is cropped to the largest rectangle inside the raster's edges.
 
     Parameters
     ----------

@@ -43,7 +43,7 @@ def in_processes(
     """Execute ``tasks``, ``jobs`` at a time; yield their outcomes as they arrive.
 
     A single job runs in this process. When a process dies, unfinished tasks start again in new
-    processes. Closing the generator ends all processes at once.
+    processes. Closing the generator ends all processes immediately.
 
     Parameters
     ----------

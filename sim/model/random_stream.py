@@ -80,7 +80,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         while True:
             output.write(stream.words(_BLOCK_STEPS).astype("<u8", copy=False).tobytes())
     except BrokenPipeError:
-        # The interpreter flushes once more at exit, into a closed pipe.
+        # The interpreter flushes again at exit, into a closed pipe.
         os.dup2(os.open(os.devnull, os.O_WRONLY), output.fileno())
         return 0
 

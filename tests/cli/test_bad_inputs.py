@@ -18,7 +18,7 @@ CASES, REFUSED = 1200, 0.84
 
 
 def assert_refused(first, last):
-    """Run cases in a separate process; none breaks the rule, and few are not bad input."""
+    """Run cases in a separate process; none breaks the rule, and few turn out to be valid."""
     command = [
         sys.executable,
         "-m",

@@ -172,7 +172,7 @@ def test_clients_that_ask_for_nothing_stop_nobody(tmp_path):
         begun = time.monotonic()
         assert answer(address)[0] == 200
         assert time.monotonic() - begun < usual_s + 1
-        # The oldest connections are closed at once, the rest after a while.
+        # The oldest connections are closed immediately, the rest after a while.
         assert is_closed(first, 5)
         assert is_closed(clients[-1], 20)
         assert time.monotonic() - begun > 5
@@ -180,7 +180,7 @@ def test_clients_that_ask_for_nothing_stop_nobody(tmp_path):
 
 
 def asked(port, *lines):
-    """Send a request on a new connection, and read the part of the answer that arrives at once."""
+    """Send a request on a new connection, and read the immediate part of the answer."""
     client = socket.create_connection(("127.0.0.1", port))
     client.settimeout(20)
     client.sendall("\r\n".join([*lines, "Host: desk", "", ""]).encode())

@@ -105,7 +105,7 @@ def test_the_testing_trajectory_in_detail(canyon, capsys, mode):
 
 
 def test_modes_differ_only_in_their_cycles(canyon, capsys):
-    """One cell per cycle against eight, and the stop of the two-tier mode at the coarse map."""
+    """One cell per cycle is compared with eight; the two-tier mode stops at the coarse map."""
     cycles = {mode: feasible(capsys, *canyon, "--mode", mode)["cycles"] for mode in MODES}
     assert cycles["parallel"] <= 44
     assert cycles["parallel"] < cycles["two-tier"] <= 171 < cycles["detailed"]

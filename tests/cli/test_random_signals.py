@@ -238,7 +238,7 @@ def judge(command, number, status, moment, printed, error, begun_s):
 
 
 def judge_words(command, moment, error, begun_s):
-    """Assert that an interrupted command says what it has written, and has written it."""
+    """Assert that an interrupted command names the files that it has written."""
     assert "Traceback" not in error, error
     said = error.splitlines()[-1]
     if command[0] == "board":
@@ -280,7 +280,7 @@ def processes(mark):
 
 
 def assert_whole(folder):
-    """Assert that every file in a folder is whole and none is hidden."""
+    """Assert that every file in a folder is complete and none is hidden."""
     for file in folder.iterdir():
         assert not file.name.startswith("."), file
         if file.suffix in (".json", ".geojson"):

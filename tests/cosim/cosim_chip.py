@@ -1,4 +1,4 @@
-"""The whole exported chip at its UART pins, driven by the host, against the model.
+"""The whole exported chip at its UART pins, driven by the host, compared with the model.
 
 CHIP in the environment selects the configuration: ``small``, with a collision checker, or
 ``default`` for the paper's sizes.

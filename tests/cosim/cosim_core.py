@@ -1,4 +1,4 @@
-"""The exported core against the model, in its default configuration."""
+"""The exported core in its default configuration, compared with the model."""
 
 import cocotb
 from cocotb.triggers import RisingEdge

@@ -1,4 +1,4 @@
-"""The exported core of a chip with a map against the model, in its default sizes."""
+"""The exported core of a chip with a map in its default sizes, compared with the model."""
 
 import cocotb
 from core_bench import Bench

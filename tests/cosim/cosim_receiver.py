@@ -1,4 +1,4 @@
-"""The exported command receiver against the model: every kind of request, whole or broken."""
+"""The exported command receiver compared with the model: every kind of request, valid or broken."""
 
 import random
 

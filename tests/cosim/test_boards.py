@@ -1,4 +1,4 @@
-"""The simulated board against the software model, both driven by the same host code."""
+"""The simulated board compared with the software model, both driven by the same host code."""
 
 import json
 import os
@@ -171,7 +171,7 @@ def test_gives_up_a_stopped_board():
 
 @pytest.mark.ci
 def test_ctrl_c_does_not_wait_for_a_stopped_board(tmp_path):
-    """The best path found is written at once, and the simulator ends with its host."""
+    """The best path found is written immediately, and the simulator ends with its host."""
     terrain = tmp_path / "plain.npz"
     np.savez(terrain, elevation=np.zeros((21, 21)), dx_m=100.0, dy_m=100.0)
     command = [sys.executable, "-m", "pathgene", "plan", "--terrain", terrain, "--agl", "--start",

@@ -1,4 +1,4 @@
-"""Simulated boards with a collision checker against the software model of the same chip."""
+"""Simulated boards with a collision checker, compared with the model of the same chip."""
 
 import random
 

@@ -1,4 +1,4 @@
-"""The exported frame receiver in Verilator against the model, on long streams of bytes."""
+"""The exported frame receiver in Verilator, compared with the model on long streams of bytes."""
 
 import random
 import subprocess

@@ -52,7 +52,7 @@ def assert_equal(chip, terrain, paths, count=False, stall=0):
 
 @pytest.mark.ci
 def test_every_segment_of_a_tiny_map():
-    """All pairs of cells on eight maps, at random altitudes, queued."""
+    """All pairs of cells on eight maps are queued, at random altitudes."""
     rng = np.random.default_rng(1)
     cells = list(itertools.product(range(TINY.map_size), repeat=2))
     ends = np.array(list(itertools.product(cells, repeat=2)))
@@ -74,7 +74,7 @@ def test_every_segment_of_a_tiny_map():
     ("lanes", "latency", "bits"), [(8, 1, 16), (8, 2, 6), (16, 1, 6), (16, 2, 14)]
 )
 def test_many_lanes_on_a_small_map(lanes, latency, bits):
-    """Mostly empty rows of a segment; single and queued paths; lookups."""
+    """The rows of a segment are mostly empty; there are single and queued paths, and look-ups."""
     config = TINY.replace(map_size=16, lanes=lanes, memory_latency=latency, altitude_bits=bits)
     rng = np.random.default_rng(lanes + bits)
     with VerilatedChecker(config) as chip:
@@ -140,7 +140,7 @@ def test_many_paths():
 
 
 def test_limits_are_those_of_the_trajectory():
-    """55 and 100 cells, then at most 96: 32 cycles of 8 lanes."""
+    """It has 55 and 100 cells, then at most 96: 32 cycles of 8 lanes."""
     terrain = TerrainModel(FULL)
     terrain.write(0, 0, padded_map(canyon_map(), FULL))
     verdict = check_path(FULL, terrain, TESTING_TRAJECTORY)

@@ -183,7 +183,7 @@ def random_paths(config, rng, number, *, pool=40, repeat=0.6, heading=0):
     ],
 )
 def test_tiny_map(lanes, rows, latency, bits):
-    """All pairs of corners at random altitudes, and children of paths, also with pauses."""
+    """Pairs of corners at random altitudes and children of paths are walked, also with pauses."""
     config = TINY.replace(lanes=lanes, memory_latency=latency, altitude_bits=bits)
     rng = np.random.default_rng(lanes)
     cells = list(itertools.product(range(config.map_size), repeat=2))

@@ -1,4 +1,4 @@
-"""Simulated boards with the planner core against the software model of the same chip."""
+"""Simulated boards with the planner core, compared with the software model of the same chip."""
 
 import itertools
 

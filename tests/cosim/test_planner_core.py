@@ -1,4 +1,4 @@
-"""The exported planner in Verilator: whole runs and all that they report, against the model."""
+"""The exported planner in Verilator: complete runs and their reports, compared with the model."""
 
 import dataclasses
 import shutil

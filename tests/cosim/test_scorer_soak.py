@@ -1,4 +1,4 @@
-"""The exported scorer in Verilator against the compiled model, on very many paths."""
+"""The exported scorer in Verilator, compared with the compiled model on very many paths."""
 
 import subprocess
 from pathlib import Path

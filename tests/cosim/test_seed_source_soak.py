@@ -1,4 +1,4 @@
-"""The exported source of seeds in Verilator: all its findings, against the definition."""
+"""The exported source of seeds in Verilator, compared with the definition."""
 
 import subprocess
 from dataclasses import dataclass

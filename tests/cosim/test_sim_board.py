@@ -155,7 +155,7 @@ def test_idle_board_runs_slowly(echo):
         assert processor_seconds(board.pid) - used <= 0.1
         assert 64 <= board.cycles() - cycles <= 64 * 100
         start = time.monotonic()
-        assert exchange(port, b"y") == b"y"  # It wakes at once.
+        assert exchange(port, b"y") == b"y"  # It wakes immediately.
         assert time.monotonic() - start < 0.5
 
 

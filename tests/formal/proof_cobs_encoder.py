@@ -1,4 +1,4 @@
-"""The COBS encoder sends the code of each frame as defined, and nothing else."""
+"""The COBS encoder sends exactly the code of each frame as defined."""
 
 from amaranth import *
 from amaranth.hdl import Assert, Cover
@@ -15,9 +15,9 @@ class Encoder(Elaboratable):
     which arrive and are taken in any cycles.
 
     The definition counts places in the encoded frame. A frame starts with the place of a code, and
-    each of its bytes takes the next place: as itself if it is not zero, else as a code. A code also
-    follows a full block if the frame continues; the delimiter follows the last byte. A code is the
-    number of places from it to the next code or the delimiter.
+    each of its bytes takes the next place: as itself if it is not zero, otherwise as a code. A code
+    also follows a full block if the frame continues; the delimiter follows the last byte. A code is
+    the number of places from it to the next code or the delimiter.
 
     - Exactly these bytes are sent, in order: none is lost, sent twice or invented. An arbitrary
       place is watched, with the byte that the definition puts there.

@@ -39,8 +39,8 @@ class Receiver(Elaboratable):
       body. The ring then gets, in this order, a row that says whether the frame is plain, and all
       bytes of the frame except the last four, with the last of them marked. No row is lost, doubled
       or invented, and other frames store none. The proof watches an arbitrary row and its contents.
-    - Each other frame causes one pulse: ``malformed``, else ``crc_error``, else ``overrun``, 2
-      cycles after its delimiter. There is no other pulse.
+    - Each other frame causes one pulse: ``malformed``, or ``crc_error``, or ``overrun``, by this
+      priority, 2 cycles after its delimiter. There is no other pulse.
     - ``overrun`` only occurs if the bodies, with one more byte for each, do not fit into the
       buffer.
     - Rows of the ring are passed on as bytes of bodies in the cycle in which they are read, with

@@ -1,4 +1,4 @@
-"""Long runs of the simulated board against the model; the default chip at its pins."""
+"""Long runs of the simulated board, compared with the model; the default chip at its pins."""
 
 import random
 
@@ -71,7 +71,7 @@ def test_random_frames_to_the_default_chip():
 
 
 def test_default_chip_at_its_pins():
-    """The bench of the whole chip at the paper's sizes."""
+    """The bench drives the whole chip in the paper's sizes."""
     result = run(
         "verilator",
         exported_verilog("chip", DEFAULT),

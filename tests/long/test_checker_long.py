@@ -35,7 +35,7 @@ def test_a_million_segments():
 
 @pytest.mark.parametrize("build", BUILDS)
 def test_many_paths(build):
-    """Batches against the formula, and a sample of them against the definition."""
+    """Batches are compared with the formula, and a sample of them with the definition."""
     config = FULL.replace(checker=build)
     rng = np.random.default_rng(2012)
     for _ in range(20):

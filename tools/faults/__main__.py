@@ -20,7 +20,7 @@ _REPORT = Path(__file__).parents[2] / "build" / "faults"
 
 
 def main() -> int:
-    """Run the simulator; return 0 if everything was kept, else 1."""
+    """Run the simulator; return 0 if all guarantees were kept, otherwise 1."""
     parser = argparse.ArgumentParser(prog="python -m tools.faults", description=__doc__)
     parser.add_argument("--board", type=Board, choices=list(Board), default=Board.MODEL)
     parser.add_argument(

@@ -264,7 +264,7 @@ class FaultyLine:
 
     @property
     def in_waiting(self) -> int:
-        """Bytes that :meth:`read` returns at once."""
+        """Bytes that :meth:`read` returns immediately."""
         self._check()
         self._arrive()
         return len(self._received)

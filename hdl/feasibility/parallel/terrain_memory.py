@@ -52,7 +52,7 @@ class TerrainMemory(Unit):
 
     The banks are spread over the device; the block RAMs of a bank lie side by side if the
     platform's cells assign sites (:class:`pathgene.hdl.primitives.storage.BlockMemory`). Each bank
-    has registers for its addresses, with nothing but wires from them to its block RAMs.
+    has registers for its addresses, with only wires from them to its block RAMs.
 
     Source: *allaire two-tier*, section 5.3.
 
@@ -64,7 +64,7 @@ class TerrainMemory(Unit):
     Members
     -------
     steep : In(1)
-        The major axis is y, else x.
+        High if the major axis is y, low if it is x.
     lanes : In(lane_layout).array(lane_count)
     walking : In(1)
         The lanes have cells, and writes and look-ups do not reach the memory.

@@ -44,7 +44,7 @@ class CellWalker(Unit):
     by twice that side in each step, and the walker moves one cell when the error reaches 0. Halves
     are rounded up instead of away from the start: towards lower coordinates, the error begins one
     lower. The altitude is the exact ``(z0 n + k dz) / n``, whose numerator is accumulated step by
-    step; a segment without steps counts as a single step of which only the first cell is visited.
+    step; a segment without steps counts as a single step, whose first cell alone is visited.
 
     The first cell is visited in the cycle after its segment is taken, then one cell is visited per
     cycle. The next segment is taken in the last of these cycles, so that no cycle is lost.

@@ -94,7 +94,7 @@ class Schedule:
         return parts
 
     def compute(self, name, function, *inputs: Timed) -> Timed:
-        """Return a register of ``function(*inputs)``: a pair if an input is a pair, else single."""
+        """Return a register of ``function(*inputs)``: single, or a pair if an input is a pair."""
         time, kind = self._meet(inputs)
         value = Value.cast(function(*(self.at(each, time) for each in inputs)))
         register = Signal(value.shape(), name=name, reset_less=True)

@@ -26,7 +26,7 @@ def margin_layout(altitude_bits: int, index_bits: int) -> data.StructLayout:
 
 
 def result_layout(hits_bits: int) -> data.StructLayout:
-    """Return the layout of the walk of a path: ``valid`` for one cycle, and the rest.
+    """Return the layout of a path's walk: ``valid`` is high for one cycle.
 
     ``hits``: corners that collide.
     """

@@ -40,7 +40,7 @@ class Wavefront(Unit):
     problem : In(problem_layout)
         Steady.
     limit : In(4)
-        Slope limit, in halves of the climb limit; 0 leaves the surface as it is. Steady.
+        Slope limit, in halves of the climb limit; 0 leaves the surface unchanged. Steady.
     goal : In(10)
         Block of the goal. Steady.
     launch : In(1)

@@ -117,7 +117,7 @@ class Flown:
     path : dict or None
         A new path as in a scene.
     changes : list of dict or None
-        All changes up to now as in ``flight.json``, if one is new or has received its path.
+        All changes to date as in ``flight.json``, if one is new or has received its path.
     """
 
     time_s: float

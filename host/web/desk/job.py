@@ -132,7 +132,7 @@ class FlightJob(Job):
     Attributes
     ----------
     trail, versions, said : list
-        All entries of :class:`pathgene.host.web.desk.flight.Flown` up to now; append-only.
+        All entries of :class:`pathgene.host.web.desk.flight.Flown` to date; append-only.
     news : dict of str to (int, object)
         Current zones, points, path and changes, each with an increasing number.
     speed : float

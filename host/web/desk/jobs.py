@@ -67,7 +67,7 @@ class _Process:
 
 
 class Jobs:
-    """The jobs of a desk. One process is always ready, so that a plan starts at once.
+    """The jobs of a desk. One process is always ready, so that a plan starts immediately.
 
     Parameters
     ----------

@@ -69,7 +69,7 @@ __all__ = [
 
 #: Rows of the work space of :func:`score`; a column is a point or the segment that begins there.
 #: Corner; x, y and altitude in the score; sides, length and rise of the segment; tangent of half
-#: the turn; tangent length; the same if it fits, else 0; its shares of the segments before and
+#: the turn; tangent length; the same if it fits, otherwise 0; its shares of the segments before and
 #: after; altitudes at the ends of the arc; its length.
 (
     _CORNER_X, _CORNER_Y, _X, _Y, _ALTITUDE, _DX, _DY, _LENGTH, _RISE, _HALF_TURN, _TANGENT, _USED,

@@ -140,7 +140,7 @@ class FaultyTransport:
 
     @property
     def in_waiting(self) -> int:
-        """Bytes that :meth:`read` returns at once."""
+        """Bytes that :meth:`read` returns immediately."""
         return len(self._received)
 
     def read(self, size: int = 1) -> bytes:
@@ -155,7 +155,7 @@ class FaultyTransport:
         return part
 
     def write(self, data: bytes) -> int:
-        """Send ``data``; the chip replies at once."""
+        """Send ``data``; the chip replies immediately."""
         arrived = self._to_board(bytes(data))
         # Bytes arrive in pieces.
         for at in range(0, len(arrived), 61):

@@ -163,7 +163,7 @@ def _burn(aircraft, weight, piece, air_m):
 
 
 def _look(metres, problem, piece, times):
-    """Note the worst of a piece against terrain, map, ceilings and zones."""
+    """Record the worst values of a piece with respect to terrain, map, ceilings and zones."""
     parts = max(int(np.ceil(piece.length_m / _COARSE_M)), 1)
     coarse = np.linspace(0, 1, parts + 1)
     points = piece.points(coarse)

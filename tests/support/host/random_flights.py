@@ -105,7 +105,7 @@ def random_path(rng, width_m, height_m, zones=(), points=None):
 def near_a_limit(rng, path, zone, margin_m, radius_m):
     """Return ``path`` moved so that its track passes a limit of a widened zone within a metre.
 
-    The limit is a height limit, if it has one and by chance, else its border.
+    The limit is its border or, by chance and if it has one, a height limit.
     """
     points = np.concatenate(
         [

@@ -1,4 +1,4 @@
-"""Terms of segments and routes against SciPy's splines and plain NumPy."""
+"""Terms of segments and routes compared with SciPy's splines and plain NumPy."""
 
 import itertools
 import math

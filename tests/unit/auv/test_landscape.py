@@ -1,4 +1,4 @@
-"""The landscapes against their equations, and the compiled height against the plain one."""
+"""The landscapes equal their equations, and the compiled height equals the plain one."""
 
 import math
 

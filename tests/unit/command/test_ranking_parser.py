@@ -1,4 +1,4 @@
-"""Parser of the order of a GENERATE: permutations pass, and it is done once they are applied."""
+"""Parser of the order of a GENERATE: it accepts permutations, and ends once they are applied."""
 
 import random
 
@@ -64,7 +64,7 @@ def test_slots_that_are_in_order_already(pauses):
 
 @pytest.mark.parametrize("delay", [1, 2, 20])
 def test_done_when_the_core_has_applied_the_order(delay):
-    """Two cycles per slot, then two more, or the core's cycles if it takes longer."""
+    """It takes two cycles per slot and two more, or the core's cycles if these are more."""
     outcomes, _ = ranks_of([bytes(orders(1)[0])], delay=delay)
     assert outcomes == [(Status.OK, 2 * SLOTS + max(2, delay))]
 

@@ -59,7 +59,7 @@ def distributed():
 
 
 def test_a_cluster_by_its_address(problem, entrants, distributed):
-    """A scheduler and a worker in threads of this process, reached over TCP."""
+    """Scheduler and worker are threads of this process, reached over TCP."""
     tasks = tasks_of(entrants, range(1))
     with distributed.LocalCluster(
         n_workers=1,

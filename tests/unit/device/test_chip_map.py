@@ -157,7 +157,7 @@ def test_frames_tile_the_rectangle(config, x, y, shape):
 
 
 def test_a_whole_map_has_little_overhead():
-    """At most 1.11 times the bytes of its cells, with delimiters and COBS codes."""
+    """It takes at most 1.11 times the bytes of its cells, with delimiters and COBS codes."""
     chip, port = opened(FULL)
     before = chip.link.traffic.bytes_to_board
     reports = []

@@ -255,7 +255,7 @@ def test_a_repeated_block_is_not_drawn_again():
 
 
 def test_a_busy_board_is_named(chip, monkeypatch):
-    """The model's runs end at once, so the refusal is simulated here."""
+    """The model's runs end immediately, so the refusal is simulated here."""
 
     def busy(*_):
         raise requests.RefusedError(Status.BUSY)

@@ -1,4 +1,4 @@
-"""Stretches of paths that break limits, by hand and against the verdict."""
+"""Stretches of paths that break limits, compared with hand calculations and the verdict."""
 
 import dataclasses
 

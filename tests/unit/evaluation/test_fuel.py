@@ -1,4 +1,4 @@
-"""Fuel against numerical integration; wind and air against calculation by hand."""
+"""Fuel compared with numerical integration; wind and air compared with hand calculations."""
 
 import dataclasses
 import math

@@ -1,4 +1,4 @@
-"""Places near straights and arcs, and the law L1 on them for a point that obeys at once."""
+"""Places near straights and arcs, and the law L1 on them for a point that follows immediately."""
 
 import math
 

@@ -117,7 +117,7 @@ def test_defaults_are_those_of_the_command_line(tmp_path, capsys):
     theirs = json.loads(capsys.readouterr().out)
     found = plan(Problem(Terrain.load("canyon"), (300, 300, 60), (4700, 4600, 60), agl=True))
     ours = json.loads(json.dumps(found.summary))
-    del theirs["files"]  # Nothing of ours is written.
+    del theirs["files"]  # None of our files is written.
     for summary in (ours, theirs):
         del summary["seconds"]
         # How often the status was requested depends on timing.

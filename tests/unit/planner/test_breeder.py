@@ -1,4 +1,4 @@
-"""The breeder against the definition: children, margins, survivors, and its cycles."""
+"""The breeder compared with the definition: children, margins, survivors, and its cycles."""
 
 import numpy as np
 import pytest
@@ -196,7 +196,7 @@ def test_matches_definition(name, stalled):
 @pytest.mark.parametrize("stalled", [False, True], ids=["steady", "stalled"])
 @pytest.mark.parametrize("name", CONFIGS)
 def test_matches_definition_at_length(name, stalled):
-    """Some 10,000 children of each size."""
+    """There are some 10,000 children of each size."""
     config, _ = CONFIGS[name]
     compare(config, 10_000 // config.children, stalled)
 

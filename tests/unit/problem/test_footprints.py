@@ -1,4 +1,4 @@
-"""Footprints of zones against shapely: box, border, inside, distance and outline."""
+"""Footprints of zones compared with shapely: box, border, inside, distance and outline."""
 
 import math
 

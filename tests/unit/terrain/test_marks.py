@@ -133,7 +133,7 @@ def test_two_marks(write_tif):
 
 
 def test_steep_ground_is_kept(write_tif):
-    """Two walls of 70 degrees between a lake and a plateau, in cells of 30 m."""
+    """Two walls of 70 degrees lie between a lake and a plateau, in cells of 30 m."""
     profile = np.concatenate((np.full(20, 200.0), 200 + 82.0 * np.arange(1, 25), np.full(16, 2168)))
     heights = np.tile(profile, (30, 1)).astype(np.float32)
     terrain = load(write_tif(heights))

@@ -115,7 +115,7 @@ def test_latency_of_a_lone_path(lanes, latency):
 
 
 def test_throughput_on_mixed_segments():
-    """Measured from the offered cycles, not the checker's own counters: 80 % of the lanes' rate."""
+    """The offered cycles, not the checker's own counters, show 80 % of the lanes' rate."""
     config = SMALL.replace(lanes=2)
     rng = np.random.default_rng(6)
     terrain = flat(config)

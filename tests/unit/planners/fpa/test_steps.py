@@ -1,4 +1,4 @@
-"""Random numbers against published vectors, and steps against NumPy and SciPy."""
+"""Random numbers compared with published vectors, and steps with NumPy and SciPy."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""B-splines, and points that see every slope under them, against SciPy."""
+"""B-splines, and points that miss no slope under them, compared with SciPy."""
 
 import math
 

@@ -442,7 +442,8 @@ def _as_population(paths: Floats, lengths: NDArray[Any]) -> tuple[Floats, NDArra
         raise ValueError(f"Paths must have shape (m, max_n, 3), not {paths.shape!r}")
     if points.shape != (len(paths),):
         raise ValueError(f"Lengths must have shape {(len(paths),)!r}, not {points.shape!r}")
-    if len(points) and (points.min() < 2 or points.max() > paths.shape[1]):
-        most = paths.shape[1]
+    most = paths.shape[1]
+    # The reductions themselves: the methods of the array take a microsecond more.
+    if len(points) and (np.minimum.reduce(points) < 2 or np.maximum.reduce(points) > most):
         raise ValueError(f"Lengths must be 2 to {most}, not {points.min()} to {points.max()}")
     return paths, points

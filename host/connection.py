@@ -162,7 +162,7 @@ def _heading_reason(
     runs = {"start": path[1] - path[0], "goal": path[-1] - path[-2]}
     headings = []
     for end in freed:
-        flown = math.degrees(math.atan2(runs[end][0], runs[end][1]))
+        flown = problem.true_heading_deg(math.degrees(math.atan2(runs[end][0], runs[end][1])))
         headings.append((end, fixed[end], round(flown, 1) % 360))
     named = " and ".join(f"the {end} heading of {deg:g} degrees" for end, deg, _ in headings)
     heads = " and ".join(

@@ -59,7 +59,7 @@ def add(commands: Commands) -> None:
         "--wind",
         metavar="VX,VY",
         type=NAMED["wind"].kind.parse,
-        help="wind in m/s, x and y (default: the one planned for)",
+        help="wind in m/s towards true east and true north (default: the one planned for)",
     )
     parser.add_argument(
         "--gusts",

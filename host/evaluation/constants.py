@@ -44,8 +44,8 @@ class Constants(NamedTuple):
     """Constants of a problem, the same for all its paths. Metres, newtons, seconds, radians.
 
     ``rows`` and ``columns`` are the shape of the rasters. With ``sampled`` 0, not 1, nothing is
-    sampled: d_ut and d_nf are 0. ``burn_per_m`` is sfc / eta, 1/m; ``utopia_area_m2`` is
-    a_utopia * l_utopia.
+    sampled: d_ut and d_nf are 0. ``burn_per_m`` is sfc / eta, 1/m; ``base_m`` is the
+    altitude that the cost of altitude counts from; ``utopia_area_m2`` is a_utopia * l_utopia.
 
     The last fields belong to the rules of safe flight. With ``as_paper`` they are 0, and the limits
     among them are infinite. ``in_air`` is 1 where vertical speeds limit slopes, as in wind.
@@ -71,6 +71,7 @@ class Constants(NamedTuple):
     burn_per_m: float
     wind_x_m_s: float
     wind_y_m_s: float
+    base_m: float
     utopia_area_m2: float
     utopia_fuel: float
     in_air: int

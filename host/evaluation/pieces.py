@@ -243,6 +243,7 @@ def share_above(low: float, high: float, ceiling_m: float) -> float:
 def area_and_fuel(c: Constants, pieces: Floats, rows: int) -> tuple[float, float, float]:
     """Return three sums: altitude by length (m^2), fuel (N) and metres beyond the limits.
 
+    Altitudes count from ``c.base_m``.
     The weight is carried from piece to piece. Beyond the limits are pieces that need more than the
     greatest thrust, the parts of pieces above the ceiling, and the share of the path for which fuel
     is missing.
@@ -255,7 +256,7 @@ def area_and_fuel(c: Constants, pieces: Floats, rows: int) -> tuple[float, float
         length = pieces[row, LENGTH]
         if length > 0.0:
             low, high = pieces[row, Z], pieces[row, Z_END]
-            area += 0.5 * (low + high) * length
+            area += (0.5 * (low + high) - c.base_m) * length
             weight = c.weight - fuel
             if c.thrust < thrust_of(pieces, row, weight):
                 beyond += length

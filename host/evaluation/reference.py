@@ -59,7 +59,10 @@ class Terms:
 
 @dataclass(frozen=True)
 class Utopia:
-    """Mean altitude, length and fuel of the line from start to goal: costs are relative to them."""
+    """Altitude over the base, length and fuel of the line from start to goal.
+
+    Costs are relative to these values.
+    """
 
     altitude_m: float
     length_m: float
@@ -73,7 +76,7 @@ def evaluate(
     ds_m: float | None = None,
 ) -> Terms:
     """Evaluate ``path``, (n, 3) float64 metres with start and goal, by the definition."""
-    aircraft = problem.aircraft
+    aircraft, wind = problem.aircraft, problem.frame_wind
     ds_m = problem.ds_m if ds_m is None else ds_m
     smoothed = smooth(path, problem.limits.turn_radius_m, problem.headings)
     track = SmoothedTrack(smoothed.pieces, problem.surface)
@@ -83,9 +86,9 @@ def evaluate(
     steep = sum(
         piece.length_m
         for piece in smoothed.pieces
-        if _is_too_steep(piece, problem) or _air_distance(piece, aircraft, problem.wind) is None
+        if _is_too_steep(piece, problem) or _air_distance(piece, aircraft, wind) is None
     )
-    fuel = _fuel(smoothed.pieces, aircraft, problem.wind)
+    fuel = _fuel(smoothed.pieces, aircraft, wind)
     beyond = _beyond_limits(smoothed.pieces, problem)
 
     at, part = track.midpoints(ds_m)
@@ -109,7 +112,9 @@ def evaluate(
         penalty += smoothed.impossible_arcs / smoothed.arcs * length
     best = problem_utopia(problem)
     cost = (
-        _ALTITUDE_WEIGHT * (altitude * length) / (best.altitude_m * best.length_m)
+        _ALTITUDE_WEIGHT
+        * ((altitude - problem.cost_base_m) * length)
+        / (best.altitude_m * best.length_m)
         + _FUEL_WEIGHT * fuel / best.fuel_N
     )
     fitness = 1 / (1 + penalty) if penalty > 0 else 1 + 1 / (1 + cost)
@@ -131,13 +136,13 @@ def evaluate(
 def _is_too_steep(piece: Piece, problem: Problem) -> bool:
     """Return whether a piece is too steep; in wind under the rules, by its vertical speed."""
     aircraft = problem.aircraft
-    if problem.rules is None or problem.wind == (0.0, 0.0) or piece.run_m == 0:
+    if problem.rules is None or problem.frame_wind == (0.0, 0.0) or piece.run_m == 0:
         return too_steep(piece, aircraft)
     speed = aircraft.cruise_speed_m_s
     fastest = 0.0
-    for direction in (*piece.directions(), *_fastest_directions(piece, problem.wind)):
+    for direction in (*piece.directions(), *_fastest_directions(piece, problem.frame_wind)):
         distance = air_distance(
-            piece.length_m, piece.run_m, [direction], problem.wind, aircraft.cruise_speed_m_s
+            piece.length_m, piece.run_m, [direction], problem.frame_wind, aircraft.cruise_speed_m_s
         )
         if distance is None:
             continue
@@ -178,7 +183,7 @@ def _beyond_limits(pieces: tuple[Piece, ...], problem: Problem) -> float:
         if high > limits.ceiling_m:
             share = 1.0 if low >= limits.ceiling_m else (high - limits.ceiling_m) / (high - low)
             beyond += share * piece.length_m
-        burned += _fuel((piece,), aircraft, problem.wind, burned)
+        burned += _fuel((piece,), aircraft, problem.frame_wind, burned)
     if burned > limits.fuel_N:
         beyond += sum(piece.length_m for piece in pieces) * (1 - limits.fuel_N / burned)
     return beyond
@@ -198,6 +203,7 @@ def utopia(
     goal: Sequence[float],
     aircraft: Aircraft,
     wind: tuple[float, float],
+    base_m: float = 0.0,
 ) -> Utopia:
     """Return altitude, length and fuel of the straight line from ``start`` to ``goal``.
 
@@ -208,11 +214,12 @@ def utopia(
         relative to these values.
     """
     (line,) = smooth(np.array([start, goal], dtype=np.float64), aircraft.turn_radius_m).pieces
-    altitude = _mean_altitude(line)
+    altitude = _mean_altitude(line) - base_m
     if not altitude > 0:
+        above = f" above the lowest ground, {base_m:g} m" if base_m else ""
         raise InputError(
             f"The straight line from start to goal has a mean altitude of "
-            f"{altitude:g} m, and costs are relative to it; shift the datum so that "
+            f"{altitude:g} m{above}, and costs are relative to it; shift the datum so that "
             f"it is positive."
         )
     if _air_distance(line, aircraft, wind) is None:
@@ -252,7 +259,7 @@ def line_utopia(problem: Problem, start: Point, stop: Point) -> Utopia:
             z0 = z1 = 0.5 * (z0 + z1)
             if run_m == 0.0:
                 x1 += start[2] - stop[2]
-    return utopia((x0, y0, z0), (x1, y1, z1), aircraft, problem.wind)
+    return utopia((x0, y0, z0), (x1, y1, z1), aircraft, problem.frame_wind, problem.cost_base_m)
 
 
 def problem_utopia(problem: Problem) -> Utopia:

@@ -47,7 +47,7 @@ def fly(
         aircraft that the path was planned for. Another aircraft flies with its own speed and
         limits.
     wind : (float, float), optional
-        Velocity of the air, m/s in x and y; by default the wind that the path was planned for.
+        Velocity of the air, m/s towards true east and true north; by default the planned wind.
     gusts : str
         Dryden turbulence: none, light, moderate or severe.
     seed : int
@@ -82,7 +82,13 @@ def fly(
     if not any(piece.run_m > 0 for piece in track.pieces):
         raise InputError("The path is vertical, so no aircraft flies it.")
     flight = Flight(
-        track.pieces, problem.terrain, figures, model, wind=wind, gusts=gusts, seed=seed
+        track.pieces,
+        problem.terrain,
+        figures,
+        model,
+        wind=problem.in_frame(wind),
+        gusts=gusts,
+        seed=seed,
     )
     flown = fly_track(flight, airspeed, slowest, stop)
     return FlightReport(

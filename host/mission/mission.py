@@ -251,7 +251,7 @@ class Mission:
             single = self.legs == 1
             name = "" if single else f"{_upper(self.name_of(index))}: "
             try:
-                utopia(start, stop, problem.aircraft, problem.wind)
+                utopia(start, stop, problem.aircraft, problem.frame_wind, problem.cost_base_m)
             except InputError as error:
                 if not problem.as_paper:
                     # Loads SciPy.

@@ -178,7 +178,9 @@ def _plan_leg(
     """Plan the leg after the legs ``before``, together with the end of the last of these."""
     number = len(before)
     elapsed_s = sum(_seconds(leg.plan) for leg in before if leg.plan is not None)
-    arrival_deg = _heading_deg(before[-1].path[::-1], backwards=True) if before else None
+    arrival_deg = (
+        _heading_deg(mission.problem, before[-1].path[::-1], backwards=True) if before else None
+    )
     problem = mission.leg(
         number,
         start_heading_deg=arrival_deg,
@@ -232,7 +234,9 @@ def _joined_evaluator(
     run_m = float(np.linalg.norm(np.diff(before[-1 - len(ahead) :], axis=0), axis=1).sum())
     joined = mission.part(
         (*map(_point, ahead), problem.start, problem.goal),
-        start_heading_deg=_heading_deg(earlier[::-1], backwards=True) if len(earlier) > 1 else None,
+        start_heading_deg=_heading_deg(problem, earlier[::-1], backwards=True)
+        if len(earlier) > 1
+        else None,
         goal_heading_deg=problem.goal_heading_deg,
         elapsed_s=max(0.0, elapsed_s - run_m / aircraft.cruise_speed_m_s),
     )
@@ -261,7 +265,7 @@ def _rejoined(
             break
         tried = list(legs)
         for again, heading_deg in (
-            (number, _heading_deg(legs[number + 1].path)),
+            (number, _heading_deg(mission.problem, legs[number + 1].path)),
             (number + 1, None),
         ):
             tried[again] = _plan_leg(
@@ -351,15 +355,18 @@ class _LegObserver:
         self.observer.improved(np.concatenate([*flown, path]))
 
 
-def _heading_deg(path: NDArray[np.float64], *, backwards: bool = False) -> float | None:
-    """Return the heading of the first segment of ``path`` that has one, degrees from north.
+def _heading_deg(
+    problem: Problem, path: NDArray[np.float64], *, backwards: bool = False
+) -> float | None:
+    """Return the heading of the first segment of ``path`` that has one, degrees from true north.
 
     With ``backwards`` the path is given from its end, and flown towards its first point.
     """
     for start, stop in itertools.pairwise(path):
         east, north = (stop - start)[:2].tolist()
         if math.hypot(east, north) > _SHORTEST_RUN_M:
-            return math.degrees(math.atan2(east, north)) % 360 - (180 if backwards else 0)
+            heading_deg = problem.true_heading_deg(math.degrees(math.atan2(east, north)))
+            return heading_deg % 360 - (180 if backwards else 0)
     return None
 
 

@@ -53,7 +53,7 @@ class Problem:
     zones : iterable of Zone
         No-fly zones.
     wind : (float, float)
-        Constant wind in m/s, x and y; slower than the aircraft.
+        Constant wind in m/s towards true east and true north; slower than the aircraft.
     ds_m : float, optional
         Sampling step of the distances under the terrain and in no-fly zones; by default half the
         smaller side of a cell; at least a millimetre, and at most the straight distance from start
@@ -69,7 +69,7 @@ class Problem:
     as_paper : bool
         No rules: only the evaluation of the papers. It excludes rules and headings.
     start_heading_deg, goal_heading_deg : float, optional
-        Heading at start and goal, degrees clockwise from the frame's north, -360 to 360. The turn
+        Heading at start and goal, degrees clockwise from true north, -360 to 360. The turn
         between the heading and the adjacent segment is an arc like any other.
 
     Raises
@@ -191,14 +191,51 @@ class Problem:
 
         See :func:`pathgene.host.problem.limits.slope_limits`.
         """
-        wind = (0.0, 0.0) if self.rules is None else self.wind
+        wind = (0.0, 0.0) if self.rules is None else self.frame_wind
         return slope_limits(self.limits, self.aircraft.cruise_speed_m_s, wind, east, north)
+
+    @cached_property
+    def north_deg(self) -> float:
+        """Direction of the frame's north, degrees clockwise from true north; 0 with ``as_paper``.
+
+        It is 0 where the frame's north is true north within a tenth of a degree.
+        """
+        return 0.0 if self.rules is None else self.terrain.north_deg
+
+    @property
+    def frame_wind(self) -> tuple[float, float]:
+        """The wind along the axes of the frame, m/s."""
+        return self.in_frame(self.wind)
+
+    def in_frame(self, wind: tuple[float, float]) -> tuple[float, float]:
+        """Return a wind, towards true east and north, along the axes of the frame."""
+        if wind == (0.0, 0.0) or not self.north_deg:
+            return wind
+        turn = math.radians(self.north_deg)
+        east, north = wind
+        return (
+            east * math.cos(turn) - north * math.sin(turn),
+            east * math.sin(turn) + north * math.cos(turn),
+        )
+
+    def true_heading_deg(self, frame_deg: float) -> float:
+        """Return a heading from true north of one from the frame's north, degrees."""
+        return frame_deg + self.north_deg
+
+    @cached_property
+    def cost_base_m(self) -> float:
+        """Altitude that the cost of altitude counts from: 0 m, or the lowest ground where lower.
+
+        It is 0 with ``as_paper``.
+        """
+        lowest = 0.0 if self.rules is None else self.terrain.lowest
+        return float(min(math.floor(lowest), 0))
 
     @property
     def headings(self) -> tuple[tuple[float, float] | None, tuple[float, float] | None]:
-        """Unit vectors (east, north) of the headings at start and goal; None if free."""
+        """Unit vectors of the headings at start and goal in the frame; None where free."""
         start, goal = (
-            None if deg is None else (math.sin(math.radians(deg)), math.cos(math.radians(deg)))
+            None if deg is None else _direction(deg - self.north_deg)
             for deg in (self.start_heading_deg, self.goal_heading_deg)
         )
         return start, goal
@@ -312,6 +349,11 @@ def _rules(rules: Rules | None, as_paper: bool) -> Rules | None:
     if as_paper and rules not in (None, _SAFE):
         raise InputError("The evaluation of the papers has no rules; leave them out.")
     return None if as_paper else rules
+
+
+def _direction(heading_deg: float) -> tuple[float, float]:
+    """Return the unit vector east and north of a heading."""
+    return math.sin(math.radians(heading_deg)), math.cos(math.radians(heading_deg))
 
 
 def _heading(end: str, heading_deg: float | None) -> float | None:

@@ -67,7 +67,7 @@ class Departure:
             present.wind,
             mission.ds_m,
             rules=mission.rules,
-            start_heading_deg=start.heading_deg,
+            start_heading_deg=mission.true_heading_deg(start.heading_deg) % 360,
             goal_heading_deg=mission.goal_heading_deg if is_goal else None,
         )
 

@@ -8,7 +8,8 @@ start of the path was passed, and one or more of
   ``{on = "aircraft", radius_m = 100}``. A zone may have a ``name``, and a ``velocity = [vx, vy]``,
   m/s, with which it drifts from then on.
 - ``gone``: a list of names of zones that go;
-- ``goal``: a new goal, x, y and altitude; ``wind``: a new wind, m/s in x and y;
+- ``goal``: a new goal, x, y and altitude; ``wind``: a new wind, m/s towards true east
+  and true north;
 - ``board = "lost"``: the board no longer answers.
 
 ``autopilot = "finishes-leg"`` at the top describes an autopilot that accepts a new path only at the

@@ -118,7 +118,7 @@ class Session:
             mission.terrain,
             mission.aircraft,
             model or model_for(mission.aircraft),
-            wind=mission.wind,
+            wind=mission.frame_wind,
             gusts=gusts,
             seed=seed,
         )
@@ -186,7 +186,7 @@ class Session:
         if any(new.velocity != (0.0, 0.0) for new in event.appear):
             self._next_drift_s = now + DRIFT_S
         if event.wind is not None:
-            self.pilot.flight.turn_wind(event.wind)
+            self.pilot.flight.turn_wind(self.mission.in_frame(event.wind))
         if changed:
             self._update(now)
             self._changed(now, event.what, must=event.goal is not None or event.wind is not None)

@@ -144,7 +144,8 @@ def draw(
             )
 
     lines = np.stack((x, y), axis=1)
-    box = _draw_scale_and_north(axes, lines, unit_m, problem.wind if wind is None else wind)
+    air = problem.in_frame(problem.wind if wind is None else wind)
+    box = _draw_scale_and_north(axes, lines, unit_m, air, problem.north_deg)
     taken = [box.get_window_extent()]
     # A violated zone has a single text, next to the path.
     broken = {f"zone {zone.name}": zone_shapes.text(zone) for zone in problem.zones if zone.name}
@@ -274,6 +275,7 @@ def _draw_scale_and_north(
     points: NDArray[np.float64],
     unit_m: float,
     wind: tuple[float, float] = (0.0, 0.0),
+    north_deg: float = 0.0,
 ) -> AnchoredOffsetbox:
     """Draw scale bar, north arrow and wind where they are farthest from ``points``."""
     (left, right), window = axes.get_xlim(), axes.get_window_extent()
@@ -286,11 +288,13 @@ def _draw_scale_and_north(
     text = TextArea(label, textprops={"fontsize": 9.5, "color": TEXT})
     scale = VPacker(children=[text, bar], align="center", pad=0, sep=4)
     arrow = DrawingArea(10, 18)
+    # The frame's north is up.
+    lean = 18 * math.tan(math.radians(-north_deg))
     arrow.add_artist(
         FancyArrow(
-            5,
+            5 - lean / 2,
             0,
-            0,
+            lean,
             18,
             width=2.2,
             head_width=9,

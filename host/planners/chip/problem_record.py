@@ -112,7 +112,7 @@ def problem_record(config: Config, problem: Problem, grid: CornerMap) -> Problem
         climb=_slope(float(climbs.min()), unit_m / part_m),
         descent=_slope(float(descents.min()), unit_m / part_m),
         radius=radius,
-        base=round(2 * grid.base_m / part_m),
+        base=round(2 * (grid.base_m - problem.cost_base_m) / part_m),
         drag=min(
             round(level_thrust / aircraft.weight_N * (1 << DRAG_FRACTION)),
             (1 << DRAG_FRACTION) - 1,

@@ -46,6 +46,8 @@ class Prices:
 
     Attributes
     ----------
+    base_m : float
+        Altitude that the price of altitude counts from.
     area : float
         Price of a metre of altitude over a metre of length.
     work : float
@@ -65,6 +67,7 @@ class Prices:
             + aircraft.induced_drag_factor * aircraft.weight_N**2 / lift_area
         )
         burn_per_m = aircraft.specific_fuel_consumption_N_per_Ws / aircraft.propeller_efficiency
+        self.base_m = problem.cost_base_m
         self.area = 0.5 / (best.altitude_m * best.length_m)
         self.work = 0.5 / best.fuel_N * burn_per_m * aircraft.weight_N
         self.glide = drag / aircraft.weight_N
@@ -154,7 +157,7 @@ class SearchGrid:
         tail, head = altitude[self._tail], altitude[self._head]
         thrust = np.maximum(self.prices.glide + (head - tail) / self._length, 0.0)
         costs = (
-            self.prices.area * 0.5 * (tail + head) * self._length
+            self.prices.area * (0.5 * (tail + head) - self.prices.base_m) * self._length
             + self.prices.work * thrust * self._air
         )
         costs = np.maximum(costs, _LEAST_COST)
@@ -175,7 +178,8 @@ class SearchGrid:
 
     def price_per_m(self, surface: Floats) -> Floats:
         """Return the cost of a metre of level flight on ``surface``; infinite at blocked nodes."""
-        level = self.prices.area * surface + self.prices.work * self.prices.glide
+        above = surface - self.prices.base_m
+        level = self.prices.area * above + self.prices.work * self.prices.glide
         return np.where(self.blocked, math.inf, level)
 
     def nodes(self, x: Floats, y: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -224,7 +228,7 @@ class SearchGrid:
         for run, (across, up) in zip(runs.tolist(), _STEPS, strict=True):
             heading = across * self.dx_m / run, up * self.dy_m / run, run
             flown = air_distance(
-                run, run, [heading], problem.wind, problem.aircraft.cruise_speed_m_s
+                run, run, [heading], problem.frame_wind, problem.aircraft.cruise_speed_m_s
             )
             air.append(math.inf if flown is None else flown)
         return np.array(air)

@@ -93,6 +93,11 @@ def _marks(points: Sequence[tuple[str, Point]], terrain: Terrain) -> Iterator[di
 
 def heights_datum(terrain: Terrain) -> str:
     """Return the datum of the altitudes of a terrain, and of paths over it."""
+    heights = terrain.reading.facts.get("heights", {})
+    if heights.get("datum") == "ellipsoid":
+        return "above the ellipsoid WGS84, not AMSL"
+    if heights.get("datum_from", "assumed") != "assumed":
+        return f"AMSL ({heights['datum']})"
     system = re.search(r'VERT(?:_CS|CRS)\["([^"]+)"', terrain.crs or "")
     if system:
         return f"AMSL ({system.group(1)})"

@@ -264,7 +264,8 @@ class Terrain:
     def save_npz(self, file: str | Path | BinaryIO, nofly: NDArray[np.bool_]) -> None:
         """Write ``elevation``, ``dx_m``, ``dy_m`` and ``nofly`` for ``load``.
 
-        A terrain with a place on Earth adds ``crs``, ``origin`` and ``metres_per_unit``.
+        A terrain with a place on Earth adds ``crs``, ``origin`` and ``metres_per_unit``, one with a
+        known datum of heights ``datum``.
 
         Parameters
         ----------
@@ -289,6 +290,9 @@ class Terrain:
                 "origin": np.array(self.origin),
                 "metres_per_unit": np.array(self.frame.metres_per_unit),
             }
+        heights = self.reading.facts.get("heights", {})
+        if heights.get("datum_from", "assumed") != "assumed":
+            place["datum"] = np.array(heights["datum"])
         # Through a handle: numpy would append its suffix to a name.
         with (
             replacing(Path(file)) if isinstance(file, str | Path) else contextlib.nullcontext(file)

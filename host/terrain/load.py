@@ -194,7 +194,9 @@ def _load_npz(
             elevation = read_cells(path, file, "elevation", max_cells)
             sides = [read_values(file, key) for key in _KEYS[1:]]
             place = [read_values(file, key) if key in held else None for key in ("crs", "origin")]
-            units = read_values(file, _UNITS) if _UNITS in held else None
+            units, datum = (
+                read_values(file, key) if key in held else None for key in (_UNITS, "datum")
+            )
     except UNREADABLE:
         raise InputError(
             f"{path}: cannot be read as a numpy archive; write it with numpy.savez."
@@ -215,14 +217,14 @@ def _load_npz(
         fill_voids=fill_voids,
         by_gap=not is_own,
     )
+    facts = {**made.reading.facts, "is_own": is_own}
+    if datum is not None:
+        facts["heights"] = {"datum": str(datum.item()), "datum_from": "file"}
+    made = made.having(reading=Reading(facts, made.reading.remarks))
     if units is not None:
-        return made.having(
-            metres_per_unit=_metres_per_unit(path, units), reading=Reading({"is_own": is_own})
-        )
+        return made.having(metres_per_unit=_metres_per_unit(path, units))
     if is_own or crs is None or origin is None:
-        return made.having(
-            reading=Reading({**made.reading.facts, "is_own": is_own}, made.reading.remarks)
-        )
+        return made
     return _measured(made, crs, origin, max_cells)
 
 

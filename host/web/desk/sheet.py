@@ -48,6 +48,12 @@ _OUTPUT = tuple(option.name for option in options_of("output"))
 _PLANNER = frozenset(option.name for option in options_of("planning", "search", "own"))
 
 
+# Options that belong to a terrain, not to the next one.
+_OF_TERRAIN = (
+    "terrain", "fill_voids", "origin", "water_level", "height_unit", "heights", "via", "zones",
+)  # fmt: skip
+
+
 class Sheet:
     """The problem of a page.
 
@@ -116,11 +122,7 @@ class Sheet:
         InputError
             If it cannot be loaded.
         """
-        kept = {
-            key: value
-            for key, value in self.values.items()
-            if key not in ("terrain", "fill_voids", "origin", "via", "zones")
-        }
+        kept = {key: value for key, value in self.values.items() if key not in _OF_TERRAIN}
         new = {**kept, "terrain": name}
         terrain = self._terrains.load(new)
         new.setdefault("planner", DEFAULT)

@@ -250,6 +250,33 @@ class TestRefusals:
         tif.write_bytes(tif.read_bytes()[:100_000])
         assert refusal(tif).startswith(f"{tif}: cannot be read as a raster of heights; ")
 
+    def test_an_hgt_of_another_name(self, tmp_path):
+        file = tmp_path / "mytile.hgt"
+        np.zeros((1201, 1201), ">i2").tofile(file)
+        assert refusal(file) == (
+            f"{file}: an SRTM .hgt states its place only in its name, the south-west corner in "
+            "degrees such as N46E008.hgt; name it so again, unlike 'mytile.hgt'."
+        )
+
+    def test_an_hgt_cut_short(self, tmp_path):
+        file = tmp_path / "N46E008.hgt"
+        file.write_bytes(bytes(2 * 1201 * 1201 - 2000))
+        assert refusal(file) == (
+            f"{file}: an SRTM .hgt of 1201 or 3601 points a side has 2,884,802 or 25,934,402 bytes,"
+            " but this file has 2,882,802: it is cut short or no such tile; get it again."
+        )
+
+    @pytest.mark.parametrize("crs", ["EPSG:4978", 'LOCAL_CS["site",UNIT["metre",1]]'])
+    def test_a_system_that_is_no_map(self, tif, write_tif, crs):
+        write_tif(HEIGHTS, crs=crs)
+        assert "is neither geographic nor projected, so it has no map; warp it first" in refusal(
+            tif
+        )
+
+    def test_a_place_outside_its_system(self, tif, write_tif):
+        write_tif(HEIGHTS, Affine(30, 0, 8e8, 0, -30, 5e9))
+        assert "lies where its reference system EPSG:32632 is no map of the Earth" in refusal(tif)
+
     def test_folder(self, tmp_path):
         assert refusal(tmp_path).startswith(f"{tmp_path}: cannot be read as a raster of heights; ")
 

@@ -1,0 +1,63 @@
+"""Files of heights of a known land in any reference system, made by PROJ and not by our code."""
+
+import warnings
+
+import numpy as np
+import pyproj
+import rasterio
+from affine import Affine
+
+
+GEODESICS = pyproj.Geod(ellps="WGS84")
+
+
+class Land:
+    """Rolling ground around a place: a height for each latitude and longitude."""
+
+    def __init__(self, lat, lon, *, mean=600.0, relief=60.0, wave_m=3000.0):
+        self.lat, self.lon = lat, lon
+        self._mean, self._relief, self._wave_m = mean, relief, wave_m
+
+    def metres(self, lat, lon):
+        """Return metres east and north of the place, good to a thousandth nearby."""
+        north = np.radians(lat - self.lat) * 6_371_000
+        turned = (np.asarray(lon) - self.lon + 180) % 360 - 180
+        return np.radians(turned) * 6_371_000 * np.cos(np.radians(self.lat)), north
+
+    def height(self, lat, lon):
+        """Return heights in metres."""
+        east, north = (2 * np.pi * each / self._wave_m for each in self.metres(lat, lon))
+        return self._mean + self._relief * (np.sin(east) + np.cos(0.7 * north)) / 2
+
+
+def write(file, land, crs, *, cells=20, cell_m=50.0, unit=None, unit_m=1.0, dtype="float64"):
+    """Write a square of land around its place as a GeoTIFF in a reference system.
+
+    Returns False where the system has no such place.
+    """
+    system = pyproj.CRS.from_user_input(crs)
+    to_system = pyproj.Transformer.from_crs("EPSG:4326", system, always_xy=True)
+    x, y = to_system.transform(land.lon, land.lat)
+    if not np.isfinite([x, y]).all():
+        return False
+    back = pyproj.Transformer.from_crs(system, "EPSG:4326", always_xy=True)
+    step = 1e-3 if system.is_geographic else 100.0
+    lon, lat = back.transform([x - step, x + step, x, x], [y, y, y - step, y + step])
+    if not np.isfinite([lon, lat]).all():
+        return False
+    east, north = GEODESICS.inv(lon[::2], lat[::2], lon[1::2], lat[1::2])[2]
+    dx, dy = 2 * step * cell_m / east, 2 * step * cell_m / north
+    place = Affine(dx, 0, x - cells / 2 * dx, 0, -dy, y + cells / 2 * dy)
+    column, row = np.meshgrid(np.arange(cells) + 0.5, np.arange(cells) + 0.5)
+    lon, lat = back.transform(place.c + dx * column, place.f - dy * row)
+    heights = land.height(np.asarray(lat), np.asarray(lon)) / unit_m
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        with rasterio.open(
+            file, "w", driver="GTiff", height=cells, width=cells, count=1, dtype=dtype,
+            crs=system.to_wkt(), transform=place,
+        ) as made:  # fmt: skip
+            made.write(heights.astype(dtype), 1)
+            if unit is not None:
+                made.units = (unit,)
+    return True

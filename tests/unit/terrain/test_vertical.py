@@ -1,0 +1,129 @@
+"""Units and datums of heights."""
+
+import numpy as np
+import pyproj
+import pytest
+import rasterio
+
+from pathgene.host.errors import InputError
+from pathgene.host.formats.geojson import heights_datum
+from pathgene.host.terrain import load, vertical
+from pathgene.host.terrain.stated import Stated
+
+
+HEIGHTS = np.add.outer(np.arange(20.0), np.arange(20.0)) + 400
+FEET = rasterio.Affine(100, 0, 1_740_000, 0, -100, 660_000)  # Tennessee, EPSG:2274.
+
+
+def refusal(*arguments, **options):
+    with pytest.raises(InputError) as caught:
+        load(*arguments, **options)
+    return str(caught.value)
+
+
+def facts_of(terrain):
+    return {key: terrain.reading.facts["heights"][key] for key in ("unit", "unit_from")}
+
+
+def test_a_plane_in_feet_needs_a_unit(write_tif):
+    file = write_tif(HEIGHTS, FEET, "EPSG:2274")
+    assert refusal(file) == (
+        f"{file}: its plane is in feet (US survey foot), and it states no unit of heights; state "
+        "it (--height-unit m|ft|us-ft)."
+    )
+    for unit, unit_m in (("m", 1.0), ("ft", 0.3048), ("us-ft", 1200 / 3937)):
+        terrain = load(file, stated=Stated(height_unit=unit))
+        np.testing.assert_allclose(terrain.elevation, HEIGHTS[::-1] * unit_m, rtol=1e-14)
+        assert facts_of(terrain) == {"unit": unit, "unit_from": "option"}
+
+
+def test_the_unit_of_the_user_is_stronger_than_that_of_the_file(write_tif):
+    terrain = load(write_tif(HEIGHTS, unit="m"), stated=Stated(height_unit="ft"))
+    assert terrain.lowest == pytest.approx(400 * 0.3048)
+
+
+def test_a_unit_that_is_not_stated_is_assumed(write_tif):
+    assert facts_of(load(write_tif(HEIGHTS))) == {"unit": "m", "unit_from": "assumed"}
+    assert facts_of(load(write_tif(HEIGHTS, unit="m"))) == {"unit": "m", "unit_from": "file"}
+
+
+def test_numpy_files_take_the_unit_of_the_user(tmp_path):
+    np.save(tmp_path / "a.npy", HEIGHTS)
+    terrain = load(tmp_path / "a.npy", cell=(30, 30), stated=Stated(height_unit="ft"))
+    assert terrain.lowest == pytest.approx(400 * 0.3048)
+
+
+def test_exports_name_the_datum(write_tif):
+    terrain = load(write_tif(HEIGHTS, crs="EPSG:32632+5773"))
+    assert heights_datum(terrain) == "AMSL (EGM96 height)"
+
+
+def test_depths_count_downwards(write_tif):
+    terrain = load(write_tif(-HEIGHTS, crs="EPSG:32632+5715"))
+    np.testing.assert_array_equal(terrain.elevation, HEIGHTS[::-1])
+    assert terrain.crs == "EPSG:32632"
+
+
+@pytest.mark.parametrize("value", ["yard", 3])
+def test_other_words(value):
+    with pytest.raises(InputError, match=r"^The unit of heights must be m or ft or us-ft, not "):
+        Stated(height_unit=value)
+
+
+class TestEllipsoid:
+    PLACE = rasterio.Affine(0.0005, 0, 8.0, 0, -0.0005, 46.5)
+
+    def test_is_refused_without_the_geoid(self, write_tif, monkeypatch, tmp_path):
+        monkeypatch.setattr(vertical, "geoid_heights", lambda lon, lat: None)
+        file = write_tif(HEIGHTS, self.PLACE, "EPSG:4979")
+        assert refusal(file) == (
+            "made: its heights count from the ellipsoid (WGS 84), and PROJ has no grid of the "
+            "geoid to turn them to heights above the sea: install us_nga_egm96_15.tif (pyproj "
+            "sync --file us_nga_egm96_15), or accept altitudes above the ellipsoid in all files "
+            "(--heights ellipsoidal)."
+        )
+        terrain = load(file, stated=Stated(heights="ellipsoidal"))
+        assert terrain.lowest == pytest.approx(400, abs=1)
+        (text,) = terrain.reading.warnings
+        assert text.startswith("Heights and all altitudes count from the ellipsoid, not from the ")
+        assert terrain.reading.facts["heights"]["datum"] == "ellipsoid"
+        terrain.save_npz(tmp_path / "grid.npz", terrain.voids)
+        for each in (terrain, load(tmp_path / "grid.npz")):
+            assert heights_datum(each) == "above the ellipsoid WGS84, not AMSL"
+        stated = load(file, stated=Stated(heights="sea-level"))
+        assert stated.reading.facts["heights"]["datum"] == "mean sea level"
+
+    def test_heights_are_turned_where_proj_has_the_geoid(self, write_tif, tmp_path):
+        """A grid of our own making takes the place of EGM96; PROJ itself reads it."""
+        geoid = self.write_geoid(tmp_path / "us_nga_egm96_15.tif")
+        before = pyproj.datadir.get_data_dir()
+        pyproj.datadir.append_data_dir(str(tmp_path))
+        try:
+            lon, lat = np.array([8.005]), np.array([46.495])
+            assert vertical.geoid_heights(lon, lat) == pytest.approx(geoid(lon, lat), abs=0.01)
+            terrain = load(write_tif(HEIGHTS, self.PLACE, "EPSG:4979"))
+        finally:
+            pyproj.datadir.set_data_dir(before)
+        middle = terrain.width_m / 2, terrain.height_m / 2
+        lat, lon = terrain.to_geographic(*middle)
+        above = terrain.ground(*middle) + geoid(lon, lat)
+        column, row = (lon - 8) / 0.0005 - 0.5, (46.5 - lat) / 0.0005 - 0.5
+        assert above == pytest.approx(400 + column + row, abs=1.5)
+        assert terrain.reading.facts["heights"]["datum"] == "EGM96 geoid"
+
+    @staticmethod
+    def write_geoid(file):
+        """Write a geoid that is a plane in longitude and latitude, and return it."""
+
+        def geoid(lon, lat):
+            return 40.0 + 0.1 * lon + 0.05 * lat
+
+        lon, lat = np.meshgrid(np.arange(-180, 180, 1.0), np.arange(90, -91, -1.0))
+        with rasterio.open(
+            file, "w", driver="GTiff", height=181, width=360, count=1, dtype="float32",
+            crs="EPSG:4326", transform=rasterio.Affine(1, 0, -180.5, 0, -1, 90.5),
+        ) as made:  # fmt: skip
+            made.write(geoid(lon, lat).astype("float32"), 1)
+            made.update_tags(TYPE="VERTICAL_OFFSET_GEOGRAPHIC_TO_VERTICAL", AREA_OR_POINT="Point")
+            made.update_tags(1, DESCRIPTION="geoid_undulation", UNITTYPE="metre")
+        return geoid

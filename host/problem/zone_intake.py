@@ -210,10 +210,9 @@ def _swapped(
     off = [
         number
         for number, (feature, parts) in enumerate(zip(features, placed, strict=True))
-        if not (feature.is_local or feature.keeps_in)
-        and not any(touches(part, terrain) for part in parts)
+        if not feature.is_local and _is_off(feature, parts, terrain)
     ]
-    some_on_map = any(touches(part, terrain) for parts in placed for part in parts)
+    some_on_map = len(off) < len(features)
     found = {}
     are_swapped = swapped_on_map([features[number] for number in off], terrain)
     for number in itertools.compress(off, are_swapped):
@@ -225,6 +224,14 @@ def _swapped(
             "the map with the two swapped; swap them in the file."
         )
     return found
+
+
+def _is_off(feature: Feature, parts: Sequence[Placed], terrain: Terrain) -> bool:
+    """Return whether a feature lies off the map."""
+    if feature.keeps_in:
+        # The zone is all of the map; a fence near it is a hole.
+        return all(len(part.rings) == 1 for part in parts)
+    return not any(touches(part, terrain) for part in parts)
 
 
 def _shape(feature: Feature, band: Band, interval: Interval) -> Shape:

@@ -168,3 +168,12 @@ def test_swapped_coordinates_are_refused_by_place(monkeypatch):
         read(monkeypatch, right, feature(2, at=(400_000.0, 0.0))).zones
         == read(monkeypatch, right).zones
     )
+
+
+def test_a_fence_to_stay_in_with_swapped_coordinates_is_refused(monkeypatch):
+    (corners,) = ring(1000.0, 1000.0)
+    swapped = (tuple((lat, lon) for lon, lat in corners),)
+    with pytest.raises(InputError, match="it lies off the map, at latitude"):
+        read(monkeypatch, Feature(1, "", swapped, keeps_in=True))
+    (zone,) = read(monkeypatch, Feature(1, "", (corners,), keeps_in=True)).zones
+    assert len(zone.holes) == 1

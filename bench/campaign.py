@@ -43,15 +43,11 @@ def measure(
 
     Parameters
     ----------
-    bench : str
-        Name of the benchmark, for the progress on standard error.
     tasks : sequence of tuple
         Arguments of ``work``.
-    work : callable
-        Function that runs in a process.
     name : callable
-        Takes a task and returns the name under which its end is reported. Tasks with the same name
-        are reported once, when all of them are done.
+        Returns the name under which the end of a task is reported. Tasks with the same name are
+        reported once, when all of them are done.
     keep : callable, optional
         Called with a task and its result as soon as the result is available.
     failed : callable, optional
@@ -59,8 +55,6 @@ def measure(
         campaign continues. By default such an error ends it.
     prepare : callable, optional
         Runs once in each process, for example to compile code before anything is timed.
-    prepare_arguments : tuple
-        Arguments of ``prepare``.
     spawned : bool
         Start fresh processes instead of copies of this one: needed if this process has had threads,
         or if ``prepare`` alters sources.

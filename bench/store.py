@@ -67,15 +67,7 @@ class Store:
     The file is written after each result, so that an interrupted run can continue, even on another
     machine. Results that another process has written meanwhile stay. A result carries the digest of
     its sources: after a change of their code it counts as missing, and is replaced when it is
-    measured again.
-
-    Parameters
-    ----------
-    file : Path
-        The file; if it does not exist, there are no results.
-    *sources : str
-        Folders and files for :func:`bench.store.digest`; without them, each result is stored with
-        its own digest.
+    measured again. Without ``sources``, each result is stored with its own digest.
 
     Raises
     ------

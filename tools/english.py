@@ -164,21 +164,28 @@ def _docstrings(tree: ast.Module) -> Iterator[ast.Constant]:
 def _python(text: str) -> Iterator[Prose]:
     for string in _docstrings(ast.parse(text)):
         yield Prose(string.lineno, str(string.value))
-    run: list[str] = []
-    begin = last = 0
+    yield from _runs(_python_comments(text))
+
+
+def _python_comments(text: str) -> Iterator[tuple[int, str, bool]]:
     for token in tokenize.generate_tokens(io.StringIO(text).readline):
-        if token.type != tokenize.COMMENT:
-            continue
-        line, column = token.start
-        alone = not token.line[:column].strip()
-        words = token.string.lstrip("#:! ").rstrip()
+        if token.type == tokenize.COMMENT:
+            line, column = token.start
+            alone = not token.line[:column].strip()
+            yield line, token.string.lstrip("#:! ").rstrip(), alone
+
+
+def _runs(comments: Iterable[tuple[int, str, bool]]) -> Iterator[Prose]:
+    """Join comments on lines that follow each other; a comment after code stays single."""
+    run: list[str] = []
+    begin = last = -1
+    for line, words, alone in comments:
         if run and alone and line == last + 1:
             run.append(words)
         else:
             if run:
                 yield Prose(begin, "\n".join(run))
             run, begin = [words], line
-        # A comment after code ends its run.
         last = line if alone else -1
     if run:
         yield Prose(begin, "\n".join(run))
@@ -195,23 +202,14 @@ def _python_messages(text: str) -> Iterator[Prose]:
 
 
 def _c(text: str) -> Iterator[Prose]:
-    run: list[str] = []
-    begin = last = -1
+    lines = []
     for match in _C_TOKEN.finditer(text):
         line = text.count("\n", 0, match.start()) + 1
         if match["block"]:
             yield Prose(line, re.sub(r"(?m)^ *\*+", "", match["block"][2:-2]))
         elif match["line"]:
-            words = match["line"].lstrip("/!< ")
-            if run and line == last + 1:
-                run.append(words)
-            else:
-                if run:
-                    yield Prose(begin, "\n".join(run))
-                run, begin = [words], line
-            last = line
-    if run:
-        yield Prose(begin, "\n".join(run))
+            lines.append((line, match["line"].lstrip("/!< "), True))
+    yield from _runs(lines)
 
 
 def _page(text: str) -> Iterator[Prose]:

@@ -105,15 +105,9 @@ class Netlist:
         port_names: bool = True,
         passes: str = "",
     ) -> Netlist:
-        """Return the netlist of ``top`` in the file ``verilog``.
+        """Return the netlist of ``top`` in the file ``verilog``, after further ``passes`` of Yosys.
 
-        Parameters
-        ----------
-        yosys : str, optional
-            Program; by default the one from the package index, on whose version colours and digests
-            depend.
-        passes : str, optional
-            Additional Yosys commands for the flat netlist, such as optimizations.
+        Colours and digests depend on the version of ``yosys``, by default the one of the package index.
 
         Raises
         ------

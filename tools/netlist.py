@@ -107,7 +107,7 @@ class Netlist:
     ) -> Netlist:
         """Return the netlist of ``top`` in the file ``verilog``, after further ``passes`` of Yosys.
 
-        Colours and digests depend on the version of ``yosys``, by default the one of the package index.
+        Colours and digests depend on the version of ``yosys``, by default of the package index.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""Work of a host with a board in a session, with results in order of arrival."""
+"""A host's work with a board in a session, with results in order of arrival."""
 
 from __future__ import annotations
 

@@ -17,9 +17,6 @@ from pathgene.sim.model.checker import TerrainModel
 from pathgene.sim.model.mutation import Limits
 
 
-__all__ = ["Bench"]
-
-
 class Bench:
     """Driver of the core and its model; answers lookups on a chip with a map.
 

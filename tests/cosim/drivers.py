@@ -7,9 +7,6 @@ rising edge; no Python runs while a stream waits.
 from cocotb.triggers import ClockCycles, FallingEdge, RisingEdge
 
 
-__all__ = ["Stream", "pause"]
-
-
 async def pause(clk, cycles):
     """Wait for ``cycles`` falling edges."""
     if cycles:

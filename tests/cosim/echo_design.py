@@ -8,9 +8,6 @@ from amaranth.lib.wiring import In, Out
 from pathgene.hdl.verilog import convert
 
 
-__all__ = ["UartEcho", "echo_verilog"]
-
-
 class UartEcho(wiring.Component):
     """UART that sends back every received byte plus ``offset``.
 

@@ -12,19 +12,6 @@ from pathgene.hdl.protocol import ChipState
 from tools.formal import altered
 
 
-__all__ = [
-    "FreeCrc",
-    "FreeEncoder",
-    "Opened",
-    "Scoreboard",
-    "Segment",
-    "any_constant",
-    "comes_back",
-    "free",
-    "made_of",
-]
-
-
 def any_constant(m, shape, name):
     """Return a signal that has any value, the same in every cycle."""
     return _set(m, Signal(shape, name=name), AnyConst)

@@ -21,11 +21,6 @@ from tests.support.bad_input.options import LAND
 from tests.support.host.missions import flight_of
 
 
-__all__ = [
-    "CSV", "KML", "LINE", "RECORD", "VIRTUAL", "array", "land", "plan_file", "raster", "summary",
-    "table", "toml", "write_base", "zones",
-]  # fmt: skip
-
 ENDS = ((150.0, 150.0, 600.0), (1850.0, 1750.0, 600.0))
 BETWEEN = (900.0, 1100.0, 650.0)
 

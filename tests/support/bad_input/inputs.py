@@ -37,8 +37,6 @@ from tests.support.bad_input.judge import is_unreadable
 from tests.support.bad_input.options import CHECK, LAND, Case, board, number, option
 
 
-__all__ = ["cases"]
-
 ENTITIES = (
     '<?xml version="1.0"?><!DOCTYPE kml [<!ENTITY a0 "aaaaaaaaaa">'
     + "".join(f'<!ENTITY a{n} "{f"&a{n - 1};" * 10}">' for n in range(1, 10))

@@ -16,9 +16,6 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 
-__all__ = ["is_number", "is_unreadable"]
-
-
 def is_number(text: str) -> bool:
     """Return whether Python reads a text as a finite number."""
     with contextlib.suppress(ValueError):

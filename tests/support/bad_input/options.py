@@ -9,9 +9,6 @@ from pathgene.host.cli.parser import build_parser
 from tests.support.bad_input.judge import is_number
 
 
-__all__ = ["CHECK", "LAND", "Case", "board", "number", "numeric_options", "option"]
-
-
 @dataclass(frozen=True)
 class Case:
     """A command line with the files of its folder.

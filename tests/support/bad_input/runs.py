@@ -28,8 +28,6 @@ from tests.support.bad_input.inputs import cases
 from tests.support.bad_input.options import CHECK, Case
 
 
-__all__ = ["End", "fault", "is_refused", "run"]
-
 MOST_BYTES = 2 * 10**9
 MOST_S = 20.0
 # A case that takes longer is killed.

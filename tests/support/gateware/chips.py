@@ -4,22 +4,8 @@ import random
 
 from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.hdl.protocol import Counter, LinkMode
-from tools.chips import SMALL, board_url
+from tools.chips import SMALL
 
-
-__all__ = [
-    "CHECKERS",
-    "CHECKER_BENCH",
-    "CHECKING",
-    "LINE_CYCLES",
-    "SMALL",
-    "TINY",
-    "Pair",
-    "board_url",
-    "random_path",
-    "random_paths",
-    "without_line_cycles",
-]
 
 #: The small chip with the paper's checker; the link does not distinguish builds of the checker.
 CHECKING = SMALL.replace(checker=CheckerBuild.TWO_TIER, lanes=1)

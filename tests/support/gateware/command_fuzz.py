@@ -36,8 +36,6 @@ from tests.support.gateware.protocol_rules import ProtocolRules
 from tests.support.planner.cases import SMALL, ground, record, shape
 
 
-__all__ = ["CHIPS", "CommandFuzz", "answer_in", "fault_free", "fuzz", "plan_on_the_map", "table"]
-
 #: The two kinds of chips: with the paper core and a checker, and with the planner core.
 CHIPS = {
     "paper": CHECKERS["parallel"],

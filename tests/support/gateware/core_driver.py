@@ -14,9 +14,6 @@ from pathgene.sim.model.checker import TerrainModel
 from pathgene.sim.model.mutation import Limits
 
 
-__all__ = ["Driver", "fill", "ranked_after", "shuffled", "simulate"]
-
-
 class Driver:
     """Driver of a core and its model.
 

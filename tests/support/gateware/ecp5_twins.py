@@ -10,8 +10,6 @@ from pathgene.hdl.boards.ecp5 import MAP_SITES
 from pathgene.hdl.boards.ecp5_cells import Ecp5Cells
 
 
-__all__ = ["ECP5", "twins_of"]
-
 #: The part of an LFE5U-85F's platform that components use.
 ECP5 = SimpleNamespace(cells=Ecp5Cells(MAP_SITES))
 

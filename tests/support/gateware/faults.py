@@ -11,9 +11,6 @@ from pathgene.hdl.protocol import DELIMITER
 from tools.faults.line import VirtualClock
 
 
-__all__ = ["ByteFaults", "FaultyTransport", "FrameFaults", "VirtualClock"]
-
-
 class ByteFaults:
     """Faults of single bytes.
 

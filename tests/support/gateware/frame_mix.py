@@ -23,8 +23,6 @@ from tests.support.gateware.random_requests import RandomRequests
 from tests.support.planner.cases import record
 
 
-__all__ = ["KINDS", "FrameMix"]
-
 #: Kinds of frames, and how often each is drawn. *state*: a command at a wrong time, such as a BEST
 #: without a run, or with a degenerate shape. *convention*: a plain frame with the CRC of the
 #: version, or the reverse. *replay*: a repetition of a recent frame, whatever session is open now.

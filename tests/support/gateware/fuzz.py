@@ -27,8 +27,6 @@ from tests.support.gateware.faults import ByteFaults
 from tests.support.gateware.random_requests import RandomRequests
 
 
-__all__ = ["Fuzz", "fuzz_simulated_board"]
-
 #: Commands whose replies depend on the bytes received before they run.
 _ALONE = (Command.STATUS, Command.COUNTERS, Command.CLEAR, Command.RUN)
 #: Maximum number of polls until a run is over.

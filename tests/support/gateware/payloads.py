@@ -4,9 +4,6 @@ from pathgene.hdl.protocol import Status
 from tests.support.gateware.streams import simulate
 
 
-__all__ = ["hand_over"]
-
-
 def hand_over(unit, payloads, fields=None, *, repeated=False, collectors=(), limit=20_000):
     """Return the status and the cycles of each of ``payloads``, parsed in order.
 

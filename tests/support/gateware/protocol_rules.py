@@ -4,8 +4,6 @@ from pathgene.hdl.command.field_decoder import FOLLOWED, request_fields
 from pathgene.hdl.protocol import BODY_HEADER_BYTES, Command, Status, info_reply
 
 
-__all__ = ["ProtocolRules"]
-
 _IN_ORDER = (Status.OK, Status.UNKNOWN_COMMAND, Status.BAD_LENGTH, Status.BAD_VALUE, Status.BUSY)
 
 

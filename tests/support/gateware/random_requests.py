@@ -19,8 +19,6 @@ from tests.support.gateware.chips import random_path
 from tests.support.planner.cases import any_record, headed, record, shape
 
 
-__all__ = ["RandomRequests"]
-
 #: Commands of every chip, and how often each is drawn.
 _COMMON_WEIGHTS = {
     Command.STATUS: 6,

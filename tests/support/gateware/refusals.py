@@ -10,9 +10,6 @@ from pathgene.hdl.protocol.runs import RunOptions, run_request
 from tests.support.planner.cases import record
 
 
-__all__ = ["refusals", "run_refusals"]
-
-
 def refusals(config, order):
     """Return command, payload and status of each refusal by a chip with a population of 8.
 

@@ -5,9 +5,6 @@ import itertools
 from amaranth.sim import Simulator
 
 
-__all__ = ["collect", "drive", "outputs", "pass_through", "put", "simulate", "watch"]
-
-
 async def put(ctx, stream, payload, limit=10_000):
     """Transfer ``payload`` to ``stream``, waiting at most ``limit`` cycles."""
     ctx.set(stream.payload, payload)

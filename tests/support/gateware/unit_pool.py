@@ -14,8 +14,6 @@ from pathgene.hdl.top import Chip
 from tests.support.gateware.chips import SMALL
 
 
-__all__ = ["CHIPS", "components_of_chips", "unit_classes"]
-
 #: Chips that together have every build of every part.
 CHIPS = (
     SMALL,

@@ -3,8 +3,6 @@
 from jsonschema import Draft7Validator, FormatChecker
 
 
-__all__ = ["faults"]
-
 _NUMBERS = {"type": "array", "minItems": 2, "items": {"type": "number"}}
 _RING = {"type": "array", "minItems": 4, "items": _NUMBERS}
 _POLYGON = {"type": "array", "minItems": 1, "items": _RING}

@@ -13,8 +13,6 @@ from pathgene.host.terrain import Terrain
 from pathgene.host.web.page import page_of
 
 
-__all__ = ["KINDS", "evaluated", "hills", "page_text", "planned"]
-
 CELL_M = 40.0
 
 

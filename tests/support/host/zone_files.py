@@ -8,8 +8,6 @@ import random
 import zipfile
 
 
-__all__ = ["FORMATS", "LIMIT_TEXTS", "broken"]
-
 #: Texts of limits, with their metres and references; None means no limit.
 LIMIT_TEXTS = {
     "GND": (0.0, "AGL"),

@@ -10,8 +10,6 @@ from tests.support.planner.scorer_cases import problem_fields
 from tests.support.planner.walker_cases import corner, upload
 
 
-__all__ = ["Findings", "run"]
-
 #: Cycles in which only heads are offered.
 AHEAD = 3
 

@@ -19,8 +19,6 @@ from tests.support.planner.plain import Evaluator, Memo
 from tests.support.planner.walker_cases import segments_of
 
 
-__all__ = ["OfferedPath", "Outcome", "drawn_evaluator", "drawn_paths", "outcomes"]
-
 TOP = (1 << VALUE_BITS) - 1
 
 

@@ -20,8 +20,6 @@ from tests.support.planner.plain import Evaluator, Waypoint, breed
 from tests.support.planner.population import corner, waypoint
 
 
-__all__ = ["Bench", "Cycle", "Member"]
-
 _GIVEN_UP = PathClass.GIVEN_UP << VALUE_BITS
 #: Maximum number of seeds that have a slot but no key.
 _SEEDS = 18

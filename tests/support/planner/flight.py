@@ -14,9 +14,6 @@ from tests.support.planner import cases as planner_cases
 from tests.support.planner.plain import drawn
 
 
-__all__ = ["Flight", "problem_payload", "run_payload", "shape_payload", "status_fields"]
-
-
 def problem_payload(config, record):
     """Return the payload of a problem."""
     return problem_layout(config).const(vars(record))

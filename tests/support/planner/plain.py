@@ -22,21 +22,6 @@ from pathgene.sim.model.planner.score import WORK_ROWS
 from pathgene.sim.model.run_commands import block
 
 
-__all__ = [
-    "Evaluator",
-    "Memo",
-    "Sorting",
-    "Waypoint",
-    "bits",
-    "breed",
-    "cross",
-    "draw",
-    "drawn",
-    "interpreted_plan",
-    "mutate",
-    "seed_path",
-]
-
 _INTERPRETED = """
 import pickle, sys
 from pathgene.sim.model.planner.run import plan

@@ -5,8 +5,6 @@ from tests.support.planner import cases as planner_cases
 from tests.support.planner.plain import Waypoint, bits, draw
 
 
-__all__ = ["TINY", "Words", "corner", "plan_of", "population", "problem", "waypoint"]
-
 #: A chip with a few short paths, half of which are replaced per generation.
 TINY = Config(
     population=8, children=4, elites=1, survivors=3, perturbs=1, inserts=1, deletes=1,

@@ -22,8 +22,6 @@ from tests.support.gateware.command_fuzz import CHIPS, CommandFuzz, answer_in, p
 from tests.support.planner.cases import record
 
 
-__all__ = ["fuzz_during_runs"]
-
 #: Commands that wait for the end of a run.
 _WAITING = (Command.MAP, Command.PROBLEM, Command.RUN, Command.BEST, Command.BLOCK)
 #: Commands whose answers depend on the time.

@@ -11,15 +11,6 @@ from pathgene.sim.model.planner.score import FROM_X, HAS_CHORD, WORK_ROWS, score
 from tests.support.planner.cases import any_record, headed, path, record, rows
 
 
-__all__ = [
-    "compiled_score",
-    "defined_score",
-    "drawn_free_problem",
-    "drawn_paths",
-    "drawn_problem",
-    "problem_fields",
-]
-
 TOP = (1 << VALUE_BITS) - 1
 
 

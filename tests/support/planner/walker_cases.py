@@ -5,9 +5,6 @@ import itertools
 import numpy as np
 
 
-__all__ = ["any_point", "corner", "heights_of", "segments_of", "upload"]
-
-
 def corner(point):
     """A point as the fields of a signal."""
     return dict(zip(("x", "y", "altitude"), point, strict=True))

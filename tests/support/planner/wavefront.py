@@ -17,9 +17,6 @@ from pathgene.sim.model.planner.wavefront import (
 from tests.support.planner import cases as planner_cases
 
 
-__all__ = ["Words", "blocks_of", "corner", "distances_of", "layer", "problem", "terrain"]
-
-
 class Words:
     """A random source whose words are recorded and include extremes."""
 

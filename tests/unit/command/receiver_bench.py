@@ -16,23 +16,6 @@ from tests.support.gateware.chips import TINY
 from tests.support.gateware.streams import collect, put, simulate
 
 
-__all__ = [
-    "CHECKING",
-    "CONFIG",
-    "GOOD_START",
-    "LAST",
-    "MAP",
-    "ORDER",
-    "START",
-    "Chip",
-    "after_open",
-    "check",
-    "check_paths",
-    "generate",
-    "rectangle",
-    "start",
-]
-
 CONFIG = TINY
 CHECKING = CONFIG.replace(checker=CheckerBuild.PARALLEL)
 START = start_request(CONFIG)

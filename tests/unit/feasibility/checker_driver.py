@@ -6,9 +6,6 @@ from dataclasses import dataclass, field
 from tests.support.gateware.streams import collect, put, simulate
 
 
-__all__ = ["Results", "feed", "look_up", "results_of", "summary", "upload"]
-
-
 @dataclass
 class Results:
     """Verdicts, counts, and the cycle in which each verdict was first offered; 1 is the first."""

@@ -369,6 +369,15 @@ class Config:
         return self.memory_latency + 2
 
     @property
+    def count_places(self) -> int:
+        """Counts of segments that the checker can hold, a power of two.
+
+        There is room for one count of each segment of a path, and for all one-cell segments that
+        can be in flight in a walker.
+        """
+        return max(16, 1 << (self.max_segments - 1).bit_length())
+
+    @property
     def draw_steps(self) -> int:
         """Steps of the random source per generation: see ``Draws``."""
         mutation = self.mutators + self.patches * self.candidates

@@ -8,7 +8,8 @@ import pytest
 from hypothesis import settings
 
 from pathgene.host.device.boards import open_board
-from tests.support.gateware.chips import Pair, board_url
+from tests.support.gateware.chips import Pair
+from tools.chips import board_url
 from tools.runner import SIMULATORS
 
 

@@ -4,8 +4,12 @@ from amaranth import *
 from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from pathgene.hdl.command.field_decoder import FieldDecoder, payload_commands, request_fields
-from pathgene.hdl.command.header_comparator import HeaderComparator
+from pathgene.hdl.command.field_decoder import (
+    FieldDecoder,
+    HeaderComparator,
+    payload_commands,
+    request_fields,
+)
 from pathgene.hdl.command.layouts import AnswerKind, Request, answer_layout
 from pathgene.hdl.command.payload_dispatcher import PayloadDispatcher
 from pathgene.hdl.config import CheckerBuild, Config

@@ -7,7 +7,6 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.hdl.feasibility.layouts import count_layout, verdict_layout
 from pathgene.hdl.feasibility.parallel.walker import ParallelWalker
-from pathgene.hdl.feasibility.queue_depths import count_depth
 from pathgene.hdl.feasibility.result_collector import VERDICT_PLACES, ResultCollector
 from pathgene.hdl.feasibility.two_tier.walker import TwoTierWalker
 from pathgene.hdl.layouts import cell_layout, point_layout
@@ -99,7 +98,7 @@ class Checker(Unit):
             config.segment_bits,
             config.path_cells_bits,
             verdict_places=VERDICT_PLACES if config.paper_core else 1,
-            count_places=count_depth(config) if config.paper_core else 1,
+            count_places=config.count_places if config.paper_core else 1,
         )
         connect(m, flipped(self.points), walker.points)
         connect(m, results.verdicts, flipped(self.verdicts))

@@ -5,12 +5,10 @@ from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from pathgene.hdl.config import CheckerBuild, Config
-from pathgene.hdl.ga_core.child_index import ChildIndex
-from pathgene.hdl.ga_core.chromosome import Chromosome, ReadIndex
+from pathgene.hdl.ga_core.chromosome import ChildIndex, Chromosome, ReadIndex
 from pathgene.hdl.ga_core.crossover import Crossover, parents_of
 from pathgene.hdl.ga_core.layouts import mutation_layout
-from pathgene.hdl.ga_core.path_reader import PathReader
-from pathgene.hdl.ga_core.read_ports import PositionCounter, ReadCrossbar, ReadPointer
+from pathgene.hdl.ga_core.read_ports import PathReader, PositionCounter, ReadCrossbar, ReadPointer
 from pathgene.hdl.ga_core.slot_mapping import carrier_layout
 from pathgene.hdl.ga_core.write_ports import PathCopier, WriteDecoder
 from pathgene.hdl.layouts import read_layout, waypoint_layout, write_layout
@@ -69,7 +67,7 @@ class Population(Unit):
         Waypoints for the current population.
     reads : In(stream.Signature(read_layout))
     read_waypoints : Out(stream.Signature(waypoint_layout))
-        See :class:`pathgene.hdl.ga_core.path_reader.PathReader`. A waypoint is offered 5 cycles
+        See :class:`pathgene.hdl.ga_core.read_ports.PathReader`. A waypoint is offered 5 cycles
         after a read is accepted.
     peeks : In(1)
         Only with a map: ``peek`` may be raised. No read is accepted while this is high, nor for 3

@@ -8,8 +8,7 @@ from pathgene.hdl.config import Config
 from pathgene.hdl.planner.breeder import Breeder
 from pathgene.hdl.planner.collector import Collector
 from pathgene.hdl.planner.layouts import KEY_BITS, corner_layout, head_layout, slot_count
-from pathgene.hdl.planner.population_memory import PopulationMemory, write_layout
-from pathgene.hdl.planner.slot_pool import SlotPool
+from pathgene.hdl.planner.population_memory import PopulationMemory, SlotPool, write_layout
 from pathgene.hdl.primitives.unit import Count, InstanceOf, Unit
 from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
 from pathgene.hdl.protocol.random_words import LANES, WORD_BITS

@@ -11,7 +11,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from pathgene.hdl.config import CheckerBuild, Config
-from pathgene.hdl.feasibility.queue_depths import count_depth
 from pathgene.sim.model.checker import (
     Point,
     TerrainModel,
@@ -47,7 +46,7 @@ def two_tier_cycles(
         Count mode.
     """
     answer = config.memory_latency + 3  # Cycles from a visit to its step.
-    places = count_depth(config)
+    places = config.count_places
     freed: list[int] = []  # First cycle in which the place of each counted segment is free again.
     results = []
     taken = 0  # Cycle in which the latest point was taken.

@@ -16,7 +16,8 @@ from pathgene.host.device.checker_modes import MODES
 from pathgene.host.device.chip_map import padded_map
 from pathgene.sim.model.checker import TerrainModel, check_path
 from pathgene.sim.model.checker_cycles import batch_cycles
-from tests.support.gateware.chips import CHECKERS, board_url
+from tests.support.gateware.chips import CHECKERS
+from tools.chips import board_url
 
 
 # --- Files ---------------------------------------------------------------------------------------

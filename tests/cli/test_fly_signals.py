@@ -13,7 +13,8 @@ from pathgene.host.cli import main
 from pathgene.host.files.output import json_bytes
 from pathgene.host.flight.flight import PERIOD_S, Flight
 from pathgene.host.replanning.planner import InFlightPlanner
-from tests.support.gateware.chips import SMALL, board_url
+from tests.support.gateware.chips import SMALL
+from tools.chips import board_url
 
 from .conftest import ROOT, is_gone, started, wait_for
 

@@ -18,7 +18,8 @@ import pytest
 from pathgene.host.device.boards import open_board
 from pathgene.host.report.run_files import verify
 from tests.cli.conftest import ENDS, ROOT
-from tests.support.gateware.chips import SMALL, board_url
+from tests.support.gateware.chips import SMALL
+from tools.chips import board_url
 
 
 SIGNALS = [signal.SIGTERM, signal.SIGHUP, signal.SIGINT, signal.SIGQUIT]

@@ -13,8 +13,9 @@ import sys
 import numpy as np
 import pytest
 
-from tests.support.gateware.chips import SMALL, board_url
+from tests.support.gateware.chips import SMALL
 from tests.unit.mission.autopilot.mavsdk_autopilot import Autopilot
+from tools.chips import board_url
 
 from .conftest import ENDS, ROOT
 

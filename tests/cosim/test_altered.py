@@ -24,8 +24,9 @@ from pathgene.sim.board import SimulatedBoard, build_program
 from pathgene.sim.cache import BuildCache
 from pathgene.sim.exported import cached_verilog, exported_verilog
 from tests.cosim.test_planner_core import fly, planner_verilog
-from tests.support.gateware.chips import SMALL, Pair, board_url
+from tests.support.gateware.chips import SMALL, Pair
 from tests.support.planner.cases import SMALL as PLANNER
+from tools.chips import board_url
 
 
 pytestmark = pytest.mark.cosim

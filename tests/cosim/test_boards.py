@@ -19,8 +19,9 @@ from pathgene.host.device.chip import Chip
 from pathgene.host.device.link import Link, LinkTimeoutError
 from pathgene.host.errors import JobError
 from pathgene.sim.board.scheme import start_simulated
-from tests.support.gateware.chips import SMALL, Pair, board_url
+from tests.support.gateware.chips import SMALL, Pair
 from tests.support.gateware.fuzz import fuzz_simulated_board
+from tools.chips import board_url
 
 
 pytestmark = pytest.mark.cosim

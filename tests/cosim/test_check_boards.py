@@ -9,8 +9,9 @@ from pathgene.hdl.protocol import Command, LinkMode, Status, StickyError
 from pathgene.host.device.link import RefusedError
 from pathgene.host.planners.allaire.ga_fpga import FpgaGeneticPlanner
 from pathgene.host.planners.base import Options
-from tests.support.gateware.chips import CHECKERS, board_url, random_path, without_line_cycles
+from tests.support.gateware.chips import CHECKERS, random_path, without_line_cycles
 from tests.support.gateware.fuzz import fuzz_simulated_board
+from tools.chips import board_url
 
 
 pytestmark = pytest.mark.cosim

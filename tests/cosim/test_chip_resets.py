@@ -16,9 +16,10 @@ from pathgene.host.cli import main
 from pathgene.host.device.chip import Chip
 from pathgene.host.device.link import Link, LinkError
 from pathgene.sim.board.scheme import start_simulated
-from tests.support.gateware.chips import CHECKING, SMALL, board_url, random_paths
+from tests.support.gateware.chips import CHECKING, SMALL, random_paths
 from tests.support.planner.cases import SMALL as SMALL_PLANNER
 from tests.support.planner.cases import ground, record, shape
+from tools.chips import board_url
 
 
 pytestmark = pytest.mark.cosim

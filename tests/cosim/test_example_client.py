@@ -21,7 +21,8 @@ from pathgene.hdl.protocol.runs import RunOptions, pack_best
 from pathgene.host.device.boards import open_board
 from pathgene.sim import DEFAULT_CONFIG
 from pathgene.sim.model.chip import Chip
-from tests.support.gateware.chips import SMALL, board_url
+from tests.support.gateware.chips import SMALL
+from tools.chips import board_url
 
 
 ROOT = Path(__file__).resolve().parents[2]

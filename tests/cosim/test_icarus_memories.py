@@ -11,7 +11,7 @@ from pathgene.hdl.protocol.planner import BLOCKS
 from pathgene.hdl.verilog import convert
 from pathgene.sim.cache import BuildCache
 from pathgene.sim.icarus import build_icarus, with_zeros
-from pathgene.sim.model.planner.problem import problem_vector, sizes_vector
+from pathgene.sim.model.planner.course import problem_vector, sizes_vector
 from pathgene.sim.model.planner.run_cycles import spreading
 from pathgene.sim.model.planner.wavefront import PRICES, measure_distances, measure_prices, spread
 from tests.support.planner.cases import SMALL, record

@@ -15,7 +15,7 @@ from pathgene.hdl.verilog import convert
 from pathgene.sim.cache import BuildCache, build_root
 from pathgene.sim.exported import cached_verilog
 from pathgene.sim.verilator import build_verilator
-from tests.support.planner.cases import SMALL, USUAL, ground
+from tests.support.planner.cases import SMALL, USUAL, corner, ground
 from tests.support.planner.evaluator_bench import Findings
 from tests.support.planner.evaluator_cases import (
     check_cycles,
@@ -25,7 +25,6 @@ from tests.support.planner.evaluator_cases import (
     outcomes,
 )
 from tests.support.planner.scorer_cases import problem_fields
-from tests.support.planner.walker_cases import corner
 
 
 pytestmark = pytest.mark.cosim

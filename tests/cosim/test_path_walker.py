@@ -16,9 +16,8 @@ from pathgene.sim.exported import cached_verilog
 from pathgene.sim.model.planner.evaluator_cycles import back, cost, walked
 from pathgene.sim.model.planner.walk import walk
 from pathgene.sim.verilator import build_verilator
-from tests.support.planner.cases import USUAL, ground
+from tests.support.planner.cases import USUAL, any_point, ground, heights_of, segments_of
 from tests.support.planner.plain import Memo
-from tests.support.planner.walker_cases import any_point, heights_of, segments_of
 
 
 pytestmark = pytest.mark.cosim

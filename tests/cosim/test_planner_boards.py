@@ -10,9 +10,9 @@ from pathgene.hdl.protocol.planner import PathClass
 from pathgene.hdl.protocol.runs import RunOptions
 from pathgene.host.device.boards import open_board
 from pathgene.host.device.link import RefusedError
-from tests.support.gateware.chips import board_url
 from tests.support.gateware.fuzz import fuzz_simulated_board
 from tests.support.planner.cases import SMALL, ground, record, shape
+from tools.chips import board_url
 
 
 pytestmark = pytest.mark.cosim

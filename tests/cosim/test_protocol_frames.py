@@ -9,7 +9,7 @@ from pathgene.hdl.config import Config
 from pathgene.hdl.protocol import DELIMITER, Command, Counter, counters_reply
 from pathgene.hdl.protocol.codec import decode_frame, encode_frame
 from pathgene.sim.board.scheme import start_simulated
-from tests.support.gateware.chips import board_url
+from tools.chips import board_url
 
 
 pytestmark = pytest.mark.cosim

@@ -26,7 +26,8 @@ from pathgene.host.device.socket_port import BUSY
 from pathgene.sim.board import SimulatedBoard, build_program
 from pathgene.sim.board.scheme import start_simulated
 from tests.cosim.echo_design import echo_verilog
-from tests.support.gateware.chips import SMALL, board_url
+from tests.support.gateware.chips import SMALL
+from tools.chips import board_url
 
 
 pytestmark = pytest.mark.cosim

@@ -14,7 +14,8 @@ from pathgene.host.device.boards import open_board
 from pathgene.host.device.link import LinkTimeoutError
 from pathgene.host.errors import InputError
 from pathgene.sim.board.scheme import start_simulated
-from tests.support.gateware.chips import CHECKING, board_url
+from tests.support.gateware.chips import CHECKING
+from tools.chips import board_url
 
 
 pytestmark = pytest.mark.cosim

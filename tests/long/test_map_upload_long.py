@@ -11,7 +11,7 @@ from pathgene.host.device.boards import open_board
 from pathgene.host.device.chip import Chip
 from pathgene.host.device.link import Link, LinkTimeoutError
 from pathgene.sim.board.scheme import start_simulated
-from tests.support.gateware.chips import board_url
+from tools.chips import board_url
 
 
 pytestmark = [pytest.mark.cosim, pytest.mark.long]

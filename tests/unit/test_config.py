@@ -143,3 +143,12 @@ def test_the_longest_path_follows_the_core_unless_it_is_given():
     assert planner.replace(core=GeneticCore.PAPER) == Config()
     given = Config(max_waypoints=20).replace(core=GeneticCore.PLANNER)
     assert given.max_waypoints == 20
+
+
+@pytest.mark.parametrize(
+    ("max_waypoints", "depth"), [(3, 16), (15, 16), (16, 32), (31, 32), (32, 64), (63, 64)]
+)
+def test_a_count_of_each_segment_waits(max_waypoints, depth):
+    config = Config(max_waypoints=max_waypoints)
+    assert config.max_segments == max_waypoints + 1
+    assert config.count_places == depth

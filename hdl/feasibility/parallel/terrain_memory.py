@@ -5,8 +5,8 @@ from amaranth.lib import data
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
-from pathgene.hdl.feasibility.map_memory import MapMemory
 from pathgene.hdl.primitives.logic import delay_line, multiplex
+from pathgene.hdl.primitives.storage import MapMemory
 from pathgene.hdl.primitives.unit import Count, Flag, PowerOfTwo, Unit, Width
 
 

@@ -4,8 +4,8 @@ from amaranth import *
 from amaranth.lib import data, stream
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.feasibility.map_memory import MapMemory
 from pathgene.hdl.layouts import cell_layout
+from pathgene.hdl.primitives.storage import MapMemory
 from pathgene.hdl.primitives.unit import Count, Unit, Width
 
 
@@ -40,7 +40,7 @@ class CoarseMap(Unit):
         Block to be read, not while ``busy``.
     altitude : Out(altitude_bits)
         Maximum of the block, ``memory_latency`` cycles later; undefined until the block has been
-        scanned. See :class:`pathgene.hdl.feasibility.map_memory.MapMemory`.
+        scanned. See :class:`pathgene.hdl.primitives.storage.MapMemory`.
     """
 
     coordinate_bits: Width(2, text="In cells.")

@@ -5,10 +5,10 @@ from amaranth.lib.wiring import connect, flipped
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.feasibility.layouts import walker_signature
-from pathgene.hdl.feasibility.map_memory import MapMemory
 from pathgene.hdl.feasibility.two_tier.cell_walker import AltitudeComparator, CellWalker
 from pathgene.hdl.feasibility.two_tier.coarse_map import CoarseMap
 from pathgene.hdl.feasibility.two_tier.segment_setup import TwoTierSegmentSetup
+from pathgene.hdl.primitives.storage import MapMemory
 from pathgene.hdl.primitives.unit import InstanceOf, Unit
 
 

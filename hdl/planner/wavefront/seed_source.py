@@ -1,19 +1,181 @@
-"""First paths of an island: computes their waypoints from the map."""
+"""Source of the first paths of an island: from the map to the waypoints along a route."""
 
 from amaranth import *
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.planner.layouts import frame_layout, problem_layout
+from pathgene.hdl.planner.layouts import corner_layout, frame_layout, problem_layout
 from pathgene.hdl.planner.wavefront.block_map import BlockMap
+from pathgene.hdl.planner.wavefront.layouts import (
+    INDEX_BITS,
+    block_layout,
+    found_layout,
+    place_layout,
+)
+from pathgene.hdl.planner.wavefront.relaxer import surface_layout
 from pathgene.hdl.planner.wavefront.route import Route
-from pathgene.hdl.planner.wavefront.seeder import Seeder
 from pathgene.hdl.planner.wavefront.steps import LIMIT_BITS
 from pathgene.hdl.planner.wavefront.wavefront import Wavefront
+from pathgene.hdl.primitives.arithmetic import Divider, Multiplier
+from pathgene.hdl.primitives.logic import delay_line
 from pathgene.hdl.primitives.unit import Count, InstanceOf, Unit
+from pathgene.hdl.protocol.planner import seed_waypoints
 
 
-__all__ = ["SeedSource"]
+__all__ = ["SeedSource", "Seeder"]
+
+
+#: Fields of the first word of a path, and of the word of a waypoint.
+_COUNT, _PHASE, _SHIFT = slice(0, 8), slice(8, 16), slice(16, 19)
+_PHASE_BITS = 8
+_OFFSET_BITS = 16
+
+
+class Seeder(Unit):
+    """Makes paths of evenly spaced waypoints along the route, at random heights above the surface.
+
+    It takes a word of the random source in every cycle after ``launch``: one for the path, then one
+    for each waypoint of the longest seed. A waypoint follows its word by :attr:`latency` cycles.
+    Equals ``seed_path`` of :mod:`pathgene.sim.model.planner.seeds`.
+
+    Attributes
+    ----------
+    latency : int
+        Cycles from a waypoint's word to the waypoint.
+
+    Members
+    -------
+    limits : In(corner_layout)
+        Highest corner and altitude of a waypoint. Steady.
+    length : In(11)
+        Blocks of the route, 1 or more. Steady.
+    launch : In(1)
+        Pulse: make a path. Not while ``busy``.
+    busy : Out(1)
+        Words are being taken.
+    word : In(19)
+        Lowest bits of the random source's selection word.
+    word_ready : In(1)
+        A word is available.
+    step : Out(1)
+        The word is taken in this cycle. Only with ``word_ready``.
+    number : Out(10)
+        Number of a block of the route to read.
+    place : In(place_layout)
+        That block, 2 cycles later.
+    read_block : Out(10)
+        Block to read from map and surface.
+    block : In(block_layout)
+    surface : In(surface_layout)
+        That block, 2 cycles later.
+    found : Out(found_layout)
+        The path, one waypoint per cycle.
+    """
+
+    config: InstanceOf(Config)
+
+    #: Registers from a word to the quotient, then for route, block, and two for the waypoint.
+    latency = 2 + INDEX_BITS + 2 + 2 + 2
+
+    def interface(self):
+        config = self.config
+        xy, z = config.coordinate_bits, config.altitude_bits
+        return {
+            "limits": In(corner_layout(xy, z)),
+            "length": In(INDEX_BITS + 1),
+            "launch": In(1),
+            "busy": Out(1),
+            "word": In(_SHIFT.stop),
+            "word_ready": In(1),
+            "step": Out(1),
+            "number": Out(INDEX_BITS),
+            "place": In(place_layout),
+            "read_block": Out(INDEX_BITS),
+            "block": In(block_layout(xy, z)),
+            "surface": In(surface_layout(z)),
+            "found": Out(found_layout(xy, z)),
+        }
+
+    def elaborate(self, platform):
+        m = Module()
+
+        config = self.config
+        fewest, longest = seed_waypoints(config.max_waypoints)
+
+        # Word 0 is for the path, each later word for a waypoint.
+        number = Signal(range(longest + 1))
+        m.d.comb += self.step.eq(self.busy & self.word_ready)
+        with m.If(self.step):
+            m.d.sync += number.eq(number + 1)
+            with m.If(number == longest):
+                m.d.sync += [number.eq(0), self.busy.eq(0)]
+        with m.If(self.launch):
+            m.d.sync += self.busy.eq(1)
+
+        # A register after the source.
+        word = delay_line(m, self.word, 1, "word")
+        index = delay_line(m, (number - 1)[: longest.bit_length()], 1, "index")
+        is_head, is_place = Signal(), Signal()
+        m.d.sync += [
+            is_head.eq(self.step & (number == 0)),
+            is_place.eq(self.step & (number != 0)),
+        ]
+
+        # The path's word is read one cycle before its first waypoint arrives.
+        count = Signal(range(longest + 1), reset_less=True)
+        phase = Signal(_PHASE_BITS, reset_less=True)
+        shift = Signal(3, reset_less=True)
+        with m.If(is_head):
+            m.d.sync += [
+                count.eq(fewest + (word[_COUNT] * (longest - fewest + 1) >> 8)),
+                phase.eq(word[_PHASE]),
+                shift.eq(word[_SHIFT]),
+            ]
+
+        # Waypoints beyond the path's length are discarded.
+        keeps = Signal()
+        m.d.comb += keeps.eq(is_place & (index < count))
+
+        # Position on the route, then its block, then the block's lowest corner and surface.
+        along = Cat(phase, index)
+        m.submodules.along = scale = Multiplier(
+            (len(along), len(self.length)), _PHASE_BITS, (False, False)
+        )
+        m.submodules.offsets = offsets = Multiplier(
+            (_OFFSET_BITS, config.altitude_bits), _OFFSET_BITS, (False, False)
+        )
+        m.submodules.divider = divider = Divider(len(scale.product) - INDEX_BITS, INDEX_BITS)
+        m.d.comb += [
+            scale.first.eq(along),
+            scale.second.eq(self.length),
+            offsets.first.eq(word[:_OFFSET_BITS]),
+            offsets.second.eq(config.box_steps),
+            divider.dividend.eq(scale.product),
+            divider.divisor.eq(delay_line(m, count, 1, "divisor")),
+            self.number.eq(divider.quotient),
+            self.read_block.eq(self.place),
+        ]
+        to_block = divider.latency + 2 + 2
+        height = delay_line(m, offsets.product >> delay_line(m, shift, 1, "shift"), 1, "height")
+        height = delay_line(m, height, to_block - 1, "above")
+        keeps_here = Signal(to_block + 3)
+        m.d.sync += keeps_here.eq(Cat(keeps, keeps_here))
+        last = delay_line(m, index == count - 1, to_block + 3, "last")
+
+        limits = self.limits
+        raised = delay_line(m, self.surface.altitude + height, 1, "raised")
+        found = Signal(corner_layout(config.coordinate_bits, config.altitude_bits), reset_less=True)
+        for axis in "xy":
+            corner = delay_line(m, self.block[axis], 1, f"corner_{axis}")
+            m.d.sync += found[axis].eq(Mux(corner > limits[axis], limits[axis], corner))
+        m.d.sync += found.altitude.eq(Mux(raised > limits.altitude, limits.altitude, raised))
+        m.d.comb += [
+            self.found.valid.eq(keeps_here[-1]),
+            self.found.last.eq(last),
+            *(self.found[axis].eq(found[axis]) for axis in ("x", "y", "altitude")),
+        ]
+
+        return m
 
 
 class SeedSource(Unit):
@@ -51,7 +213,7 @@ class SeedSource(Unit):
     word_ready : In(1)
     step : Out(1)
     found : Out(found_layout)
-        See :class:`pathgene.hdl.planner.wavefront.seeder.Seeder`.
+        See :class:`pathgene.hdl.planner.wavefront.seed_source.Seeder`.
     """
 
     config: InstanceOf(Config)

@@ -23,9 +23,8 @@ from pathgene.hdl.protocol.breeding import (
     SURVIVOR_BITS,
 )
 from pathgene.sim.model.compiled import compiled, inlined
-from pathgene.sim.model.planner.course import Course, Members
-from pathgene.sim.model.planner.problem import ALTITUDE_LIMIT as TOP
-from pathgene.sim.model.planner.problem import (
+from pathgene.sim.model.planner.course import ALTITUDE_LIMIT as TOP
+from pathgene.sim.model.planner.course import (
     BOX_X,
     CHILDREN,
     ELITES,
@@ -34,6 +33,8 @@ from pathgene.sim.model.planner.problem import (
     RANK_BITS,
     SURVIVORS,
     X_LIMIT,
+    Course,
+    Members,
 )
 from pathgene.sim.model.planner.random_words import Words, draw, field, step
 from pathgene.sim.model.planner.walk import Integers

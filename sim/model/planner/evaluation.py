@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from pathgene.hdl.protocol.planner import HIT_BITS, VALUE_BITS, PathClass
 from pathgene.sim.model.compiled import compiled
-from pathgene.sim.model.planner.course import Course, Scratch
-from pathgene.sim.model.planner.cycles import WALK
-from pathgene.sim.model.planner.evaluator_cycles import MEMO_HIT, walking
-from pathgene.sim.model.planner.problem import (
+from pathgene.sim.model.planner.course import (
     BLOCKED,
     COORDINATE_BITS,
     HAS_ENTRY,
@@ -15,7 +12,11 @@ from pathgene.sim.model.planner.problem import (
     KEY_SHIFT,
     LANES,
     MEMO_BITS,
+    Course,
+    Scratch,
 )
+from pathgene.sim.model.planner.cycles import WALK
+from pathgene.sim.model.planner.evaluator_cycles import MEMO_HIT, walking
 from pathgene.sim.model.planner.score import (
     FROM_STEP,
     FROM_X,

@@ -15,11 +15,7 @@ from pathgene.hdl.protocol.runs import ISLANDS, Outcome, Population, RunOptions
 from pathgene.sim.model.compiled import allocating, compiled
 from pathgene.sim.model.planner import cycles
 from pathgene.sim.model.planner.breeder import breed
-from pathgene.sim.model.planner.course import Course, Members, Route, Scratch, Surroundings
-from pathgene.sim.model.planner.cycles import CYCLES, GENERATIONS, WALK
-from pathgene.sim.model.planner.definition.score import corner_of
-from pathgene.sim.model.planner.evaluation import GIVEN_UP, NO_LIMIT, evaluate
-from pathgene.sim.model.planner.problem import (
+from pathgene.sim.model.planner.course import (
     BLOCK_SHIFT,
     BLOCKED,
     CHILDREN,
@@ -28,9 +24,17 @@ from pathgene.sim.model.planner.problem import (
     HAS_EXIT,
     POPULATION,
     SURVIVORS,
+    Course,
+    Members,
+    Route,
+    Scratch,
+    Surroundings,
     problem_vector,
     sizes_vector,
 )
+from pathgene.sim.model.planner.cycles import CYCLES, GENERATIONS, WALK
+from pathgene.sim.model.planner.definition.score import corner_of
+from pathgene.sim.model.planner.evaluation import GIVEN_UP, NO_LIMIT, evaluate
 from pathgene.sim.model.planner.random_words import source
 from pathgene.sim.model.planner.run_cycles import ROUTED, SCANNED, launched, scanned
 from pathgene.sim.model.planner.score import WORK_ROWS

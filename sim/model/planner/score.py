@@ -30,7 +30,7 @@ from pathgene.hdl.protocol.planner import (
     turn_table,
 )
 from pathgene.sim.model.compiled import compiled, inlined
-from pathgene.sim.model.planner.problem import (
+from pathgene.sim.model.planner.course import (
     BASE,
     CLIMB,
     DESCENT,
@@ -49,7 +49,7 @@ from pathgene.sim.model.planner.problem import (
     Y_LIMIT,
     Y_SCALE,
 )
-from pathgene.sim.model.planner.problem import RISE as RISE_FIELD
+from pathgene.sim.model.planner.course import RISE as RISE_FIELD
 from pathgene.sim.model.planner.walk import Integers
 
 

@@ -8,15 +8,16 @@ from pathgene.hdl.config import Config
 from pathgene.hdl.protocol.planner import SEED_WAYPOINTS, ProblemRecord
 from pathgene.sim.model.compiled import compiled
 from pathgene.sim.model.planner.breeder import clamp
-from pathgene.sim.model.planner.course import Course, Route
-from pathgene.sim.model.planner.definition.score import Point, corner_of
-from pathgene.sim.model.planner.problem import (
+from pathgene.sim.model.planner.course import (
     ALTITUDE_LIMIT,
     BOX_STEPS,
     MAX_WAYPOINTS,
     X_LIMIT,
     Y_LIMIT,
+    Course,
+    Route,
 )
+from pathgene.sim.model.planner.definition.score import Point, corner_of
 from pathgene.sim.model.planner.random_words import Words, draw, field, step
 from pathgene.sim.model.planner.walk import Integers
 from pathgene.sim.model.planner.wavefront import LOWEST_X, LOWEST_Y

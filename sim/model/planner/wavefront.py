@@ -16,7 +16,7 @@ from pathgene.hdl.protocol.planner import (
     VALUE_BITS,
 )
 from pathgene.sim.model.compiled import compiled, inlined
-from pathgene.sim.model.planner.problem import (
+from pathgene.sim.model.planner.course import (
     ALTITUDE_BITS,
     BASE,
     BLOCK_SHIFT,

@@ -30,10 +30,11 @@ from pathgene.hdl.protocol.runs import RunOptions
 from pathgene.host.device.chip_map import map_frames
 from pathgene.sim.board.scheme import start_simulated
 from pathgene.sim.model.chip import Chip
-from tests.support.gateware.chips import CHECKERS, LINE_CYCLES, board_url
+from tests.support.gateware.chips import CHECKERS, LINE_CYCLES
 from tests.support.gateware.frame_mix import KINDS, FrameMix
 from tests.support.gateware.protocol_rules import ProtocolRules
 from tests.support.planner.cases import SMALL, ground, record, shape
+from tools.chips import board_url
 
 
 #: The two kinds of chips: with the paper core and a checker, and with the planner core.

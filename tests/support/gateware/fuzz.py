@@ -22,9 +22,10 @@ from pathgene.host.device.chip_map import map_frames
 from pathgene.sim.board.scheme import start_simulated
 from pathgene.sim.model.chip import Chip
 from pathgene.sim.model.requests import FrameReceiverModel
-from tests.support.gateware.chips import LINE_CYCLES, board_url
+from tests.support.gateware.chips import LINE_CYCLES
 from tests.support.gateware.faults import ByteFaults
 from tests.support.gateware.random_requests import RandomRequests
+from tools.chips import board_url
 
 
 #: Commands whose replies depend on the bytes received before they run.

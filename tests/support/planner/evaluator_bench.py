@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from amaranth.hdl import Cat, ResetInserter, Signal
 
 from tests.support.gateware.streams import simulate
+from tests.support.planner.cases import corner, upload
 from tests.support.planner.scorer_cases import problem_fields
-from tests.support.planner.walker_cases import corner, upload
 
 
 #: Cycles in which only heads are offered.

@@ -14,9 +14,8 @@ from pathgene.sim.model.planner.cycles import (
 from pathgene.sim.model.planner.definition.score import score
 from pathgene.sim.model.planner.evaluation import NO_LIMIT
 from pathgene.sim.model.planner.evaluator_cycles import PLACES, cost
-from tests.support.planner.cases import path, record
+from tests.support.planner.cases import path, record, segments_of
 from tests.support.planner.plain import Evaluator, Memo
-from tests.support.planner.walker_cases import segments_of
 
 
 TOP = (1 << VALUE_BITS) - 1

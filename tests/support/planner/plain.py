@@ -12,11 +12,17 @@ import numpy as np
 
 from pathgene.hdl.protocol.random_words import LANES
 from pathgene.sim.model.planner import breeder, random_words, seeds, walk
-from pathgene.sim.model.planner.course import Course, Members, Route, Scratch
+from pathgene.sim.model.planner.course import (
+    Course,
+    Members,
+    Route,
+    Scratch,
+    problem_vector,
+    sizes_vector,
+)
 from pathgene.sim.model.planner.cycles import WALK, counters_vector, delays_vector
 from pathgene.sim.model.planner.definition.score import corner_of
 from pathgene.sim.model.planner.evaluation import evaluate
-from pathgene.sim.model.planner.problem import problem_vector, sizes_vector
 from pathgene.sim.model.planner.random_words import WORD
 from pathgene.sim.model.planner.score import WORK_ROWS
 from pathgene.sim.model.run_commands import block

@@ -17,9 +17,9 @@ from pathgene.hdl.protocol import BODY_HEADER_BYTES, DELIMITER, Command, Status,
 from pathgene.hdl.protocol.codec import encode_frame
 from pathgene.hdl.protocol.runs import RunOptions
 from pathgene.sim.board.scheme import start_simulated
-from tests.support.gateware.chips import board_url
 from tests.support.gateware.command_fuzz import CHIPS, CommandFuzz, answer_in, plan_on_the_map
 from tests.support.planner.cases import record
+from tools.chips import board_url
 
 
 #: Commands that wait for the end of a run.

@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 
 from pathgene.hdl.protocol.planner import POSITION_FRACTION, VALUE_BITS
+from pathgene.sim.model.planner.course import problem_vector
 from pathgene.sim.model.planner.definition.score import score as defined
-from pathgene.sim.model.planner.problem import problem_vector
 from pathgene.sim.model.planner.score import FROM_X, HAS_CHORD, WORK_ROWS, score
 from tests.support.planner.cases import any_record, headed, path, record, rows
 

@@ -4,9 +4,9 @@ import numpy as np
 
 from pathgene.hdl.planner.wavefront.layouts import shift_limit
 from pathgene.hdl.protocol.planner import BLOCKS, POSITION_FRACTION
+from pathgene.sim.model.planner.course import problem_vector
 from pathgene.sim.model.planner.definition.score import corner_of
 from pathgene.sim.model.planner.definition.wavefront import Blocks
-from pathgene.sim.model.planner.problem import problem_vector
 from pathgene.sim.model.planner.wavefront import (
     LEAST,
     LOWEST_X,

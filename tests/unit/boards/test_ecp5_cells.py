@@ -3,6 +3,7 @@
 import functools
 import json
 import re
+import subprocess
 from itertools import product
 from types import SimpleNamespace
 
@@ -13,11 +14,45 @@ from pathgene.hdl.boards.ecp5 import ARITHMETIC, MAP_SITES, PLANNER_OVERRIDES
 from pathgene.hdl.boards.ecp5_cells import Ecp5Cells, Ecp5Memory
 from pathgene.hdl.boards.tools import BuildError, run_tool
 from pathgene.hdl.config import Config
-from pathgene.hdl.feasibility.map_memory import MapMemory
 from pathgene.hdl.feasibility.parallel.terrain_memory import TerrainMemory
 from pathgene.hdl.primitives.arithmetic import AddSubtract, Multiplier
-from pathgene.hdl.primitives.storage import BlockMemory
-from tests.support.gateware.ecp5_twins import ECP5, twins_of
+from pathgene.hdl.primitives.storage import BlockMemory, MapMemory
+
+
+#: The part of an LFE5U-85F's platform that components use.
+ECP5 = SimpleNamespace(cells=Ecp5Cells(MAP_SITES))
+
+
+def twins_of(make, primitive, bench, folder):
+    """Assert that both versions of a component have the same outputs in every cycle of a bench.
+
+    Parameters
+    ----------
+    make : callable
+        Returns the component.
+    primitive, bench : str
+        Verilog modules. ``bench`` instantiates ``simulated`` and ``built`` and prints how many of
+        their outputs differ and how many it compared.
+    folder : Path
+
+    Returns
+    -------
+    simulated, built : str
+        Verilog of the component.
+    """
+    simulated = verilog.convert(make(), name="simulated", emit_src=False)
+    built = verilog.convert(make(), name="built", platform=ECP5, emit_src=False)
+    sources = {"simulated": simulated, "built": built, "primitive": primitive, "bench": bench}
+    files = [folder / f"{name}.v" for name in sources]
+    for file, text in zip(files, sources.values(), strict=True):
+        file.write_text(text)
+    program = folder / "bench"
+    subprocess.run(["iverilog", "-g2012", "-s", "bench", "-o", program, *files], check=True)
+    output = subprocess.run(["vvp", program], check=True, capture_output=True, text=True).stdout
+    differing, seen = map(int, re.search(r"(\d+) differ, (\d+) seen", output).groups())
+    assert differing == 0
+    assert seen > 2000
+    return simulated, built
 
 
 #: Odd and even widths, factors with and without a sign, as wide as the result and shorter.

@@ -20,7 +20,8 @@ from pathgene.host.device.serial_port import SerialScheme
 from pathgene.host.errors import InputError
 from pathgene.sim.board.scheme import start_simulated
 from pathgene.sim.model.chip import Chip
-from tests.support.gateware.chips import SMALL, board_url
+from tests.support.gateware.chips import SMALL
+from tools.chips import board_url
 
 
 DEFAULT = Config(clocks_per_bit=4)

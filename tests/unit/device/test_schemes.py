@@ -13,7 +13,8 @@ from pathgene.host.device.serial_port import SerialScheme
 from pathgene.host.errors import InputError, JobError
 from pathgene.sim.board.scheme import SimulatedScheme
 from pathgene.sim.model_scheme import ModelScheme
-from tests.support.gateware.chips import SMALL, board_url
+from tests.support.gateware.chips import SMALL
+from tools.chips import board_url
 
 
 PROBE = """

@@ -5,8 +5,8 @@ import pytest
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.feasibility.checker import Checker
+from tests.support.gateware.checker_cases import upload
 from tests.support.gateware.streams import put, simulate
-from tests.unit.feasibility.checker_driver import upload
 
 
 @pytest.mark.parametrize(("build", "lanes"), [("two-tier", 1), ("parallel", 4)])

@@ -9,9 +9,8 @@ from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.hdl.feasibility.feasibility import Feasibility
 from pathgene.sim.model.checker import check_path
 from pathgene.sim.model.checker_cycles import batch_cycles
-from tests.support.gateware.checker_cases import ground, paths_of, random_batch
+from tests.support.gateware.checker_cases import ground, paths_of, random_batch, upload
 from tests.support.gateware.streams import simulate
-from tests.unit.feasibility.checker_driver import upload
 
 
 CONFIG = Config(

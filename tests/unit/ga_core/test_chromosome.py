@@ -1,4 +1,4 @@
-"""The read index and the two halves of a slot."""
+"""Reads and writes of a chromosome, and read indices of children."""
 
 import itertools
 import random
@@ -6,8 +6,9 @@ import random
 import pytest
 from amaranth.sim import Simulator
 
-from pathgene.hdl.config import Config
-from pathgene.hdl.ga_core.chromosome import Chromosome, ReadIndex
+from pathgene.hdl.config import Config, MutationKind
+from pathgene.hdl.ga_core.chromosome import ChildIndex, Chromosome, ReadIndex
+from tests.support.gateware.streams import simulate
 
 
 CONFIG = Config(max_waypoints=7)
@@ -15,7 +16,7 @@ INDEX_SIZES = {"max_waypoints": CONFIG.max_waypoints, "patch_count": CONFIG.patc
 SIZES = {"waypoint_bits": CONFIG.waypoint_bits, **INDEX_SIZES}
 
 
-def simulate(dut, testbench):
+def run(dut, testbench):
     simulator = Simulator(dut)
     simulator.add_clock(1e-8)
     simulator.add_testbench(testbench)
@@ -58,7 +59,7 @@ def test_index_of_every_path_and_mutation(kind):
                         seen.append(("tail" if source.tail else "head", source.at))
                 assert seen == path, (head, tail, at)
 
-    simulate(dut, testbench)
+    run(dut, testbench)
 
 
 def test_index_stays_without_advance():
@@ -76,7 +77,7 @@ def test_index_stays_without_advance():
         source = ctx.get(dut.source)
         assert (source.tail, source.at) == (0, 2)
 
-    simulate(dut, testbench)
+    run(dut, testbench)
 
 
 def test_banks_and_halves_keep_what_is_written():
@@ -111,7 +112,7 @@ def test_banks_and_halves_keep_what_is_written():
             await check(ctx, 0)
             await check(ctx, 1)
 
-    simulate(dut, testbench)
+    run(dut, testbench)
 
 
 def test_patches_stand_in_for_the_halves():
@@ -130,4 +131,94 @@ def test_patches_stand_in_for_the_halves():
         await ctx.tick()
         assert ctx.get(dut.waypoint) == 100 + CONFIG.patches - 1
 
-    simulate(dut, testbench)
+    run(dut, testbench)
+
+
+MOST = 7
+HEAD_SIZE = MOST // 2
+TAIL_SIZE = MOST - HEAD_SIZE
+KINDS = (MutationKind.PERTURB, MutationKind.INSERT, MutationKind.INSERT, MutationKind.DELETE)
+CHILD_SIZES = {"kinds": KINDS, "min_waypoints": 2, "max_waypoints": MOST}
+
+
+async def sources(ctx, dut, length):
+    """Return the source of each waypoint of the path."""
+    # The index knows the path one cycle after its length.
+    await ctx.tick()
+    ctx.set(dut.advance, 1)
+    found = []
+    for position in range(length):
+        ctx.set(dut.position, position)
+        await ctx.tick()
+        source = ctx.get(dut.source)
+        if source.patches:
+            found.append(("patch", source.patches.bit_length() - 1))
+        else:
+            found.append(("tail" if source.tail else "head", source.at))
+    ctx.set(dut.advance, 0)
+    return found
+
+
+async def update(ctx, dut, head, tail, number, index):
+    """Make a child of these waypoints, changed by mutator ``number`` or unchanged."""
+    ctx.set(dut.bred_length, head + tail)
+    ctx.set(dut.applied, 0 if number is None else 1 << number)
+    await ctx.tick()
+    ctx.set(dut.bred_length, 0)
+    ctx.set(dut.bred_head, head)
+    # The other ports' changes have not been applied, or apply to other children.
+    for other, port in enumerate(dut.indices):
+        ctx.set(port, index if other == number else MOST - 1)
+    ctx.set(dut.applied, 0b1111)
+    ctx.set(dut.update, 1)
+    await ctx.tick()
+    ctx.set(dut.update, 0)
+
+
+@pytest.mark.parametrize("number", [None, 0, 1, 2, 3])
+def test_every_child(number):
+    """Both halves take all lengths, and the mutation all places."""
+    dut = ChildIndex(**CHILD_SIZES)
+
+    async def bench(ctx):
+        for head, tail in itertools.product(range(1, HEAD_SIZE + 1), range(1, TAIL_SIZE + 1)):
+            bred = [("head", at) for at in range(head)]
+            bred += [("tail", at) for at in range(tail)]
+            for index in range(len(bred) if number is not None else 1):
+                path = list(bred)
+                match None if number is None else KINDS[number]:
+                    case MutationKind.PERTURB:
+                        path[index] = ("patch", number)
+                    case MutationKind.INSERT:
+                        path.insert(index + 1, ("patch", number))
+                    case MutationKind.DELETE:
+                        del path[index]
+                if 2 <= len(path) <= MOST:
+                    await update(ctx, dut, head, tail, number, index)
+                    assert ctx.get(dut.length) == len(path)
+                    assert await sources(ctx, dut, len(path)) == path
+
+    simulate(dut, bench)
+
+
+def test_rewritten_path_lies_in_order():
+    dut = ChildIndex(**CHILD_SIZES)
+    order = [("head", at) for at in range(HEAD_SIZE)]
+    order += [("tail", at) for at in range(TAIL_SIZE)]
+
+    async def bench(ctx):
+        rng = random.Random(1)
+        assert ctx.get(dut.length) == CHILD_SIZES["min_waypoints"]
+        for length in range(2, MOST + 1):
+            for number in range(len(KINDS)):
+                head, tail = rng.randint(1, HEAD_SIZE), rng.randint(2, TAIL_SIZE)
+                await update(ctx, dut, head, tail, number, 1)
+                ctx.set(dut.rewritten_length, length)
+                ctx.set(dut.rewrite, 1)
+                await ctx.tick()
+                ctx.set(dut.rewrite, 0)
+                ctx.set(dut.rewritten_length, 0)
+                assert ctx.get(dut.length) == length
+                assert await sources(ctx, dut, length) == order[:length]
+
+    simulate(dut, bench)

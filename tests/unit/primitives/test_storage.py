@@ -1,11 +1,11 @@
-"""The ring buffer with commits, and the delay line in a memory."""
+"""The ring buffer with commits, the delay line in a memory, the memory of a map."""
 
 import itertools
 import random
 
 import pytest
 
-from pathgene.hdl.primitives.storage import CommitRing, MemoryDelay
+from pathgene.hdl.primitives.storage import CommitRing, MapMemory, MemoryDelay
 from tests.support.gateware.streams import simulate, watch
 
 
@@ -111,3 +111,35 @@ def test_word_of_so_many_steps_ago(steps, pauses):
 
     simulate(dut, bench)
     assert seen == [0] * steps + words[:-steps]
+
+
+@pytest.mark.parametrize("block_rows", [4, 16], ids=["blocks", "one"])
+@pytest.mark.parametrize("ports", [1, 2])
+@pytest.mark.parametrize("latency", [1, 2])
+def test_reads_what_was_written(latency, ports, block_rows, monkeypatch):
+    monkeypatch.setattr(MapMemory, "BLOCK_ROWS", block_rows)
+    dut = MapMemory(rows=16, width=5, latency=latency, ports=ports)
+    rng = random.Random(latency)
+    rows = [rng.randrange(32) for _ in range(16)]
+
+    async def bench(ctx):
+        for _ in range(2):
+            for row in rng.sample(range(16), 16):
+                ctx.set(dut.a.address, row)
+                ctx.set(dut.a.write_data, rows[row])
+                ctx.set(dut.a.write_enable, 1)
+                await ctx.tick()
+            ctx.set(dut.a.write_enable, 0)
+            members = [dut.a, dut.b][:ports] if ports == 2 else [dut.a]
+            asked = []
+            for cycle in range(40):
+                if cycle >= latency:
+                    for member, row in zip(members, asked[cycle - latency], strict=True):
+                        assert ctx.get(member.data) == rows[row]
+                asked.append([rng.randrange(16) for _ in members])
+                for member, row in zip(members, asked[-1], strict=True):
+                    ctx.set(member.address, row)
+                await ctx.tick()
+            rows[:] = [rng.randrange(32) for _ in range(16)]
+
+    simulate(dut, bench)

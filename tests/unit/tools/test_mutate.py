@@ -121,7 +121,7 @@ def test_the_draw_stays_while_other_lines_change(tmp_path):
 def test_the_nearest_tests_come_first():
     near, package, rest = suites(ROOT, "hdl/ga_core/crossover.py")
     assert near[0] == "tests/unit/ga_core/test_crossover.py"
-    assert "tests/unit/ga_core/test_path_reader.py" in package
+    assert "tests/unit/ga_core/test_read_ports.py" in package
     assert "tests/unit/link/test_cobs.py" in rest
     assert "tests/golden/test_golden.py" in rest
     everything = near + package + rest

@@ -14,9 +14,17 @@ from pathgene.hdl.feasibility.checker import Checker
 from pathgene.hdl.feasibility.parallel.terrain_memory import TerrainMemory
 from pathgene.sim.model.checker import TerrainModel, check_path, segment_cells
 from pathgene.sim.model.checker_cycles import batch_cycles
-from tests.support.gateware.checker_cases import ground, paths_of, random_batch
+from tests.support.gateware.checker_cases import (
+    feed,
+    ground,
+    look_up,
+    paths_of,
+    random_batch,
+    results_of,
+    summary,
+    upload,
+)
 from tests.support.gateware.streams import collect, simulate
-from tests.unit.feasibility.checker_driver import feed, look_up, results_of, summary, upload
 
 
 TINY = Config(

@@ -13,9 +13,18 @@ from pathgene.hdl.feasibility.checker import Checker
 from pathgene.sim.harness import VerilatedChecker
 from pathgene.sim.model.checker import TerrainModel, check_path, segment_cells
 from pathgene.sim.model.checker_cycles import batch_cycles
-from tests.support.gateware.checker_cases import TINY, ground, paths_of, random_batch
+from tests.support.gateware.checker_cases import (
+    TINY,
+    feed,
+    ground,
+    look_up,
+    paths_of,
+    random_batch,
+    results_of,
+    summary,
+    upload,
+)
 from tests.support.gateware.streams import collect, put, simulate
-from tests.unit.feasibility.checker_driver import feed, look_up, results_of, summary, upload
 
 
 SMALLEST = Config(

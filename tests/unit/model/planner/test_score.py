@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from pathgene.hdl.protocol.planner import ALTITUDE_FRACTION, POSITION_FRACTION
+from pathgene.sim.model.planner.course import problem_vector
 from pathgene.sim.model.planner.definition.score import corner_of
 from pathgene.sim.model.planner.definition.score import score as defined
-from pathgene.sim.model.planner.problem import problem_vector
 from pathgene.sim.model.planner.score import WORK_ROWS, score
 from pathgene.sim.model.planner.wavefront import root
 from tests.support.planner.cases import LARGE, SMALL, USUAL, any_record, headed, path, record, rows

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from pathgene.hdl.protocol.planner import ALTITUDE_FRACTION, BLOCKS, FAR
+from pathgene.sim.model.planner.course import problem_vector, sizes_vector
 from pathgene.sim.model.planner.definition import wavefront as plain
 from pathgene.sim.model.planner.definition.score import corner_of, piece_cost
-from pathgene.sim.model.planner.problem import problem_vector, sizes_vector
 from pathgene.sim.model.planner.wavefront import (
     LEAST,
     LOWEST_X,

@@ -8,8 +8,8 @@ import pytest
 from pathgene.hdl.config import Config
 from pathgene.hdl.planner.walker.memo import Memo
 from tests.support.gateware.streams import put, simulate
+from tests.support.planner.cases import any_point, corner
 from tests.support.planner.plain import Memo as DefinedMemo
-from tests.support.planner.walker_cases import any_point, corner
 
 
 CONFIG = Config(map_size=8, coarse_factor=2, altitude_bits=4)

@@ -16,9 +16,8 @@ from pathgene.sim.model.planner.definition.score import score
 from pathgene.sim.model.planner.evaluation import NO_LIMIT
 from pathgene.sim.model.planner.evaluator_cycles import back, cost, walked
 from tests.support.gateware.streams import put, simulate
-from tests.support.planner.cases import ground, path, record
+from tests.support.planner.cases import corner, ground, path, record, segments_of, upload
 from tests.support.planner.plain import Evaluator
-from tests.support.planner.walker_cases import corner, segments_of, upload
 
 
 CONFIG = Config(

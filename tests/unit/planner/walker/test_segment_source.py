@@ -9,7 +9,7 @@ from amaranth.lib import memory
 
 from pathgene.hdl.planner.walker.segment_source import SegmentSource
 from tests.support.gateware.streams import collect, put, simulate
-from tests.support.planner.walker_cases import corner, segments_of
+from tests.support.planner.cases import corner, segments_of
 
 
 SIZES = {"coordinate_bits": 3, "altitude_bits": 4, "place_bits": 2, "row_bits": 3}

@@ -14,7 +14,7 @@ from pathgene.hdl.planner.walker.segment_walker import SegmentWalker
 from pathgene.sim.model.planner.definition.score import walk
 from pathgene.sim.model.planner.evaluator_cycles import walking
 from tests.support.gateware.streams import put, simulate
-from tests.support.planner.walker_cases import any_point, corner, heights_of, upload
+from tests.support.planner.cases import any_point, corner, heights_of, upload
 
 
 TINY = Config(map_size=8, coarse_factor=2, altitude_bits=4, lanes=4)

@@ -13,8 +13,7 @@ from pathgene.sim.model.planner.definition import wavefront
 from pathgene.sim.model.planner.definition.score import corner_of
 from pathgene.sim.model.planner.run_cycles import scanning
 from tests.support.gateware.streams import put, simulate
-from tests.support.planner.cases import SMALL
-from tests.support.planner.walker_cases import upload
+from tests.support.planner.cases import SMALL, upload
 from tests.support.planner.wavefront import blocks_of, corner, problem, terrain
 
 

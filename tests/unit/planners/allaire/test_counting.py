@@ -16,7 +16,7 @@ from pathgene.host.planners.base import Options, Run
 from pathgene.host.problem.chip_map import ChipMap
 from pathgene.host.problem.zones import Circle
 from pathgene.sim.model.checker import TerrainModel, check_path
-from tests.support.gateware.chips import board_url
+from tools.chips import board_url
 
 
 OPTIONS = Options(generations=25, seed=5)

@@ -5,7 +5,7 @@ import random
 import numpy as np
 import pytest
 
-from pathgene.hdl.planner.wavefront.seeder import Seeder
+from pathgene.hdl.planner.wavefront.seed_source import Seeder
 from pathgene.hdl.protocol.planner import seed_waypoints
 from pathgene.sim.model.planner.run_cycles import WAYPOINT, seeding
 from tests.support.gateware.streams import simulate

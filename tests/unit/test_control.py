@@ -2,11 +2,10 @@
 
 import random
 
-from amaranth.sim import Simulator
-
 from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.hdl.control import Control
 from pathgene.hdl.protocol import ChipState, Counter
+from tests.support.gateware.streams import simulate
 
 
 LISTEN, RECEIVE, CROSSOVER, MUTATE, UPDATE, TRANSMIT, CHECK = ChipState
@@ -103,18 +102,15 @@ class Bench:
         return {name: counters[name] for name, _ in self.dut.counters.shape()}
 
 
-def simulate(bench, config=None):
+def run_bench(bench, config=None):
     dut = Control(config or Config(checker=CheckerBuild.PARALLEL))
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
 
     async def testbench(ctx):
         if dut.config.paper_core:
             ctx.set(dut.core.ready, 1)
         await bench(Bench(ctx, dut), ctx, dut)
 
-    simulator.add_testbench(testbench)
-    simulator.run()
+    simulate(dut, testbench)
 
 
 def test_a_generation_goes_through_all_units():
@@ -138,7 +134,7 @@ def test_a_generation_goes_through_all_units():
             Counter.LEFT_OUT: 3,
         }
 
-    simulate(bench)
+    run_bench(bench)
 
 
 def test_another_command_goes_past_the_generation():
@@ -152,7 +148,7 @@ def test_another_command_goes_past_the_generation():
         assert counters.pop(Counter.TRANSMIT) == 4
         assert set(counters.values()) == {0}
 
-    simulate(bench)
+    run_bench(bench)
 
 
 def test_a_check_goes_past_the_generation():
@@ -166,7 +162,7 @@ def test_a_check_goes_past_the_generation():
         assert counters.pop(Counter.TRANSMIT) == 4
         assert set(counters.values()) == {0}
 
-    simulate(bench)
+    run_bench(bench)
 
 
 def test_a_chip_without_a_genetic_core():
@@ -182,7 +178,7 @@ def test_a_chip_without_a_genetic_core():
             Counter.TRANSMIT: 2 + 2,
         }
 
-    simulate(bench, Config(core="none"))
+    run_bench(bench, Config(core="none"))
 
 
 def test_a_chip_with_a_streaming_core():
@@ -207,7 +203,7 @@ def test_a_chip_with_a_streaming_core():
             Counter.GENERATIONS: 3,
         }
 
-    simulate(bench, Config(core="planner"))
+    run_bench(bench, Config(core="planner"))
 
 
 def test_counters_of_random_commands():
@@ -247,7 +243,7 @@ def test_counters_of_random_commands():
             assert unit.counters() == counters
             assert ctx.get(dut.generation) == generations
 
-    simulate(bench)
+    run_bench(bench)
 
 
 def test_longest_generation_since_restart():
@@ -266,7 +262,7 @@ def test_longest_generation_since_restart():
         # All remaining counters continue.
         assert unit.counters()[Counter.GENERATIONS] == 4
 
-    simulate(bench)
+    run_bench(bench)
 
 
 def test_generation_waits_until_ready():
@@ -291,7 +287,7 @@ def test_generation_waits_until_ready():
         assert unit.counters()[Counter.RECEIVE] == 11
         assert unit.counters()[Counter.CROSSOVER] == 0
 
-    simulate(bench)
+    run_bench(bench)
 
 
 def test_frame_coming_in_counts_as_receiving():
@@ -304,7 +300,7 @@ def test_frame_coming_in_counts_as_receiving():
         await unit.tick()
         assert unit.counters()[Counter.RECEIVE] == unit.cycles - 1
 
-    simulate(bench)
+    run_bench(bench)
 
 
 def test_answer_going_out_counts_as_transmitting():
@@ -316,7 +312,7 @@ def test_answer_going_out_counts_as_transmitting():
         await unit.tick()
         assert unit.counters()[Counter.TRANSMIT] == 7
 
-    simulate(bench)
+    run_bench(bench)
 
 
 def test_done_of_a_unit_that_is_off_does_nothing():
@@ -341,4 +337,4 @@ def test_done_of_a_unit_that_is_off_does_nothing():
             await unit.tick()
         assert ctx.get(dut.history) == 0x1
 
-    simulate(bench)
+    run_bench(bench)

@@ -212,12 +212,6 @@ def results_of(dut, terrain, paths, *, count=False, alone=False, pauses=(0,), co
             await ctx.tick()
         assert not ctx.get(dut.busy)
 
-    async def verdicts(ctx):
-        await collect(ctx, dut.verdicts, results.verdicts, pauses)
-
-    async def counts(ctx):
-        await collect(ctx, dut.counts, results.counts, count_pauses)
-
     async def watch(ctx):
         cycle = 0
         begun = waiting = False
@@ -231,5 +225,9 @@ def results_of(dut, terrain, paths, *, count=False, alone=False, pauses=(0,), co
                 results.offered.append(cycle)
             waiting = valid and not ready
 
-    simulate(dut, bench, background=[verdicts, counts, watch])
+    collectors = [
+        collect(dut.verdicts, results.verdicts, pauses),
+        collect(dut.counts, results.counts, count_pauses),
+    ]
+    simulate(dut, bench, background=[*collectors, watch])
     return results

@@ -5,6 +5,13 @@ import itertools
 from amaranth.sim import Simulator
 
 
+async def pulse(ctx, signal):
+    """Set ``signal`` for a cycle."""
+    ctx.set(signal, 1)
+    await ctx.tick()
+    ctx.set(signal, 0)
+
+
 async def put(ctx, stream, payload, limit=10_000):
     """Transfer ``payload`` to ``stream``, waiting at most ``limit`` cycles."""
     ctx.set(stream.payload, payload)
@@ -17,24 +24,28 @@ async def put(ctx, stream, payload, limit=10_000):
     raise TimeoutError(f"No transfer to {stream!r} within {limit} cycles")
 
 
-async def collect(ctx, stream, into, pauses=(0,)):
-    """Append every payload of ``stream`` to ``into``, after ``pauses`` cycles, repeated."""
-    for pause in itertools.cycle(pauses):
-        for _ in range(pause):
-            await ctx.tick()
-        ctx.set(stream.ready, 1)
-        while True:
-            _, _, valid, payload = await ctx.tick().sample(stream.valid, stream.payload)
-            if valid:
-                break
-        ctx.set(stream.ready, 0)
-        into.append(payload)
+def collect(stream, into, pauses=(0,)):
+    """Return a bench that appends the payloads of ``stream``, each after the next of ``pauses``."""
+
+    async def bench(ctx):
+        for pause in itertools.cycle(pauses):
+            for _ in range(pause):
+                await ctx.tick()
+            ctx.set(stream.ready, 1)
+            while True:
+                _, _, valid, payload = await ctx.tick().sample(stream.valid, stream.payload)
+                if valid:
+                    break
+            ctx.set(stream.ready, 0)
+            into.append(payload)
+
+    return bench
 
 
 def simulate(dut, *benches, background=()):
     """Run ``benches`` on ``dut`` until all have ended; ``background`` benches end then."""
     simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
+    simulator.add_clock(1e-8, if_exists=True)
     for bench in benches:
         simulator.add_testbench(bench)
     for bench in background:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from amaranth.hdl import Cat, ResetInserter, Signal
 
-from tests.support.gateware.streams import simulate
+from tests.support.gateware.streams import pulse, simulate
 from tests.support.planner.cases import corner, upload
 from tests.support.planner.scorer_cases import problem_fields
 
@@ -58,18 +58,14 @@ def run(dut, evaluator, paths, pauses=(0,), *, resets=()):
         await upload(ctx, dut, evaluator.ground)
         ctx.set(dut.problem, problem_fields(evaluator.record))
         for reset_at in (*resets, None):
-            ctx.set(dut.clear_counters, 1)
-            await ctx.tick()
-            ctx.set(dut.clear_counters, 0)
+            await pulse(ctx, dut.clear_counters)
             while ctx.get(dut.busy):
                 await ctx.tick()
             found = await _drive(ctx, dut, paths, pauses, reset_at)
             if reset_at is not None:
                 ctx.set(dut.paths.valid, 0)
                 ctx.set(dut.points.valid, 0)
-                ctx.set(reset, 1)
-                await ctx.tick()
-                ctx.set(reset, 0)
+                await pulse(ctx, reset)
 
     simulate(ResetInserter({"sync": reset})(dut), bench)
     return found

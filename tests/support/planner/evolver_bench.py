@@ -14,7 +14,7 @@ from pathgene.hdl.planner.evolver import Evolver
 from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
 from pathgene.sim.model import random_source
 from pathgene.sim.model.planner.evaluation import NO_LIMIT
-from tests.support.gateware.streams import simulate
+from tests.support.gateware.streams import pulse, simulate
 from tests.support.planner import cases as planner_cases
 from tests.support.planner.plain import Evaluator, Waypoint, breed
 from tests.support.planner.population import corner, waypoint
@@ -207,9 +207,7 @@ class Bench:
 
     async def reset(self, ctx):
         """Reset the evolver, and start over."""
-        ctx.set(self.top.reset, 1)
-        await ctx.tick()
-        ctx.set(self.top.reset, 0)
+        await pulse(ctx, self.top.reset)
         self.forget()
         self.cycles.clear()
 
@@ -227,9 +225,7 @@ class Bench:
     async def pulse(self, ctx, signal, island):
         """Give a command and wait until the next one is allowed."""
         ctx.set(self.dut.island, island)
-        ctx.set(signal, 1)
-        await ctx.tick()
-        ctx.set(signal, 0)
+        await pulse(ctx, signal)
         await self.ready(ctx)
 
     async def begin(self, ctx, island):
@@ -308,9 +304,7 @@ class Bench:
     async def store(self, ctx, members):
         """Complete a first population; return it."""
         await self.wait(ctx, lambda: not self.due)
-        ctx.set(self.dut.store, 1)
-        await ctx.tick()
-        ctx.set(self.dut.store, 0)
+        await pulse(ctx, self.dut.store)
         await self.ready(ctx)
         ctx.set(self.dut.fills, 0)
         return _sorted(members)[: self.config.population]

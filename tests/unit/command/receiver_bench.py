@@ -87,35 +87,11 @@ class Chip:
                 ctx.set(unit.line_errors, 0)
                 await self._body(ctx, body, plain)
 
-        async def collect_start_requests(ctx):
-            await collect(ctx, self.unit.start_requests, self.start_requests, self.pauses)
-
-        async def collect_writes(ctx):
-            await collect(ctx, self.unit.writes, self.writes, self.pauses)
-
-        async def collect_ranking(ctx):
-            await collect(ctx, self.unit.ranking, self.ranking, self.pauses)
-
-        async def collect_cells(ctx):
-            await collect(ctx, self.unit.cells, self.cells, self.pauses)
-
-        async def collect_points(ctx):
-            await collect(ctx, self.unit.points, self.points, self.pauses)
-
         async def count_forgotten(ctx):
             ctx.set(self.unit.checked, 5)
             while True:
                 _, _, forget = await ctx.tick().sample(self.unit.forget)
                 self.forgotten += forget
-
-        async def collect_problems(ctx):
-            await collect(ctx, self.unit.problems, self.problems, self.pauses)
-
-        async def collect_runs(ctx):
-            await collect(ctx, self.unit.runs, self.runs, self.pauses)
-
-        async def collect_shapes(ctx):
-            await collect(ctx, self.unit.shapes, self.shapes, self.pauses)
 
         async def count_stops(ctx):
             while True:
@@ -124,13 +100,22 @@ class Chip:
 
         collectors = []
         if self.has_core:
-            collectors += [collect_start_requests, collect_writes, collect_ranking]
+            collectors += [
+                collect(self.unit.start_requests, self.start_requests, self.pauses),
+                collect(self.unit.writes, self.writes, self.pauses),
+                collect(self.unit.ranking, self.ranking, self.pauses),
+            ]
         if self.has_map:
-            collectors += [collect_cells]
+            collectors += [collect(self.unit.cells, self.cells, self.pauses)]
         if self.has_checker:
-            collectors += [collect_points, count_forgotten]
+            collectors += [collect(self.unit.points, self.points, self.pauses), count_forgotten]
         if self.has_runs:
-            collectors += [collect_problems, collect_runs, collect_shapes, count_stops]
+            collectors += [
+                collect(self.unit.problems, self.problems, self.pauses),
+                collect(self.unit.runs, self.runs, self.pauses),
+                collect(self.unit.shapes, self.shapes, self.pauses),
+                count_stops,
+            ]
         simulate(self.unit, bench, background=collectors)
         return self.outcomes
 

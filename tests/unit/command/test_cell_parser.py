@@ -29,15 +29,12 @@ def written(bits, payloads, x, y, width, height, *, repeated=False, pauses=(0,))
     unit = parser_of(bits)
     cells = []
 
-    async def collect_writes(ctx):
-        await collect(ctx, unit.writes, cells, pauses)
-
     outcomes = hand_over(
         unit,
         payloads,
         {"rectangle": {"x": x, "y": y, "width": width, "height": height}},
         repeated=repeated,
-        collectors=(collect_writes,),
+        collectors=(collect(unit.writes, cells, pauses),),
     )
     return outcomes, [(cell.x, cell.y, cell.altitude, cell.last) for cell in cells]
 

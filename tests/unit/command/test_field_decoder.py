@@ -1,10 +1,10 @@
 """Every header against every expected one; the fields that commands have."""
 
 import pytest
-from amaranth.sim import Simulator
 
 from pathgene.hdl.command.field_decoder import FieldDecoder, HeaderComparator, request_fields
 from pathgene.hdl.config import Config
+from tests.support.gateware.streams import simulate
 
 
 def compare(cases):
@@ -20,10 +20,7 @@ def compare(cases):
             names = ("same_session", "next_session", "present", "previous", "future")
             outcomes.append({name for name in names if ctx.get(getattr(unit, name))})
 
-    simulator = Simulator(unit)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(bench)
-    simulator.run()
+    simulate(unit, bench)
     return outcomes
 
 

@@ -22,9 +22,6 @@ def ranks_of(payloads, *, identity=0, repeated=False, pauses=(0,), delay=3):
     unit = RankingParser(SLOTS)
     ranks = []
 
-    async def collect_ranks(ctx):
-        await collect(ctx, unit.ranking, ranks, pauses)
-
     async def apply(ctx):
         waited = 0
         while True:
@@ -37,7 +34,7 @@ def ranks_of(payloads, *, identity=0, repeated=False, pauses=(0,), delay=3):
         payloads,
         {"identity": identity},
         repeated=repeated,
-        collectors=(collect_ranks, apply),
+        collectors=(collect(unit.ranking, ranks, pauses), apply),
     )
     return outcomes, [(each.rank, each.slot) for each in ranks]
 

@@ -98,10 +98,9 @@ def answers(kind, *, slot=0, count=0, plain=0, pauses=(0,), seed=1, times=1):
                         await ctx.tick()
                     await put(ctx, unit.waypoints, word)
 
-    async def collect_replies(ctx):
-        await collect(ctx, unit.replies, replies, pauses)
-
-    simulate(unit, registers_and_hand_over, background=(read_out, collect_replies))
+    simulate(
+        unit, registers_and_hand_over, background=(read_out, collect(unit.replies, replies, pauses))
+    )
     for body in bodies:
         if body:
             assert [byte.last for byte in body] == [0] * (len(body) - 1) + [1]
@@ -200,10 +199,7 @@ def checked_answers(kind, *, checked, slot=0, count=0, pauses=(0,)):
                     await ctx.tick()
                 await put(ctx, unit.records, {"data": byte, "last": at == len(data) - 1})
 
-    async def collect_replies(ctx):
-        await collect(ctx, unit.replies, replies, pauses)
-
-    simulate(unit, bench, background=(serve, collect_replies))
+    simulate(unit, bench, background=(serve, collect(unit.replies, replies, pauses)))
     assert bodies[0] == bodies[1]
     return bodies[0], check_reply(CONFIG).pack(**totals), reads
 
@@ -278,10 +274,7 @@ def run_answers(kind, *, records=b"", pauses=(0,), ticking=False):
             await ctx.tick()
             ctx.set(unit.status.cycles, ctx.get(unit.status.cycles) + 1)
 
-    async def collect_replies(ctx):
-        await collect(ctx, unit.replies, replies, pauses)
-
-    simulate(unit, bench, background=(serve, collect_replies, tick_on))
+    simulate(unit, bench, background=(serve, collect(unit.replies, replies, pauses), tick_on))
     return bodies, status, pulses
 
 

@@ -20,10 +20,9 @@ def taken(payloads, *, repeated=False, pauses=(0,)):
     unit = PointParser(CONFIG.coordinate_bits, CONFIG.altitude_bits, CONFIG.max_waypoints)
     points = []
 
-    async def collect_points(ctx):
-        await collect(ctx, unit.points, points, pauses)
-
-    outcomes = hand_over(unit, payloads, repeated=repeated, collectors=(collect_points,))
+    outcomes = hand_over(
+        unit, payloads, repeated=repeated, collectors=(collect(unit.points, points, pauses),)
+    )
     return outcomes, [(point.x, point.y, point.altitude, point.last) for point in points]
 
 

@@ -15,7 +15,7 @@ from pathgene.hdl.ga_core.core import PaperCore
 from pathgene.hdl.protocol import CheckFlag, check_paths_request, check_reply, pack_paths
 from pathgene.sim.model.check_commands import CheckingModel
 from tests.support.gateware.chips import SMALL, random_path, random_paths
-from tests.support.gateware.streams import collect, put, simulate
+from tests.support.gateware.streams import collect, pulse, put, simulate
 
 
 CONFIG = Config(
@@ -79,9 +79,7 @@ def offered(paths, orders, *, busy=lambda cycle: False, limit=4000):
                 await put(ctx, chip.core.writes, word)
         for first, second in orders:
             if not isinstance(first, int):
-                ctx.set(source.forget, 1)
-                await ctx.tick()
-                ctx.set(source.forget, 0)
+                await pulse(ctx, source.forget)
                 for x, y, altitude, last in words(first):
                     point = {"x": x, "y": y, "altitude": altitude, "last": last}
                     await put(ctx, source.points, point, limit=1)
@@ -262,17 +260,14 @@ class Bench:
                         word = {"waypoint": waypoint, "last": last, "final": final}
                         await put(ctx, unit.waypoints, word)
 
-        async def collect_records(ctx):
-            await collect(ctx, self.chip.unit.records, self.records)
-
-        simulate(self.chip, main, background=(read_out, collect_records))
+        simulate(
+            self.chip, main, background=(read_out, collect(self.chip.unit.records, self.records))
+        )
 
     async def check(self, ctx, checks, points=None):
         """Return the totals and all results, as the host gets them, and the cycles elapsed."""
         unit = self.chip.unit
-        ctx.set(unit.forget, 1)
-        await ctx.tick()
-        ctx.set(unit.forget, 0)
+        await pulse(ctx, unit.forget)
         for at, word in enumerate(points or ()):
             shift = self.config.coordinate_bits
             point = {

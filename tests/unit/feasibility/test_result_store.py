@@ -8,7 +8,7 @@ from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.hdl.feasibility.layouts import count_layout, verdict_layout
 from pathgene.hdl.feasibility.result_store import RecordLayouts, ResultStore
 from pathgene.hdl.protocol import PathResult, pack_results
-from tests.support.gateware.streams import collect, put, simulate
+from tests.support.gateware.streams import collect, pulse, put, simulate
 
 
 CONFIG = Config(
@@ -74,9 +74,7 @@ def served(batches, reads, *, pauses=(0,), late=False):
 
     async def bench(ctx):
         for batch in batches:
-            ctx.set(store.clear, 1)
-            await ctx.tick()
-            ctx.set(store.clear, 0)
+            await pulse(ctx, store.clear)
             await ctx.tick()
             assert (ctx.get(store.paths), ctx.get(store.complete)) == (0, 1)
             told = [entry for result, _ in batch for entry in result.entries]
@@ -110,10 +108,7 @@ def served(batches, reads, *, pauses=(0,), late=False):
                 bodies.append((bytes(record.data for record in records), cycles))
             outcomes.append((bodies, totals))
 
-    async def collect_records(ctx):
-        await collect(ctx, store.records, records, pauses)
-
-    simulate(store, bench, background=(collect_records,))
+    simulate(store, bench, background=(collect(store.records, records, pauses),))
     return outcomes
 
 

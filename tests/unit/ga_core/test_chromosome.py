@@ -4,23 +4,15 @@ import itertools
 import random
 
 import pytest
-from amaranth.sim import Simulator
 
 from pathgene.hdl.config import Config, MutationKind
 from pathgene.hdl.ga_core.chromosome import ChildIndex, Chromosome, ReadIndex
-from tests.support.gateware.streams import simulate
+from tests.support.gateware.streams import pulse, simulate
 
 
 CONFIG = Config(max_waypoints=7)
 INDEX_SIZES = {"max_waypoints": CONFIG.max_waypoints, "patch_count": CONFIG.patches}
 SIZES = {"waypoint_bits": CONFIG.waypoint_bits, **INDEX_SIZES}
-
-
-def run(dut, testbench):
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(testbench)
-    simulator.run()
 
 
 @pytest.mark.parametrize("kind", [None, "perturb", "insert", "delete"])
@@ -59,7 +51,7 @@ def test_index_of_every_path_and_mutation(kind):
                         seen.append(("tail" if source.tail else "head", source.at))
                 assert seen == path, (head, tail, at)
 
-    run(dut, testbench)
+    simulate(dut, testbench)
 
 
 def test_index_stays_without_advance():
@@ -69,15 +61,13 @@ def test_index_stays_without_advance():
         ctx.set(dut.head, 3)
         await ctx.tick()
         ctx.set(dut.position, 2)
-        ctx.set(dut.advance, 1)
-        await ctx.tick()
-        ctx.set(dut.advance, 0)
+        await pulse(ctx, dut.advance)
         ctx.set(dut.position, 5)
         await ctx.tick()
         source = ctx.get(dut.source)
         assert (source.tail, source.at) == (0, 2)
 
-    run(dut, testbench)
+    simulate(dut, testbench)
 
 
 def test_banks_and_halves_keep_what_is_written():
@@ -112,7 +102,7 @@ def test_banks_and_halves_keep_what_is_written():
             await check(ctx, 0)
             await check(ctx, 1)
 
-    run(dut, testbench)
+    simulate(dut, testbench)
 
 
 def test_patches_stand_in_for_the_halves():
@@ -131,7 +121,7 @@ def test_patches_stand_in_for_the_halves():
         await ctx.tick()
         assert ctx.get(dut.waypoint) == 100 + CONFIG.patches - 1
 
-    run(dut, testbench)
+    simulate(dut, testbench)
 
 
 MOST = 7
@@ -170,9 +160,7 @@ async def update(ctx, dut, head, tail, number, index):
     for other, port in enumerate(dut.indices):
         ctx.set(port, index if other == number else MOST - 1)
     ctx.set(dut.applied, 0b1111)
-    ctx.set(dut.update, 1)
-    await ctx.tick()
-    ctx.set(dut.update, 0)
+    await pulse(ctx, dut.update)
 
 
 @pytest.mark.parametrize("number", [None, 0, 1, 2, 3])
@@ -214,9 +202,7 @@ def test_rewritten_path_lies_in_order():
                 head, tail = rng.randint(1, HEAD_SIZE), rng.randint(2, TAIL_SIZE)
                 await update(ctx, dut, head, tail, number, 1)
                 ctx.set(dut.rewritten_length, length)
-                ctx.set(dut.rewrite, 1)
-                await ctx.tick()
-                ctx.set(dut.rewrite, 0)
+                await pulse(ctx, dut.rewrite)
                 ctx.set(dut.rewritten_length, 0)
                 assert ctx.get(dut.length) == length
                 assert await sources(ctx, dut, length) == order[:length]

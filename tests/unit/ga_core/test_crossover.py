@@ -3,11 +3,11 @@
 import itertools
 
 import pytest
-from amaranth.sim import Simulator
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.ga_core.crossover import Crossover, parents_of
 from pathgene.hdl.protocol.breeding import crossover
+from tests.support.gateware.streams import simulate
 
 
 def breed(config, pairs):
@@ -35,9 +35,7 @@ def breed(config, pairs):
             ctx.set(dut.on, 0)
             assert not any(ctx.get(half.valid) for half in (*dut.heads, *dut.tails))
 
-    simulator = Simulator(dut)
-    simulator.add_testbench(testbench)
-    simulator.run()
+    simulate(dut, testbench)
     return bred
 
 

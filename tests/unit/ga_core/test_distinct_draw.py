@@ -4,10 +4,10 @@ import itertools
 import random
 
 import pytest
-from amaranth.sim import Simulator
 
 from pathgene.hdl.ga_core.distinct_draw import DistinctDraw
 from pathgene.sim.model import selection as model
+from tests.support.gateware.streams import simulate
 
 
 CLEAR = "clear"
@@ -29,10 +29,7 @@ def run(dut, script):
             seen.append(tuple(ctx.get(dut.numbers)))
             await ctx.tick()
 
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(testbench)
-    simulator.run()
+    simulate(dut, testbench)
     return seen
 
 

@@ -3,7 +3,6 @@
 import random
 
 import pytest
-from amaranth.sim import Simulator
 
 from pathgene.hdl.config import CheckerBuild, Config, MutationKind
 from pathgene.hdl.ga_core.mutation import Mutation
@@ -11,6 +10,7 @@ from pathgene.hdl.protocol.breeding import crossover
 from pathgene.sim.model.mutation import Limits
 from pathgene.sim.model.mutation import Mutation as Model
 from pathgene.sim.model.selection import Draws
+from tests.support.gateware.streams import simulate
 
 
 SMALL = Config(
@@ -131,16 +131,13 @@ def check(ctx, dut, case):
     assert ctx.get(dut.refused) == sum(not mutated.applied for mutated in case.expected)
 
 
-def simulate(config, bench):
+def run_bench(config, bench):
     dut = Mutation(config)
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
 
     async def testbench(ctx):
         await bench(ctx, dut)
 
-    simulator.add_testbench(testbench)
-    simulator.run()
+    simulate(dut, testbench)
 
 
 @pytest.mark.parametrize("config", CONFIGS.values(), ids=CONFIGS)
@@ -157,7 +154,7 @@ def test_matches_model(config):
             refused |= {mutated.kind for mutated in case.expected if not mutated.applied}
         assert MutationKind.PERTURB not in refused
 
-    simulate(config, bench)
+    run_bench(config, bench)
 
 
 @pytest.mark.parametrize(
@@ -175,7 +172,7 @@ def test_limits_on_the_length(length, kind):
         assert applied == [other is not kind for other in SMALL.mutations]
         assert ctx.get(dut.refused) == 2
 
-    simulate(SMALL, bench)
+    run_bench(SMALL, bench)
 
 
 def test_clear_stops_a_plan():
@@ -197,7 +194,7 @@ def test_clear_stops_a_plan():
         assert latency == dut.latency
         check(ctx, dut, case)
 
-    simulate(SMALL, bench)
+    run_bench(SMALL, bench)
 
 
 def test_results_stay_while_the_next_are_planned():
@@ -213,4 +210,4 @@ def test_results_stay_while_the_next_are_planned():
             ctx.set(dut.start, 0)
             check(ctx, dut, case)
 
-    simulate(SMALL, bench)
+    run_bench(SMALL, bench)

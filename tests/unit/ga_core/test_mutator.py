@@ -10,7 +10,7 @@ from pathgene.hdl.ga_core.crossover import parents_of
 from pathgene.hdl.ga_core.layouts import limits_layout, offset_layout
 from pathgene.hdl.ga_core.mutator import MutationPlan, Mutator, WaypointPerturber
 from pathgene.sim.model.mutation import clamp
-from tests.support.gateware.streams import simulate
+from tests.support.gateware.streams import pulse, simulate
 
 
 MUTATORS, CROSSOVERS, MAX_WAYPOINTS = 5, 3, 9
@@ -103,9 +103,7 @@ def test_records_with_store_alone(kind):
             allowed = length != FORBIDDEN[kind]
             applied = allowed and bool(made or not makes)
             ctx.set(dut.plan, {"child": length, "length": length, "index": 1})
-            ctx.set(dut.planned, 1)
-            await ctx.tick()
-            ctx.set(dut.planned, 0)
+            await pulse(ctx, dut.planned)
             ctx.set(dut.plan, {"child": 0, "length": 3, "index": 0})
             assert ctx.get(dut.allowed) == allowed
             if makes:
@@ -116,9 +114,7 @@ def test_records_with_store_alone(kind):
             assert (result.applied, result.child, result.index) == (applied, length, 1)
             record = ctx.get(dut.record)
             assert (record.applied, record.child, record.index) == before
-            ctx.set(dut.store, 1)
-            await ctx.tick()
-            ctx.set(dut.store, 0)
+            await pulse(ctx, dut.store)
             record = ctx.get(dut.record)
             before = (record.applied, record.child, record.index)
             assert before == (applied, length, 1)

@@ -10,7 +10,7 @@ from pathgene.hdl.config import CheckerBuild, Config, MutationKind
 from pathgene.hdl.ga_core.crossover import parents_of
 from pathgene.hdl.ga_core.population import Population
 from pathgene.hdl.ga_core.read_ports import PEEK_LATENCY
-from tests.support.gateware.streams import put, simulate
+from tests.support.gateware.streams import pulse, put, simulate
 
 
 SMALL = Config(
@@ -90,9 +90,7 @@ async def breed(ctx, dut, paths, carried, mutations=(), patches=()):
 
     bred = [paths[slot] for slot in carried]
     longest = max(map(len, bred))
-    ctx.set(dut.launch, 1)
-    await ctx.tick()
-    ctx.set(dut.launch, 0)
+    await pulse(ctx, dut.launch)
     await ctx.tick()
     for cycle in range(longest + 1):
         assert ctx.get(dut.carrying) == (cycle > 0)

@@ -3,18 +3,11 @@
 import random
 
 import pytest
-from amaranth.sim import Simulator
 
 from pathgene.hdl.ga_core.random_source import RandomSource, Trivium
 from pathgene.hdl.protocol.random_words import LANES, WARM_UP_STEPS
 from pathgene.sim.model import random_source as model
-
-
-def simulate(dut, testbench):
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(testbench)
-    simulator.run()
+from tests.support.gateware.streams import pulse, simulate
 
 
 def run(script):
@@ -103,9 +96,7 @@ def test_lane_takes_its_iv():
 
     async def testbench(ctx):
         ctx.set(dut.key, 3)
-        ctx.set(dut.load, 1)
-        await ctx.tick()
-        ctx.set(dut.load, 0)
+        await pulse(ctx, dut.load)
         ctx.set(dut.step, 1)
         await ctx.tick().repeat(WARM_UP_STEPS)
         for _ in range(20):

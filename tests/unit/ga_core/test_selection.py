@@ -5,7 +5,6 @@ import random
 
 import pytest
 from amaranth.hdl import Fragment, ResetInserter, Signal
-from amaranth.sim import Simulator
 
 from pathgene.hdl.config import CheckerBuild, Config, SurvivorSelection
 from pathgene.hdl.ga_core.selection import Selection
@@ -13,6 +12,7 @@ from pathgene.hdl.protocol.random_words import WARM_UP_STEPS
 from pathgene.sim.model import selection as model
 from pathgene.sim.model.random_source import RandomSource
 from tests.support.gateware.chips import TINY
+from tests.support.gateware.streams import pulse, simulate
 
 
 # Each has the latency of its unit.
@@ -58,10 +58,7 @@ def run(config, script):
             seen.append(outputs(ctx, dut) if ctx.get(dut.ready) else None)
             await ctx.tick()
 
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(testbench)
-    simulator.run()
+    simulate(dut, testbench)
     return seen
 
 
@@ -135,20 +132,13 @@ def test_offsets_are_taken():
                     await ctx.tick()
                 offset = ctx.get(dut.offsets)[0]
                 assert (offset.x, offset.y, offset.altitude) == left.pop(0)
-                ctx.set(dut.offset_taken, 1)
-                await ctx.tick()
-                ctx.set(dut.offset_taken, 0)
+                await pulse(ctx, dut.offset_taken)
                 drawn = outputs(ctx, dut)
                 assert list(drawn.offsets[: len(left)]) == left
                 assert dataclasses.replace(drawn, offsets=expected.offsets) == expected
-            ctx.set(dut.next, 1)
-            await ctx.tick()
-            ctx.set(dut.next, 0)
+            await pulse(ctx, dut.next)
 
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(testbench)
-    simulator.run()
+    simulate(dut, testbench)
 
 
 def test_offsets_reach_the_whole_box():
@@ -172,14 +162,10 @@ def test_reset_in_every_cycle_of_a_set():
             for _ in range(WARM_UP_STEPS + latency - 1):
                 await ctx.tick()
             assert outputs(ctx, dut) == expected
-            ctx.set(dut.next, 1)
-            await ctx.tick()
-            ctx.set(dut.next, 0)
+            await pulse(ctx, dut.next)
             for _ in range(wait):
                 await ctx.tick()
-            ctx.set(rst, 1)
-            await ctx.tick()
-            ctx.set(rst, 0)
+            await pulse(ctx, rst)
             assert not ctx.get(dut.ready)
         for _ in range(WARM_UP_STEPS + latency - 1):
             assert not ctx.get(dut.ready)
@@ -187,7 +173,4 @@ def test_reset_in_every_cycle_of_a_set():
         assert ctx.get(dut.ready)
         assert outputs(ctx, dut) == expected
 
-    simulator = Simulator(ResetInserter(rst)(dut))
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(testbench)
-    simulator.run()
+    simulate(ResetInserter(rst)(dut), testbench)

@@ -3,10 +3,10 @@
 import random
 
 import pytest
-from amaranth.sim import Simulator
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.ga_core.slot_mapping import SlotMapping
+from tests.support.gateware.streams import pulse, simulate
 
 
 CONFIG = Config()
@@ -60,16 +60,13 @@ class Bench:
             assert carried.select == 1 << slot
 
 
-def simulate(function):
+def run_bench(function):
     dut = SlotMapping(**SIZES)
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
 
     async def testbench(ctx):
         await function(ctx, dut)
 
-    simulator.add_testbench(testbench)
-    simulator.run()
+    simulate(dut, testbench)
 
 
 @pytest.mark.parametrize("pause", [0, 2])
@@ -86,7 +83,7 @@ def test_ports_have_the_slots_of_their_ranks(pause):
             await ctx.tick()
             assert not ctx.get(dut.mapped)
 
-    simulate(bench)
+    run_bench(bench)
 
 
 def test_clear_before_the_end():
@@ -96,14 +93,12 @@ def test_clear_before_the_end():
             await unit.rank()
             for _ in range(cycles):
                 await ctx.tick()
-            ctx.set(dut.clear, 1)
-            await ctx.tick()
-            ctx.set(dut.clear, 0)
+            await pulse(ctx, dut.clear)
             for _ in range(LATENCY + 2):
                 assert not ctx.get(dut.mapped)
                 await ctx.tick()
 
-    simulate(bench)
+    run_bench(bench)
 
 
 def test_nothing_is_accepted_unless_allowed():
@@ -116,4 +111,4 @@ def test_nothing_is_accepted_unless_allowed():
             assert not ctx.get(dut.mapped)
             await ctx.tick()
 
-    simulate(bench)
+    run_bench(bench)

@@ -3,7 +3,6 @@
 import random
 
 import pytest
-from amaranth.sim import Simulator
 
 from pathgene.hdl.ga_core.write_ports import PathCopier, WriteDecoder
 from tests.support.gateware.streams import simulate
@@ -70,6 +69,4 @@ def test_every_length_lies_in_order(most):
                     await ctx.delay(1e-8)
                 assert written == (places[:length] if on else [])
 
-    simulator = Simulator(dut)
-    simulator.add_testbench(testbench)
-    simulator.run()
+    simulate(dut, testbench)

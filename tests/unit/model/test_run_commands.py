@@ -9,7 +9,7 @@ from pathgene.hdl.planner.wavefront.block_map import BlockMap
 from pathgene.hdl.protocol.planner import BLOCKS, NoFlyShape
 from pathgene.sim.model.planner.run_cycles import scanning
 from pathgene.sim.model.run_commands import BlockMarks, block
-from tests.support.gateware.streams import simulate
+from tests.support.gateware.streams import pulse, simulate
 from tests.support.planner.cases import SMALL, USUAL, shape
 from tests.support.planner.plain import drawn
 
@@ -79,9 +79,7 @@ def test_the_gateware_scans_as_many(seed):
             if rng.integers(3) == 0:
                 continue
             await ctx.tick().repeat(2)
-            ctx.set(unit.launch, 1)
-            await ctx.tick()
-            ctx.set(unit.launch, 0)
+            await pulse(ctx, unit.launch)
             cycles = 0
             while ctx.get(unit.busy):
                 await ctx.tick()

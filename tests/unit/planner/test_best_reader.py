@@ -5,7 +5,7 @@ import pytest
 
 from pathgene.hdl.planner.best_reader import BestReader
 from pathgene.hdl.protocol.runs import RETURNED, pack_best
-from tests.support.gateware.streams import collect, simulate
+from tests.support.gateware.streams import collect, pulse, simulate
 from tests.support.planner.cases import LARGE, SMALL, USUAL
 from tests.support.planner.population import corner, population
 
@@ -63,9 +63,6 @@ def test_bytes_of_the_best(config, keys, pauses, count):
                 each = rows[slot][index]
                 ctx.set(dut.waypoint, {**corner(each[:3]), "margin": each.margin})
 
-    async def taker(ctx):
-        await collect(ctx, dut.records, records, pauses)
-
     async def bench(ctx):
         ctx.set(dut.count, count)
         await ctx.tick().repeat(3)
@@ -73,9 +70,7 @@ def test_bytes_of_the_best(config, keys, pauses, count):
             records.clear()
             assert not ctx.get(dut.busy)
             assert ctx.get(dut.rank) == 0
-            ctx.set(dut.best, 1)
-            await ctx.tick()
-            ctx.set(dut.best, 0)
+            await pulse(ctx, dut.best)
             cycles.append(0)
             while ctx.get(dut.busy):
                 await ctx.tick()
@@ -85,7 +80,7 @@ def test_bytes_of_the_best(config, keys, pauses, count):
             assert bytes(record.data for record in records) == expected
             assert [record.last for record in records] == [0] * (len(expected) - 1) + [1]
 
-    simulate(dut, bench, background=[memory, taker])
+    simulate(dut, bench, background=[memory, collect(dut.records, records, pauses)])
     if pauses == (0,):
         # All members are read, unless there are enough paths.
         seen = firsts[-1] if len(firsts) == count else config.population - 1

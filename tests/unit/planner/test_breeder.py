@@ -5,7 +5,7 @@ import pytest
 
 from pathgene.hdl.planner.breeder import Breeder
 from pathgene.sim.model.planner import evolver_cycles
-from tests.support.gateware.streams import collect, simulate
+from tests.support.gateware.streams import collect, pulse, simulate
 from tests.support.planner.cases import LARGE, SMALL, USUAL
 from tests.support.planner.plain import breed
 from tests.support.planner.population import TINY, Words, corner, population, problem
@@ -106,9 +106,7 @@ class Bench:
         limits = record.x_limit, record.y_limit, record.altitude_limit
         for name, point in (("limits", limits), ("start", ends[0]), ("goal", ends[1])):
             ctx.set(dut.frame[name], corner(point))
-        ctx.set(dut.begin, 1)
-        await ctx.tick()
-        ctx.set(dut.begin, 0)
+        await pulse(ctx, dut.begin)
         for _ in range(40 * config.children * (config.max_waypoints + 8)):
             await ctx.tick()
             if sum(point[-1] for point in self.points) == config.children:
@@ -134,19 +132,15 @@ class Bench:
         return bred
 
     def run(self, bench):
-        async def points(ctx):
-            def noted(point):
-                if not self.points or self.points[-1][-1]:
-                    self.first_points.append(self.cycle - 1)
-                return point.x, point.y, point.altitude, point.last
+        def noted(point):
+            if not self.points or self.points[-1][-1]:
+                self.first_points.append(self.cycle - 1)
+            return point.x, point.y, point.altitude, point.last
 
-            self.points = _Mapped(noted)
-            await collect(ctx, self.dut.points, self.points, self._pauses)
-
-        async def children(ctx):
-            self.children = _Mapped(lambda child: (child.slot, child.parity))
-            await collect(ctx, self.dut.children, self.children, self._pauses)
-
+        self.points = _Mapped(noted)
+        self.children = _Mapped(lambda child: (child.slot, child.parity))
+        points = collect(self.dut.points, self.points, self._pauses)
+        children = collect(self.dut.children, self.children, self._pauses)
         simulate(self.dut, bench, background=[self.around, points, children])
 
 

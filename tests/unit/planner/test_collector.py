@@ -8,7 +8,7 @@ import pytest
 
 from pathgene.hdl.planner.collector import Collector, Ranking
 from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
-from tests.support.gateware.streams import put, simulate
+from tests.support.gateware.streams import pulse, put, simulate
 from tests.support.planner.plain import Sorting
 
 
@@ -64,9 +64,7 @@ def test_populations_by_rank(is_first):
             moved = max(1, inserting - pause) - 1 + 8
             island = number % 4 if number < 4 else rng.randrange(4)
             ctx.set(dut.island, island)
-            ctx.set(dut.store, 1)
-            await ctx.tick()
-            ctx.set(dut.store, 0)
+            await pulse(ctx, dut.store)
             ctx.set(dut.island, (island + 1) % 4)
             ranked = sorted(members, key=lambda member: member[0])
             populations[island] = ranked[:8]
@@ -162,11 +160,6 @@ class Bench:
         for key, slot, length in members:
             await put(ctx, self.dut.evaluated, {"key": key, "slot": slot, "length": length})
 
-    async def pulse(self, ctx, signal):
-        ctx.set(signal, 1)
-        await ctx.tick()
-        ctx.set(signal, 0)
-
     async def end(self, ctx):
         """Wait until all is done."""
         for _ in range(200):
@@ -185,7 +178,7 @@ class Bench:
         # The last one may still be inserted.
         for _ in range(self.rng.choice((0, 5, 20))):
             await ctx.tick()
-        await self.pulse(ctx, dut.store)
+        await pulse(ctx, dut.store)
         await self.end(ctx)
         ctx.set(dut.fills, 0)
         ranked = _sorted(members)
@@ -211,7 +204,7 @@ class Bench:
         self.freed.clear()
         await self.give(ctx, children[:early])
         self.kept.append([population[rank][0] for rank in sorted((0, 1, *stay))])
-        await self.pulse(ctx, dut.collect)
+        await pulse(ctx, dut.collect)
         await self.give(ctx, children[early:])
         await self.end(ctx)
         # The watcher runs after this bench.
@@ -244,7 +237,7 @@ def test_populations(islands):
             if islands > 1:
                 bench.freed.clear()
                 bench.kept.append([key for population in held for key, _, _ in population[:4]])
-                await bench.pulse(ctx, bench.dut.merge)
+                await pulse(ctx, bench.dut.merge)
                 await bench.end(ctx)
                 assert bench.freed == [slot for population in held for _, slot, _ in population[4:]]
                 held[0] = _sorted(held[0][:4] + held[1][:4])

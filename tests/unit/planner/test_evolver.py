@@ -7,6 +7,7 @@ import pytest
 from pathgene.hdl.planner.layouts import slot_count
 from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
 from pathgene.sim.model.planner import evolver_cycles
+from tests.support.gateware.streams import pulse
 from tests.support.planner.cases import SMALL, USUAL
 from tests.support.planner.evolver_bench import Bench
 from tests.support.planner.plain import Sorting
@@ -205,9 +206,7 @@ def test_one_island():
         await bench.start(ctx)
         await bench.fill(ctx, 0, 20)
         for signal in (bench.dut.merge, bench.dut.finish):
-            ctx.set(signal, 1)
-            await ctx.tick()
-            ctx.set(signal, 0)
+            await pulse(ctx, signal)
             for _ in range(3):
                 assert ctx.get(bench.dut.ready)
                 await ctx.tick()
@@ -231,9 +230,7 @@ def test_reset():
             for _ in range(1 + wait % 2):
                 await bench.begin(ctx, 0)
             bench.breed(0)
-            ctx.set(bench.dut.begin, 1)
-            await ctx.tick()
-            ctx.set(bench.dut.begin, 0)
+            await pulse(ctx, bench.dut.begin)
             await ctx.tick().repeat(wait)
             await bench.reset(ctx)
         await bench.start(ctx)

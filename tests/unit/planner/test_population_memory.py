@@ -5,7 +5,7 @@ import random
 import pytest
 
 from pathgene.hdl.planner.population_memory import PopulationMemory, SlotPool
-from tests.support.gateware.streams import simulate
+from tests.support.gateware.streams import pulse, simulate
 
 
 @pytest.mark.parametrize(("total", "depth"), [(2, 1), (12, 4), (150, 22)])
@@ -42,9 +42,7 @@ def test_random_traffic_of_slots(total, depth):
                 await ctx.tick()
             assert unused == total
             ctx.set(dut.put, 0)
-            ctx.set(dut.clear, 1)
-            await ctx.tick()
-            ctx.set(dut.clear, 0)
+            await pulse(ctx, dut.clear)
 
     simulate(dut, bench)
 

@@ -11,7 +11,7 @@ import pytest
 from pathgene.hdl.planner.first_paths import FirstPathKind
 from pathgene.hdl.planner.run_control import RunControl, RunLimits
 from pathgene.sim.model.planner import run_cycles as steps
-from tests.support.gateware.streams import simulate
+from tests.support.gateware.streams import pulse, simulate
 from tests.support.planner.cases import SMALL
 
 
@@ -29,13 +29,8 @@ class Bench:
         ctx.set(dut.most_cycles, cycles)
         ctx.set(dut.most_generations, generations)
         ctx.set(dut.share, share)
-        await self.pulse(ctx, dut.launch)
+        await pulse(ctx, dut.launch)
         ctx.set(dut.running, 1)
-
-    async def pulse(self, ctx, signal):
-        ctx.set(signal, 1)
-        await ctx.tick()
-        ctx.set(signal, 0)
 
 
 @pytest.mark.parametrize("bits", [6, 32])
@@ -52,10 +47,10 @@ def test_parts_of_islands(bits):
             await bench.launch(ctx, cycles, generations, share)
             bred = rng.randrange(5)
             for _ in range(bred):
-                await bench.pulse(ctx, dut.bred)
+                await pulse(ctx, dut.bred)
             await ctx.tick().repeat(rng.randrange(1, 40))
             now = ctx.get(dut.cycles)
-            await bench.pulse(ctx, dut.split)
+            await pulse(ctx, dut.split)
             for _ in range(SHARE_BITS):
                 assert ctx.get(dut.splitting)
                 await ctx.tick()
@@ -64,7 +59,7 @@ def test_parts_of_islands(bits):
             assert begun == min(now + 1 + SHARE_BITS, most)
             limit = min(begun + (max(cycles - now, 0) * share >> SHARE_BITS), most)
             limit_of_generations = min(bred + (generations * share >> SHARE_BITS), most)
-            await bench.pulse(ctx, dut.aim)
+            await pulse(ctx, dut.aim)
             await ctx.tick()
             for _ in range(10):
                 # They follow from the numbers of the previous cycle.

@@ -7,10 +7,9 @@ from math import isqrt
 
 import pytest
 from amaranth.hdl import signed, unsigned
-from amaranth.sim import Simulator
 
 from pathgene.hdl.primitives.arithmetic import AddSubtract, Divider, SquareRoot, WideMultiplier
-from tests.support.gateware.streams import outputs
+from tests.support.gateware.streams import outputs, simulate
 
 
 @pytest.mark.parametrize("width", [1, 4])
@@ -26,9 +25,7 @@ def test_every_sum_and_difference(width):
             exact = first - second if subtracts else first + second
             assert context.get(dut.total) == exact % (1 << width)
 
-    simulator = Simulator(dut)
-    simulator.add_testbench(bench)
-    simulator.run()
+    simulate(dut, bench)
 
 
 LONG = pytest.param(42, 16, 100_000, marks=pytest.mark.long)

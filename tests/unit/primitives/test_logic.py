@@ -4,7 +4,6 @@ import pytest
 from amaranth.hdl import Const, Module, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
-from amaranth.sim import Simulator
 
 from pathgene.hdl.primitives.logic import (
     delay_line,
@@ -67,9 +66,7 @@ def test_every_index(count):
             ctx.set(index, i)
             assert ctx.get(out) == 40 - i
 
-    simulator = Simulator(m)
-    simulator.add_testbench(testbench)
-    simulator.run()
+    simulate(m, testbench)
 
 
 @pytest.mark.parametrize("count", [1, 2, 5, 8, 9, 32])
@@ -91,6 +88,4 @@ def test_every_bit_of_a_selection(count, tree):
             ctx.set(select, 1 << i)
             assert ctx.get(out) == 40 - i
 
-    simulator = Simulator(m)
-    simulator.add_testbench(testbench)
-    simulator.run()
+    simulate(m, testbench)

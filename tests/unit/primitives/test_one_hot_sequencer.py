@@ -3,10 +3,10 @@
 import random
 
 import pytest
-from amaranth.sim import Simulator
 
 from pathgene.hdl.primitives.one_hot_sequencer import OneHotSequencer
 from pathgene.hdl.protocol import ChipState
+from tests.support.gateware.streams import simulate
 
 
 STEPS = [
@@ -43,10 +43,7 @@ def test_random_steps():
                 entered = (entered << 4 | state) & 0xFFFFFFFF
             await ctx.tick()
 
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(bench)
-    simulator.run()
+    simulate(dut, bench)
     assert seen == set(STEPS)
 
 

@@ -6,7 +6,7 @@ import random
 import pytest
 
 from pathgene.hdl.primitives.storage import CommitRing, MapMemory, MemoryDelay
-from tests.support.gateware.streams import simulate, watch
+from tests.support.gateware.streams import pulse, simulate, watch
 
 
 class Writer:
@@ -105,9 +105,7 @@ def test_word_of_so_many_steps_ago(steps, pauses):
                 await ctx.tick()
                 assert ctx.get(dut.delayed) == seen[-1]
             ctx.set(dut.word, word)
-            ctx.set(dut.step, 1)
-            await ctx.tick()
-            ctx.set(dut.step, 0)
+            await pulse(ctx, dut.step)
 
     simulate(dut, bench)
     assert seen == [0] * steps + words[:-steps]

@@ -7,7 +7,7 @@ import pytest
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.feasibility.parallel.reciprocal import Precision, Reciprocals
-from tests.support.gateware.streams import simulate
+from tests.support.gateware.streams import pulse, simulate
 
 
 LANES = (1, 2, 4, 8, 16)
@@ -139,9 +139,7 @@ def test_table():
             for chosen in (0, 1):
                 ctx.set(dut.differences[0], first)
                 ctx.set(dut.differences[1], second)
-                ctx.set(dut.load, 1)
-                await ctx.tick()
-                ctx.set(dut.load, 0)
+                await pulse(ctx, dut.load)
                 ctx.set(dut.move, 1)
                 ctx.set(dut.second, chosen)
                 ctx.set(dut.differences[0], 1)

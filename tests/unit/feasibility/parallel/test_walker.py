@@ -24,7 +24,7 @@ from tests.support.gateware.checker_cases import (
     summary,
     upload,
 )
-from tests.support.gateware.streams import collect, simulate
+from tests.support.gateware.streams import collect, pulse, simulate
 
 
 TINY = Config(
@@ -319,9 +319,7 @@ def test_flags():
                 await ctx.tick()
             assert ctx.get(dut.collision) == (path is hitting)
             assert ctx.get(dut.clear) == (path is free)
-            ctx.set(dut.verdicts.ready, 1)
-            await ctx.tick()
-            ctx.set(dut.verdicts.ready, 0)
+            await pulse(ctx, dut.verdicts.ready)
             taken.append(path)
             await ctx.tick().repeat(3)
 
@@ -350,10 +348,7 @@ def test_counting_raises_the_flag_at_the_first_hit():
         assert cycles == 14  # The cells after the colliding one.
         offered.append(ctx.get(dut.verdicts.p.cells))
 
-    async def counts(ctx):
-        await collect(ctx, dut.counts, [])
-
-    simulate(dut, bench, background=[counts])
+    simulate(dut, bench, background=[collect(dut.counts, [])])
     assert offered == [2]
 
 

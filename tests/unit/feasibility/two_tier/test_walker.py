@@ -146,10 +146,7 @@ def test_map_rises_and_falls():
                 await ctx.tick()
             assert shortened(verdicts[-1]) == summary(check_path(SMALL, terrain, path))[:6]
 
-    async def read(ctx):
-        await collect(ctx, dut.verdicts, verdicts)
-
-    simulate(dut, bench, background=[read])
+    simulate(dut, bench, background=[collect(dut.verdicts, verdicts)])
     assert [verdict.collision for verdict in verdicts] == [1, 1, 1, 0, 1, 0]
 
 
@@ -224,10 +221,7 @@ def test_a_slow_source():
         while ctx.get(dut.busy):
             await ctx.tick()
 
-    async def read(ctx):
-        await collect(ctx, dut.verdicts, verdicts)
-
-    simulate(dut, bench, background=[read])
+    simulate(dut, bench, background=[collect(dut.verdicts, verdicts)])
     assert [shortened(verdict) for verdict in verdicts] == [
         verdict[:6] for verdict in expected(SMALLEST, terrain, paths)
     ]

@@ -7,7 +7,7 @@ import pytest
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.planner.walker.memo import Memo
-from tests.support.gateware.streams import put, simulate
+from tests.support.gateware.streams import pulse, put, simulate
 from tests.support.planner.cases import any_point, corner
 from tests.support.planner.plain import Memo as DefinedMemo
 
@@ -46,9 +46,7 @@ def run(rows, rounds, *, epoch_bits=8, pauses=(0,), walks=(3,)):
         number = 0
         for some in rounds:
             if number:
-                ctx.set(dut.clear, 1)
-                await ctx.tick()
-                ctx.set(dut.clear, 0)
+                await pulse(ctx, dut.clear)
                 await wait(ctx)
             for segment in some:
                 for _ in range(next(gaps)):

@@ -84,10 +84,7 @@ def run(paths, pauses, *, late=()):
             await ctx.tick()
         await ctx.tick().repeat(5)
 
-    async def take(ctx):
-        await collect(ctx, source.segments, segments, pauses)
-
-    simulate(m, bench, background=[watch, offer, take])
+    simulate(m, bench, background=[watch, offer, collect(source.segments, segments, pauses)])
     return [_segment(each) for each in segments], cycles, offered
 
 

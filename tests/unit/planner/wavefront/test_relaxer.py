@@ -9,7 +9,7 @@ from pathgene.hdl.planner.wavefront.wavefront import Wavefront
 from pathgene.hdl.protocol.planner import BLOCKS, FAR, VALUE_BITS
 from pathgene.sim.model.planner import run_cycles
 from pathgene.sim.model.planner.definition.wavefront import prices_of
-from tests.support.gateware.streams import simulate
+from tests.support.gateware.streams import pulse, simulate
 from tests.support.planner.cases import USUAL
 from tests.support.planner.wavefront import distances_of, problem
 
@@ -67,9 +67,7 @@ def test_passes(config):
 
             ctx.set(dut.constants, constants_of(prices, falls))
             ctx.set(dut.backwards, backwards)
-            ctx.set(dut.launch, 1)
-            await ctx.tick()
-            ctx.set(dut.launch, 0)
+            await pulse(ctx, dut.launch)
             found = costs.copy()
             asked, cycles, written = [(0, 0)] * 2, 1, 0
             while ctx.get(dut.busy):

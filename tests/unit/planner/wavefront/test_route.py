@@ -7,7 +7,7 @@ from pathgene.hdl.planner.wavefront.route import Route
 from pathgene.hdl.planner.wavefront.steps import StepPricer
 from pathgene.hdl.protocol.planner import BLOCKS, FAR
 from pathgene.sim.model.planner.run_cycles import routing
-from tests.support.gateware.streams import simulate
+from tests.support.gateware.streams import pulse, simulate
 
 
 def price(before, after, way):
@@ -81,9 +81,7 @@ def test_random_costs(seed):
             for port in (dut.cost, *dut.prices):
                 ctx.set(port, 0)
             await ctx.tick().repeat(dut.step_cycles)
-            ctx.set(dut.launch, 1)
-            await ctx.tick()
-            ctx.set(dut.launch, 0)
+            await pulse(ctx, dut.launch)
             asked, steps, cycles = [0] * 2, [(0, 0)] * StepPricer.latency, 0
             while ctx.get(dut.busy):
                 asked.append(ctx.get(dut.read_block))

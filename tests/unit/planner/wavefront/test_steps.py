@@ -23,7 +23,7 @@ from pathgene.hdl.protocol.planner import (
     VALUE_BITS,
 )
 from pathgene.sim.model.planner.definition.wavefront import prices_of
-from tests.support.gateware.streams import simulate
+from tests.support.gateware.streams import pulse, simulate
 from tests.support.planner.cases import LARGE, SMALL, USUAL
 from tests.support.planner.wavefront import distances_of, problem
 
@@ -73,9 +73,7 @@ async def measure(ctx, dut, record, *, falls, limit=0):
     ctx.set(dut.problem, vars(record))
     ctx.set(constants.falls, falls)
     ctx.set(constants.limit, limit)
-    ctx.set(constants.launch, 1)
-    await ctx.tick()
-    ctx.set(constants.launch, 0)
+    await pulse(ctx, constants.launch)
     cycles = constants.cycles(falls=falls, fuel_shift=record.fuel_shift, key_shift=record.key_shift)
     assert cycles <= constants.most_cycles
     for _ in range(cycles - 1):

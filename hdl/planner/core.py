@@ -1,7 +1,7 @@
 """The planner core: map, problem and runs, driven by decoded commands."""
 
 from amaranth import *
-from amaranth.lib import stream
+from amaranth.lib import data, stream
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from pathgene.hdl.config import Config
@@ -10,20 +10,161 @@ from pathgene.hdl.layouts import cell_layout, record_layout, struct
 from pathgene.hdl.planner.best_reader import BestReader
 from pathgene.hdl.planner.evolver import Evolver
 from pathgene.hdl.planner.first_paths import FirstPaths
-from pathgene.hdl.planner.layouts import corner_layout, frame_layout, problem_layout, shape_layout
-from pathgene.hdl.planner.nearest_corner import NearestCorner
+from pathgene.hdl.planner.layouts import (
+    KEY_BITS,
+    corner_layout,
+    frame_layout,
+    problem_layout,
+    shape_layout,
+)
 from pathgene.hdl.planner.path_evaluator import PathEvaluator
 from pathgene.hdl.planner.run_control import RunControl
-from pathgene.hdl.planner.run_status import RunStatus, run_status_layout
 from pathgene.hdl.planner.shape_drawer import ShapeDrawer
 from pathgene.hdl.planner.wavefront.seed_source import SeedSource
 from pathgene.hdl.primitives.logic import fanout
-from pathgene.hdl.primitives.unit import InstanceOf, PowerOfTwo, Unit
-from pathgene.hdl.protocol.planner import MEMO_ROWS
+from pathgene.hdl.primitives.unit import InstanceOf, PowerOfTwo, Unit, Width
+from pathgene.hdl.protocol.codes import UNITS
+from pathgene.hdl.protocol.planner import (
+    ALTITUDE_FRACTION,
+    MEMO_ROWS,
+    POSITION_FRACTION,
+    VALUE_BITS,
+    PathClass,
+)
 from pathgene.hdl.protocol.runs import ISLANDS, run_request
 
 
-__all__ = ["PlannerCore"]
+__all__ = ["NearestCorner", "PlannerCore", "RunStatus", "run_status_layout"]
+
+
+class NearestCorner(Unit):
+    """Outputs the corner nearest to a position, and the altitude step at or below it.
+
+    The corner is within the limits. It follows position and limits by one cycle. Equals
+    :func:`pathgene.sim.model.planner.definition.score.corner_of`.
+
+    Members
+    -------
+    position : In(position_layout)
+        ``x``, ``y`` and ``altitude``, as in a problem.
+    limits : In(corner_layout)
+        The altitude is ignored.
+    corner : Out(corner_layout)
+    """
+
+    coordinate_bits: Width(1)
+    altitude_bits: Width(1)
+
+    def interface(self):
+        corner = corner_layout(self.coordinate_bits, self.altitude_bits)
+        self.position_layout = data.StructLayout(
+            {
+                "x": self.coordinate_bits + POSITION_FRACTION,
+                "y": self.coordinate_bits + POSITION_FRACTION,
+                "altitude": self.altitude_bits + ALTITUDE_FRACTION,
+            }
+        )
+        return {"position": In(self.position_layout), "limits": In(corner), "corner": Out(corner)}
+
+    def elaborate(self, platform):
+        m = Module()
+
+        position = self.position
+        m.d.sync += self.corner.altitude.eq(position.altitude >> ALTITUDE_FRACTION)
+        for axis in "xy":
+            limit = self.limits[axis]
+            nearest = (position[axis] + (1 << POSITION_FRACTION - 1)) >> POSITION_FRACTION
+            m.d.sync += self.corner[axis].eq(Mux(nearest > limit, limit, nearest))
+
+        return m
+
+
+_COUNTER_BITS = 32
+
+
+def run_status_layout() -> data.StructLayout:
+    """Return the layout of the status of a run: its fields in the reply to STATUS."""
+    counters = ("generation", "cycles", "key", *UNITS)
+    return data.StructLayout({"running": 1, **dict.fromkeys(counters, _COUNTER_BITS)})
+
+
+class RunStatus(Unit):
+    """Counts the cycles of the units in a run, and stores the key of its best path.
+
+    Members
+    -------
+    launch : In(1)
+        Pulse: a run begins.
+    running : In(1)
+    generations, cycles, score, walk : In(32)
+        Counts of the latest run.
+    planning, sorting, spreading : In(1)
+        Children are being planned, populations sorted, blocks scanned or routes found.
+    bred : In(1)
+        Pulse: a generation begins. ``best`` is the key of its population 3 cycles later.
+    best : In(KEY_BITS)
+        Key of the best path of the population last bred from.
+    first : In(KEY_BITS)
+        Key of the best path, if ``is_first``.
+    is_first : In(1)
+    void : In(1)
+        Pulse: there are no more paths.
+    status : Out(run_status_layout)
+        Counters stay until the next run. ``running`` and the counts of planning, sorting and
+        spreading lag by one cycle; the counts are complete once it is low. ``key`` is void until a
+        generation has begun or the run is over, and again from two cycles after ``void`` on.
+    """
+
+    def interface(self):
+        inputs = {name: In(_COUNTER_BITS) for name in ("generations", "cycles", "score", "walk")}
+        flags = ("launch", "running", "planning", "sorting", "spreading", "bred", "is_first")
+        return {
+            **inputs,
+            **{name: In(1) for name in (*flags, "void")},
+            "best": In(KEY_BITS),
+            "first": In(KEY_BITS),
+            "status": Out(run_status_layout()),
+        }
+
+    def elaborate(self, platform):
+        m = Module()
+
+        status = self.status
+        m.d.comb += [
+            status.generation.eq(self.generations),
+            status.cycles.eq(self.cycles),
+            status.score.eq(self.score),
+            status.walk.eq(self.walk),
+        ]
+        # Delay all inputs by one cycle, because they arrive late.
+        launched = Signal()
+        m.d.sync += [launched.eq(self.launch), status.running.eq(self.running)]
+        counted = {"breed": self.planning, "sort": self.sorting, "wavefront": self.spreading}
+        for name, is_busy in counted.items():
+            counts = Signal(name=f"counts_{name}")
+            counter = Signal(_COUNTER_BITS, name=name)
+            m.d.sync += [
+                counts.eq(is_busy & self.running),
+                counter.eq(Mux(launched, 0, counter + counts)),
+            ]
+            m.d.comb += status[name].eq(counter)
+
+        key = Signal(KEY_BITS, init=PathClass.VOID << VALUE_BITS)
+        since = Signal(3)
+        m.d.comb += status.key.eq(key)
+        m.d.sync += since.eq(Cat(self.bred, since))
+        with m.If(since[-1]):
+            m.d.sync += key.eq(self.best)
+        with m.If(self.is_first):
+            m.d.sync += key.eq(self.first)
+        # Delay both by one cycle, because they arrive late.
+        voids = Signal()
+        m.d.sync += voids.eq(self.launch | self.void)
+        with m.If(voids):
+            m.d.sync += key.eq(PathClass.VOID << VALUE_BITS)
+
+        return m
+
 
 _AXES = "x", "y", "altitude"
 

@@ -200,13 +200,8 @@ class Divider(Unit):
     """Quotient of two unsigned numbers in every cycle, rounded down.
 
     A stage adds or subtracts the divisor once and yields one bit (non-restoring division).
-    ``quotient`` follows ``quotient_bits`` cycles after its dividend. It is undefined if it has more
-    bits or the divisor is 0.
-
-    Attributes
-    ----------
-    latency : int
-        Cycles from a dividend to its quotient.
+    ``quotient`` follows ``latency``, that is ``quotient_bits``, cycles after its dividend. It is
+    undefined if it has more bits or the divisor is 0.
 
     Members
     -------
@@ -260,12 +255,7 @@ class SquareRoot(Unit):
     """Square root of a number in every cycle, rounded down.
 
     It works digit by digit: each stage takes two bits of the radicand and yields one bit of the
-    root. ``root`` follows ``width`` cycles after its radicand.
-
-    Attributes
-    ----------
-    latency : int
-        Cycles from a radicand to its root.
+    root. ``root`` follows ``latency``, that is ``width``, cycles after its radicand.
 
     Members
     -------

@@ -31,11 +31,7 @@ class Cells:
     ) -> wiring.Component | None:
         """Return a memory whose data come from registers within its block RAMs, or None.
 
-        Parameters
-        ----------
-        rows, width, ports, number
-            As in :class:`pathgene.hdl.primitives.storage.BlockMemory`; the component has the
-            same members.
+        Its members are as in :class:`pathgene.hdl.primitives.storage.BlockMemory`.
         """
         return None
 
@@ -56,13 +52,7 @@ class Cells:
         return None
 
     def add_subtract(self, width: int) -> wiring.Component | None:
-        """Return a component with the members of an adder that subtracts, or None.
-
-        Parameters
-        ----------
-        width : int
-            As in :class:`pathgene.hdl.primitives.arithmetic.AddSubtract`.
-        """
+        """Return a twin of :class:`pathgene.hdl.primitives.arithmetic.AddSubtract`, or None."""
         return None
 
 

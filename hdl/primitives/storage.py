@@ -227,12 +227,10 @@ class CommitRing(Unit):
 class MapMemory(Unit):
     """Memory with one or two read ports, written through the first.
 
-    Rows are read in every cycle. Data read while a row is written are undefined, in all rows; rows
-    never written are undefined.
-
-    On a target it is one memory of dual-port block RAMs without duplication: the writer shares a
-    port with the first reader. With a latency of 2, registers directly follow the block RAMs of up
-    to 16384 rows each; memories with more rows only add a multiplexer of these registers.
+    It reads and writes as :class:`BlockMemory` does. On a target it is one memory of dual-port
+    block RAMs without duplication: the writer shares a port with the first reader. With a latency
+    of 2, registers directly follow the block RAMs of up to 16384 rows each; memories with more rows
+    only add a multiplexer of these registers.
 
     Members
     -------

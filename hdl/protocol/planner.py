@@ -123,37 +123,9 @@ class PathClass(enum.IntEnum):
 class ProblemRecord:
     """A problem as integers of the chip.
 
-    Parameters
-    ----------
-    start_x, start_y, goal_x, goal_y : int
-        Positions on the lattice of corners, with :data:`POSITION_FRACTION` bits below the cell.
-    start_altitude, goal_altitude : int
-        Altitudes with :data:`ALTITUDE_FRACTION` bits below the step.
-    x_limit, y_limit, altitude_limit : int
-        Highest corner and highest step of a waypoint.
-    x_scale, y_scale : int
-        Sides of a cell as shares of the longer one, :data:`SCALE_FRACTION` bits: at most 1.
-    rise : int
-        A sixteenth of a step in units of length, :data:`RISE_FRACTION` bits.
-    climb, descent : int
-        Steepest slopes in sixteenths of a step per unit of length, :data:`SLOPE_FRACTION` bits.
-    radius : int
-        Turning radius in units of length.
-    base : int
-        Altitude of step 0 above the datum, in thirty-seconds of a step; may be negative.
-    drag : int
-        Drag of level flight as a share of the weight, :data:`DRAG_FRACTION` bits.
-    fuel, fuel_shift : int
-        ``fuel >> fuel_shift`` is the weight of fuel in the cost.
-    key_shift : int
-        A cost is shifted right by this much to become a value.
-    block_shift : int
-        A block of the wavefront has ``2**block_shift`` corners along each edge.
-    has_entry, has_exit : int
-        1 if the heading at start or goal is fixed, by an *entry*, a point before the start, or an
-        *exit*, a point after the goal.
-    entry_x, entry_y, entry_altitude, exit_x, exit_y, exit_altitude : int
-        Entry and exit, in the units of start and goal.
+    :func:`problem_request` says meaning, unit and range of each field. Positions are on the lattice
+    of corners. The heading at start or goal is fixed by an *entry*, a point before the start, or by
+    an *exit*, a point after the goal.
     """
 
     start_x: int

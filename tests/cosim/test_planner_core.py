@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pathgene.hdl.planner.core import PlannerCore
-from pathgene.hdl.planner.run_status import run_status_layout
+from pathgene.hdl.planner.core import PlannerCore, run_status_layout
 from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
 from pathgene.hdl.protocol.runs import RunOptions
 from pathgene.hdl.verilog import convert

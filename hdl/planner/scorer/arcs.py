@@ -87,7 +87,6 @@ class ArcFitter(Unit):
     Members
     -------
     phase : In(1)
-        1 in the second cycle of every slot.
     valid : In(1)
     turn : In(turn_layout)
         The tangent belongs to the turn into the segment; 0 in the first two slots of a path.
@@ -195,7 +194,6 @@ class ArcMeasurer(Unit):
     Members
     -------
     phase : In(1)
-        1 in the second cycle of every slot.
     half_turn : In(widths.half_turn)
     tangent : In(widths.length)
     length, next_length : In(widths.length)
@@ -306,7 +304,6 @@ class ArcPlacer(Unit):
     Members
     -------
     phase : In(1)
-        1 in the second cycle of every slot.
     moves : In(1)
         ``corner`` enters the window at the end of this slot.
     corner : In(corner_layout)

@@ -35,7 +35,6 @@ class SegmentMeasurer(Unit):
     Members
     -------
     phase : In(1)
-        1 in the second cycle of every slot.
     valid : In(1)
     place : In(place_layout)
     x_scale, y_scale : In(SCALE_FRACTION + 1)
@@ -129,7 +128,6 @@ class TurnMeasurer(Unit):
     Members
     -------
     phase : In(1)
-        1 in the second cycle of every slot.
     valid : In(1)
     first : In(1)
         The slot contains a path's first point.

@@ -169,7 +169,6 @@ class PathPricer(Unit):
     Members
     -------
     phase : In(1)
-        1 in the second cycle of every slot.
     valid : In(1)
     laid : In(laid_layout)
     rise : In(RISE_BITS)

@@ -32,7 +32,6 @@ class SlopeComparator(Unit):
     Members
     -------
     phase : In(1)
-        1 in the second cycle of every slot.
     length : In(length_bits)
     rise : In(signed(rise_bits))
     climb, descent : In(SLOPE_BITS)
@@ -147,7 +146,6 @@ class PenaltyCounter(Unit):
     Members
     -------
     phase : In(1)
-        1 in the second cycle of every slot.
     valid : In(1)
     judged : In(judged_layout)
     penalty : Out(VALUE_BITS)

@@ -29,7 +29,6 @@ class PointLauncher(Unit):
     Members
     -------
     phase : In(1)
-        1 in the second cycle of every slot.
     points : In(stream.Signature(point_layout))
         Points of a path from its start corner to its goal corner, two or more.
     room : In(1)

@@ -3,8 +3,8 @@
 import numpy as np
 
 from pathgene.hdl.layouts import struct
+from pathgene.hdl.planner.core import run_status_layout
 from pathgene.hdl.planner.layouts import problem_layout, shape_layout
-from pathgene.hdl.planner.run_status import run_status_layout
 from pathgene.hdl.protocol.codes import UNITS
 from pathgene.hdl.protocol.planner import VALUE_BITS, NoFlyShape, PathClass
 from pathgene.hdl.protocol.runs import ISLANDS, RETURNED, RunOptions, pack_best, run_request

@@ -2,7 +2,6 @@
 
 import shutil
 import signal
-import warnings
 
 import pytest
 from hypothesis import settings
@@ -23,10 +22,6 @@ settings.load_profile("repeatable")
 signal.signal(signal.SIGINT, signal.default_int_handler)
 for _number in (signal.SIGQUIT, signal.SIGHUP):
     signal.signal(_number, signal.SIG_DFL)
-
-
-# Tests make many units that they do not elaborate.
-warnings.filterwarnings("ignore", message=".* created but never used")
 
 
 @pytest.fixture

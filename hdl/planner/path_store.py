@@ -36,7 +36,7 @@ def row_bits_of(max_waypoints: int) -> int:
 
 
 def taken_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
-    """Return the layout of a point in the cycle in which it is taken: ``valid`` and the rest."""
+    """Return the layout of a point, which is ``valid`` in the cycle in which it is taken."""
     return data.StructLayout({"valid": 1, "point": point_layout(coordinate_bits, altitude_bits)})
 
 
@@ -62,7 +62,7 @@ def kept_layout(slot_bits: int, length_bits: int) -> data.StructLayout:
 
 
 def decision_layout(slot_bits: int, length_bits: int) -> data.StructLayout:
-    """Return the layout of a decision on a path: ``valid`` for one cycle, and the rest.
+    """Return the layout of a decision on a path, which is ``valid`` for one cycle.
 
     ``walked``: the path is walked, and its key waits for that. ``infeasible`` and ``value`` are as
     in its score.

@@ -41,7 +41,7 @@ UNITS = (
 
 
 def score_layout() -> data.StructLayout:
-    """Return the layout of a path's score: ``valid`` for one cycle, and the rest.
+    """Return the layout of a path's score, which is ``valid`` for one cycle.
 
     ``infeasible``: a slope is too steep or an arc does not fit. ``value``: the penalty in that
     case, otherwise the cost, in the form of a key's value.
@@ -50,7 +50,7 @@ def score_layout() -> data.StructLayout:
 
 
 def chord_record_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
-    """Return the layout of the chord at a segment's end: ``valid`` for one cycle, and the rest.
+    """Return the layout of the chord at a segment's end, which is ``valid`` for one cycle.
 
     ``last``: the segment is the last of its path. ``present``: there is a chord, from ``start`` to
     ``stop``; never at the end of the last segment.

@@ -47,7 +47,7 @@ def segment_request_layout(
 def walked_layout(
     coordinate_bits: int, altitude_bits: int, identity: ShapeLike
 ) -> data.StructLayout:
-    """Return the layout of the results of a walk: ``valid`` for one cycle, and the rest.
+    """Return the layout of the results of a walk, which are ``valid`` for one cycle.
 
     ``hits``: number of colliding corners. ``margin``: minimum altitude above the ground, in steps.
     """

@@ -18,7 +18,7 @@ __all__ = ["PathReducer", "PathWalker", "margin_layout", "result_layout"]
 
 
 def margin_layout(altitude_bits: int, index_bits: int) -> data.StructLayout:
-    """Return the layout of the margin of a waypoint: ``valid`` for one cycle, and the rest.
+    """Return the layout of a waypoint's margin, which is ``valid`` for one cycle.
 
     ``index``: its position in its path; 0 is the first waypoint after the start.
     """
@@ -26,7 +26,7 @@ def margin_layout(altitude_bits: int, index_bits: int) -> data.StructLayout:
 
 
 def result_layout(hits_bits: int) -> data.StructLayout:
-    """Return the layout of a path's walk: ``valid`` is high for one cycle.
+    """Return the layout of a path's walk, which is ``valid`` for one cycle.
 
     ``hits``: corners that collide.
     """

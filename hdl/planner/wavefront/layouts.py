@@ -94,7 +94,7 @@ def block_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
 
 
 def found_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
-    """Return the layout of a waypoint in the cycle in which it is found: ``valid`` and the rest.
+    """Return the layout of a waypoint, which is ``valid`` in the cycle in which it is found.
 
     ``last`` ends its path.
     """

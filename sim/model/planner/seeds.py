@@ -1,4 +1,4 @@
-"""First paths of an island: points along its route, compiled, and the rest of earlier paths."""
+"""First paths of an island, compiled: points along its route, and remainders of earlier paths."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ def drawn_free_problem(config, rng):
 
 
 def drawn_paths(config, rng, problem, count):
-    """Return ``count`` paths: any corners, or a route to the goal, some with odd waypoints."""
+    """Return ``count`` paths: random corners, or routes to the goal, some with odd waypoints."""
     paths = []
     for _ in range(count):
         waypoints = int(rng.integers(config.max_waypoints + 1))

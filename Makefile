@@ -110,7 +110,8 @@ setup-long:
 	$(call SET_UP,long)
 
 # The C library keeps freed memory. Returning it to the kernel takes up to half of a test's time.
-PYTEST = MALLOC_MMAP_THRESHOLD_=33554432 MALLOC_TRIM_THRESHOLD_=1073741824 \
+# Bytecode is kept, whatever the caller's environment says: without it, every run compiles the tests.
+PYTEST = MALLOC_MMAP_THRESHOLD_=33554432 MALLOC_TRIM_THRESHOLD_=1073741824 PYTHONDONTWRITEBYTECODE= \
 	"$(BIN)/python" -m pytest -n $(WORKERS) --dist worksteal
 
 .PHONY: test test-ci test-long

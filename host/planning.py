@@ -338,10 +338,7 @@ class Search:
         return self.planner, dataclasses.replace(self.options, seed=0), self.fallback, *own
 
     def run_together(
-        self,
-        evaluators: Sequence[Evaluator],
-        seeds: Sequence[int],
-        stop: Stop | None = None,
+        self, evaluators: Sequence[Evaluator], seeds: Sequence[int], stop: Stop | None = None
     ) -> list[Plan]:
         """Plan several problems at once on a GPU, each with its own seed; see :meth:`run`.
 

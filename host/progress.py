@@ -29,10 +29,7 @@ class Bar:
     """
 
     def __init__(
-        self,
-        stream: TextIO,
-        total: int,
-        clock: Callable[[], float] = time.monotonic,
+        self, stream: TextIO, total: int, clock: Callable[[], float] = time.monotonic
     ) -> None:
         self._stream = stream
         self._total = total
@@ -78,10 +75,7 @@ class Progress(Bar):
     """A :class:`Bar` over a number of ``generations``, 1 or more."""
 
     def __init__(
-        self,
-        stream: TextIO,
-        generations: int,
-        clock: Callable[[], float] = time.monotonic,
+        self, stream: TextIO, generations: int, clock: Callable[[], float] = time.monotonic
     ) -> None:
         super().__init__(stream, generations, clock)
         self._generations = generations

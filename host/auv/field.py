@@ -120,10 +120,7 @@ class AuvField:
         self._seabed = seabed(landscape)
 
     def points(
-        self,
-        control: Floats,
-        counts: Counts,
-        samples: int | None = None,
+        self, control: Floats, counts: Counts, samples: int | None = None
     ) -> tuple[Floats, Counts, Floats]:
         """Return the points at which the seabed is read.
 

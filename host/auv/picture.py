@@ -163,10 +163,7 @@ def _draw_seabed(axes: Axes, field: AuvField, route: Route) -> None:
 
 
 def _mark_steepest(
-    axes: Axes,
-    samples: list[Floats],
-    places: list[Floats],
-    heights: list[Floats],
+    axes: Axes, samples: list[Floats], places: list[Floats], heights: list[Floats]
 ) -> None:
     """Mark the steepest step of the samples."""
     best = 0.0, 0.0, 0.0

@@ -143,12 +143,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _write(
-    directory: Path,
-    field: AuvField,
-    route: Route,
-    summary: dict[str, Any],
-) -> list[Path]:
+def _write(directory: Path, field: AuvField, route: Route, summary: dict[str, Any]) -> list[Path]:
     from pathgene.host.auv.picture import write
 
     written = [directory / "auv.json", directory / "auv.png"]

@@ -172,9 +172,7 @@ def _aircraft(args: argparse.Namespace, summary: dict[str, Any] | None) -> Aircr
 
 
 def _zones(
-    args: argparse.Namespace,
-    summary: dict[str, Any] | None,
-    terrain: Terrain,
+    args: argparse.Namespace, summary: dict[str, Any] | None, terrain: Terrain
 ) -> tuple[Zone, ...]:
     """Return the zones from the options, or the summary's zones if no option gives one."""
     from pathgene.host.mission.build import zones_of

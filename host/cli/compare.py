@@ -170,10 +170,7 @@ def _write_interrupted(directory: Path, table: dict[str, Any]) -> None:
 
 
 def _execute(
-    problem: Problem,
-    scheduler: str | None,
-    jobs: int,
-    tasks: Sequence[Task],
+    problem: Problem, scheduler: str | None, jobs: int, tasks: Sequence[Task]
 ) -> Generator[Outcome]:
     from pathgene.host.compare.runs import run_in_processes, run_on_cluster
 

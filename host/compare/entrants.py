@@ -95,9 +95,7 @@ def planner_names(text: str) -> list[str]:
 
 
 def parse_entrants(
-    text: str,
-    search: Mapping[str, Any],
-    own: Mapping[str, Any],
+    text: str, search: Mapping[str, Any], own: Mapping[str, Any]
 ) -> tuple[Entrant, ...]:
     """Return the entrants that ``--planners`` names.
 

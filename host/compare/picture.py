@@ -121,11 +121,7 @@ def _mostly_feasible(planners: Sequence[Mapping[str, Any]]) -> bool:
     return all(np.median(values) > 1 for values in map(_fitness, planners) if len(values))
 
 
-def _draw_boxes(
-    axes: Axes,
-    planners: Sequence[Mapping[str, Any]],
-    labels: Sequence[str],
-) -> None:
+def _draw_boxes(axes: Axes, planners: Sequence[Mapping[str, Any]], labels: Sequence[str]) -> None:
     """Draw a box plot of each planner, the first at the top, with its runs and feasible count.
 
     If most runs are feasible, the infeasible ones are counted, not drawn: their fitness is too

@@ -97,11 +97,7 @@ def _planner(part: Field) -> dict[str, Any]:
 
 
 def write_report(
-    directory: Path,
-    report: Mapping[str, Any],
-    warn: Callable[[str], None],
-    *,
-    picture: bool = True,
+    directory: Path, report: Mapping[str, Any], warn: Callable[[str], None], *, picture: bool = True
 ) -> list[Path]:
     """Write ``compare.json`` and, unless ``picture`` is false, ``compare.png``; return the paths.
 

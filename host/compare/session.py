@@ -35,11 +35,7 @@ class RunProgress:
     """
 
     def __init__(
-        self,
-        stream: TextIO,
-        total: int,
-        kept: int,
-        clock: Callable[[], float] = time.monotonic,
+        self, stream: TextIO, total: int, kept: int, clock: Callable[[], float] = time.monotonic
     ) -> None:
         self._bar = Bar(stream, total, clock)
         self._total, self._kept = total, kept
@@ -92,11 +88,7 @@ def kept(store: RunStore, entrants: Sequence[Entrant], seeds: Sequence[int]) -> 
 
 
 def complete(
-    fields: Sequence[Field],
-    seeds: Sequence[int],
-    store: RunStore,
-    execute: Execute,
-    stream: TextIO,
+    fields: Sequence[Field], seeds: Sequence[int], store: RunStore, execute: Execute, stream: TextIO
 ) -> None:
     """Execute the runs that ``fields`` lacks; add each to ``store`` and to its field immediately.
 

@@ -249,10 +249,7 @@ class Chip:
         self._map.upload(heights, x, y, progress=progress)
 
     def update_map(
-        self,
-        heights: NDArray[np.integer],
-        *,
-        progress: Callable[[int, int], object] | None = None,
+        self, heights: NDArray[np.integer], *, progress: Callable[[int, int], object] | None = None
     ) -> None:
         """Make ``heights`` the chip's map; each frame has only the cells around changes.
 

@@ -214,10 +214,7 @@ class MapCopy:
         self._orders.give(commands, lost=forget, then=note)
 
     def update(
-        self,
-        heights: NDArray[np.integer],
-        *,
-        progress: Callable[[int, int], object] | None = None,
+        self, heights: NDArray[np.integer], *, progress: Callable[[int, int], object] | None = None
     ) -> None:
         """Write the changed heights: see :meth:`pathgene.host.device.chip.Chip.update_map`."""
         heights = np.asarray(heights)

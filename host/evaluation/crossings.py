@@ -192,14 +192,7 @@ def cross_line(
 
 @compiled
 def mark_towards(
-    pieces: Floats,
-    row: int,
-    x: float,
-    y: float,
-    low: float,
-    high: float,
-    marks: Floats,
-    count: int,
+    pieces: Floats, row: int, x: float, y: float, low: float, high: float, marks: Floats, count: int
 ) -> int:
     """Mark the place nearest to the point (``x``, ``y``), unless it is an end of the piece."""
     if pieces[row, ANGLE] > 0.0:

@@ -65,11 +65,7 @@ class Evaluator:
     """
 
     def __init__(
-        self,
-        problem: Problem,
-        *,
-        ds_m: float | None = None,
-        threads: int | None = None,
+        self, problem: Problem, *, ds_m: float | None = None, threads: int | None = None
     ) -> None:
         ds_m = problem.ds_m if ds_m is None else ds_m
         if not (math.isfinite(ds_m) and ds_m > 0):
@@ -235,11 +231,7 @@ class Evaluator:
         return float(weights[np.isnan(samples.ground)].sum())
 
     def fitness(
-        self,
-        paths: NDArray[np.float64],
-        lengths: NDArray[np.integer[Any]],
-        *,
-        strict: bool = False,
+        self, paths: NDArray[np.float64], lengths: NDArray[np.integer[Any]], *, strict: bool = False
     ) -> NDArray[np.float64]:
         """Return the fitness of a population, (m,) float64, every value inside (0, 2).
 
@@ -286,11 +278,7 @@ class Evaluator:
         return fitness
 
     def penalty_cost(
-        self,
-        paths: NDArray[np.float64],
-        lengths: NDArray[np.integer[Any]],
-        *,
-        fine: bool = False,
+        self, paths: NDArray[np.float64], lengths: NDArray[np.integer[Any]], *, fine: bool = False
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return penalty and cost of a population as for :meth:`fitness`; infinite for bad paths.
 

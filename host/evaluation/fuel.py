@@ -36,11 +36,7 @@ def air_density(altitude_m: float) -> float:
 
 
 def fuel_burned(
-    aircraft: Aircraft,
-    weight: float,
-    run_m: float,
-    rise_m: float,
-    air_distance_m: float,
+    aircraft: Aircraft, weight: float, run_m: float, rise_m: float, air_distance_m: float
 ) -> float:
     """Return the fuel in newtons burned on one piece of constant slope.
 

@@ -57,10 +57,7 @@ BELOW_TWO = float(np.nextafter(2.0, 0.0))
 
 @compiled
 def path_terms(
-    path: Floats,
-    n: int,
-    course: Course,
-    scratch: Scratch,
+    path: Floats, n: int, course: Course, scratch: Scratch
 ) -> tuple[float, float, float, float, float, float, int, float]:
     """Return every term of one path.
 
@@ -128,11 +125,7 @@ def fitness_of(penalty: float, cost: float) -> float:
 
 @compiled
 def penalty_cost(
-    path: Floats,
-    n: int,
-    course: Course,
-    scratch: Scratch,
-    counted_m: float,
+    path: Floats, n: int, course: Course, scratch: Scratch, counted_m: float
 ) -> tuple[float, float]:
     """Return penalty, equation (1), and cost, equation (2); both infinite for a bad path.
 
@@ -160,11 +153,7 @@ def corners_m(c: Constants, turns: Floats, n: int, length: float) -> float:
 
 @compiled
 def fitness_above(
-    path: Floats,
-    n: int,
-    course: Course,
-    scratch: Scratch,
-    incumbent: float,
+    path: Floats, n: int, course: Course, scratch: Scratch, incumbent: float
 ) -> tuple[float, bool]:
     """Return the fitness of a candidate if it exceeds ``incumbent``, otherwise a bound.
 

@@ -58,13 +58,7 @@ PIECE_FIELDS = 19
 
 @inlined
 def turn(
-    ax: float,
-    ay: float,
-    bx: float,
-    by: float,
-    run_a: float,
-    run_b: float,
-    radius_m: float,
+    ax: float, ay: float, bx: float, by: float, run_a: float, run_b: float, radius_m: float
 ) -> tuple[float, float, float]:
     """Return the unsigned turn angle, side (1 left, -1 right) and tangent length of a waypoint.
 

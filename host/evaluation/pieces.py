@@ -105,13 +105,7 @@ def fastest_over_ground(
 
 @inlined
 def air_distance(
-    c: Constants,
-    length: float,
-    run: float,
-    ux: float,
-    uy: float,
-    side: float,
-    angle: float,
+    c: Constants, length: float, run: float, ux: float, uy: float, side: float, angle: float
 ) -> float:
     """Return the air distance of a piece of turn ``angle``, 0 if straight, or a negative number."""
     if c.wind_x_m_s == 0.0 and c.wind_y_m_s == 0.0:
@@ -300,12 +294,7 @@ def bend_of(pieces: Floats, row: int) -> Bend:
 
 @inlined
 def piece_hits(
-    course: Course,
-    pieces: Floats,
-    row: int,
-    parts: int,
-    first: int,
-    stride: int,
+    course: Course, pieces: Floats, row: int, parts: int, first: int, stride: int
 ) -> int:
     """Count hits on every ``stride``-th part of a piece, starting at ``first``.
 
@@ -318,11 +307,7 @@ def piece_hits(
 
 
 @inlined
-def collided_m(
-    course: Course,
-    pieces: Floats,
-    row: int,
-) -> tuple[float, float]:
+def collided_m(course: Course, pieces: Floats, row: int) -> tuple[float, float]:
     """Return the metres of a piece under the terrain and in a no-fly zone."""
     parts = parts_of(course.c, pieces, row)
     if parts == 0:

@@ -102,10 +102,7 @@ def course_of(surface: Surface) -> Course:
 
 @compiled
 def strict_terms(
-    path: Floats,
-    n: int,
-    strict: StrictCourse,
-    scratch: StrictScratch,
+    path: Floats, n: int, strict: StrictCourse, scratch: StrictScratch
 ) -> tuple[float, float, float, float, float, float, int, float]:
     """Return every term of one path by the strict rule, as ``path_terms`` does.
 
@@ -182,10 +179,7 @@ def extreme_of_track(
 
 @compiled
 def strict_penalty(
-    path: Floats,
-    n: int,
-    strict: StrictCourse,
-    scratch: StrictScratch,
+    path: Floats, n: int, strict: StrictCourse, scratch: StrictScratch
 ) -> tuple[float, float]:
     """Return penalty and cost by the strict rule; both infinite for a bad path."""
     for i in range(n):
@@ -202,10 +196,7 @@ def strict_penalty(
 
 @compiled
 def first_kept(
-    paths: Floats,
-    lengths: NDArray[np.int64],
-    strict: StrictCourse,
-    scratch: StrictScratch,
+    paths: Floats, lengths: NDArray[np.int64], strict: StrictCourse, scratch: StrictScratch
 ) -> int:
     """Return the index of the first path without a penalty by the strict rule; -1 if there is none.
 

@@ -46,12 +46,7 @@ def inside_map(x: float, y: float, c: Constants) -> bool:
 
 
 @compiled
-def sample(
-    course: Course,
-    x: float,
-    y: float,
-    z: float,
-) -> tuple[int, int]:
+def sample(course: Course, x: float, y: float, z: float) -> tuple[int, int]:
     """Return two integers 0 or 1: the point is under the terrain; the point is in a no-fly zone.
 
     A point above the roof of its node counts as under the terrain.
@@ -115,13 +110,7 @@ def straight_hits(ground: Floats, c: Constants, a: Point, b: Point, parts: int) 
 
 
 @inlined
-def straight_part(
-    course: Course,
-    a: Point,
-    b: Point,
-    part: int,
-    parts: int,
-) -> tuple[int, int]:
+def straight_part(course: Course, a: Point, b: Point, part: int, parts: int) -> tuple[int, int]:
     """:func:`sample` of the mid-point of one of the equal parts of a straight piece."""
     t = (part + 0.5) / parts
     return sample(
@@ -133,12 +122,7 @@ def straight_part(
 
 
 @compiled
-def straight_general(
-    course: Course,
-    a: Point,
-    b: Point,
-    parts: int,
-) -> tuple[int, int]:
+def straight_general(course: Course, a: Point, b: Point, parts: int) -> tuple[int, int]:
     """As :func:`count_straight`, for ends that may lie off the map."""
     under = 0
     inside = 0
@@ -150,12 +134,7 @@ def straight_general(
 
 
 @compiled
-def count_straight(
-    course: Course,
-    a: Point,
-    b: Point,
-    parts: int,
-) -> tuple[int, int]:
+def count_straight(course: Course, a: Point, b: Point, parts: int) -> tuple[int, int]:
     """Count the parts of a straight piece under the terrain and in a no-fly zone."""
     ground, zoned, c = course
     # The quick loops count in 32 bits and do not check that samples are on the map.
@@ -191,11 +170,7 @@ def half_turn(half: float) -> tuple[float, float]:
 
 
 @inlined
-def arc_point(
-    c: Constants,
-    bend: Bend,
-    t: float,
-) -> Point:
+def arc_point(c: Constants, bend: Bend, t: float) -> Point:
     """Return the point at the fraction ``t`` of an arc."""
     a, ux, uy, side, angle, rise = bend
     sin, cos = half_turn(0.5 * (angle * t))
@@ -205,12 +180,7 @@ def arc_point(
 
 
 @inlined
-def arc_part(
-    course: Course,
-    bend: Bend,
-    part: int,
-    parts: int,
-) -> tuple[int, int]:
+def arc_part(course: Course, bend: Bend, part: int, parts: int) -> tuple[int, int]:
     """:func:`sample` of the mid-point of one of the equal parts of an arc."""
     x, y, z = arc_point(course.c, bend, (part + 0.5) / parts)
     return sample(course, x, y, z)
@@ -226,12 +196,7 @@ def arc_axes(c: Constants, ux: float, uy: float, side: float) -> tuple[float, fl
 
 
 @compiled
-def arc_hits(
-    ground: Floats,
-    c: Constants,
-    bend: Bend,
-    parts: int,
-) -> tuple[int, int]:
+def arc_hits(ground: Floats, c: Constants, bend: Bend, parts: int) -> tuple[int, int]:
     """As :func:`straight_hits`, for an arc."""
     a, ux, uy, side, angle, rise = bend
     column, row, z = a[0] / c.dx_m + 0.5, a[1] / c.dy_m + 0.5, a[2]
@@ -256,11 +221,7 @@ def arc_hits(
 
 
 @compiled
-def arc_general(
-    course: Course,
-    bend: Bend,
-    parts: int,
-) -> tuple[int, int]:
+def arc_general(course: Course, bend: Bend, parts: int) -> tuple[int, int]:
     """As :func:`count_arc`, for an arc that may leave the map."""
     under = 0
     inside = 0
@@ -272,11 +233,7 @@ def arc_general(
 
 
 @compiled
-def count_arc(
-    course: Course,
-    bend: Bend,
-    parts: int,
-) -> tuple[int, int]:
+def count_arc(course: Course, bend: Bend, parts: int) -> tuple[int, int]:
     """Count the parts of an arc under the terrain and in a no-fly zone."""
     ground, zoned, c = course
     a = bend.a
@@ -311,12 +268,7 @@ def hits_at(course: Course, column: float, row: float, z: float) -> int:
 
 @inlined
 def some_straight_hits(
-    course: Course,
-    a: Point,
-    b: Point,
-    parts: int,
-    first: int,
-    stride: int,
+    course: Course, a: Point, b: Point, parts: int, first: int, stride: int
 ) -> int:
     """As the sum of :func:`count_straight`, of every ``stride``-th part: a CUDA thread's share."""
     c = course.c
@@ -334,13 +286,7 @@ def some_straight_hits(
 
 
 @inlined
-def some_arc_hits(
-    course: Course,
-    bend: Bend,
-    parts: int,
-    first: int,
-    stride: int,
-) -> int:
+def some_arc_hits(course: Course, bend: Bend, parts: int, first: int, stride: int) -> int:
     """As the sum of :func:`count_arc`, of every ``stride``-th part: a CUDA thread's share."""
     c = course.c
     a, ux, uy, side, angle, rise = bend

@@ -326,12 +326,7 @@ def extreme(
 
 @compiled
 def excess_m(
-    surface: Surface,
-    required: Required,
-    below: Required,
-    pieces: Floats,
-    rows: int,
-    stack: Floats,
+    surface: Surface, required: Required, below: Required, pieces: Floats, rows: int, stack: Floats
 ) -> float:
     """Return the metres of a track that violate a requirement, or lie off the map.
 

@@ -260,12 +260,7 @@ def _nearest(
 
 @compiled
 def _fill_intrusions(
-    pieces: Floats,
-    rows: int,
-    times: Floats,
-    packed: PackedZones,
-    marks: Floats,
-    found: Floats,
+    pieces: Floats, rows: int, times: Floats, packed: PackedZones, marks: Floats, found: Floats
 ) -> None:
     """Write the fields of every zone's intrusion to ``found``, the distance as its square."""
     for zone in range(packed.zones.shape[0]):

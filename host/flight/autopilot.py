@@ -48,12 +48,7 @@ class Autopilot:
         Time between two calls of :meth:`controls`.
     """
 
-    def __init__(
-        self,
-        model: FlightModel,
-        aircraft: Aircraft,
-        period_s: float,
-    ) -> None:
+    def __init__(self, model: FlightModel, aircraft: Aircraft, period_s: float) -> None:
         self.airspeed_m_s = aircraft.cruise_speed_m_s
         self._model = model
         self._period_s = period_s

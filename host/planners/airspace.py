@@ -79,11 +79,7 @@ class Airspace:
         return np.stack((column * self.terrain.dx_m, row * self.terrain.dy_m, z), axis=1)
 
     def draw_near(
-        self,
-        rng: np.random.Generator,
-        point: NDArray[np.float64],
-        share: float,
-        draws: int,
+        self, rng: np.random.Generator, point: NDArray[np.float64], share: float, draws: int
     ) -> NDArray[np.float64] | None:
         """Draw a free point in a box around ``point``, whose edges are ``share`` of the airspace's.
 

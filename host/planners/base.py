@@ -405,10 +405,7 @@ class Run:
         )
 
 
-def choose(
-    evaluator: Evaluator,
-    archive: Sequence[tuple[float, Path]],
-) -> tuple[Path, Evaluation]:
+def choose(evaluator: Evaluator, archive: Sequence[tuple[float, Path]]) -> tuple[Path, Evaluation]:
     """Return the best candidate that is feasible by the strict rule, or the best if none is.
 
     Strict means that the penalty is also 0 when sampled 8 times finer.

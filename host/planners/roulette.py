@@ -10,9 +10,7 @@ __all__ = ["roulette"]
 
 
 def roulette(
-    fitness: NDArray[np.float64],
-    draws: int,
-    rng: np.random.Generator,
+    fitness: NDArray[np.float64], draws: int, rng: np.random.Generator
 ) -> NDArray[np.intp]:
     """Draw indices with probabilities proportional to ``fitness`` (m,), with replacement."""
     wheel = np.cumsum(fitness)

@@ -131,12 +131,7 @@ class InFlightPlanner:
     """
 
     def __init__(
-        self,
-        name: str,
-        *,
-        board: Chip | None = None,
-        seed: int = 0,
-        seconds: float | None = None,
+        self, name: str, *, board: Chip | None = None, seed: int = 0, seconds: float | None = None
     ) -> None:
         self.name, self.board, self.seed = name, board, seed
         self.constant_s = 0.0 if seconds is None else seconds

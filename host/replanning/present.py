@@ -49,11 +49,7 @@ class Present:
     """
 
     def __init__(
-        self,
-        mission: Problem,
-        zones: Sequence[Zone],
-        goal: Point,
-        wind: tuple[float, float],
+        self, mission: Problem, zones: Sequence[Zone], goal: Point, wind: tuple[float, float]
     ) -> None:
         bare = dataclasses.replace(
             mission, zones=(), goal=goal, wind=wind, start_heading_deg=None, goal_heading_deg=None
@@ -102,11 +98,7 @@ class Present:
         return self._rule(share).off_demand_m(self._laid(pieces)[0])
 
     def in_zones_m(
-        self,
-        pieces: Sequence[Piece],
-        *,
-        margin: bool = True,
-        among: Collection[int] | None = None,
+        self, pieces: Sequence[Piece], *, margin: bool = True, among: Collection[int] | None = None
     ) -> float:
         """Return the metres of a track in zones, with or without their ``margin``.
 

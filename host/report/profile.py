@@ -197,12 +197,7 @@ def _draw_zones(axes: Axes, along: NDArray[np.float64], problem: Problem, sample
     axes.add_collection(drawn, autolim=False)
 
 
-def _shade(
-    axes: Axes,
-    along: NDArray[np.float64],
-    where: NDArray[np.bool_],
-    colour: str,
-) -> None:
+def _shade(axes: Axes, along: NDArray[np.float64], where: NDArray[np.bool_], colour: str) -> None:
     """Shade the intervals in which ``where`` holds, from bottom to top."""
     for first, end in _runs(where):
         axes.axvspan(

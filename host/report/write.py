@@ -173,10 +173,7 @@ Drawn = tuple[Evaluator, Result | None, str]
 
 
 def write_diagnosis(
-    directory: Path,
-    report: Mapping[str, Any],
-    drawn: Drawn | None,
-    warn: Callable[[str], None],
+    directory: Path, report: Mapping[str, Any], drawn: Drawn | None, warn: Callable[[str], None]
 ) -> list[Path]:
     """Write ``diagnosis.json``, and ``diagnosis.png`` if there is a reason to mark.
 

@@ -123,10 +123,7 @@ def ending_children() -> Iterator[None]:
 
 
 def _begin(
-    work: Callable[[Any, Any], Any],
-    prepare: Callable[[Any, int], Any],
-    data: Any,
-    threads: int,
+    work: Callable[[Any, Any], Any], prepare: Callable[[Any, int], Any], data: Any, threads: int
 ) -> None:
     """Prepare a new process."""
     global _state, _function

@@ -186,14 +186,7 @@ def _map_for(config: Config, evaluator: Evaluator, options: Options, on_board: b
 class _Loop:
     """The generations of one run."""
 
-    def __init__(
-        self,
-        chip: Chip,
-        grid: ChipMap,
-        run: Run,
-        mode: LinkMode,
-        on_board: bool,
-    ) -> None:
+    def __init__(self, chip: Chip, grid: ChipMap, run: Run, mode: LinkMode, on_board: bool) -> None:
         problem = run.evaluator.problem
         self._chip, self._grid, self._run, self._mode = chip, grid, run, mode
         self._start, self._goal = np.array([problem.start]), np.array([problem.goal])

@@ -170,10 +170,7 @@ class PcGeneticPlanner:
         return run.result()
 
     def _children(
-        self,
-        paths: list[Path],
-        fitness: NDArray[np.float64],
-        rng: np.random.Generator,
+        self, paths: list[Path], fitness: NDArray[np.float64], rng: np.random.Generator
     ) -> list[Path]:
         parents = roulette(fitness, 2 * _pairs(len(paths)), rng)
         children: list[Path] = []
@@ -212,11 +209,7 @@ def _pairs(population: int) -> int:
     return max(1, round(_CROSSOVER_SHARE * population / 2))
 
 
-def _kept(
-    fitness: NDArray[np.float64],
-    count: int,
-    rng: np.random.Generator,
-) -> NDArray[np.intp]:
+def _kept(fitness: NDArray[np.float64], count: int, rng: np.random.Generator) -> NDArray[np.intp]:
     """Return the indices of ``count`` survivors: the best, then a roulette without replacement."""
     order = np.argsort(-fitness, kind="stable")
     elites = min(count, max(1, round(_ELITE_SHARE * len(fitness))))
@@ -227,10 +220,7 @@ def _kept(
 
 
 def crossover(
-    one: Path,
-    other: Path,
-    max_waypoints: int,
-    rng: np.random.Generator,
+    one: Path, other: Path, max_waypoints: int, rng: np.random.Generator
 ) -> tuple[Path, Path]:
     """Exchange the tails of two paths of waypoints, (n, 3), and return the children.
 

@@ -161,13 +161,7 @@ def _turned(way: list[complex], angle: float) -> list[complex]:
 
 
 @compiled
-def _measure(
-    ways: Floats,
-    counts: Ints,
-    points: Floats,
-    radius_m: float,
-    metres: Floats,
-) -> None:
+def _measure(ways: Floats, counts: Ints, points: Floats, radius_m: float, metres: Floats) -> None:
     """Write the length of the polyline on way w to ``points[1 + j]`` and on to ``metres[w, j]``.
 
     It is infinite if a turn up to the point after that one does not fit.

@@ -185,10 +185,7 @@ class GpuEngine:
 
     @reported()
     def advance(
-        self,
-        first: int,
-        count: int,
-        should_stop: Callable[[], bool] = never,
+        self, first: int, count: int, should_stop: Callable[[], bool] = never
     ) -> Sequence[Sequence[Leader]]:
         """See :class:`pathgene.host.planners.fpa.engines.Engine`; ``count`` is at most the stride.
 

@@ -75,10 +75,7 @@ class Engine(Protocol):
     """Takes the populations of its runs through iterations."""
 
     def advance(
-        self,
-        first: int,
-        count: int,
-        should_stop: Callable[[], bool] = never,
+        self, first: int, count: int, should_stop: Callable[[], bool] = never
     ) -> Sequence[Sequence[Leader]]:
         """Run iterations ``first``, from 1, to ``first + count - 1``.
 
@@ -111,12 +108,7 @@ class CpuEngine:
         1 or more.
     """
 
-    def __init__(
-        self,
-        setup: Setup,
-        two_opt_every: int,
-        threads: int,
-    ) -> None:
+    def __init__(self, setup: Setup, two_opt_every: int, threads: int) -> None:
         evaluator, parameters, box, paths, fitness = setup
         solutions, points, _ = paths.shape
         self._search = Search(parameters, two_opt_every, _CHUNK, box, evaluator.course)
@@ -134,10 +126,7 @@ class CpuEngine:
         self._share(0, 1, 0, Record(np.empty((0, HISTORY_FIELDS)), np.empty((0, points, 3))))
 
     def advance(
-        self,
-        first: int,
-        count: int,
-        should_stop: Callable[[], bool] = never,
+        self, first: int, count: int, should_stop: Callable[[], bool] = never
     ) -> Sequence[Sequence[Leader]]:
         """See :class:`Engine`."""
         history = np.empty((count, HISTORY_FIELDS))

@@ -246,12 +246,7 @@ def improve_share(
 
 @compiled
 def note_iteration(
-    fitness: Floats,
-    paths: Floats,
-    counts: Counts,
-    shared: Shared,
-    history: Floats,
-    leader: Floats,
+    fitness: Floats, paths: Floats, counts: Counts, shared: Shared, history: Floats, leader: Floats
 ) -> None:
     """Find g* and write the record of an iteration; for one thread, in a fixed order."""
     best = 0

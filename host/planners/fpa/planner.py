@@ -168,10 +168,7 @@ class FlowerPollinationPlanner:
         return self._plan([Run(evaluator, options, progress, stop)])[0]
 
     def plan_together(
-        self,
-        evaluators: Sequence[Evaluator],
-        options: Sequence[Options],
-        stop: Stop | None = None,
+        self, evaluators: Sequence[Evaluator], options: Sequence[Options], stop: Stop | None = None
     ) -> list[Result]:
         """Search for paths of several problems at once on a GPU; see :meth:`plan`.
 

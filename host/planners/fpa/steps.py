@@ -48,12 +48,7 @@ _STEP = 2.0**-52
 
 @inlined
 def philox(
-    c0: np.uint64,
-    c1: np.uint64,
-    c2: np.uint64,
-    c3: np.uint64,
-    k0: np.uint64,
-    k1: np.uint64,
+    c0: np.uint64, c1: np.uint64, c2: np.uint64, c3: np.uint64, k0: np.uint64, k1: np.uint64
 ) -> Words:
     """Return four random words of 32 bits for a counter of four and a key of two; all uint64."""
     for _ in range(_ROUNDS):
@@ -166,10 +161,7 @@ def epsilon_bound(p: Pollination, iteration: int) -> float:
 
 @inlined
 def choose_step(
-    p: Pollination,
-    iteration: int,
-    solution: int,
-    count: int,
+    p: Pollination, iteration: int, solution: int, count: int
 ) -> tuple[bool, int, int, float]:
     """Choose a solution's kind of step (True: global), and a local step's partners and epsilon."""
     w = words(p.seed, iteration, solution, _KIND)

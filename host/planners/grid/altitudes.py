@@ -36,12 +36,7 @@ _SHORT_ARC_M = 1e-3
 
 
 def lowest_altitudes(
-    problem: Problem,
-    prices: Prices,
-    places: Floats,
-    *,
-    base_m: float = 0.0,
-    step_m: float = 0.0,
+    problem: Problem, prices: Prices, places: Floats, *, base_m: float = 0.0, step_m: float = 0.0
 ) -> Floats | None:
     """Return a path whose waypoints have the cheapest altitudes.
 
@@ -138,9 +133,7 @@ def _between(at: float, count: int) -> Floats:
 
 
 def _profiles(
-    terrain: Terrain,
-    pieces: Sequence[Straight | Arc],
-    finest_m: float,
+    terrain: Terrain, pieces: Sequence[Straight | Arc], finest_m: float
 ) -> Iterator[tuple[Floats, Floats]]:
     """Yield the ground that each piece must clear: shares of its length, and heights there.
 

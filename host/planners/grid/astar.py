@@ -114,9 +114,7 @@ class AstarPlanner:
 
 
 def searches(
-    run: Run,
-    most: int,
-    lattice: ChipMap | None = None,
+    run: Run, most: int, lattice: ChipMap | None = None
 ) -> Iterator[list[tuple[float, Path]]]:
     """Search with one surface after another.
 

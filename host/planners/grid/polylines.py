@@ -46,10 +46,7 @@ def on_corners(places: Floats, corner_m: tuple[float, float]) -> Floats:
 
 
 def polylines(
-    points: Floats,
-    grid: SearchGrid,
-    surface: Floats,
-    most: int,
+    points: Floats, grid: SearchGrid, surface: Floats, most: int
 ) -> list[NDArray[np.intp] | None]:
     """Return the cheapest polyline through ``points`` for each number of waypoints, 0 to ``most``.
 

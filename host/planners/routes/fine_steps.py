@@ -30,11 +30,7 @@ _ROOM = 512  # Initial room for points of a curve.
 
 
 def fine_steps(
-    control: Floats,
-    counts: Counts,
-    longest: float,
-    fewest: int,
-    bend: float,
+    control: Floats, counts: Counts, longest: float, fewest: int, bend: float
 ) -> tuple[Floats, Floats, Counts]:
     """Return points of curves, even in arc length, with more of them in bends.
 
@@ -143,13 +139,7 @@ def fill(
 
 
 @compiled
-def measure_chords(
-    control: Floats,
-    count: int,
-    chords: int,
-    along: Floats,
-    work: Floats,
-) -> None:
+def measure_chords(control: Floats, count: int, chords: int, along: Floats, work: Floats) -> None:
     """Write the cumulative lengths of a curve's chords to ``along``, starting at 0."""
     here, before = work[ORDER], work[ORDER + 1]
     point_at(control, count, 0.0, work, before)
@@ -183,12 +173,7 @@ def place(control: Floats, count: int, work: Floats, end: Floats) -> None:
 
 @compiled
 def is_bent(
-    points: Floats,
-    directions: Floats,
-    before: int,
-    end: Floats,
-    cosine: float,
-    corner: float,
+    points: Floats, directions: Floats, before: int, end: Floats, cosine: float, corner: float
 ) -> bool:
     """Return whether the curve deviates too far from the step from a point to ``end``."""
     dimensions = points.shape[1]

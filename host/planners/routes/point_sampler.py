@@ -103,10 +103,7 @@ class PointSampler:
         return points
 
     def segments(
-        self,
-        rng: np.random.Generator,
-        tails: Floats,
-        heads: Floats,
+        self, rng: np.random.Generator, tails: Floats, heads: Floats
     ) -> tuple[Floats, Ints]:
         """Draw a segment from each of ``tails`` to each of ``heads``, (m, d).
 
@@ -158,11 +155,7 @@ class PointSampler:
         return clipped
 
 
-def _resized(
-    rng: np.random.Generator,
-    control: Floats,
-    counts: Ints,
-) -> tuple[Floats, Ints]:
+def _resized(rng: np.random.Generator, control: Floats, counts: Ints) -> tuple[Floats, Ints]:
     """Add an inner control point halfway between two, or remove one, in some segments."""
     place = np.arange(MOST_CONTROL_POINTS)
     change = rng.choice((-1, 1), size=len(counts)) * (rng.random(len(counts)) < _COUNT_SHARE)

@@ -34,11 +34,7 @@ def segments_of(route: Ints) -> Ints:
 
 @allocating
 def best_by_sum(
-    tails: Ints,
-    heads: Ints,
-    costs: Floats,
-    points: int,
-    keep: int,
+    tails: Ints, heads: Ints, costs: Floats, points: int, keep: int
 ) -> tuple[Ints, Floats]:
     """Return the best few routes if a route costs the sum of its segments: equation (8).
 
@@ -135,11 +131,7 @@ def least_to_go(tails: Ints, heads: Ints, terms: Floats, points: int) -> Floats:
 
 @allocating
 def best_by_whole(
-    tails: Ints,
-    heads: Ints,
-    terms: Floats,
-    weights: Floats,
-    points: int,
+    tails: Ints, heads: Ints, terms: Floats, weights: Floats, points: int
 ) -> tuple[Ints, float]:
     """Return the best route if the cost applies to the whole route.
 
@@ -235,13 +227,7 @@ def best_by_whole(
 
 @compiled
 def dominated(
-    totals: Floats,
-    links: Ints,
-    newest: int,
-    length: float,
-    turning: float,
-    rate: float,
-    stage: int,
+    totals: Floats, links: Ints, newest: int, length: float, turning: float, rate: float, stage: int
 ) -> bool:
     """Return whether a label of the list starting at ``newest`` is at least as good in all terms.
 

@@ -303,10 +303,7 @@ class ConventionalSearch:
         return population
 
     def _children(
-        self,
-        graph: Graph,
-        parents: list[_Chromosome],
-        fitness: NDArray[np.float64],
+        self, graph: Graph, parents: list[_Chromosome], fitness: NDArray[np.float64]
     ) -> tuple[Graph, list[_Chromosome]]:
         """Breed; return the graph with the segments of the mutations."""
         rng = self._survivor.rng
@@ -328,9 +325,7 @@ class ConventionalSearch:
 
 
 def cross(
-    one: _Chromosome,
-    other: _Chromosome,
-    rng: np.random.Generator,
+    one: _Chromosome, other: _Chromosome, rng: np.random.Generator
 ) -> tuple[_Chromosome, _Chromosome]:
     """Exchange the tails of two chromosomes past a common crossover point drawn at random.
 

@@ -202,11 +202,7 @@ class ConventionalRoutePlanner:
     """
 
     def __init__(
-        self,
-        *,
-        draws: str = KINDS[0],
-        added_points: int = ADDED_POINTS,
-        init: str = "random",
+        self, *, draws: str = KINDS[0], added_points: int = ADDED_POINTS, init: str = "random"
     ) -> None:
         self.draws, self.added_points = draws, added_points
         self.from_astar = check_init(init)

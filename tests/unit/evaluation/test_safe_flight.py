@@ -134,13 +134,13 @@ def test_planner_avoids_what_it_did_not_see(make_problem, zones):
     assert result.evaluation.feasible
 
 
-START, GOAL = (500.0, 2500.0, 300.0), (4500.0, 2500.0, 300.0)
+HIGH_START, HIGH_GOAL = (500.0, 2500.0, 300.0), (4500.0, 2500.0, 300.0)
 EAST, NORTH, WEST = (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)
 
 
 def test_a_turn_at_the_start_is_an_arc_like_any_other():
     """From north to east, it is a quarter turn right that begins a radius before the start."""
-    smoothed = smooth(np.array([START, GOAL]), 150.0, (NORTH, None))
+    smoothed = smooth(np.array([HIGH_START, HIGH_GOAL]), 150.0, (NORTH, None))
     arc, straight = smoothed.pieces
     assert isinstance(arc, Arc)
     assert isinstance(straight, Straight)
@@ -151,28 +151,28 @@ def test_a_turn_at_the_start_is_an_arc_like_any_other():
 
 
 def test_a_turn_at_the_goal_ends_beyond_it():
-    smoothed = smooth(np.array([START, GOAL]), 150.0, (None, NORTH))
+    smoothed = smooth(np.array([HIGH_START, HIGH_GOAL]), 150.0, (None, NORTH))
     assert smoothed.pieces[-1].points(np.ones(1))[0] == pytest.approx((4500, 2650, 300))
 
 
 @pytest.mark.parametrize("heading", [WEST, (-0.1, 0.995)])
 def test_a_turn_beyond_a_right_angle_does_not_fit_at_an_end(heading):
     for headings in ((heading, None), (None, heading)):
-        smoothed = smooth(np.array([START, GOAL]), 150.0, headings)
+        smoothed = smooth(np.array([HIGH_START, HIGH_GOAL]), 150.0, headings)
         assert (smoothed.arcs, smoothed.impossible_arcs) == (1, 1)
 
 
 def test_a_turn_at_the_start_needs_room_in_the_first_segment():
     for first, impossible in (((740.0, 2500.0, 300.0), 1), ((820.0, 2500.0, 300.0), 0)):
-        corner = np.array([START, first, (first[0], 3500.0, 300.0)])
+        corner = np.array([HIGH_START, first, (first[0], 3500.0, 300.0)])
         assert bool(smooth(corner, 150.0, (NORTH, None)).impossible_arcs) == impossible
 
 
 def test_headings_count_in_the_evaluation(make_problem):
-    path = np.array([START, GOAL])
+    path = np.array([HIGH_START, HIGH_GOAL])
     evaluations = [
         Evaluator(
-            make_problem(START, GOAL, rules=Rules(), start_heading_deg=heading), threads=1
+            make_problem(HIGH_START, HIGH_GOAL, rules=Rules(), start_heading_deg=heading), threads=1
         ).evaluate(path)
         for heading in (None, 90, 0, 180, 270)
     ]
@@ -188,7 +188,7 @@ def test_headings_count_in_the_evaluation(make_problem):
 
 def test_a_zone_counts_while_it_is_active(make_problem):
     """At 23 m/s, the aircraft is in the zone from 1,725 to 2,275 m: from 75.0 to 98.9 s."""
-    path = np.array([START, GOAL])
+    path = np.array([HIGH_START, HIGH_GOAL])
     lengths = np.array([2])
     for times, inside in (
         ({}, True),
@@ -199,7 +199,9 @@ def test_a_zone_counts_while_it_is_active(make_problem):
         ({"t1_s": 10}, False),
     ):
         zone = Circle(2500, 2500, 250, **times)
-        evaluator = Evaluator(make_problem(START, GOAL, zones=[zone], rules=Rules()), threads=1)
+        evaluator = Evaluator(
+            make_problem(HIGH_START, HIGH_GOAL, zones=[zone], rules=Rules()), threads=1
+        )
         evaluation = evaluator.evaluate(path)
         assert evaluation.feasible is not inside, times
         assert (evaluation.distance_in_nofly_m > 0) is inside
@@ -209,7 +211,9 @@ def test_a_zone_counts_while_it_is_active(make_problem):
 
 def test_kernels_without_time_take_a_timed_zone_as_always_active(make_problem):
     zone = Circle(2500, 2500, 250, t0_s=1000)
-    evaluator = Evaluator(make_problem(START, GOAL, zones=[zone], rules=Rules()), threads=1)
+    evaluator = Evaluator(
+        make_problem(HIGH_START, HIGH_GOAL, zones=[zone], rules=Rules()), threads=1
+    )
     zoned = evaluator.course.zoned
     assert np.isnan(zoned).sum() == evaluator.problem.blocked_raster.sum() > 0
     assert not evaluator.problem.nofly_raster.any()

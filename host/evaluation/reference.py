@@ -69,12 +69,7 @@ class Utopia:
     fuel_N: float
 
 
-def evaluate(
-    problem: Problem,
-    path: NDArray[np.float64],
-    *,
-    ds_m: float | None = None,
-) -> Terms:
+def evaluate(problem: Problem, path: NDArray[np.float64], *, ds_m: float | None = None) -> Terms:
     """Evaluate ``path``, (n, 3) float64 metres with start and goal, by the definition."""
     aircraft, wind = problem.aircraft, problem.frame_wind
     ds_m = problem.ds_m if ds_m is None else ds_m
@@ -293,10 +288,7 @@ def _air_distance(piece: Piece, aircraft: Aircraft, wind: tuple[float, float]) -
 
 
 def _fuel(
-    pieces: tuple[Piece, ...],
-    aircraft: Aircraft,
-    wind: tuple[float, float],
-    before: float = 0.0,
+    pieces: tuple[Piece, ...], aircraft: Aircraft, wind: tuple[float, float], before: float = 0.0
 ) -> float:
     """Return the fuel of all pieces; the wind is left out of a piece that it makes impossible.
 

@@ -24,6 +24,17 @@ for _number in (signal.SIGQUIT, signal.SIGHUP):
     signal.signal(_number, signal.SIG_DFL)
 
 
+def pytest_sessionstart(session):
+    """Let workers begin with different kernels, so that few are compiled twice."""
+    worker = getattr(session.config, "workerinput", None)
+    if worker is not None:
+        # It loads numba, which a single test may do without.
+        from tests.support.host.kernels import compile_evaluation, written_page
+
+        is_even = int(worker["workerid"].removeprefix("gw")) % 2 == 0
+        (compile_evaluation if is_even else written_page)()
+
+
 @pytest.fixture
 def icarus():
     """Skip the test if Icarus Verilog, which is not a Python package, is not installed."""

@@ -1,5 +1,7 @@
 """A small terrain on disk, and plans over it from the command line."""
 
+import contextlib
+import io
 import json
 import os
 import signal
@@ -12,9 +14,7 @@ import numpy as np
 import pytest
 
 from pathgene.host.cli import main
-from pathgene.host.evaluation import Evaluator
-from pathgene.host.problem.problem import Problem
-from pathgene.host.terrain import Terrain
+from tests.support.host.kernels import compile_evaluation
 
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -127,11 +127,7 @@ def summary_in(out):
 @pytest.fixture(scope="session")
 def kept_kernels():
     """Compile the kernels, so that no command notes that it compiles them."""
-    terrain = Terrain("flat", np.full((30, 30), 100.0), 100.0, 100.0)
-    ends = (500.0, 500.0, 250.0), (2500.0, 2500.0, 250.0)
-    for as_paper in (False, True):
-        problem = Problem(terrain, *ends, as_paper=as_paper)
-        Evaluator(problem, threads=1).evaluate(np.array(ends))
+    compile_evaluation()
 
 
 @pytest.fixture(scope="session")
@@ -143,6 +139,16 @@ def hills(tmp_path_factory, kept_kernels):
     file = tmp_path_factory.mktemp("terrain") / "hills.npz"
     np.savez(file, elevation=elevation, dx_m=100.0, dy_m=100.0)
     return file
+
+
+def run_here(*arguments):
+    """Run ``pathgene`` in this process; return its status and output as of a finished process."""
+    output, error = (io.TextIOWrapper(io.BytesIO(), write_through=True) for _ in range(2))
+    words = list(map(str, arguments))
+    with contextlib.redirect_stdout(output), contextlib.redirect_stderr(error):
+        status = main(words)
+    told = [stream.buffer.getvalue().decode() for stream in (output, error)]
+    return subprocess.CompletedProcess(words, status, *told)
 
 
 @pytest.fixture(scope="session")
@@ -163,8 +169,8 @@ def pathgene():
 
 
 @pytest.fixture(scope="session")
-def planned(hills, pathgene, tmp_path_factory):
-    """Directory, process and summary of a plan by ``PAPER``."""
+def planned(hills, tmp_path_factory):
+    """Directory, finished command and summary of a plan by ``PAPER``."""
     out = tmp_path_factory.mktemp("plan") / "out"
-    done = pathgene("plan", "--terrain", hills, *ENDS, *PAPER, "--out", out, "--json")
+    done = run_here("plan", "--terrain", hills, *ENDS, *PAPER, "--out", out, "--json")
     return out, done, json.loads(done.stdout) if done.returncode == 0 else None

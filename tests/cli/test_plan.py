@@ -23,6 +23,7 @@ from .conftest import (
     assert_check_agrees,
     interrupted,
     plan,
+    run_here,
     summary_in,
 )
 
@@ -56,11 +57,11 @@ def test_plans_on_the_chip_where_neither_planner_nor_board_is_named(hills, tmp_p
     assert_check_agrees(tmp_path, summary, capsys)
 
 
-def test_check_agrees_with_the_summary(planned, pathgene, hills):
+def test_check_agrees_with_the_summary(planned, hills):
     out, _, summary = planned
-    by_summary = json.loads(pathgene("check", "--path", out / "summary.json", "--json").stdout)
+    by_summary = json.loads(run_here("check", "--path", out / "summary.json", "--json").stdout)
     by_geojson = json.loads(
-        pathgene(
+        run_here(
             "check",
             "--terrain",
             hills,

@@ -6,7 +6,7 @@ import pytest
 
 from pathgene.host.cli import main
 
-from .conftest import ENDS, FILES, PAPER, WALL, assert_check_agrees, plan, summary_in
+from .conftest import ENDS, FILES, PAPER, WALL, assert_check_agrees, plan, run_here, summary_in
 
 
 def test_same_seed_same_path_in_every_link_mode(planned, hills, tmp_path, capsys):
@@ -119,8 +119,8 @@ def test_start_from_the_grid_search_without_a_way_states_the_reason(hills, tmp_p
 
 
 @pytest.mark.parametrize("planner", [pytest.param("fpa", marks=pytest.mark.ci), "fpa-2opt"])
-def test_check_agrees_with_flower_pollination(hills, tmp_path, pathgene, capsys, planner):
-    done = pathgene(
+def test_check_agrees_with_flower_pollination(hills, tmp_path, capsys, planner):
+    done = run_here(
         "plan",
         "--terrain",
         hills,

@@ -17,7 +17,7 @@ from tests.support.gateware.chips import SMALL
 from tests.unit.mission.autopilot.mavsdk_autopilot import Autopilot
 from tools.chips import board_url
 
-from .conftest import ENDS, ROOT
+from .conftest import ENDS, ROOT, run_here
 
 
 FILES = ["path.geojson", "path.png", "summary.json", "terrain.npz"]
@@ -287,13 +287,13 @@ COMMANDS = {
 
 
 @pytest.fixture(scope="module")
-def inputs(hills, pathgene, tmp_path_factory):
+def inputs(hills, tmp_path_factory):
     """Names of good files, one of each kind that a command reads."""
     folder = tmp_path_factory.mktemp("inputs")
     ends = ("--terrain", hills, "--start", "500,500,500", "--goal", "5500,3500,500")
     planned = ("--planner", "astar", "--origin", "46.1,7.6", "--no-picture", "--out", folder)
     problem = folder / "problem.toml"
-    assert pathgene("plan", *ends, *planned, "--save-problem", problem).returncode == 0
+    assert run_here("plan", *ends, *planned, "--save-problem", problem).returncode == 0
     (folder / "path.csv").write_text("x,y,z\n500,500,500\n5500,3500,500\n")
     np.save(folder / "map.npy", np.zeros((32, 32), np.int64))
     (folder / "cells.csv").write_text("x,y,z\n1,1,5\n20,20,5\n")

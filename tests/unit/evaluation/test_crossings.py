@@ -1,5 +1,6 @@
 """Crossings of lines and arcs with circles and lines at known places."""
 
+import functools
 import math
 
 import numpy as np
@@ -47,18 +48,24 @@ def around(parts):
     return pytest.approx([part / 270 for part in parts])
 
 
-# Around (0, 0), from (100, 0) through the north and the west to (0, -100).
-LEFT = arc(100.0, 0.0, 90.0, 100.0, 270.0)
-# The same arc mirrored: through the south and the west to (0, 100).
-RIGHT = arc(100.0, 0.0, -90.0, 100.0, 270.0, -1.0)
+@functools.cache
+def left():
+    """Return an arc around (0, 0), from (100, 0) through the north and the west to (0, -100)."""
+    return arc(100.0, 0.0, 90.0, 100.0, 270.0)
+
+
+@functools.cache
+def right():
+    """Return the same arc mirrored: through the south and the west to (0, 100)."""
+    return arc(100.0, 0.0, -90.0, 100.0, 270.0, -1.0)
 
 
 def test_places_and_boxes():
-    assert place(LEFT, 0, 1 / 3) == pytest.approx((0, 100))
-    assert place(RIGHT, 0, 1 / 3) == pytest.approx((0, -100))
-    assert place(LEFT, 0, 1) == pytest.approx((0, -100))
+    assert place(left(), 0, 1 / 3) == pytest.approx((0, 100))
+    assert place(right(), 0, 1 / 3) == pytest.approx((0, -100))
+    assert place(left(), 0, 1) == pytest.approx((0, -100))
     assert place(straight(1.0, 2.0, 5.0, 10.0), 0, 0.25) == (2, 4)
-    assert box_of(LEFT, 0) == pytest.approx((-100, -100, 100, 100))
+    assert box_of(left(), 0) == pytest.approx((-100, -100, 100, 100))
     assert box_of(straight(1.0, 9.0, 5.0, 2.0), 0) == (1, 2, 5, 9)
     # A short arc to the north of its tangent is no farther from its start than its length.
     short = arc(0.0, 0.0, 0.0, 1000.0, 1.0)
@@ -78,12 +85,12 @@ def test_straight_and_circle():
 
 def test_arc_and_circle():
     # The chord of 60 degrees is as long as the radius; the circle is around the arc's west.
-    assert marks_of(cross_circle, LEFT, -100, 0, 100) == around([120, 240])
-    assert marks_of(cross_circle, RIGHT, -100, 0, 100) == around([120, 240])
-    assert marks_of(cross_circle, LEFT, 0, -100, 100) == around([210])
+    assert marks_of(cross_circle, left(), -100, 0, 100) == around([120, 240])
+    assert marks_of(cross_circle, right(), -100, 0, 100) == around([120, 240])
+    assert marks_of(cross_circle, left(), 0, -100, 100) == around([210])
     # Inside, outside and around the same centre, nothing is crossed.
     for x, radius in ((0, 50), (0, 100), (-300, 150), (30, 40), (-50, 250)):
-        assert marks_of(cross_circle, LEFT, x, 0, radius) == []
+        assert marks_of(cross_circle, left(), x, 0, radius) == []
 
 
 def test_straight_and_line():
@@ -100,21 +107,21 @@ def test_straight_and_line():
 def test_arc_and_line():
     south = (-50, 0, 0, -1)
     # Crossed at x = -50: at 120 and 240 degrees, 87 m to the north and to the south.
-    assert marks_of(cross_line, LEFT, *south, 0, -99, 99) == around([120, 240])
-    assert marks_of(cross_line, RIGHT, *south, 0, -99, 99) == around([120, 240])
-    assert marks_of(cross_line, LEFT, *south, 0, 0, 99) == around([240])
+    assert marks_of(cross_line, left(), *south, 0, -99, 99) == around([120, 240])
+    assert marks_of(cross_line, right(), *south, 0, -99, 99) == around([120, 240])
+    assert marks_of(cross_line, left(), *south, 0, 0, 99) == around([240])
     # The left of south is east.
-    assert marks_of(cross_line, LEFT, *south, 50, -101, 101) == around([90])
-    assert marks_of(cross_line, LEFT, *south, 151, -101, 101) == []
+    assert marks_of(cross_line, left(), *south, 50, -101, 101) == around([90])
+    assert marks_of(cross_line, left(), *south, 151, -101, 101) == []
 
 
 def test_nearest_places():
     assert marks_of(mark_towards, straight(0.0, 0.0, 100.0, 0.0), 30, 70) == [0.3]
     assert marks_of(mark_towards, straight(0.0, 0.0, 100.0, 0.0), -30, 70) == []
     assert marks_of(mark_towards, straight(0.0, 0.0, 0.0, 0.0), -30, 70) == []
-    assert marks_of(mark_towards, LEFT, -1, 0) == around([180])
-    assert marks_of(mark_towards, LEFT, 900, -900) == []
+    assert marks_of(mark_towards, left(), -1, 0) == around([180])
+    assert marks_of(mark_towards, left(), 900, -900) == []
     half = math.sqrt(0.5)
-    assert marks_of(mark_parallel, LEFT, half, half) == around([135])
-    assert marks_of(mark_parallel, LEFT, half, -half) == around([45, 225])
+    assert marks_of(mark_parallel, left(), half, half) == around([135])
+    assert marks_of(mark_parallel, left(), half, -half) == around([45, 225])
     assert marks_of(mark_parallel, straight(0.0, 0.0, 9.0, 0.0), 1, 0) == []

@@ -10,8 +10,9 @@ from pathgene.hdl.protocol.codec import FrameError, decode_frame, encode_frame
 from pathgene.hdl.protocol.layout import Field, Layout, numbered
 from pathgene.hdl.protocol.planner import VALUE_BITS
 from pathgene.sim.model.chip import Chip
+from tests.support.host.kernels import written_page
 from tools.protocol_page import page
-from tools.protocol_page.__main__ import FRAMES, contents
+from tools.protocol_page.__main__ import FRAMES, PAGE
 from tools.protocol_page.segments import split_reply, split_request
 
 
@@ -19,10 +20,11 @@ GOLDEN = json.loads(FRAMES.read_text())
 CHIPS = {chip["name"]: chip for chip in GOLDEN["chips"]}
 
 
-@pytest.mark.parametrize("path", contents(), ids=lambda path: path.name)
+@pytest.mark.parametrize("path", [FRAMES, PAGE], ids=lambda path: path.name)
 def test_committed_file(path):
     """`python -m tools.protocol_page` rewrites the files."""
-    assert path.read_text() == contents()[path]
+    assert set(written_page()) == {FRAMES, PAGE}
+    assert path.read_text() == written_page()[path]
 
 
 @pytest.mark.parametrize("chip", CHIPS)

@@ -149,9 +149,9 @@ def open_chip():
 
 
 def some_in_ci(names):
-    """Return the names as parameters: `make test-ci` builds two, the rest take minutes."""
+    """Return the names as parameters: `make test-ci` builds one, the rest take minutes."""
     return [
-        pytest.param(name, marks=[pytest.mark.long] if i >= 2 else [])
+        pytest.param(name, marks=[pytest.mark.long] if i >= 1 else [])
         for i, name in enumerate(names)
     ]
 

@@ -107,19 +107,19 @@ def interrupted(port, job):
     return results, error is not None
 
 
-@pytest.mark.ci
 def reset(board, after_bytes, after_cycles=0):
     """Reset the chip for one cycle, or cancel that with 0 bytes: see ``sim/board/bridge.hpp``."""
     board._order(f"reset {after_bytes} {after_cycles}")
     board._answer("armed")
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize(
     ("config", "job", "resets"),
     [
         pytest.param(CHECKING, breed, 8, id="checker"),
-        pytest.param(PLANNER, plan, 20, id="planner", marks=pytest.mark.ci),
-        pytest.param(SMALL, breed, 40, id="core", marks=pytest.mark.ci),
+        pytest.param(PLANNER, plan, 8, id="planner"),
+        pytest.param(SMALL, breed, 16, id="core"),
         pytest.param(CHECKING, breed, 400, id="long-checker", marks=pytest.mark.long),
         pytest.param(PLANNER, plan, 400, id="long-planner", marks=pytest.mark.long),
         pytest.param(SMALL, breed, 200, id="long-core", marks=pytest.mark.long),

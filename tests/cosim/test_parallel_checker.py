@@ -52,13 +52,13 @@ def assert_equal(chip, terrain, paths, count=False, stall=0):
 
 @pytest.mark.ci
 def test_every_segment_of_a_tiny_map():
-    """All pairs of cells on eight maps are queued, at random altitudes."""
+    """All pairs of cells on three maps are queued, at random altitudes."""
     rng = np.random.default_rng(1)
     cells = list(itertools.product(range(TINY.map_size), repeat=2))
     ends = np.array(list(itertools.product(cells, repeat=2)))
     hits = 0
     with VerilatedChecker(TINY) as chip:
-        for _ in range(8):
+        for _ in range(3):
             terrain = ground(TINY, rng, peaks=0.05, blocked=0.02)
             chip.write(terrain.heights)
             altitudes = rng.integers(3, 16, (len(ends), 2, 1))
@@ -66,7 +66,7 @@ def test_every_segment_of_a_tiny_map():
             batch = assert_equal(chip, terrain, paths)
             hits += sum(verdict["collision"] for verdict in batch.verdicts)
             assert_equal(chip, terrain, paths, count=True)
-    assert 5_000 < hits < 25_000
+    assert 2_000 < hits < 9_000
 
 
 @pytest.mark.long
@@ -126,7 +126,7 @@ def check_full_size(config, paths, limit):
 
 @pytest.mark.ci
 def test_full_size():
-    check_full_size(FULL, 500, limit=44)
+    check_full_size(FULL, 200, limit=44)
 
 
 @pytest.mark.long

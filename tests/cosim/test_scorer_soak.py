@@ -81,8 +81,8 @@ def unpack(config, raw, sizes):
 @pytest.mark.parametrize(
     ("config", "count"),
     [
-        (SMALL, 3_000),
-        (USUAL, 3_000),
+        (SMALL, 1_000),
+        (USUAL, 1_000),
         pytest.param(LARGE, 500, marks=pytest.mark.long),
         pytest.param(SMALL, 100_000, marks=pytest.mark.long),
         pytest.param(USUAL, 100_000, marks=pytest.mark.long),

@@ -213,8 +213,8 @@ def check(config, job, expected, raw):
 @pytest.mark.parametrize(
     ("config", "maps", "runs", "most_shift"),
     [
-        (SMALL, 20, 5, 0),
-        (USUAL, 8, 5, 4),
+        (SMALL, 10, 5, 0),
+        (USUAL, 4, 5, 4),
         pytest.param(LARGE, 1, 4, 3, marks=pytest.mark.long),
         pytest.param(SMALL, 400, 5, 0, marks=pytest.mark.long),
         pytest.param(USUAL, 100, 8, 4, marks=pytest.mark.long),

@@ -110,7 +110,9 @@ exec sleep 100
 """
 
 
-@pytest.mark.parametrize("screen", ["DISPLAY", "WAYLAND_DISPLAY", None])
+@pytest.mark.parametrize(
+    "screen", ["DISPLAY", pytest.param("WAYLAND_DISPLAY", marks=pytest.mark.ci), None]
+)
 def test_open_opens_the_page_where_there_is_a_screen(tmp_path, screen, monkeypatch):
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)

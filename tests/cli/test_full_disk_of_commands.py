@@ -28,7 +28,7 @@ COMMANDS = {
     ),
     "diagnose": (("diagnose", "{problem}", "--out", "{out}"), {"diagnosis.json"}),
     "export": (("export", "{summary}", "--write", "geojson", "--out", "{out}"), {"path.geojson"}),
-    "fly": (("fly", "{summary}", "--out", "{out}"), {"flight.json", "flight.png"}),
+    "fly": (("fly", "{near}", "--out", "{out}"), {"flight.json", "flight.png"}),
     "problem new": (("problem", "new", "{out}/new.toml"), {"new.toml"}),
     "terrain synth": (("terrain", "synth", "river", "--out", "{out}/river.npz"), {"river.npz"}),
     "verilog": (("verilog", "--top", "uart", "--out", "{out}/uart.v"), {"uart.v"}),
@@ -44,7 +44,11 @@ def inputs(hills, tmp_path_factory):
     ends = ("--terrain", str(hills), "--start", "500,500,500", "--goal", "5500,3500,500")
     made = ("--planner", "astar", "--no-picture", "--out", str(folder))
     assert main(["plan", *ends, *made, "--save-problem", str(problem)]) == 0
-    return {"hills": hills, "problem": problem, "summary": folder / "summary.json"}
+    # A flight of half a minute.
+    near = folder / "near"
+    assert main(["plan", *ends[:-1], "2000,1400,500", *made[:-1], str(near)]) == 0
+    summaries = {"summary": folder / "summary.json", "near": near / "summary.json"}
+    return {"hills": hills, "problem": problem, **summaries}
 
 
 @pytest.mark.parametrize("name", COMMANDS)

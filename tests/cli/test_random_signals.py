@@ -17,13 +17,15 @@ import pytest
 
 from pathgene.host.device.boards import open_board
 from pathgene.host.report.run_files import verify
-from tests.cli.conftest import ENDS, ROOT
+from tests.cli.conftest import ROOT
 from tests.support.gateware.chips import SMALL
 from tools.chips import board_url
 
 
 SIGNALS = [signal.SIGTERM, signal.SIGHUP, signal.SIGINT, signal.SIGQUIT]
 COMMANDS = ["plan-model", "plan-sim", "compare", "fly", "replan", "serve"]
+# A minute of simulation for each flight.
+LONG = [*COMMANDS, "replan-sim"]
 WRITTEN = "pathgene: Interrupted; the best path so far is written."
 ENDED = "pathgene: Interrupted before the end."
 EARLY = "pathgene: Interrupted before a path was found; nothing is written to "
@@ -32,6 +34,10 @@ WHOLE = "pathgene: Interrupted; the flight is written, but not all of its pictur
 GROUNDED = "pathgene: Interrupted before the flight began; nothing is written to "
 # Each process of a trial has this variable in its environment.
 MARK = "PATHGENE_TRIAL"
+# A flight of a minute or two.
+ENDS = ("--start", "500,500,100", "--goal", "2500,1500,100", "--agl")
+# Boards whose first use builds them.
+BOARDS = {"plan-sim": board_url("sim", SMALL), "replan-sim": "sim:?map_size=128&lanes=4"}
 # A board is served until a signal ends it.
 SERVED_S = 3.0
 # Maximum time from the end of a search to the last file of its path, seconds.
@@ -46,12 +52,16 @@ def trial(hills, tmp_path_factory):
     It returns the exit status. All trials of a command write to one folder.
     """
     durations = {}
-    folders = {name: tmp_path_factory.mktemp(name) for name in COMMANDS}
+    folders = {name: tmp_path_factory.mktemp(name) for name in LONG}
     search = ["--terrain", hills, *ENDS, "--generations", "10000000"]
     plan = ["plan", *search, "--time-limit", "1", "--planner", "ga-fpga", "--board"]
+    replan = [
+        *["fly", folders["plan-model"] / "summary.json", "--popup", "ahead:800,250@20"],
+        *["--planner", "ga-chip", "--board"],
+    ]
     commands = {
         "plan-model": [*plan, board_url("model", SMALL), "--out", folders["plan-model"]],
-        "plan-sim": [*plan, board_url("sim", SMALL), "--out", folders["plan-sim"]],
+        "plan-sim": [*plan, BOARDS["plan-sim"], "--out", folders["plan-sim"]],
         "compare": [
             *["compare", *search, "--planners", "ga-pc", "--runs", "4", "--time-limit", "0.3"],
             *["--jobs", "2", "--out", folders["compare"]],
@@ -60,11 +70,8 @@ def trial(hills, tmp_path_factory):
             *["fly", folders["plan-model"] / "summary.json", "--gusts", "light"],
             *["--out", folders["fly"]],
         ],
-        "replan": [
-            *["fly", folders["plan-model"] / "summary.json", "--popup", "ahead:1500,250@20"],
-            *["--planner", "ga-chip", "--board", "sim:?map_size=128&lanes=4"],
-            *["--out", folders["replan"]],
-        ],
+        "replan": [*replan, "model:?map_size=128&lanes=4", "--out", folders["replan"]],
+        "replan-sim": [*replan, BOARDS["replan-sim"], "--out", folders["replan-sim"]],
         "serve": ["board", "serve", "--board", board_url("sim", SMALL)],
     }
 
@@ -74,9 +81,10 @@ def trial(hills, tmp_path_factory):
             if name == "serve":
                 durations[name] = SERVED_S
                 return SERVED_S
-            if name in ("fly", "replan"):
+            if name in ("fly", "replan", "replan-sim"):
                 usual_s("plan-model")
-            finished(commands[name])
+            if name in BOARDS:
+                open_board(BOARDS[name]).close()
             started = time.monotonic()
             finished(commands[name])
             durations[name] = time.monotonic() - started
@@ -331,7 +339,7 @@ def test_two_signals(trial, name):
 
 @pytest.mark.long
 @pytest.mark.parametrize("number", SIGNALS)
-@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize("name", LONG)
 def test_ten_signals(trial, name, number):
     statuses = [trial(name, number, seed) for seed in range(10)]
     print(f"{name}, {number.name}: {statuses}")

@@ -65,10 +65,6 @@ def run_tool(
 
     Parameters
     ----------
-    command : Sequence[str or Path]
-        Program and arguments.
-    cwd : Path
-        Working directory.
     what : str
         Subject of the sentence of an error.
     env : Mapping[str, str], optional

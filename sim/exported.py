@@ -26,8 +26,6 @@ def exported_verilog(top: str, config: Config, *, build_dir: Path | None = None)
     ----------
     top : str
         A name in ``pathgene.hdl.verilog.TOPS``.
-    config : Config
-        Configuration of the chip.
     build_dir : Path, optional
         Keeps the exports; default ``sim/`` in :func:`pathgene.sim.cache.build_root`.
     """

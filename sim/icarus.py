@@ -102,8 +102,6 @@ def build_icarus_module(builds: BuildCache, sources: Sequence[Path]) -> Path:
     ----------
     builds : BuildCache
         Keeps the module.
-    sources : Sequence[Path]
-        C++ files.
 
     Returns
     -------

@@ -77,8 +77,6 @@ def build_verilator(
         Keeps the program; a second call with equal arguments only looks it up.
     verilog : str
         Text of the design: one self-contained file.
-    top : str
-        Module to build.
     main : Path
         C++ file with ``main``, which finds the design as class ``Vtop``.
     headers : Sequence[Path]

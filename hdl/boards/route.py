@@ -36,8 +36,6 @@ class Routed:
 
     Parameters
     ----------
-    seed : int
-        Seed of the placer.
     clocks : dict of str to (float, float)
         Achieved and requested frequency of each clock, MHz.
     cells : dict of str to (int, int)

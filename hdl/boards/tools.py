@@ -45,7 +45,6 @@ class Stamp:
 
     Parameters
     ----------
-    tool : str
     arguments : sequence of str
     folder : Path
         Working directory of the tool, and place of the mark.

@@ -58,7 +58,6 @@ class MutationRecord:
 
     Attributes
     ----------
-    kind : MutationKind
     applied : bool
         False leaves the child unchanged.
     child : int
@@ -185,12 +184,10 @@ def breed(
 
     Parameters
     ----------
-    config : Config
     paths : sequence of list of int
         Content of every slot before the generation.
     order : sequence of int
         The slots from the best path to the worst.
-    recipe : Recipe
 
     Raises
     ------

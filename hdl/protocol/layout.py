@@ -16,12 +16,10 @@ class Field(tuple[str, int]):
 
     Parameters
     ----------
-    name : str
     width : int
         Bits.
     values : str
         Range of values.
-    meaning : str
     size : str or None
         Attribute of :class:`pathgene.hdl.config.Config` that gives the width; None if the width is
         constant.

@@ -31,8 +31,6 @@ class SimulatedBoard:
 
     Parameters
     ----------
-    program : Program
-        Program to run.
     listen : str
         ``HOST:PORT`` to listen at; port 0 chooses a free port.
     pty : bool

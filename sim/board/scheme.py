@@ -58,8 +58,6 @@ def start_simulated(url: str, **options: Any) -> SimulatedBoard:
 
     Parameters
     ----------
-    url : str
-        ``sim:`` with its options.
     **options
         Passed to :func:`pathgene.sim.board.open_simulated`: ``listen``, ``pty``, ``keep``.
 

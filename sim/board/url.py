@@ -22,8 +22,6 @@ class BoardOptions:
 
     Parameters
     ----------
-    sim : {"verilator", "icarus"}
-        Simulator.
     clocks_per_bit : int, optional
         UART divisor of the chip to build, cycles, 4..65535; None leaves it to the caller.
     idle_clocks : int, optional

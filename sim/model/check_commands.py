@@ -30,15 +30,8 @@ __all__ = ["CheckingModel"]
 class CheckingModel:
     """Executes MAP, CHECK, CHECK_PATHS and RESULTS.
 
-    Parameters
-    ----------
-    config : Config
-        Configuration with a checker.
-
     Attributes
     ----------
-    terrain : TerrainModel
-        The map.
     counters : dict of Counter to int
         Sums over all checks.
     """

@@ -45,10 +45,6 @@ class TerrainModel:
     The chip's memory is undefined until it has been written. Here every cell is initially blocked,
     so that no path can cross cells that were not uploaded.
 
-    Parameters
-    ----------
-    config : Config
-
     Attributes
     ----------
     heights : ndarray
@@ -124,7 +120,6 @@ class Verdict:
 
     Attributes
     ----------
-    collision : bool
     clear : bool
         The opposite of ``collision``, because every check ends: the paper's flag "over".
     segment : int
@@ -210,8 +205,6 @@ def check_path(
 
     Parameters
     ----------
-    config : Config
-    terrain : TerrainModel
     points : sequence of (int, int, int)
         Aircraft, waypoints, goal: cells and altitude steps.
     count : bool
@@ -265,8 +258,6 @@ def paper_cycles(cells: int, segments: int) -> int:
     ----------
     cells : int
         Cells compared: :attr:`Verdict.cells`.
-    segments : int
-        Number of segments begun.
     """
     return _CAPTURE_CYCLES + cells + _SWITCH_CYCLES * (segments - 1)
 

@@ -38,12 +38,7 @@ def two_tier_cycles(
 
     Parameters
     ----------
-    config : Config
-        Sizes of the two-tier build.
-    terrain : TerrainModel
     paths : iterable of sequences of (int, int, int)
-    count : bool
-        Count mode.
     """
     answer = config.memory_latency + 3  # Cycles from a visit to its step.
     places = config.count_places
@@ -147,7 +142,6 @@ class _Front:
 
     Parameters
     ----------
-    config : Config
     paths : sequence of paths
     hits : sequence of (int, int) or None
         Segment and cell that end each path early.

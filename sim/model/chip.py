@@ -49,19 +49,11 @@ class Chip:
     The cycles of core and checker equal the chip's exactly. The cycles of receiver and transmitter
     count the bytes on the line; the chip takes a few more per command.
 
-    Parameters
-    ----------
-    config : Config
-
     Attributes
     ----------
     core : PaperCore
         Population and random source, which tests compare with the gateware. On a chip without a
         paper core, no command reaches it.
-    checking : CheckingModel or None
-        The checker, if the chip has one.
-    running : RunningModel or None
-        The planner core, if the chip has one.
     """
 
     def __init__(self, config: Config) -> None:
@@ -329,10 +321,6 @@ class ModelPort:
 
     The model answers during a write, so a read never waits: bytes that are missing only arrive
     after another write.
-
-    Parameters
-    ----------
-    chip : Chip
     """
 
     def __init__(self, chip: Chip) -> None:

@@ -67,7 +67,6 @@ class PaperCore:
 
     Parameters
     ----------
-    config : Config
     terrain : TerrainModel, optional
         The map on the chip, if ``config.checker`` has one. By default, the core makes one.
 
@@ -77,7 +76,6 @@ class PaperCore:
         Content of every slot.
     generation : int
         Generations since :meth:`start`.
-    limits : Limits
     avoid_ground : bool
         Values set by :meth:`start`.
     """

@@ -51,7 +51,6 @@ class Mutation:
 
     Parameters
     ----------
-    config : Config
     terrain : TerrainModel, optional
         The map on the chip; required if ``config.checker`` has one.
 

@@ -114,15 +114,11 @@ class RunningModel:
 
     Parameters
     ----------
-    config : Config
-        Configuration with the planner core.
     terrain : TerrainModel
         The map, whose cells are corners; observed from now on.
 
     Attributes
     ----------
-    record : ProblemRecord or None
-        The problem, if there is one.
     cycles, generations : int
         Totals of all runs.
     """

@@ -28,7 +28,6 @@ def comes_back(m, states, earlier, age, away, limit, *, most):
 
     Parameters
     ----------
-    m : Module
     states : (Signal, Signal)
         The state in the previous cycle, and in this one.
     earlier : dict of ChipState to int
@@ -37,7 +36,6 @@ def comes_back(m, states, earlier, age, away, limit, *, most):
         Cycles in the state, and outside LISTEN.
     limit : Signal
         Maximum time in a state.
-    most : int
     """
     before, state = states
     with m.Switch(state):
@@ -72,10 +70,6 @@ def _set(m, signal, source):
 
 class Opened(Elaboratable):
     """A component whose internals are visible, as a proof by induction needs.
-
-    Parameters
-    ----------
-    component : wiring.Component
 
     Attributes
     ----------
@@ -127,8 +121,6 @@ class Scoreboard(Elaboratable):
 
     Parameters
     ----------
-    shape : ShapeLike
-        Shape of a word.
     bits : int
         Width of the counters; ``2**bits`` exceeds the number of words that can be in flight.
 
@@ -223,7 +215,6 @@ class Segment:
 
     Parameters
     ----------
-    m : Module
     start, stop : StructLayout with x, y and altitude
     """
 

@@ -59,7 +59,6 @@ def breed(
 
     Parameters
     ----------
-    course : Course
     members : Members
         The population; its keys are not read.
     free : (children,) int64

@@ -149,8 +149,6 @@ class Surroundings(NamedTuple):
 
     Parameters
     ----------
-    words : Words
-        Random source.
     watched : (WATCHED,) int64
         Progress that another thread reads, and the stop that it requests.
     spare : (7, slots + 1) int64

@@ -145,7 +145,6 @@ def ready(is_sorted: int, population: int) -> int:
     ----------
     is_sorted : int
         The first cycle after the pass in which the sorter has finished with the last child.
-    population : int
     """
     return is_sorted + population + 1
 

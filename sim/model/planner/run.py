@@ -92,11 +92,8 @@ def plan(
 
     Parameters
     ----------
-    config : Config
     ground : (map_size, map_size) uint16
         The highest of the four cells around each corner.
-    record : ProblemRecord
-    options : RunOptions
     population : list of list of (int, int, int), optional
         All paths of an earlier run, best first; only with ``options.warm``.
     marked : int
@@ -196,7 +193,6 @@ def _run(
 
     Parameters
     ----------
-    course, scratch, around : Course, Scratch, Surroundings
     islands : Members
         One island for each of ``slopes``. A warm start has one more, the first, which contains its
         paths.

@@ -60,14 +60,7 @@ def without_line_cycles(counters):
 
 
 class Pair:
-    """A board and a model that get the same requests and must give the same replies.
-
-    Parameters
-    ----------
-    board, model : pathgene.host.device.chip.Chip
-    seed : int
-        Seed of all draws.
-    """
+    """A board and a model that get the same requests and must give the same replies."""
 
     def __init__(self, board, model, seed=1):
         assert board.config == model.config

@@ -55,13 +55,11 @@ class CommandFuzz:
     ----------
     chip : str
         One of :data:`CHIPS`.
-    seed : int
     port : serial port, optional
         A board of the same chip after its reset.
 
     Attributes
     ----------
-    config : Config
     counts : collections.Counter
         Frames by kind and status; None if unanswered.
     """

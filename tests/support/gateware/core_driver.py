@@ -21,9 +21,6 @@ class Driver:
 
     Parameters
     ----------
-    ctx : amaranth.sim.SimulatorContext
-    dut : PaperCoreTop
-    rng : random.Random
     pauses : iterable of int
         Idle cycles before each word of a stream, repeated.
 

@@ -19,8 +19,6 @@ class ByteFaults:
     rate : float
         Probability per byte of each of five faults: a flipped bit, a repeated byte, a lost byte, a
         random byte before it, and a second chance of loss for delimiters.
-    rng : random.Random
-        Source of all draws.
 
     Attributes
     ----------
@@ -62,8 +60,6 @@ class FrameFaults:
     ----------
     rate : float
         Probability per frame of each fault.
-    rng : random.Random
-        Source of all draws.
 
     Attributes
     ----------

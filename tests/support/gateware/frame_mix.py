@@ -50,10 +50,8 @@ class FrameMix:
 
     Parameters
     ----------
-    config : Config
     rules : tests.support.gateware.protocol_rules.ProtocolRules
         Rules that know the open session and the expected number.
-    seed : int
     """
 
     def __init__(self, config, rules, seed):

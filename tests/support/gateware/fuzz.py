@@ -37,11 +37,6 @@ _LOOKS = 10_000
 class Fuzz:
     """Source of random requests to a chip and of the replies it must give.
 
-    Parameters
-    ----------
-    config : Config
-    seed : int
-
     Attributes
     ----------
     frames : int

@@ -10,10 +10,6 @@ _IN_ORDER = (Status.OK, Status.UNKNOWN_COMMAND, Status.BAD_LENGTH, Status.BAD_VA
 class ProtocolRules:
     """Session and sequence number of a chip since its reset, and the correct answer to each frame.
 
-    Parameters
-    ----------
-    config : Config
-
     Attributes
     ----------
     session, expected : int

@@ -73,8 +73,6 @@ class RandomRequests:
 
     Parameters
     ----------
-    config : Config
-    rng : random.Random
     draws : numpy.random.Generator
         Source of problems and shapes.
     """

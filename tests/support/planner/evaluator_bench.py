@@ -29,7 +29,6 @@ class Findings:
         Cycles of the decisions and of the margins.
     idle : int
         First cycle in which the evaluator was idle again.
-    walk : int
     """
 
     members: list = field(default_factory=list)

@@ -28,9 +28,6 @@ class OfferedPath:
     Attributes
     ----------
     points : list of Point
-    slot : int
-    first : bool
-    limit : int or None
     gap : int
         Cycles without an offer before its first point.
     gaps : sequence of int

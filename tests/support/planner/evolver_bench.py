@@ -93,9 +93,6 @@ class Bench:
 
     Parameters
     ----------
-    config : Config
-    seed : int
-    islands : int
     pace : str
         Pace of the points: "fast", "scorer" for one every two cycles, "stalled" for random pauses
         of everything.

@@ -48,7 +48,6 @@ class Flight:
 
     Parameters
     ----------
-    config : Config
     rows : int
         Rows of its memo.
     seed : int

@@ -178,7 +178,6 @@ class Memo:
 
     Parameters
     ----------
-    config : Config
     size : int
         Segments: 0, or a power of two.
     """

@@ -40,7 +40,6 @@ class RunFuzz:
 
     Parameters
     ----------
-    seed : int
     port : serial port
         A board after its reset.
 

@@ -61,7 +61,6 @@ class Blocks:
         Minimum ground of the blocks without a blocked corner, and of the blocks of start and goal.
     lowest : dict
         First of the lowest corners of each block, by rows.
-    start, goal : Block
     distances : (int, int, int)
         Distances between the centres of neighbours in x, in y, and diagonally, in units of length.
     """

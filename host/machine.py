@@ -1,4 +1,4 @@
-"""The machine that the process runs on: its cores and its memory."""
+"""The machine on which the process runs: its cores and its memory."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ _LARGEST, _KEPT = 32 << 20, 1 << 30
 def keep_memory() -> None:
     """Let the process keep up to a GiB of freed memory.
 
-    An array of a map has over a thousand pages. Getting them from the kernel again costs a replan
-    several milliseconds. This has no effect with C libraries other than GNU's.
+    An array of a map has over a thousand pages. Requesting them again from the kernel costs a
+    replan several milliseconds. This has no effect with C libraries other than GNU's.
     """
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
     if mallopt is not None:
@@ -29,7 +29,7 @@ def keep_memory() -> None:
 
 def available_cores() -> int:
     """Return the number of cores that this process may use, 1 or more."""
-    # Some systems lack it; os.process_cpu_count is new in Python 3.13.
+    # Some systems lack it; os.process_cpu_count exists only since Python 3.13.
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

@@ -1,4 +1,4 @@
-"""Remarks on the files that were read, as a command says them about its terrain and zones."""
+"""Remarks on files that were read, which a command prints about its terrain and zones."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Grade(StrEnum):
 
 @dataclass(frozen=True)
 class Remark:
-    """A sentence on a file."""
+    """A sentence about a file."""
 
     grade: Grade
     text: str

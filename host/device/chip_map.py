@@ -46,7 +46,7 @@ def map_frames(
 ) -> Iterator[tuple[bytes, tuple[slice, slice]]]:
     """Yield the payload of each MAP frame of a rectangle, with the rows and columns it writes.
 
-    A frame stays within a block of the coarse map where it can, so that the chip rebuilds as few
+    If possible, a frame stays within a block of the coarse map, so that the chip rebuilds as few
     blocks as possible.
 
     Parameters
@@ -150,7 +150,7 @@ def drawn_corners(shape: NoFlyShape) -> NDArray[np.bool_]:
 
 
 class MapCopy:
-    """The cells of a chip's map, as far as they are known."""
+    """The known cells of a chip's map."""
 
     def __init__(self, config: Config, orders: Orders) -> None:
         self._config, self._orders = config, orders

@@ -14,8 +14,8 @@ from pathgene.host.formats.features import Position
 __all__ = ["Arc", "around", "bearing", "corner", "unwrapped"]
 
 _EARTH = Geod(ellps="WGS84")
-# Maximum distance between an arc and its polygon, metres, and the distance that a polygon keeps
-# from the arc because its edges are straight in degrees.
+# Maximum distance between an arc and its polygon, metres, and the distance between a polygon and
+# the arc, because edges are straight in degrees.
 _TOLERANCE_M = 0.25
 _APART_M = 0.05
 
@@ -48,10 +48,10 @@ class Arc:
         self._sweep = (sweep or 360.0) * (1.0 if clockwise else -1.0)
 
     def corners(self, *, grown: bool) -> list[Position]:
-        """Return corners from start to end: on the arc, or of tangents to it if ``grown``.
+        """Return corners from start to end, on the arc or, if ``grown``, of tangents to it.
 
-        The chain lies within half a metre of the arc, on one side of it: a chain on the arc lies
-        nearer to the centre, a grown chain farther.
+        The chain lies within half a metre of the arc, on one side: nearer to the centre, or farther
+        if it is grown.
         """
         radius_m = max(self._radius_m, self._radius_m + self._growth_m, 1e-3)
         half = math.acos(radius_m / (radius_m + _TOLERANCE_M))

@@ -23,7 +23,7 @@ Rings = tuple[tuple[Position, ...], ...]
 
 #: Characters of a name in sentences.
 MOST_NAME = 80
-# Editors of maps continue longitudes beyond 180 for as long as one scrolls; twice around is enough.
+# Map editors continue longitudes beyond 180 as the user scrolls; twice around is enough.
 _MOST_LONGITUDE = 720.0
 # Names of properties that may limit an area in height, size or time.
 _LIMITING = re.compile(
@@ -32,8 +32,8 @@ _LIMITING = re.compile(
     re.IGNORECASE,
 )
 _KINDS = ("Point", "MultiPoint", "LineString", "MultiLineString")
-# Units of a projection, mostly metres, from corner to corner of an edge that is straight there,
-# and the maximum number of them on an edge.
+# Distance of the corners on an edge that is straight in a projection, in its units (usually
+# metres), and their maximum number.
 _STEP, _MOST_STEPS = 1000.0, 500
 
 
@@ -161,7 +161,7 @@ def check_degrees(pairs: Iterable[Position], remedy: str = "give degrees.") -> N
 
 
 def named_system(document: Mapping[str, Any]) -> str | None:
-    """Return the reference system that an old GeoJSON names, None for WGS84 and its likes.
+    """Return the reference system that an old GeoJSON names, None for WGS84 and its equivalents.
 
     Raises
     ------

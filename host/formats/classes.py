@@ -37,7 +37,8 @@ class AirspaceClass:
     openaip: int | None = None
 
 
-#: The classes. Those that require a clearance or equipment forbid, as the planner has neither.
+#: The classes. Classes that require a clearance or equipment forbid, because the planner has
+#: neither.
 CLASSES = (
     AirspaceClass("PROHIBITED", "prohibited area", True, ("P",), 3),
     AirspaceClass("RESTRICTED", "restricted area", True, ("R",), 1),
@@ -122,7 +123,7 @@ def of_word(text: str) -> str:
 
 
 def of_openaip(number: int, icao_class: Any = None) -> str:
-    """Return the name of the class of an openAIP type; type 0 has the class of ICAO, if any.
+    """Return the name of the class of an openAIP type; type 0 has the ICAO class, if any.
 
     Raises
     ------
@@ -162,5 +163,5 @@ def forbidding(text: str) -> frozenset[str]:
 
 
 def forbids(category: str, chosen: frozenset[str] = _DEFAULT) -> bool:
-    """Return whether a class forbids flight; one that no row has, or an empty one, does."""
+    """Return whether a class forbids flight; unknown and empty classes do."""
     return category in chosen or category not in BY_NAME

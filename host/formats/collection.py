@@ -1,4 +1,4 @@
-"""Members of a JSON list of zones: each is read on its own, so a bad one hides no good one."""
+"""Members of a JSON list of zones: each is read separately, so bad ones do not hide good ones."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Member:
     properties : mapping
         The properties.
     geometry : object
-        The geometry as the file has it.
+        The geometry as in the file.
     """
 
     number: int
@@ -52,7 +52,7 @@ def members(document: Any) -> list[Any]:
 
 
 def properties_of(value: Any) -> Mapping[str, Any]:
-    """Return the properties of a member, or of an object that is none."""
+    """Return the properties of a member, or of an object that is not a member."""
     if not isinstance(value, dict):
         return {}
     if value.get("type") != "Feature":
@@ -82,7 +82,7 @@ _NAMES = ("name", "Name", "identifier", "designator", "id", "_id")
 
 
 def plain_text(value: Any) -> str:
-    """Return a text, the English one of a list of texts with languages, or a number."""
+    """Return a text, a number, or the English text in a list of texts with languages."""
     if isinstance(value, list):
         texts = [each for each in value if isinstance(each, dict) and each.get("text")]
         english = (each for each in texts if str(each.get("lang", "")).startswith("en"))
@@ -97,7 +97,7 @@ def sized(value: Any) -> float:
     Raises
     ------
     InputError
-        If it is no number above 0.
+        If it is not a number above 0.
     """
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < 1e8:
         raise InputError(f"the radius of a circle must be a number above 0, not {value!r}.")
@@ -105,7 +105,7 @@ def sized(value: Any) -> float:
 
 
 def check_order(lower: Limit | None, upper: Limit | None) -> None:
-    """Check that a lower limit does not lie above the upper limit of the same reference.
+    """Check that a lower limit is not above the upper limit with the same reference.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """ED-269 of EUROCAE, the JSON in which states publish zones for UAS.
 
-The reader is ours because the types of the library `uas-standards` demand authorities and contacts,
-which many publications leave out.
+The project has its own reader because the types of the library `uas-standards` require authorities
+and contacts, which many publications omit.
 """
 
 from __future__ import annotations
@@ -83,7 +83,8 @@ def _limit(volume: Mapping[str, Any], side: str) -> Limit | None:
 def _projections(projection: Any) -> Iterator[tuple[Rings, float | None]]:
     """Yield rings and radius of each part; a radius is in metres, whatever the unit of heights.
 
-    Some publications give the radius in the unit of heights: metres are then the larger circle.
+    Some publications give the radius in the unit of heights; reading it as metres then gives the
+    larger circle.
     """
     if not isinstance(projection, dict):
         raise InputError('a volume must have a "horizontalProjection".')
@@ -104,7 +105,7 @@ def _projections(projection: Any) -> Iterator[tuple[Rings, float | None]]:
 
 
 def corners_of(ring: Any) -> tuple[tuple[float, float], ...]:
-    """Return the corners of a ring of three corners or more.
+    """Return the corners of a ring, three or more.
 
     Raises
     ------

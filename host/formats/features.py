@@ -1,4 +1,4 @@
-"""Features as files of zones have them: shapes in degrees, with the limits that the file states.
+"""Features of zone files: shapes in degrees, with the limits that the file states.
 
 A reader of a format turns its file into features and knows no terrain. It yields, in the order of
 the file, a :class:`Feature` for each area, a :class:`LeftOut` for each part that is not an area,
@@ -32,7 +32,7 @@ Position = tuple[float, float]
 
 
 class Reference(StrEnum):
-    """Surface that a limit of height is measured from."""
+    """Surface from which a height limit is measured."""
 
     AMSL = "AMSL"
     AGL = "AGL"
@@ -76,7 +76,7 @@ class Limit:
 
     height_m: float
     reference: Reference
-    # Limits are equal whichever way they are stated.
+    # Limits are equal even if they are stated differently.
     text: str = field(default="", compare=False)
 
     @property
@@ -92,7 +92,7 @@ class Period:
     Parameters
     ----------
     start, end : datetime, optional
-        First and last moment with a time zone; None for no limit.
+        First and last moment, with a time zone; None for no limit.
     days : frozenset of int
         Days of the week, Monday is 0; empty for every day.
     first, last : time or SunEvent, optional
@@ -138,7 +138,7 @@ class Feature:
     forbids : bool
         False for an area that informs only, such as a class of airspace that is open to flight.
     keeps_in : bool
-        True for a fence to stay in: all of the map outside the area is the zone.
+        True for an inclusion fence: the zone is all of the map outside the area.
     is_local : bool
         True for positions in metres of the terrain's frame instead of degrees.
     unread : tuple of str
@@ -170,7 +170,7 @@ class Feature:
 
 @dataclass(frozen=True)
 class Bad:
-    """A part of a file that is broken: the file is refused, or read without it on demand.
+    """A broken part of a file: the file is refused or, on demand, read without it.
 
     Parameters
     ----------
@@ -195,7 +195,7 @@ class LeftOut:
     reason : str
         Reason in words, such as ``a line is not an area``.
     is_suspicious : bool
-        The part may forbid flight, such as a link to more zones; the report warns of it.
+        The part may forbid flight, such as a link to more zones; the report warns about it.
     """
 
     label: str

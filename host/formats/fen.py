@@ -1,4 +1,4 @@
-"""``.fen``, the old fence of Mission Planner: a return point, then the polygon to stay in."""
+"""``.fen``, the old fence of Mission Planner: a return point, then the inclusion polygon."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def recognises(content: Content) -> bool:
 
 
 def features(content: Content) -> Iterator[Read]:
-    """Yield the polygon to stay in."""
+    """Yield the inclusion polygon."""
     try:
         positions = [_position(number, words) for number, words in _rows(content)]
         if len(positions) < _FEWEST_ROWS - 1:

@@ -1,4 +1,4 @@
-"""Geozones of INAV as GeoJSON: areas to keep out of or to stay in."""
+"""Geozones of INAV as GeoJSON: exclusion and inclusion areas."""
 
 from __future__ import annotations
 
@@ -54,8 +54,8 @@ def _geozone(member: Member) -> Iterator[Read]:
         yield LeftOut(member.label, f"a {other} without Radius is not an area", True)
     heights = [_height(facts.get(name), name) for name in _HEIGHTS]
     is_amsl = str(facts.get("IsAMSL")).lower() in ("true", "1")
-    # Heights above home, which the file does not place, and the floor and ceiling of a fence to
-    # stay in are not read.
+    # Heights above home, whose place is not in the file, and the floor and ceiling of an inclusion
+    # fence are not read.
     is_read = is_amsl and not keeps_in
     lower, upper = heights if is_read else (None, None)
     check_order(lower, upper)

@@ -16,7 +16,7 @@ from pathgene.host.inputs import MOST_TEXT_BYTES
 
 __all__ = ["features", "recognises"]
 
-# Files in an archive; pictures of overlays are some hundreds.
+# Maximum number of files in an archive; overlays may have hundreds of pictures.
 _MOST_FILES = 10_000
 
 
@@ -32,7 +32,7 @@ def recognises(content: Content) -> bool:
 
 
 def features(content: Content) -> Iterator[Read]:
-    """Yield the areas of the document; other documents of the archive are left out.
+    """Yield the areas of the document; other documents of the archive are ignored.
 
     Raises
     ------
@@ -66,7 +66,7 @@ def _documents(archive: zipfile.ZipFile) -> list[str]:
 
 
 def _unpacked(archive: zipfile.ZipFile, name: str) -> bytes:
-    """Return a document; one that unpacks to more than a text may have is refused."""
+    """Return a document; it is refused if it unpacks to more than the maximum size of a text."""
     try:
         with archive.open(name) as file:
             data = file.read(MOST_TEXT_BYTES + 1)

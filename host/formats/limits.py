@@ -1,4 +1,4 @@
-"""Limits of height as files of zones state them: numbers with unit and reference, and texts."""
+"""Height limits in zone files: numbers with unit and reference, and texts."""
 
 from __future__ import annotations
 
@@ -32,18 +32,18 @@ _UNLIMITED = frozenset({"UNL", "UNLIM", "UNLIMITED", "UNLTD"})
 _WORD = re.compile(r"WGS84|[A-Z]+|[-+]?\d[\d.,]*")
 _NUMBER = re.compile(r"[-+]?(?:\d+|\d{1,3}(?:,\d{3})+)(?:\.\d{1,2}|\.\d{4,}|\.0*)?")
 
-# Properties that state a lower and an upper limit; the first of each that is there is read.
+# Properties that state a lower and an upper limit; the first one present of each is read.
 _LOWER = ("lowerLimit", "lower_limit", "lowerCeiling", "lowerAltitude", "floor", "bottom", "base")
 _UPPER = ("upperLimit", "upper_limit", "upperCeiling", "upperAltitude", "ceiling", "top")
 
 
 def limit(value: Any, unit: Any, reference: Any) -> Limit:
-    """Return a limit of a number, a word for its unit and a word for its reference.
+    """Return a limit from a number, a word for its unit and a word for its reference.
 
     Raises
     ------
     InputError
-        If one of the three is none of these.
+        If one of the three is invalid.
     """
     if not is_number(value):
         raise InputError(f"a limit of height must be a number, not {value!r}.")
@@ -69,7 +69,7 @@ def limit_text(text: str, unit: str | None = None, reference: str | None = None)
     text : str
         The text.
     unit, reference : str, optional
-        Unit and reference that the format assumes where the text has none.
+        Unit and reference that the format assumes if the text has none.
 
     Raises
     ------
@@ -88,8 +88,8 @@ def limit_text(text: str, unit: str | None = None, reference: str | None = None)
     units = [word for word in words if word in _UNITS_M]
     stated = [word for word in words if word in _REFERENCES]
     surfaces = {_REFERENCES[word] for word in stated}
-    # A point before three digits may be a decimal point or part thousands from hundreds, and a
-    # minus after a word may part two limits.
+    # A point before three digits may be a decimal point or separate thousands, and a minus after a
+    # word may separate two limits.
     is_number_clear = len(numbers) == 1 and _NUMBER.fullmatch(numbers[0]) is not None
     is_number_clear = is_number_clear and ("-" not in numbers[0] or words[0] == numbers[0])
     is_all_known = len(numbers) + len(units) + len(stated) == len(words)
@@ -109,7 +109,7 @@ def stated_limits(
 ) -> tuple[Limit | None, Limit | None, tuple[str, ...]]:
     """Return lower and upper limit of properties, and the names of the properties that are read.
 
-    A limit is read where its value says number, unit and reference: a text such as ``FL 95``, or an
+    A limit is read if its value has number, unit and reference: a text such as ``FL 95``, or an
     object with ``value``, ``unit`` and ``reference``.
     """
     lower, upper = (

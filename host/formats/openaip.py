@@ -27,7 +27,7 @@ __all__ = ["features", "recognises"]
 # The numbers of openAIP.
 _UNITS = {0: "M", 1: "FT", 6: "FL"}
 _REFERENCES = {0: "AGL", 1: "AMSL", 2: "STD"}
-# openAIP's reader of OpenAir writes the second pair.
+# openAIP's OpenAir reader writes the second pair.
 _LIMITS = (("lowerLimit", "upperLimit"), ("lowerCeiling", "upperCeiling"))
 # Activations that have no fixed time: the airspace counts as always active.
 _AT_ANY_TIME = ("byNotam", "onDemand", "onRequest")
@@ -92,7 +92,7 @@ def _category(facts: Mapping[str, Any]) -> str:
 def _limits(
     facts: Mapping[str, Any], names: tuple[str, str], unread: list[str]
 ) -> Iterator[tuple[Limit | None, Limit | None]]:
-    """Yield pairs of limits: one, or several that together reach as far as any stated limit.
+    """Yield pairs of limits: one, or several that together cover all stated limits.
 
     ``lowerLimitMin`` and ``upperLimitMax`` state a second height, such as FL 65 or 1,000 ft above
     the ground, whichever is higher.

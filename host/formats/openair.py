@@ -1,8 +1,8 @@
-"""OpenAir, the text in which glider pilots exchange airspace, with its extensions of version 2.
+"""OpenAir, a text format in which glider pilots exchange airspace, with its version 2 extensions.
 
 An airspace begins with its class (``AC``); its other records state name, type, limits and times
-(``A?``) and the outline (``D?``) by means of variables (``V``). The reader is ours because the
-library `aerofiles` drops an airspace for each record that it does not know.
+(``A?``) and the outline (``D?``) by means of variables (``V``). The project has its own reader
+because the library `aerofiles` drops an airspace for each unknown record.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ _Part = Position | Arc
 
 @dataclass
 class _Airspace:
-    """An airspace as its records build it."""
+    """An airspace built from its records."""
 
     number: int
     line: int
@@ -74,7 +74,7 @@ class _Airspace:
 
     @property
     def has_outline(self) -> bool:
-        """True after the first record of an outline, be it a bad one."""
+        """True after the first record of an outline, even a bad one."""
         return bool(self.outline or self.circles or self.airway or self.fault)
 
     @property
@@ -96,7 +96,7 @@ def recognises(content: Content) -> bool:
 
 
 def features(content: Content) -> Iterator[Read]:
-    """Yield the airspaces, with terrain and records that are unknown as left out."""
+    """Yield the airspaces, and the terrain and unknown records as omitted parts."""
     unknown: dict[str, int] = {}
     for part in _airspaces(content.text, unknown):
         if isinstance(part, LeftOut):
@@ -199,7 +199,7 @@ def _arc(name: str, value: str, centre: Position, *, clockwise: bool) -> Arc:
         radius_m = _positive(parts[0]) * _MILE_M
         start, end = ((_number(part), radius_m) for part in parts[1:])
         return Arc(centre, start, end, clockwise=clockwise)
-    # A comma may stand within the places as well.
+    # A comma may also occur within the places.
     half = len(parts) // 2
     ends = [bearing(centre, _place(",".join(side))) for side in (parts[:half], parts[half:])]
     if any(radius_m <= 0 for _, radius_m in ends):
@@ -274,12 +274,12 @@ def _ring(outline: list[_Part]) -> tuple[Position, ...]:
 
 
 def _is_same(one: Position, other: Position) -> bool:
-    """Return whether two places are less than a millimetre apart, as ends of arcs are."""
+    """Return whether two places, such as ends of arcs, are less than a millimetre apart."""
     return math.dist(one, other) < _SAME_DEG
 
 
 def _corners(outline: list[_Part], *, growing: bool, is_clockwise: bool = True) -> list[Position]:
-    """Return the corners; arcs grow where the airspace lies towards their centre."""
+    """Return the corners; arcs are grown if the airspace lies towards their centre."""
     found: list[Position] = []
     for part in outline:
         if isinstance(part, Arc):
@@ -297,7 +297,7 @@ def _is_by_notam(airspace: _Airspace) -> bool:
 
 
 def _periods(airspace: _Airspace) -> Iterator[Period]:
-    """Yield the activation times; an airspace that a NOTAM activates counts as always active."""
+    """Yield the activation times; an airspace activated by NOTAM counts as always active."""
     if _is_by_notam(airspace):
         return
     for value in airspace.activations:

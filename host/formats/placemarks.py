@@ -1,4 +1,4 @@
-"""Placemarks of KML: their polygons, closed paths and circles, with the heights as they are meant.
+"""Placemarks of KML: their polygons, closed paths and circles, with the intended heights.
 
 A prism drawn with lid, bottom and walls is one area between two heights.
 """
@@ -29,7 +29,7 @@ from pathgene.host.numeric import parse
 
 __all__ = ["every", "placemark", "tag_of", "text_of"]
 
-# Extended data of a zone that are numbers.
+# Extended data of a zone with numeric values.
 _NUMBERS = ("radius_m", "lower", "upper", "t0", "t1")
 _READ = (*_NUMBERS, "pathgene", "name", "centre")
 _REFERENCES = {"absolute": Reference.AMSL, "relativeToGround": Reference.AGL}
@@ -40,7 +40,7 @@ _WALL_AREA = 1e-10
 
 @dataclass(frozen=True)
 class _Drawn:
-    """A polygon or a closed path as it is drawn.
+    """A polygon or a closed path as drawn.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def placemark(number: int, element: ET.Element) -> Iterator[Read]:
     times are the extended data ``lower``, ``upper``, ``t0`` and ``t1``, ``none`` for no limit.
     Without them, polygons with walls are one area from their lowest to their highest altitude, and
     a polygon that is extruded to the ground has an upper limit: its highest altitude, above mean
-    sea level or above the ground as its ``altitudeMode`` says. Every other one has no limit.
+    sea level or above the ground as its ``altitudeMode`` says. Every other polygon has no limit.
     """
     data = _extended(element)
     is_ours = data.get("pathgene") == "zone"
@@ -147,7 +147,7 @@ def _others(
 
 
 def _drawn(element: ET.Element) -> list[_Drawn]:
-    """Return polygons, and rings and closed paths outside them, in the order of the file."""
+    """Return polygons, and the rings and closed paths outside them, in the order of the file."""
     found = []
     waiting = list(reversed(element))
     while waiting:
@@ -187,7 +187,7 @@ def _joined(drawn: list[_Drawn]) -> Iterator[tuple[Rings, Limit | None, Limit | 
     for each in drawn:
         if not each.is_wall:
             flat.setdefault(each.footprint, []).append(each)
-    # A footprint of walls alone.
+    # A footprint with only walls.
     if walls and not flat:
         footprint = _around(walls)
         flat[walls[0].footprint] = [
@@ -308,11 +308,11 @@ def tag_of(element: ET.Element) -> str:
 
 
 def every(parent: ET.Element, tag: str) -> Iterable[ET.Element]:
-    """Return the elements of a name in an element, at any depth."""
+    """Return the elements with a name inside an element, at any depth."""
     return (element for element in parent.iter() if tag_of(element) == tag)
 
 
 def text_of(parent: ET.Element, tag: str) -> str:
-    """Return the text of the first child of this name, or nothing."""
+    """Return the text of the first child with this name, or an empty string."""
     found = next((child for child in parent if tag_of(child) == tag), None)
     return "" if found is None else (found.text or "").strip()

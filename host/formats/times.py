@@ -1,4 +1,4 @@
-"""Times of zones as files state them: moments, days of the week, times of day, the sun."""
+"""Times of zones in files: moments, days of the week, times of day, the sun."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ def moment(text: Any) -> datetime:
     Raises
     ------
     InputError
-        If the text is none.
+        If the text is not one.
     """
     midnight = str(text).replace("T24:00", "T00:00")
     try:
-        # A date alone leaves open which end of the day it means.
+        # A date alone does not tell which end of the day is meant.
         if "T" not in midnight:
             raise ValueError
         found = datetime.fromisoformat(midnight)
@@ -46,7 +46,7 @@ def daily(
     start: datetime | None = None,
     end: datetime | None = None,
 ) -> Period:
-    """Return the period of a time of day, which may be in another zone than UTC.
+    """Return the period of a time of day, which may be in any time zone.
 
     Parameters
     ----------
@@ -55,12 +55,12 @@ def daily(
     first, last : str or SunEvent, optional
         Bounds; a text is a time in ISO 8601, UTC without a zone. None for the bound of the day.
     start, end : datetime, optional
-        Moments between which the period counts.
+        Moments between which the period applies.
 
     Raises
     ------
     InputError
-        If a text is no time of day.
+        If a text is not a time of day.
     """
     begin, finish = _on_monday(first), _on_monday(last)
     if isinstance(begin, datetime):
@@ -74,7 +74,7 @@ def daily(
         last_time = time(0)
     if first_time == last_time:
         if isinstance(first_time, time) and first_time != time(0):
-            # From a time to the same on the next day.
+            # From a time to the same time on the next day.
             days |= frozenset((day + 1) % 7 for day in days)
         first_time = last_time = None
     return Period(start, end, frozenset() if len(days) == 7 else days, first_time, last_time)

@@ -1,8 +1,8 @@
-"""Search among zones that are active at times, for every planner.
+"""Search among zones that are active at certain times, for every planner.
 
-A map of a search has no time. The first search ignores the zones with times. The strict rule then
-judges its path by the time of passage, and the zones that the path enters while they are active are
-active always in the next search, until a path holds.
+The map of a search does not know the time. The first search ignores the zones with times. The
+strict rule then checks its path at the times of passage, and zones that the path enters while they
+are active are always active in the next search, until a path passes.
 """
 
 from __future__ import annotations
@@ -26,21 +26,21 @@ def plan_in_time(
     progress: Progress | None = None,
     stop: Stop | None = None,
 ) -> Result:
-    """Plan with a planner; a zone with times forbids only while it is active.
+    """Plan with a planner; a zone with times forbids flight only while it is active.
 
-    The result is the record of the last search, with the seconds of all of them. If no path holds,
-    it is the path of a search in which all zones with times are active always.
+    The result is the record of the last search, with the seconds of all of them. If no path passes,
+    it is the path of a search in which all zones with times are always active.
 
     Parameters
     ----------
     planner, evaluator, options, progress, stop
-        See :class:`pathgene.host.planners.base.Planner`. ``options.time_limit_s`` counts for all
+        See :class:`pathgene.host.planners.base.Planner`. ``options.time_limit_s`` applies to all
         searches together.
 
     Raises
     ------
     InputError, JobError
-        As the planner does.
+        As for the planner.
     """
     timed = evaluator.problem.zones_at_times
     blocked: tuple[Zone, ...] = ()
@@ -72,7 +72,7 @@ def plan_in_time(
 def _without_times(
     problem: Problem, timed: tuple[Zone, ...], blocked: tuple[Zone, ...]
 ) -> Problem | None:
-    """Return the problem whose zones are active always or never; None if an end is in a zone."""
+    """Return the problem with zones always or never active; None if an end is in a zone."""
     zones = tuple(
         dataclasses.replace(zone, t0_s=None, t1_s=None) if zone in blocked else zone
         for zone in problem.zones

@@ -1,4 +1,4 @@
-"""Times of zones: periods of a file as seconds after the departure, on the safe side."""
+"""Times of zones: periods of a file as seconds after the departure, with a safety margin."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ __all__ = ["LONGEST_S", "Interval", "described", "intervals"]
 #: Seconds after the start of the path; None for no limit.
 Interval = tuple[float | None, float | None]
 
-#: Seconds of a flight at most: three days.
+#: Maximum duration of a flight, seconds: three days.
 LONGEST_S = 259_200.0
-# Sunrise and sunset are known to a minute or two; a zone is active that much longer.
+# Sunrise and sunset are known to a minute or two; a zone is active longer by this time.
 _SUN_MARGIN = timedelta(minutes=5)
 _DAY = timedelta(days=1)
 _DAYS = ("Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun")
@@ -41,7 +41,7 @@ def intervals(
     corners : sequence of (longitude, latitude)
         Places of the zone, at which the sun rises and sets.
     longest_s : float
-        Seconds of the flight at most.
+        Maximum duration of the flight, seconds.
     """
     begin = departure.astimezone(UTC)
     end = begin + timedelta(seconds=longest_s)
@@ -95,7 +95,7 @@ def _moment(
     *,
     is_end: bool,
 ) -> datetime:
-    """Return the moment of a bound in a day, on the safe side for an event of the sun."""
+    """Return the moment of a bound in a day, with a safety margin for an event of the sun."""
     if bound is None:
         return midnight + (_DAY if is_end else timedelta())
     if isinstance(bound, time):
@@ -105,7 +105,7 @@ def _moment(
         return datetime.combine(midnight.date(), bound).astimezone(UTC)
     moments = list(_sun(bound, midnight, corners))
     if len(moments) < len(_extremes(corners)):
-        # The sun does not rise or set there: active all day.
+        # If the sun does not rise or set there, the zone is active all day.
         return midnight + (_DAY if is_end else timedelta())
     return max(moments) + _SUN_MARGIN if is_end else min(moments) - _SUN_MARGIN
 

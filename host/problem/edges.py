@@ -21,7 +21,7 @@ Corners = Sequence[Position]
 
 #: Metres by which an edge in the terrain's frame may miss the edge of the file.
 TOLERANCE_M = 0.25
-# Halvings of an edge at most: an edge around the world is then some metres.
+# Maximum number of halvings of an edge: an edge around the world is then a few metres long.
 _HALVINGS = 24
 # Metres between the corners of a geodesic or a rhumb line, which are straight in between: an edge
 # of this length bends by less than a tenth of a metre below a latitude of 85 degrees.
@@ -32,7 +32,7 @@ _WGS84_E = 0.0818191908426215
 
 
 def unwrapped(ring: Corners) -> tuple[Position, ...]:
-    """Return a ring whose longitudes are continuous: a jump by more than 180 goes the short way.
+    """Return a ring whose longitudes are continuous: a jump by more than 180 takes the short way.
 
     A jump by exactly 360 is an edge around the world. A ring around a pole gets the pole.
     """
@@ -50,7 +50,7 @@ def unwrapped(ring: Corners) -> tuple[Position, ...]:
 
 
 def _turn(before: float, after: float) -> float:
-    """Return the multiple of 360 degrees that makes a jump a short one."""
+    """Return the multiple of 360 degrees that makes a jump short."""
     jump = after - before
     if abs(jump) <= 180.0 or abs(jump) == 360.0:
         return 0.0
@@ -103,8 +103,8 @@ def _isometric(latitude: float) -> float:
 def clipped(ring: Corners, box: tuple[float, float, float, float]) -> tuple[Position, ...]:
     """Return the part of a ring in a box: west, south, east and north.
 
-    Parts are joined along the border of the box. Edges along the border enclose nothing,
-    so the area in the box is the same by the even-odd rule.
+    Parts are joined along the border of the box. Edges along the border enclose no area, so by the
+    even-odd rule the area in the box is unchanged.
     """
     west, south, east, north = box
     kept = list(ring)
@@ -125,7 +125,7 @@ def clipped(ring: Corners, box: tuple[float, float, float, float]) -> tuple[Posi
 
 
 def densified(rings: Sequence[tuple[Corners, bool]], terrain: Terrain) -> list[Ring]:
-    """Return rings of degrees in local metres; edges that bend get corners where a flag says so.
+    """Return rings of degrees in local metres; bent edges get corners if a flag says so.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
-"""Limits of height as files state them, in metres of the terrain's datum, on the safe side.
+"""Height limits of files, in metres of the terrain's datum, with a safety margin.
 
 A limit above the ground follows the ground: the zone is divided into tiles until the ground under
-each is nearly level, or there are enough of them. In each tile the upper limit counts above the
-highest ground, the lower limit above the lowest.
+each is nearly level, or the maximum number is reached. In each tile the upper limit is measured
+from the highest ground, the lower limit from the lowest.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ from pathgene.host.terrain import Terrain
 
 __all__ = ["Band", "Heights", "follows_ground", "ground_under"]
 
-# Ground within these metres is level.
+# Ground counts as level if it varies by less than this, metres.
 _LEVEL_M = 10.0
 # Tiles of one zone, and of all zones of a file.
 _TILES, _ALL_TILES = 128, 512
-# Metres around the map that tiles cover.
+# Distance around the map that tiles cover, metres.
 _BEYOND_M = 1000.0
-# Corners of the polygon around a circle that is divided.
+# Corners of the polygon around a divided circle.
 _CIRCLE_CORNERS = 180
 # Heights of the geoid over the ellipsoid anywhere on Earth.
 _GEOID_M = (-107.0, 86.0)
-# Pressures at sea level, hPa, between which the weather stays nearly always.
+# Usual range of the pressure at sea level, hPa.
 _PRESSURES_HPA = (950.0, 1050.0)
 _STANDARD_HPA = 1013.25
-# Standard atmosphere: height of an altimeter's scale, metres, and the exponent of its pressure.
+# Standard atmosphere: scale height of an altimeter, metres, and the exponent of its pressure.
 _SCALE_M, _EXPONENT = 44_330.77, 0.190263
 
 
@@ -66,7 +66,7 @@ class Heights:
     terrain : Terrain
         The terrain.
     qnh_hpa : float, optional
-        Pressure at sea level; None for any that the weather has.
+        Pressure at sea level; None for any usual pressure.
     zones : int
         Number of zones with limits above the ground, which share the tiles.
     """
@@ -91,7 +91,7 @@ class Heights:
         )
 
     def _shift(self, limit: Limit, ground_m: float, side: int) -> float:
-        """Return the metres to add to a limit: the least for a lower one, the most for an upper."""
+        """Return the metres to add to a limit: minimum for a lower, maximum for an upper limit."""
         if limit.reference is Reference.AGL:
             return ground_m
         if limit.reference is Reference.WGS84:
@@ -103,12 +103,12 @@ class Heights:
 
 
 def follows_ground(feature: Feature) -> bool:
-    """Return whether a limit of a feature counts above the ground."""
+    """Return whether a limit of a feature is measured above the ground."""
     return any(limit and limit.reference is Reference.AGL for limit in _limits(feature))
 
 
 def _limits(feature: Feature) -> tuple[Limit | None, Limit | None]:
-    """Return the limits; a lower one at the ground is none, as the zone reaches below it."""
+    """Return the limits; a lower limit at the ground is dropped: the zone reaches below it."""
     lower = feature.lower
     if lower is not None and lower.reference is Reference.AGL and lower.height_m <= 0:
         lower = None
@@ -116,7 +116,7 @@ def _limits(feature: Feature) -> tuple[Limit | None, Limit | None]:
 
 
 def geoid_m(terrain: Terrain) -> tuple[float, float]:
-    """Return the least and the greatest height of the geoid over the ellipsoid, on a map.
+    """Return the minimum and maximum height of the geoid over the ellipsoid on a map.
 
     Without a grid of the geoid, these are the heights anywhere on Earth.
     """
@@ -134,7 +134,7 @@ def geoid_m(terrain: Terrain) -> tuple[float, float]:
 
 @lru_cache(maxsize=1)
 def _geoid():  # type: ignore[no-untyped-def]  # The transformer's module loads PROJ.
-    """Return PROJ's conversion of ellipsoidal heights, None without its grid."""
+    """Return PROJ's conversion of ellipsoidal heights, or None without its grid."""
     import warnings
 
     from pyproj.transformer import TransformerGroup
@@ -146,7 +146,7 @@ def _geoid():  # type: ignore[no-untyped-def]  # The transformer's module loads 
 
 
 def ground_under(part: Placed, terrain: Terrain) -> tuple[float, float]:
-    """Return the lowest and the highest ground under the box of a zone; voids may be anything."""
+    """Return the lowest and highest ground under the box of a zone; voids may have any height."""
     x, y = np.array(part.rings[0]).T
     reach = part.radius_m or 0.0
     return _ground(

@@ -1,8 +1,8 @@
 """Features of a file as shapes over a terrain: unwrapped, cut to the map, densified, projected.
 
 An edge is straight in longitude and latitude unless its file says otherwise, so it bends in the
-terrain's frame: it gets corners until it lies within :data:`TOLERANCE_M` of its line. Features far
-from the map are cut, never refused: another continent cannot be projected here.
+terrain's frame and gets corners until it lies within :data:`TOLERANCE_M` of its line. Features far
+from the map are cut, never refused, because other continents cannot be projected here.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ Floats = NDArray[np.float64]
 _AROUND, _AROUND_M = 0.25, 20_000.0
 # Metres of a degree of latitude, rounded down.
 _DEGREE_M = 110_000.0
-# Degrees around the map in which files of our own, and circles, are projected as they are.
+# Degrees around the map in which circles, and files written by pathgene, are projected unchanged.
 _NEAR_DEG = 5.0
-# A fence to stay in becomes a zone around it, this many metres beyond the map and the fence.
+# An inclusion fence becomes a zone around it that reaches this many metres beyond map and fence.
 _BEYOND_M = 1000.0
-# Corners of the polygon inside a circle to stay in, and around a circle that is far away.
+# Corners of the polygon inside an inclusion circle, and around a circle that is far away.
 _CIRCLE_CORNERS = 180
 _FAR_CIRCLE_CORNERS = 720
 # Points on each side of the map, for its box in degrees.
@@ -94,11 +94,11 @@ class _Box:
         )
 
     def moved(self, degrees: float) -> _Box:
-        """Return the box further east."""
+        """Return the box shifted to the east."""
         return _Box(self.west + degrees, self.south, self.east + degrees, self.north)
 
     def turns(self, other: _Box) -> Iterator[float]:
-        """Yield the multiples of 360 degrees by which another box meets this one."""
+        """Yield the multiples of 360 degrees that shift a box so that it meets this one."""
         first = math.ceil((self.west - other.east) / 360)
         last = math.floor((self.east - other.west) / 360)
         for turn in range(first, last + 1):
@@ -138,7 +138,7 @@ def place(features: Sequence[Feature], terrain: Terrain) -> list[tuple[Placed, .
 
 
 def swapped_on_map(features: Sequence[Feature], terrain: Terrain) -> list[bool]:
-    """Return for each feature if it is on the map with longitude and latitude swapped."""
+    """Return for each feature whether it is on the map with longitude and latitude swapped."""
     if not features:
         return []
     around = _box_around(terrain, 0.0)
@@ -179,7 +179,7 @@ def _cut(feature: Feature, around: _Box) -> Iterator[_Part]:
         cut = []
         for number, ring in enumerate((outer, *holes)):
             own = box if number == 0 else _box_of(ring)
-            # A hole may be unwrapped to another turn around the Earth.
+            # A hole may be unwrapped to a different turn around the Earth.
             turned = turn if number == 0 else next(iter(around.turns(own)), None)
             if turned is None:
                 continue
@@ -194,7 +194,7 @@ def _cut(feature: Feature, around: _Box) -> Iterator[_Part]:
 
 
 def _finished(feature: Feature, parts: Sequence[_Part], terrain: Terrain) -> tuple[Placed, ...]:
-    """Return the parts of a feature in local metres; of a fence to stay in, all outside it."""
+    """Return the parts of a feature in local metres, or everything outside an inclusion fence."""
     if not feature.keeps_in:
         return tuple(Placed(rings, radius_m) for rings, radius_m in parts)
     return tuple(
@@ -210,7 +210,7 @@ def _circle(centre: Position, radius_m: float) -> Ring:
 
 
 def _outside(ring: Ring, terrain: Terrain) -> tuple[Ring, ...]:
-    """Return all of the map but a ring."""
+    """Return all of the map except a ring."""
     x, y = np.array(ring).reshape(-1, 2).T
     west, east = (
         x.min(initial=0.0) - _BEYOND_M,

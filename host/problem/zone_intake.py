@@ -24,13 +24,14 @@ from pathgene.host.terrain import Terrain
 
 __all__ = ["Intake", "ZoneOptions", "intake"]
 
-# Degrees between a place and the one with its coordinates swapped, at which the two are neighbours.
+# Distance in degrees within which a place and the same place with swapped coordinates are
+# neighbours.
 _NEIGHBOURS_DEG = 2.0
 
 
 @dataclass(frozen=True)
 class ZoneOptions:
-    """Choices of the user on how zones are read.
+    """The user's choices for reading zones.
 
     Parameters
     ----------
@@ -45,7 +46,7 @@ class ZoneOptions:
     ceiling_m : float, optional
         Maximum altitude of the flight, for the report.
     longest_s : float
-        Seconds of the flight at most; a zone that is active only later does not forbid.
+        Maximum duration of the flight, seconds; a zone that is active only later does not forbid.
     """
 
     skip_bad: bool = False
@@ -61,7 +62,7 @@ Z = TypeVar("Z")
 
 @dataclass
 class Intake(Generic[Z]):
-    """Zones of a file, with the parts that are left out and the report on them."""
+    """Zones of a file, with the omitted parts and the report."""
 
     zones: list[Z] = field(default_factory=list)
     left_out: list[LeftOut] = field(default_factory=list)
@@ -79,8 +80,8 @@ def intake(
     Raises
     ------
     InputError
-        If the file cannot be read, has a bad feature that is not to be skipped, or has positions
-        in degrees where the terrain has no place on Earth.
+        If the file cannot be read, has a bad feature that is not to be skipped, or has positions in
+        degrees although the terrain has no place on Earth.
     """
     kind, items = read_features(path)
     try:
@@ -149,7 +150,7 @@ def _taken(
 
 
 def _chosen(feature: Feature, forbid: frozenset[str] | None) -> Feature:
-    """Return a feature that forbids as the user chose, if it has a category."""
+    """Return a feature that forbids according to the user's choice, if it has a category."""
     if forbid is None or not feature.category:
         return feature
     return replace(feature, forbids=forbids(feature.category, forbid))
@@ -177,7 +178,7 @@ def _zones(
     zones = [
         make(_shape(feature, band, interval))
         for band in bands
-        # Limits of one reference that leave nothing between them are a fault of the file.
+        # If limits with the same reference enclose nothing, the file is faulty.
         if not (converted and band.is_empty)
         for interval in times
     ]
@@ -193,7 +194,7 @@ def _fault(feature: Feature) -> str | None:
 
 
 def _refusal(bad: Sequence[Bad], total: int) -> str:
-    """Return the sentence on bad features: the first one, and the option that skips them."""
+    """Return the message about bad features: the first one, and the option that skips them."""
     text = f"{bad[0].label}: {bad[0].reason}"
     if bad[0].reason.endswith("swap them in the file."):
         return f"{text.rstrip('.')}, or leave it out by --skip-bad-zones."
@@ -206,7 +207,7 @@ def _refusal(bad: Sequence[Bad], total: int) -> str:
 def _swapped(
     features: Sequence[Feature], placed: Sequence[tuple[Placed, ...]], terrain: Terrain
 ) -> dict[int, str]:
-    """Return the fault of features off the map that are on it with their coordinates swapped."""
+    """Return the fault of features off the map that would be on it with swapped coordinates."""
     off = [
         number
         for number, (feature, parts) in enumerate(zip(features, placed, strict=True))
@@ -229,7 +230,7 @@ def _swapped(
 def _is_off(feature: Feature, parts: Sequence[Placed], terrain: Terrain) -> bool:
     """Return whether a feature lies off the map."""
     if feature.keeps_in:
-        # The zone is all of the map; a fence near it is a hole.
+        # The zone is the whole map; a fence near it is a hole.
         return all(len(part.rings) == 1 for part in parts)
     return not any(touches(part, terrain) for part in parts)
 

@@ -1,4 +1,4 @@
-"""The report on a file of zones: zones on the map, zones that can forbid, parts left out."""
+"""The report on a file of zones: zones on the map, zones that can forbid, omitted parts."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ __all__ = ["OFF_THE_MAP", "Record", "report", "touches"]
 _NAMES = 5
 # Square metres of a zone without a size.
 _NO_AREA_M2 = 1e-6
-# Reason of features that lie elsewhere, which are counted and rarely named.
+# Reason for features that lie elsewhere, which are counted but rarely named.
 OFF_THE_MAP = "it lies off the map"
 
 
@@ -41,7 +41,7 @@ class Record:
     bands : tuple of Band
         The parts, or their tiles, with limits.
     is_active : bool
-        False if its times are over before the flight or begin after it.
+        False if its times end before the flight or begin after it.
     """
 
     feature: Feature
@@ -90,7 +90,7 @@ class Record:
 def _outermost(
     limits: Sequence[float | None], choose: Callable[[Iterable[float]], float]
 ) -> float | None:
-    """Return the outermost limit of tiles; None if one has no limit."""
+    """Return the outermost limit of the tiles; None if one tile has no limit."""
     known = [limit for limit in limits if limit is not None]
     return choose(known) if known and len(known) == len(limits) else None
 
@@ -111,15 +111,15 @@ def _area_m2(part: Placed) -> float:
 
 
 def _signed_area_m2(ring: Ring) -> float:
-    """Return the area of a ring, or its extent if it crosses itself so that its halves cancel."""
+    """Return the area of a ring, or its extent if it crosses itself and its halves cancel out."""
     x0, y0 = ring[0]
     moved = [(x - x0, y - y0) for x, y in ring]
-    # Triangles one by one: a figure of eight has an area.
+    # Triangles are added one by one, so a figure of eight has an area.
     return sum(abs(xa * yb - xb * ya) for (xa, ya), (xb, yb) in itertools.pairwise(moved))
 
 
 def _is_below(band: Band, terrain: Terrain) -> bool:
-    """Return whether the upper limit lies under the ground everywhere."""
+    """Return whether the upper limit is below the ground everywhere."""
     return band.upper_m is not None and band.upper_m <= ground_under(band.part, terrain)[0]
 
 
@@ -244,7 +244,7 @@ def _left_out(name: str, left_out: Iterable[LeftOut]) -> Iterator[Remark]:
 
 
 def _unread(name: str, records: Iterable[Record]) -> Iterator[Remark]:
-    """Yield a warning for each set of properties that may limit zones and are not read."""
+    """Yield a warning for each set of properties that may limit zones but are not read."""
     by_names: dict[tuple[str, ...], list[str]] = {}
     for record in records:
         if record.feature.unread:
@@ -310,7 +310,7 @@ def _count(count: int, word: str) -> str:
 
 
 def _labels(labels: Iterable[str]) -> str:
-    """Return names in a sentence: the first ones, and the number of the rest."""
+    """Return names for a sentence: the first ones, and the number of the rest."""
     listed = list(labels)
     more = f" and {len(listed) - _NAMES} more" if len(listed) > _NAMES else ""
     return f"{', '.join(listed[:_NAMES])}{more}"

@@ -1,8 +1,8 @@
 """Style of the pictures: colours, graphs, titles and the legend of a map.
 
 The colours are distinct with any colour vision and in grey. The strong ones are from Okabe and
-Ito's set or close to it; the tints of the land only grow lighter with height, so their order shows
-without hue.
+Ito's set or close to it; the tints of the land become lighter with height, so their order is
+visible without hue.
 """
 
 from __future__ import annotations

@@ -37,7 +37,7 @@ class Framed:
     metres_per_unit : tuple of float
         Metres on the ground for a unit of the system, east and north.
     is_warped : bool
-        Whether the raster was in another system.
+        Whether the raster was in a different system.
     remarks : tuple of Remark
         Remarks on the projection.
     """
@@ -49,7 +49,7 @@ class Framed:
 
 
 def framed(raster: Raster, max_cells: int | None) -> Framed:
-    """Return a raster in a system that is metric and has north up, warped if its own is not.
+    """Return a raster in a metric system with north up, warped if its own system is different.
 
     A geographic raster is shown in its UTM zone if that is such a system, otherwise in a local one.
     A projected raster stays unchanged, or is shown in a local system.
@@ -125,7 +125,7 @@ def _of_degrees(raster: Raster) -> str:
 def _warped(
     raster: Raster, frame: str, max_cells: int | None, remarks: tuple[Remark, ...]
 ) -> Framed:
-    """Return a raster in another system, with that system's measure."""
+    """Return a raster in a different system, with that system's measure."""
     shown = warp.to_frame(raster, frame, max_cells)
     rows, columns = shown.heights.shape
     side = shown.transform
@@ -185,7 +185,7 @@ def _turned(metric: Metric) -> tuple[Remark, ...]:
 
 
 def _why(metric: Metric, crs: CRS) -> Remark:
-    """Return the note on a system that is not kept."""
+    """Return the note on a system that is replaced."""
     if metric.spread > 0.0005:
         cause = f"its metres differ by {metric.spread:.2%} over the map or between its axes"
     elif not metric.is_north_up:

@@ -24,50 +24,50 @@ _Kind = TypeVar("_Kind", bound=np.generic)
 
 #: Lowest sea floor, metres.
 DEEPEST_M = -11_000.0
-#: A value farther than this from all other values is no ground, metres.
+#: A value farther than this from all other values is not ground, metres.
 _GAP_M = 1_000.0
-#: A larger step between neighbours is no ground, metres; in larger cells it is a cell's side.
+#: A larger step between neighbours is not ground, metres; in larger cells it is a cell's side.
 _STEP_M = 300.0
 #: Share of the steps around a value that must be that large.
 _MOST_STEPS = 0.75
-#: A value in as few cells may be an outlier.
+#: A value in this number of cells or fewer may be an outlier.
 _FEW_CELLS = 3
-#: Different values of marks in a file at most.
+#: Maximum number of different marks in a file.
 _MOST_MARKS = 8
-# Width of a class of heights, metres, and cells that are counted at a time.
+# Width of a class of heights, metres, and number of cells counted at a time.
 _CLASS_M = 100.0
 _BLOCK_CELLS = 1 << 22
-# Cells that are looked at first.
+# Cells that are examined first.
 _SAMPLE_CELLS = 100_000
-# Numbers from here on are a height in no unit.
+# Numbers from here on are not a height in any unit.
 _NO_HEIGHT = 1e5
-# Decimals that binary fractions of a single cannot show.
+# Decimals that single precision cannot represent.
 _DIGITS = 6
 
 
 @dataclass(frozen=True)
 class Mark:
-    """A number that stands for a void.
+    """A number that represents a void.
 
     Parameters
     ----------
     value : float
         The number in the file.
     cells : int
-        Cells that hold it.
+        Number of cells that hold it.
     """
 
     value: float
     cells: int
 
     def to_dict(self) -> dict[str, Any]:
-        """The mark in values that JSON can hold."""
+        """The mark as JSON values."""
         return {"value": self.value, "cells": self.cells}
 
 
 @dataclass(frozen=True)
 class _File:
-    """How a file is read and named, for sentences on its heights."""
+    """How a file is read and named, for messages about its heights."""
 
     name: str
     place: Callable[[int, int], str]
@@ -158,7 +158,7 @@ def without_marks(
 
 
 def marked(reading: Reading, marks: Iterable[Mark]) -> Reading:
-    """Return a reading with the marks that were taken for voids."""
+    """Return a reading with the marks that were treated as voids."""
     marks = tuple(marks)
     if not marks:
         return reading
@@ -184,7 +184,7 @@ def _outside(heights: Floats) -> Bools:
 
 
 def _beyond_all_ground(file: _File, heights: Floats) -> Iterator[tuple[float, Bools]]:
-    """Yield marks that no ground has as its height, and their cells."""
+    """Yield marks that cannot be the height of ground, and their cells."""
     outside = _outside(heights)
     inside = heights[~outside]
     low, high = np.fmin.reduce(inside, initial=np.inf), np.fmax.reduce(inside, initial=-np.inf)
@@ -207,7 +207,7 @@ def _neighbours(heights: NDArray[_Kind]) -> Iterator[tuple[NDArray[_Kind], NDArr
 
 
 def _cut_off(heights: Floats, step_m: float) -> list[float]:
-    """Return the commonest values below -500 m at the foot of a step that no ground has."""
+    """Return the most common values below -500 m at the foot of a step that ground cannot have."""
     feet = []
     with np.errstate(invalid="ignore"):
         for first, second in _neighbours(heights):
@@ -219,7 +219,7 @@ def _cut_off(heights: Floats, step_m: float) -> list[float]:
 
 
 def _stands_alone(heights: Floats, cells: Bools, step_m: float) -> bool:
-    """Return whether nearly all neighbours of the cells of a value lie a large step away."""
+    """Return whether nearly all neighbours of a value's cells are a large step away."""
     steps = large = 0
     for (first, second), (is_first, is_second) in zip(
         _neighbours(heights), _neighbours(cells), strict=True
@@ -231,12 +231,12 @@ def _stands_alone(heights: Floats, cells: Bools, step_m: float) -> bool:
 
 
 def _require_joined(file: _File, heights: Floats, step_m: float) -> None:
-    """Check that heights below -500 m join higher ground where they touch it.
+    """Check that heights below -500 m join the higher ground that they touch.
 
     Raises
     ------
     InputError
-        If an area of them ends everywhere in steps that no ground has.
+        If an area of them ends everywhere in steps that ground cannot have.
     """
     deep = heights < LOWEST_M
     if not deep.any():
@@ -269,7 +269,7 @@ def _far_from_all(
     low, high = np.fmin.reduce(heights, axis=None), np.fmax.reduce(heights, axis=None)
     if not high - low > _GAP_M:
         return []
-    # A gap of all heights is one of some of them, which take a hundredth of the time.
+    # A gap of all heights is also a gap of some of them, which take a hundredth of the time.
     every = max(1, int(math.sqrt(heights.size / _SAMPLE_CELLS)))
     sampled = _classes(heights[::every, ::every], low, high)
     sampled[[0, -1]] = 1
@@ -284,7 +284,7 @@ def _far_from_all(
     for first, last in zip(
         held[np.r_[0, ends + 1]].tolist(), held[np.r_[ends, len(held) - 1]].tolist(), strict=True
     ):
-        # Half a class of room for rounding: the next class with values is ten away.
+        # Half a class is enough for rounding: the next class with values is ten away.
         bottom, top = low + (first - 0.5) * _CLASS_M, low + (last + 1.5) * _CLASS_M
         inside = heights[(heights >= bottom) & (heights < top)]
         groups.append((float(inside.min()), float(inside.max()), len(inside)))
@@ -328,7 +328,7 @@ def _classes(heights: Floats, low: float, high: float) -> NDArray[np.int64]:
 
 
 def _is_mark(value: float, cells: Bools) -> bool:
-    """Return whether a number that is no height is a mark: repeated, or of a typical form."""
+    """Return whether a number that is not a height is a mark: repeated, or of a typical form."""
     return _is_typical(value) or int(cells.sum()) > 1
 
 

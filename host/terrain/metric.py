@@ -17,8 +17,8 @@ Floats = NDArray[np.float64]
 
 #: Largest difference of lengths over a map, and between its axes, as a share.
 _MOST_SPREAD = 0.0005
-#: Grid north may differ from true north by this much at the middle of a map; its raster is
-#: warped beyond.
+#: Maximum difference between grid north and true north at the middle of a map; otherwise its raster
+#: is warped.
 MOST_CONVERGENCE_DEG = 10.0
 # Side of the cross that is measured, in cells.
 _CELLS = 4.0
@@ -46,7 +46,7 @@ class Metric:
 
     @property
     def middle(self) -> tuple[float, float]:
-        """Metres for a unit along each axis at the middle; one number where the axes agree."""
+        """Metres for a unit along each axis at the middle; one number if the axes agree."""
         east, north = float(self.east_m[4]), float(self.north_m[4])
         if abs(east - north) <= 1e-6 * east:
             east = north = 0.5 * (east + north)
@@ -60,7 +60,7 @@ class Metric:
 
     @property
     def is_metric(self) -> bool:
-        """Whether one number of metres holds over the map and for both axes, at right angles."""
+        """Whether a single scale is valid over the map and for both axes, at right angles."""
         skew = float(np.abs(np.radians(self.skew_deg)).max())
         return self.spread <= _MOST_SPREAD and skew <= _MOST_SPREAD
 

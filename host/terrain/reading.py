@@ -12,12 +12,12 @@ from pathgene.host.terrain.grid import Terrain
 
 __all__ = ["complete"]
 
-# Decimals of a metre of a cell, of a degree and of a share.
+# Decimals of a cell's metres, of a degree and of a share.
 _DECIMALS = 4
 
 
 def complete(terrain: Terrain) -> Terrain:
-    """Return the terrain with all facts in its reading, as JSON holds them."""
+    """Return the terrain with all facts in its reading, as JSON values."""
     known = terrain.reading.facts
     rows, columns = terrain.shape
     land = int(np.count_nonzero(~terrain.voids))
@@ -61,7 +61,7 @@ _ASSUMED = {
 
 
 def _cells(terrain: Terrain) -> dict[str, list[float]]:
-    """Return the sides of a cell east and north, and on Earth their length at some places."""
+    """Return a cell's sides east and north, and, on Earth, their lengths at several places."""
     sides = terrain.dx_m, terrain.dy_m
     cells = {"used": [round(side, _DECIMALS) for side in sides]}
     metric = terrain.metric

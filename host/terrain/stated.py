@@ -1,4 +1,4 @@
-"""Statements of a user on the heights of a terrain, where its file is silent or wrong."""
+"""A user's statements on the heights of a terrain whose file is silent or wrong."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["HEIGHTS", "HEIGHT_UNITS", "NO_WATER", "Stated"]
 
 #: Units of heights, and their metres.
 HEIGHT_UNITS = {"m": 1.0, "ft": 0.3048, "us-ft": 1200 / 3937}
-#: References that heights count from.
+#: References from which heights are measured.
 HEIGHTS = ("sea-level", "ellipsoidal")
 #: The word for land below the sea.
 NO_WATER = "none"
@@ -22,7 +22,7 @@ NO_WATER = "none"
 
 @dataclass(frozen=True)
 class Stated:
-    """Statements of a user on heights; None leaves each to the file.
+    """A user's statements on heights; None leaves the value to the file.
 
     Parameters
     ----------
@@ -59,5 +59,5 @@ class Stated:
             )
 
     def to_dict(self) -> dict[str, Any]:
-        """The values that are stated, as a summary has them."""
+        """The stated values, as in a summary."""
         return {name: value for name, value in vars(self).items() if value is not None}

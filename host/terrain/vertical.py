@@ -23,7 +23,7 @@ __all__ = ["Vertical", "geoid_heights", "horizontal", "vertical"]
 Floats = NDArray[np.float64]
 
 
-# Metres per unit of height, by its name in files.
+# Metres per unit of height, by the unit's name in files.
 _UNITS_M = {
     "m": 1.0,
     "metre": 1.0,
@@ -44,7 +44,7 @@ _UNITS_M = {
     "dm": 0.1,
     "km": 1000.0,
 }
-# A plane whose unit lies between these is in some foot, metres.
+# A plane whose unit lies between these, in metres, is in a kind of feet.
 _FEET_M = (0.29, 0.32)
 # WGS84 with heights above the ellipsoid, and above the geoid EGM96.
 _ELLIPSOIDAL, _ABOVE_SEA = "EPSG:4979", "EPSG:9707"
@@ -59,9 +59,9 @@ class Vertical:
     unit : str
         Name of the unit.
     unit_m : float
-        Its metres; negative where the file counts depths.
+        Its metres; negative if the file has depths.
     unit_from, datum_from : str
-        Where they are known from: ``file``, ``option`` or ``assumed``.
+        Their origin: ``file``, ``option`` or ``assumed``.
     datum : str
         Name of the datum.
     is_ellipsoidal : bool
@@ -116,7 +116,7 @@ def vertical(
     Raises
     ------
     InputError
-        If the unit is unknown, or missing where the plane is in feet.
+        If the unit is unknown, or missing although the plane is in feet.
     """
     system = None if crs is None else _pyproj(crs)
     axis = None if system is None else _vertical_axis(system)
@@ -148,7 +148,7 @@ def horizontal(crs: CRS) -> CRS:
 
 
 def geoid_heights(lon: Floats, lat: Floats) -> Floats | None:
-    """Return heights of the geoid EGM96 above the ellipsoid; None where PROJ has no grid."""
+    """Return heights of the geoid EGM96 above the ellipsoid, or None if PROJ has no grid."""
     group = TransformerGroup(_ELLIPSOIDAL, _ABOVE_SEA, always_xy=True)
     if not group.best_available or not group.transformers:
         return None
@@ -209,7 +209,7 @@ def _vertical_axis(system: pyproj.CRS) -> tuple[str, float, str, str, bool] | No
 
 
 def _pyproj(crs: CRS) -> pyproj.CRS | None:
-    """Return a reference system with its axes; None where PROJ does not know it."""
+    """Return a reference system with its axes, or None if PROJ does not know it."""
     try:
         return pyproj.CRS.from_wkt(crs.to_wkt(version=WktVersion.WKT2_2019))
     except (ProjError, ValueError):

@@ -13,12 +13,12 @@ __all__ = ["under_water"]
 
 #: Level of the sea above the datum, metres.
 _SEA_M = 0.0
-# Share of a map under water from which a plan should be looked at.
+# Share of a map under water above which a plan should be examined.
 _LARGE_SHARE = 0.05
 
 
 def under_water(terrain: Terrain, level: float | str | None) -> Terrain:
-    """Return the terrain with all heights at the level of the water or above it.
+    """Return the terrain with all heights at or above the level of the water.
 
     Parameters
     ----------

@@ -13,8 +13,9 @@ from tools.formal import Proof
 class Skid(Elaboratable):
     """Proved for all time, by induction; the source and the sink are free.
 
-    - The words of 8 bits that leave are those that entered: none lost, invented, altered or moved.
-    - At most one word is inside, and one that is inside is offered.
+    - The words of 8 bits that leave are the words that entered: none lost, invented, altered or
+      moved.
+    - At most one word is inside, and it is offered.
     - ``ready`` comes from a register: it is high exactly when no word is inside.
     """
 
@@ -59,9 +60,10 @@ SKID = Proof(
 class Register(Elaboratable):
     """Proved for all time, by induction; the source and the sink are free.
 
-    - The words of 8 bits that leave are those that entered: none lost, invented, altered or moved.
-    - At most one word is inside, and one that is inside is offered.
-    - A word is taken in every cycle in which none is inside or the inside one leaves.
+    - The words of 8 bits that leave are the words that entered: none lost, invented, altered or
+      moved.
+    - At most one word is inside, and it is offered.
+    - A word is taken in every cycle in which none is inside or the word inside leaves.
     """
 
     def __init__(self, unit):

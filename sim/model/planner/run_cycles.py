@@ -3,8 +3,8 @@
 The scan of the blocks begins in cycle 0. The random source and the memo are ready long before the
 scan ends. A unit of the wavefront takes the cycles in which it is ``busy``. All first paths are
 made one by one: each begins when the goal of the previous one is taken, the first when they are
-launched. The words of a seed, at most 17, are taken by then: its first point is not even offered
-before.
+launched. The words of a seed, at most 17, have been taken by then: its first point is not offered
+earlier.
 """
 
 from __future__ import annotations

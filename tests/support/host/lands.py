@@ -1,4 +1,4 @@
-"""Files of heights of a known land in any reference system, made by PROJ and not by our code."""
+"""Files with heights of known terrain in any reference system, made by PROJ, not by our code."""
 
 import warnings
 
@@ -12,14 +12,14 @@ GEODESICS = pyproj.Geod(ellps="WGS84")
 
 
 class Land:
-    """Rolling ground around a place: a height for each latitude and longitude."""
+    """Rolling ground around a place, with a height for each latitude and longitude."""
 
     def __init__(self, lat, lon, *, mean=600.0, relief=60.0, wave_m=3000.0):
         self.lat, self.lon = lat, lon
         self._mean, self._relief, self._wave_m = mean, relief, wave_m
 
     def metres(self, lat, lon):
-        """Return metres east and north of the place, good to a thousandth nearby."""
+        """Return metres east and north of the place, accurate to a thousandth nearby."""
         north = np.radians(lat - self.lat) * 6_371_000
         turned = (np.asarray(lon) - self.lon + 180) % 360 - 180
         return np.radians(turned) * 6_371_000 * np.cos(np.radians(self.lat)), north
@@ -33,7 +33,7 @@ class Land:
 def write(file, land, crs, *, cells=20, cell_m=50.0, unit=None, unit_m=1.0, dtype="float64"):
     """Write a square of land around its place as a GeoTIFF in a reference system.
 
-    Returns False where the system has no such place.
+    Returns False if the system has no such place.
     """
     system = pyproj.CRS.from_user_input(crs)
     to_system = pyproj.Transformer.from_crs("EPSG:4326", system, always_xy=True)

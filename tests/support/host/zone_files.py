@@ -60,7 +60,7 @@ def _angle(rng, degrees, letters, width):
 
 
 def _place(rng, position):
-    # One format for both, as the format demands.
+    # One form for both, as the format requires.
     state = rng.random()
     one, other = random.Random(state), random.Random(state)
     return f"{_angle(one, position[1], 'NS', 2)} {_angle(other, position[0], 'EW', 3)}"
@@ -334,7 +334,7 @@ _BYTES = b"0123456789.,:; NSEWACDHPL\n*-+="
 
 
 def broken(kind, rng):
-    """Return a file of a format with a few values replaced, or bytes changed, left out or added."""
+    """Return a file of a format with a few values replaced, or bytes changed, removed or added."""
     data, name = FORMATS[kind](rng)
     if kind in ("ed269", "ed318", "openaip", "inav"):
         document = json.loads(data)

@@ -89,7 +89,7 @@ def test_every_phase_on_both():
         assert faster == pytest.approx(1e3 * pc_ms / chip_us)
         assert pc_ms > 0
         assert cycles >= GENERATIONS
-    assert rows["population update"][4] == GENERATIONS  # One cycle each.
+    assert rows["population update"][4] == GENERATIONS  # Each takes one cycle.
     assert rows["evaluation and sorting"][4] == "on the host"
 
 

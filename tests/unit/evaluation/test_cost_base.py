@@ -1,4 +1,4 @@
-"""Costs over land below the sea: altitudes count from the lowest ground."""
+"""Costs over land below sea level: altitudes are measured from the lowest ground."""
 
 import numpy as np
 import pytest
@@ -65,7 +65,7 @@ def test_the_papers_have_no_base():
 
 @pytest.mark.parametrize(("name", "generations"), [("astar", 40), ("ga-pc", 60), ("ga-chip", 2000)])
 def test_planners_plan_below_the_sea(name, generations):
-    """The same land plans as well at -423 m as at the sea."""
+    """Plans over the same land are as good at -423 m as at sea level."""
     found = []
     for lowest in (-423.0, 0.0):
         evaluator = Evaluator(problem(lowest), threads=1)

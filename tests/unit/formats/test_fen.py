@@ -1,4 +1,4 @@
-"""``.fen``, the old fence: a return point and the polygon to stay in."""
+"""``.fen``, the old fence: a return point and the inclusion polygon."""
 
 import pytest
 

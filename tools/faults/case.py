@@ -60,7 +60,7 @@ class Case:
     """A session with faults."""
 
     seed: int
-    #: Key of :data:`tools.faults.chips.CHIPS` or :data:`tools.faults.disk_sessions.DISK_SESSIONS`.
+    #: Key of :data:`tools.faults.chips.CHIPS` or :data:`tools.faults.disk_judge.DISK_SESSIONS`.
     session: str
     work: int
     sessions_before: int = 0

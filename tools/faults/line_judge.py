@@ -1,24 +1,164 @@
-"""Sessions with a board over a line with faults."""
+"""Sessions of a host with a board, over a line with faults."""
 
 from __future__ import annotations
 
+import random
 from collections import Counter
+from collections.abc import Callable
+from functools import cache
 from typing import Any
 
-from pathgene.hdl.protocol import Command
+import numpy as np
+
+from pathgene.hdl.config import Config
+from pathgene.hdl.protocol import Command, LinkMode
 from pathgene.hdl.protocol.codec import encode_frame
+from pathgene.hdl.protocol.runs import WARM_SLOPES, RunOptions
 from pathgene.host.device.chip import Chip
 from pathgene.host.device.link import Link, RefusedError
 from pathgene.host.errors import JobError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners.chip.problem_on_chip import ProblemOnChip
+from pathgene.host.problem.corner_map import CornerMap
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Circle
+from pathgene.host.terrain import Terrain
 from tools.faults.case import Case, Extent
 from tools.faults.chips import Board, chip_on_line
 from tools.faults.judge import DifferentError, Judge, Verdict
 from tools.faults.line import ChipOnLine, FaultyLine, VirtualClock, Way
-from tools.faults.sessions import SESSIONS, Session
 from tools.faults.tracing import counted_lines, signal_of, signalled
 
 
-__all__ = ["LineJudge"]
+__all__ = ["GENERATIONS", "SESSIONS", "LineJudge", "Session", "Tell", "ground"]
+
+#: Number of generations in each link mode.
+GENERATIONS = 50
+#: Number of generations between two checks of the whole population.
+_PER_CHECK = 10
+#: Maximum number of polls until a run must be over on a line without faults.
+_MOST_LOOKS = 10_000
+
+#: Takes each result; any value that can be compared.
+Tell = Callable[[Any], None]
+Session = Callable[[Chip, int, Tell], None]
+
+
+def ground(config: Config, seed: int) -> np.ndarray[Any, np.dtype[np.int64]]:
+    """Return hills for the whole map of a chip, with blocked cells, [y, x] altitude steps."""
+    rng = np.random.default_rng(seed)
+    size = config.map_size
+    x, y = np.meshgrid(np.arange(size), np.arange(size))
+    waves = np.sin(x * 9 / size + rng.uniform(0, 6)) * np.cos(y * 7 / size + rng.uniform(0, 6))
+    heights = ((waves + 1) / 4 * config.blocked_altitude).astype(np.int64)
+    heights[rng.random(heights.shape) < 0.02] = config.blocked_altitude
+    return heights
+
+
+def _breed(chip: Chip, seed: int, tell: Tell) -> None:
+    """Use the paper core: map, generations in each mode, counts, reads."""
+    config = chip.config
+    rng = random.Random(seed)
+    heights = ground(config, seed)
+    tell("map")
+    chip.update_map(heights)
+    start, goal = (rng.getrandbits(config.waypoint_bits) for _ in range(2))
+    for mode in LinkMode:
+        tell(mode.name)
+        highest = config.map_size - 1
+        chip.start(rng.getrandbits(64), (highest, highest, config.blocked_altitude - 1))
+        chip.load(
+            [
+                [
+                    rng.getrandbits(config.waypoint_bits)
+                    for _ in range(rng.randint(config.MIN_WAYPOINTS, config.max_waypoints))
+                ]
+                for _ in range(config.population)
+            ]
+        )
+        for generation in range(GENERATIONS):
+            step = chip.step(rng.sample(range(config.population), config.population), mode)
+            # In population mode, the origin is only known if a long reply was given up.
+            tell((step.paths, None if mode is LinkMode.POPULATION else step.origin))
+            if generation % _PER_CHECK == 0:
+                found = chip.check_population(start, goal, counting=bool(rng.getrandbits(1)))
+                tell((found.verdicts, found.cells))
+        tell(chip.read(0, config.population))
+        x, y = rng.randrange(config.map_size - 2), rng.randrange(config.map_size - 3)
+        heights[y : y + 3, x : x + 2] = rng.randrange(config.blocked_altitude + 1)
+        chip.update_map(heights)
+        verdict = chip.check_path([start, *step.paths[0], goal], counting=True)
+        tell((verdict.verdicts, verdict.cells))
+    tell(chip.status()["generation"])
+
+
+@cache
+def problem(seed: int) -> Problem:
+    """Return a flight over hills of 60 x 60 cells."""
+    rng = np.random.default_rng(seed)
+    x, y = np.meshgrid(np.arange(60), np.arange(60))
+    hills = 300 + 120 * np.sin(x / 9 + rng.uniform(0, 6)) * np.cos(y / 8 + rng.uniform(0, 6))
+    terrain = Terrain(name="hills", elevation=hills, dx_m=100.0, dy_m=100.0)
+    return Problem(terrain, (500, 600, 120), (5400, 5300, 120), agl=True, as_paper=True)
+
+
+def _plan(chip: Chip, seed: int, tell: Tell) -> None:
+    """Use the planner core: a run, a zone that appears, a run from the previous population."""
+    config = chip.config
+    rng = random.Random(seed)
+    flight = problem(seed)
+    evaluator = Evaluator(flight, threads=1)
+    task = ProblemOnChip(chip, flight, CornerMap(config, flight))
+    tell("map")
+    options = RunOptions(
+        seed=rng.getrandbits(64),
+        cycles=1_000_000,
+        generations=rng.randint(20, 60),
+        seeds=16,
+        give_up_rank=3,
+        paths=4,
+        memo=64,
+    )
+    path = _run(task, options, evaluator, tell)
+    middle = path[len(path) // 2]
+    changed = Problem(
+        flight.terrain,
+        flight.start,
+        flight.goal,
+        zones=(Circle(float(middle[0]), float(middle[1]), 300.0),),
+        as_paper=True,
+    )
+    task = task.changed(changed)
+    tell("zone")
+    warm = RunOptions(
+        seed=rng.getrandbits(64),
+        cycles=1_000_000,
+        generations=30,
+        slopes=WARM_SLOPES,
+        seeds=8,
+        give_up_rank=3,
+        share=5,
+        warm=True,
+        paths=2,
+        memo=64,
+    )
+    _run(task, warm, Evaluator(changed, threads=1), tell)
+
+
+def _run(task: ProblemOnChip, options: RunOptions, evaluator: Evaluator, tell: Tell) -> Any:
+    """Execute a run, report the chip's replies and the host's verdict; return the best path."""
+    looks = iter(range(_MOST_LOOKS))
+    status, best = task.run(options, lambda _: next(looks, None) is None)
+    paths = [task.metres(path) for path in best.paths]
+    fitness = [evaluator.evaluate(path).fitness for path in paths]
+    # The cycles depend on how much of the map has changed since the previous run.
+    tell((status.generations, status.key, best.keys, best.paths, fitness))
+    return paths[0]
+
+
+#: Sessions by the beginning of the name of their chip.
+SESSIONS: dict[str, Session] = {"paper": _breed, "planner": _plan}
+
 
 #: Patience of a link, in seconds and attempts: for the model, which answers immediately, and for
 #: the Verilog.

@@ -1,7 +1,8 @@
-"""The script of the continuous integration: its last line and its status."""
+"""The script of the continuous integration, and the rules of ``make lint`` without Verilog."""
 
 import os
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -47,3 +48,16 @@ def test_last_line_and_status(tmp_path, first, second, last, status):
     )
     assert done.stdout.splitlines()[-1] == last
     assert done.returncode == status
+
+
+@pytest.mark.ci
+@pytest.mark.parametrize(
+    "command",
+    [("ruff", "check", "."), ("ruff", "format", "--check", "."), ("mypy",)],
+    ids=["rules", "format", "types"],
+)
+def test_sources_are_clean(command):
+    done = subprocess.run(
+        [sys.executable, "-m", *command], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr

@@ -5,8 +5,7 @@ import math
 
 import pytest
 
-from tools.record import differences, main
-from tools.recording import record_generations, record_paths
+from tools.record import differences, main, record_generations, record_paths
 
 
 def test_no_difference_of_equal_records():

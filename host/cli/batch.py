@@ -177,9 +177,12 @@ def _plan(
 
 def _saved(directory: Path, job: Job, outcome: Outcome) -> dict[str, Any]:
     from pathgene.host.mission.batch import save
+    from pathgene.host.report.reading import warnings_in
 
     if outcome.summary is None:
         return _failed(outcome.failure or "It failed.", bad_input=outcome.bad_input)
+    for text in warnings_in(outcome.summary):
+        note(f"{job.name}: Warning: {text}")
     save(directory, job, outcome, note)
     return {"kept": False, **_terms(outcome.summary)}
 

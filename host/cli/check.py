@@ -7,7 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pathgene.host.cli.arguments import Commands, add_command, add_problem, complete_by_file
-from pathgene.host.cli.output import note_compiling, print_json, print_pairs, term_pairs
+from pathgene.host.cli.output import (
+    note_compiling,
+    note_reading,
+    print_json,
+    print_pairs,
+    term_pairs,
+)
 from pathgene.host.cli.values import complete_options
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.files.output import reading
@@ -21,6 +27,7 @@ if TYPE_CHECKING:
     from pathgene.host.problem.ends import Point
     from pathgene.host.problem.problem import Problem
     from pathgene.host.problem.zones import Zone
+    from pathgene.host.remarks import Reading
     from pathgene.host.terrain import Terrain
 
 
@@ -68,6 +75,7 @@ def run(args: argparse.Namespace) -> int:
         summary_wind_and_step,
     )
     from pathgene.host.report.run_files import verify
+    from pathgene.host.report.summary import describe_reading
 
     told = "as_paper" in vars(args)
     complete_options(args)
@@ -95,16 +103,19 @@ def run(args: argparse.Namespace) -> int:
     else:
         terrain = terrain_of(vars(args))
         path = read_path(file, terrain)
+    zones, zones_reading = _zones(args, summary, terrain)
     problem = problem_of_path(
         terrain,
         path,
         _between(args, summary, terrain),
         aircraft=_aircraft(args, summary),
-        zones=_zones(args, summary, terrain),
+        zones=zones,
+        zones_reading=zones_reading,
         wind=args.wind or (0.0, 0.0),
         ds_m=args.ds,
         **rules_of(vars(args)),
     )
+    note_reading(describe_reading(problem))
     _check_ends(args, problem)
 
     note_compiling(as_paper=problem.as_paper)
@@ -173,15 +184,15 @@ def _aircraft(args: argparse.Namespace, summary: dict[str, Any] | None) -> Aircr
 
 def _zones(
     args: argparse.Namespace, summary: dict[str, Any] | None, terrain: Terrain
-) -> tuple[Zone, ...]:
+) -> tuple[tuple[Zone, ...], Reading]:
     """Return the zones from the options, or the summary's zones if no option gives one."""
-    from pathgene.host.mission.build import zones_of
+    from pathgene.host.mission.build import read_zones_of
     from pathgene.host.report.read import summary_zones
 
-    given = zones_of(vars(args), terrain)
-    if given or summary is None:
-        return given
-    return summary_zones(Path(args.path), summary)
+    given = read_zones_of(vars(args), terrain)
+    if given.zones or summary is None:
+        return given.zones, given.reading
+    return summary_zones(Path(args.path), summary), given.reading
 
 
 def _check_ends(args: argparse.Namespace, problem: Problem) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pathgene.host.cli.arguments import Commands, add_command, add_option
 from pathgene.host.cli.last_door import check_path
-from pathgene.host.cli.output import note, print_json, print_pairs
+from pathgene.host.cli.output import note, note_reading, print_json, print_pairs
 from pathgene.host.files.output import prepare_directory
 from pathgene.host.formats.registry import choices, parse_formats, usual
 from pathgene.host.options.kinds import PATH
@@ -54,6 +54,7 @@ def run(args: argparse.Namespace) -> int:
     formats = parse_formats(args.write)
     file = Path(args.summary)
     planned = read_run(file, origin=args.origin)
+    note_reading(planned.summary.get("read"))
     directory = file.parent if args.out is None else Path(args.out)
     check_path(planned, "nothing is written", "plan again")
     prepare_directory(directory)

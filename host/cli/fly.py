@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pathgene.host import interrupts
 from pathgene.host.cli.arguments import Commands, add_command
 from pathgene.host.cli.ending import ending
-from pathgene.host.cli.output import note, print_json, print_pairs
+from pathgene.host.cli.output import note, note_reading, print_json, print_pairs
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.files.output import prepare_directory, writing_into
 from pathgene.host.options.kinds import PATH
@@ -114,6 +114,7 @@ def run(args: argparse.Namespace) -> int:
     if args.aircraft is not None:
         model_named(args.aircraft)  # Refuse it before reading anything.
     run = read_run(file)
+    note_reading(run.summary.get("read"))
     scenario = _scenario(args, run.problem.terrain)
     directory = Path(args.out) if args.out else file.parent
     prepare_directory(directory)

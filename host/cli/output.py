@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 
@@ -64,6 +64,14 @@ def print_table(rows: Sequence[Sequence[str]]) -> None:
 def note(text: str) -> None:
     """Print a note on standard error."""
     print_line(text)
+
+
+def note_reading(read: Mapping[str, Any] | None, prefix: str = "") -> None:
+    """Print the report on files that were read on standard error: the ``read`` of a summary."""
+    from pathgene.host.report.reading import sentences
+
+    for sentence in sentences(read):
+        print_line(f"{prefix}{sentence}")
 
 
 def term_pairs(summary: dict[str, Any]) -> list[tuple[str, str]]:

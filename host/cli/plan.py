@@ -22,7 +22,14 @@ from pathgene.host.cli.arguments import (
 )
 from pathgene.host.cli.beside import plan_beside, print_beside, row_of, searches_beside
 from pathgene.host.cli.ending import ending
-from pathgene.host.cli.output import note, note_compiling, print_json, print_pairs, term_pairs
+from pathgene.host.cli.output import (
+    note,
+    note_compiling,
+    note_reading,
+    print_json,
+    print_pairs,
+    term_pairs,
+)
 from pathgene.host.cli.values import complete_options, own_options, save_options, source_of
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.files.output import prepare_directory
@@ -77,6 +84,7 @@ def run(args: argparse.Namespace) -> int:
     from pathgene.host.mission.planning import plan_mission
     from pathgene.host.planners.base import Stop
     from pathgene.host.planning import Search
+    from pathgene.host.report.summary import describe_reading
 
     complete_options(args)
     args.planner = planner_of(vars(args))
@@ -90,6 +98,7 @@ def run(args: argparse.Namespace) -> int:
     searches = searches_beside(args)
     formats = parse_formats(args.write) if args.write else ()
     mission = mission_of(vars(args))
+    note_reading(describe_reading(mission.problem))
     check_formats(formats, mission.problem.terrain)
     if "html" in formats:
         from pathgene.host.web.page import require_library

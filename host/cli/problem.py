@@ -16,7 +16,7 @@ from pathgene.host.planners import DEFAULT
 
 
 if TYPE_CHECKING:
-    from pathgene.host.remarks import Reading
+    from pathgene.host.problem.problem import Problem
 
 __all__ = ["add", "check", "new"]
 
@@ -76,6 +76,7 @@ def check(args: argparse.Namespace) -> int:
     from pathgene.host.mission.build import mission_of, search_of
     from pathgene.host.mission.problem_file import read_problem
     from pathgene.host.planners import asks_hardware
+    from pathgene.host.report.summary import describe_reading
 
     values = read_problem(Path(args.file))
     # A check does not need the hardware.
@@ -88,7 +89,7 @@ def check(args: argparse.Namespace) -> int:
         "terrain": problem.terrain.describe(),
         "uav": problem.aircraft.name,
         "zones": len(problem.zones),
-        "read": {"zones": mission.zones_reading.to_dict()},
+        "read": describe_reading(problem),
         "points": [list(point) for point in mission.way],
         "legs": mission.legs,
         "straight_m": mission.straight_m,
@@ -110,7 +111,7 @@ def check(args: argparse.Namespace) -> int:
                 ("terrain", problem.terrain.name),
                 ("aircraft", problem.aircraft.name),
                 ("no-fly zones", str(len(problem.zones))),
-                *_read(mission.zones_reading),
+                *_read(problem),
                 *((name, f"{x:.1f}, {y:.1f}, altitude {z:.1f} m") for name, (x, y, z) in names),
                 ("straight lines", f"{report['straight_m']:.1f} m"),
                 ("rules", rules),
@@ -120,12 +121,12 @@ def check(args: argparse.Namespace) -> int:
     return 0
 
 
-def _read(reading: Reading) -> Iterator[tuple[str, str]]:
-    """Yield the contents of the files of zones: each zone on the map, and the remarks."""
-    for file in reading.facts.get("files", ()):
+def _read(problem: Problem) -> Iterator[tuple[str, str]]:
+    """Yield the report on files that were read: each zone on the map, and the remarks."""
+    for file in problem.zones_reading.facts.get("files", ()):
         for zone in file["zones"]:
             limits = f"{zone['lower'] or 'ground'} to {zone['upper'] or 'the sky'}"
             parts = (zone["part"], limits, zone["times"], zone["reason"])
             yield "  zone", ", ".join(part for part in parts if part)
-    for remark in reading.remarks:
+    for remark in (*problem.terrain.reading.remarks, *problem.zones_reading.remarks):
         yield f"  {remark.grade}", remark.text

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from pathgene.host.cli.arguments import Commands, add_command, add_option
 from pathgene.host.cli.last_door import check_path
-from pathgene.host.cli.output import note, print_json, print_pairs
+from pathgene.host.cli.output import note, note_reading, print_json, print_pairs
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.options.table import NAMED
 
@@ -145,6 +145,7 @@ def _plan(args: argparse.Namespace) -> FlightPlan:
             raise InputError("A .plan file has its place on Earth; leave --origin out.")
         return read_plan(file)
     planned = read_run(file, origin=args.origin)
+    note_reading(planned.summary.get("read"))
     if not args.infeasible:
         check_path(planned, "nothing is uploaded", "plan again, or give --infeasible")
     track = Evaluator(planned.problem).track(planned.path)

@@ -38,10 +38,9 @@ __all__ = ["FINE", "Evaluator"]
 FINE = 8
 # Ends this close are equal: coordinates may have passed through a text file.
 _SAME_POINT_M = 1e-6
-# Four times as many as a problem may have from start to goal: paths go around.
+# Four times the limit of a problem from start to goal, as paths go around.
 _MOST_SAMPLES = 2_000_000
-# Fewest paths for a thread: below, a second thread costs more than it saves.
-_PATHS_PER_THREAD = 16
+_PATHS_PER_THREAD = 16  # With fewer, a second thread costs more than it saves.
 
 
 class Evaluator:
@@ -339,7 +338,7 @@ class Evaluator:
 
     def entered(self, path: NDArray[np.float64]) -> list[Zone]:
         """Return the zones that a path enters while they are active; empty with ``as_paper``."""
-        return [] if self._strict is None else self._strict.entered(self._strict.lay(path))
+        return self._strict.entered(self._strict.lay(path)) if self._strict else []
 
     def lowest_at_m(self, path: NDArray[np.float64]) -> float | None:
         """Return the metres flown to the least clearance of a path; None with ``as_paper``."""

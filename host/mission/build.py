@@ -106,14 +106,10 @@ def mission_of(values: Values, terrain: Terrain | None = None) -> Mission:
         values.get("wind") or (0.0, 0.0),
         values.get("ds"),
         agl=bool(values.get("agl")),
+        zones_reading=read.reading,
         **rules_of(values),
     )
-    return Mission(
-        problem,
-        via_of(values, terrain),
-        bool(values.get("return_to_start")),
-        zones_reading=read.reading,
-    )
+    return Mission(problem, via_of(values, terrain), bool(values.get("return_to_start")))
 
 
 def search_of(values: Values) -> Search:

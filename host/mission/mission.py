@@ -18,13 +18,10 @@ from pathgene.host.problem.ends import Point, check_above_ground, end_point
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.way import WayProblem
 from pathgene.host.problem.zones import Zone
-from pathgene.host.remarks import Reading
 from pathgene.host.terrain.surface import surface_below
 
 
 __all__ = ["Mission"]
-
-_NOT_READ = Reading()
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -47,8 +44,6 @@ class Mission:
         a via point.
     agl, geo : bool
         As for :class:`Problem`, of the via points.
-    zones_reading : Reading
-        The report on the files of zones.
 
     Raises
     ------
@@ -62,7 +57,6 @@ class Mission:
     problem: Problem
     via: tuple[Point, ...]
     return_to_start: bool
-    zones_reading: Reading
 
     def __init__(
         self,
@@ -72,7 +66,6 @@ class Mission:
         *,
         agl: bool = False,
         geo: bool = False,
-        zones_reading: Reading = _NOT_READ,
     ) -> None:
         points = tuple(
             end_point(f"via point {number}", point, problem.terrain, agl=agl, geo=geo)
@@ -82,7 +75,6 @@ class Mission:
             ("problem", problem),
             ("via", points),
             ("return_to_start", bool(return_to_start)),
-            ("zones_reading", zones_reading),
         ):
             object.__setattr__(self, name, value)
         for name, point in zip(self.names[1:], self.way[1:], strict=True):
@@ -162,6 +154,7 @@ class Mission:
             ds_m=problem.ds_m,
             rules=problem.rules,
             as_paper=problem.as_paper,
+            zones_reading=problem.zones_reading,
             **headings,
         )
 

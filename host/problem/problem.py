@@ -20,6 +20,7 @@ from pathgene.host.problem.ends import Point, check_above_ground, end_point, fin
 from pathgene.host.problem.limits import Limits, slope_limits
 from pathgene.host.problem.rules import Rules
 from pathgene.host.problem.zones import Zone, listed, raster
+from pathgene.host.remarks import Reading
 from pathgene.host.terrain import Terrain
 
 
@@ -32,6 +33,7 @@ SMALLEST_DS_M = 1e-3
 # Maximum samples along the way: at an eighth of the step, a track has ten times as many.
 _MOST_SAMPLES = 500_000
 _SAFE = Rules()
+_NOT_READ = Reading()
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -71,6 +73,8 @@ class Problem:
     start_heading_deg, goal_heading_deg : float, optional
         Heading at start and goal, degrees clockwise from true north, -360 to 360. The turn
         between the heading and the adjacent segment is an arc like any other.
+    zones_reading : Reading
+        Facts that were read from files of zones, and remarks on them.
 
     Raises
     ------
@@ -88,6 +92,7 @@ class Problem:
     rules: Rules | None
     start_heading_deg: float | None
     goal_heading_deg: float | None
+    zones_reading: Reading
 
     def __init__(
         self,
@@ -105,6 +110,7 @@ class Problem:
         as_paper: bool = False,
         start_heading_deg: float | None = None,
         goal_heading_deg: float | None = None,
+        zones_reading: Reading = _NOT_READ,
     ) -> None:
         if not isinstance(terrain, Terrain):
             raise InputError(
@@ -130,6 +136,7 @@ class Problem:
             "rules": rules,
             "start_heading_deg": _heading("start", start_heading_deg),
             "goal_heading_deg": _heading("goal", goal_heading_deg),
+            "zones_reading": zones_reading,
         }.items():
             object.__setattr__(self, name, value)
         self._check(half_a_cell_m)

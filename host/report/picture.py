@@ -51,6 +51,8 @@ class Scene:
         The ``reason`` of a summary: why a planner found no path; empty for a given path.
     legs : sequence of (int, float)
         For each leg of a mission, its first row of ``history`` and the fitness of its path.
+    warnings : sequence of str
+        Warnings on the files that were read.
     """
 
     evaluator: Evaluator
@@ -61,6 +63,7 @@ class Scene:
     subtitle: str
     reason: Mapping[str, Any] = field(default_factory=dict)
     legs: Sequence[tuple[int, float]] = ()
+    warnings: Sequence[str] = ()
 
 
 def draw(scene: Scene) -> Figure:
@@ -69,7 +72,10 @@ def draw(scene: Scene) -> Figure:
     rows, columns = terrain.elevation.shape
     aspect = columns * terrain.dx_m / (rows * terrain.dy_m)
     why = "" if scene.evaluation.feasible else why_not(scene.reason, scene.evaluation.limits)
-    lines = textwrap.wrap(why, 125, max_lines=2, placeholder=" ...")
+    said = (why, *(f"Warning: {text}" for text in scene.warnings))
+    lines = [
+        line for text in said for line in textwrap.wrap(text, 125, max_lines=2, placeholder=" ...")
+    ]
     figure, (plan, bar, altitudes, *rest) = _layout(
         aspect, _TOP + _LINE * len(lines), searched=bool(scene.history)
     )

@@ -8,10 +8,19 @@ from typing import Any
 
 from pathgene.host.evaluation import Evaluation, Evaluator
 from pathgene.host.planners.base import Result
+from pathgene.host.problem.problem import Problem
 from pathgene.host.version import version
 
 
-__all__ = ["describe_problem", "describe_run", "finite", "summarise", "terms", "version"]
+__all__ = [
+    "describe_problem",
+    "describe_reading",
+    "describe_run",
+    "finite",
+    "summarise",
+    "terms",
+    "version",
+]
 
 #: Phases that every summary has, even if they took 0 seconds.
 _PHASES = ("total", "evaluation", "sort", "link", "board")
@@ -46,6 +55,7 @@ def describe_problem(evaluator: Evaluator, source: Mapping[str, Any]) -> dict[st
     problem = evaluator.problem
     return {
         "terrain": {**finite(problem.terrain.describe()), **source},
+        "read": describe_reading(problem),
         "uav": problem.aircraft.to_dict(),
         "nofly": [zone.to_dict() for zone in problem.zones],
         "wind": list(problem.wind),
@@ -54,6 +64,14 @@ def describe_problem(evaluator: Evaluator, source: Mapping[str, Any]) -> dict[st
         "rules": None if problem.rules is None else problem.rules.to_dict(),
         "start_heading_deg": problem.start_heading_deg,
         "goal_heading_deg": problem.goal_heading_deg,
+    }
+
+
+def describe_reading(problem: Problem) -> dict[str, Any]:
+    """Return facts and remarks on the files of the terrain and of the zones."""
+    return {
+        "terrain": finite(problem.terrain.reading.to_dict()),
+        "zones": finite(problem.zones_reading.to_dict()),
     }
 
 

@@ -17,6 +17,7 @@ from pathgene.host.files.output import json_bytes, writing_into
 from pathgene.host.files.replacement import replace_files
 from pathgene.host.formats import geojson
 from pathgene.host.planners.base import Result
+from pathgene.host.report.reading import warnings_in
 from pathgene.host.report.run_files import DATA, FLIGHT, GRID, PATH, PICTURE, SUMMARY, digests
 from pathgene.host.report.track import track_of
 
@@ -134,6 +135,7 @@ def scene(evaluator: Evaluator, result: Result, summary: Mapping[str, Any]) -> S
         subtitle,
         reason,
         _legs(summary),
+        warnings_in(summary),
     )
 
 

@@ -52,6 +52,7 @@ from pathgene.host.evaluation.aircraft_limits import line_limits
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zones import Zone
 from pathgene.host.report.along import broken_limits, surface_and_demand, why
+from pathgene.host.report.reading import warnings_in
 from pathgene.host.report.track import mark_names
 from pathgene.host.terrain import Terrain
 from pathgene.host.web.figures import captions, figures
@@ -117,6 +118,7 @@ def plan_scene(evaluator: Evaluator, path: Floats, summary: Mapping[str, Any]) -
     sentence = ""
     if feasible is False:
         sentence = why(reason or {}, summary.get("limits"))
+    sentence = " ".join((*filter(None, [sentence]), *warnings_in(summary)))
     name = str(summary.get("planner") or "path")
     least_m = summary.get("minimum_clearance_m")
     return {

@@ -12,6 +12,7 @@ from pathgene.host.inputs import parse_toml
 from pathgene.host.options.table import TABLES
 from pathgene.host.problem import aircraft
 from pathgene.host.problem.zones import read_zones
+from pathgene.host.report.reading import sentences
 from pathgene.host.web.desk.sheet import MOST_BYTES, Sheet, zone_table
 from pathgene.host.web.desk.terrains import Terrains
 
@@ -19,11 +20,12 @@ from pathgene.host.web.desk.terrains import Terrains
 __all__ = ["open_upload"]
 
 
-def open_upload(sheet: Sheet, terrains: Terrains, name: str, content: bytes) -> None:
-    """Open a file whose kind is recognized by its name and content.
+def open_upload(sheet: Sheet, terrains: Terrains, name: str, content: bytes) -> list[str]:
+    """Open a file whose kind is recognized by its name and content; return a report.
 
     A problem replaces everything in ``sheet``, a terrain everything except the planner, rules and
-    aircraft; zones are added to the existing ones.
+    aircraft; zones are added to the existing ones. The sentences are the read report on a terrain
+    or on zones; there are none on other files.
 
     Raises
     ------
@@ -33,10 +35,11 @@ def open_upload(sheet: Sheet, terrains: Terrains, name: str, content: bytes) -> 
     suffix = Path(name).suffix.lower()
     if suffix == ".toml":
         _open_toml(sheet, name, content)
-    elif suffix in zone_suffixes():
-        _open_zones(sheet, name, content)
-    else:
-        sheet.take_terrain(terrains.add_content(name, content, sheet.values))
+        return []
+    if suffix in zone_suffixes():
+        return _open_zones(sheet, name, content)
+    sheet.take_terrain(terrains.add_content(name, content, sheet.values))
+    return list(sentences({"terrain": sheet.terrain().reading.to_dict(), "zones": {}}))
 
 
 def _open_toml(sheet: Sheet, name: str, content: bytes) -> None:
@@ -53,14 +56,15 @@ def _open_toml(sheet: Sheet, name: str, content: bytes) -> None:
         sheet.set("uav", aircraft.parse(text, name).to_dict())
 
 
-def _open_zones(sheet: Sheet, name: str, content: bytes) -> None:
+def _open_zones(sheet: Sheet, name: str, content: bytes) -> list[str]:
     terrain = sheet.terrain()
     with tempfile.TemporaryDirectory(prefix="pathgene-") as folder:
         file = Path(folder) / f"zones{Path(name).suffix.lower()}"
         with output_file(file) as binary:
             binary.write(content)
         try:
-            zones = read_zones(file, terrain).zones
+            read = read_zones(file, terrain)
         except InputError as error:
             raise InputError(str(error).replace(str(file), name)) from None
-    sheet.zones.extend(map(zone_table, zones))
+    sheet.zones.extend(map(zone_table, read.zones))
+    return list(sentences({"terrain": {}, "zones": read.reading.to_dict()}))

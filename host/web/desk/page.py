@@ -314,10 +314,15 @@ class Page:
         """Open a file from the user: a problem, zones, an aircraft or a terrain."""
         content = await event.file.read()
         self._upload.reset()
-        if await self._tried(
-            open_upload, self._sheet, self._desk.terrains, event.file.name, content
-        ):
+        said: list[str] = []
+
+        def open_it() -> None:
+            said.extend(open_upload(self._sheet, self._desk.terrains, event.file.name, content))
+
+        if await self._tried(open_it):
             self._show_values()
+            if said:
+                ui.notify(" ".join(said), multi_line=True, timeout=0, close_button="Close")
 
     def _download(self) -> None:
         ui.download.content(self._sheet.text(), "problem.toml", "application/toml")

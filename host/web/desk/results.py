@@ -12,6 +12,7 @@ from nicegui import ui
 
 from pathgene.host.formats.registry import FORMATS
 from pathgene.host.mission.legs import shortcoming
+from pathgene.host.report.reading import warnings_in
 from pathgene.host.web.desk.job import FlightJob, Job, State
 from pathgene.host.web.figures import figures
 
@@ -81,6 +82,8 @@ def _column(summary: Mapping[str, Any], *, is_earlier: bool) -> dict[str, str]:
     if summary.get("fallback"):
         by += f", then {summary['fallback']}"
     column = {"Planner": by, "Verdict": verdict}
+    if warnings := warnings_in(summary):
+        column["Warnings"] = " ".join(warnings)
     column |= {figure["label"]: figure["text"] for figure in figures(summary)}
     column["Time here"] = f"{summary['seconds']['total']:.2f} s"
     plan_us = (summary.get("hardware") or {}).get("plan_us")

@@ -1,0 +1,85 @@
+"""The read report in a summary and in sentences."""
+
+import json
+
+import numpy as np
+import pytest
+import rasterio
+from rasterio.transform import from_origin
+
+from pathgene.host.cli import main
+from pathgene.host.report.reading import sentences, warnings_in
+
+
+ENDS = ("--agl", "--start", "300,300,80", "--goal", "2600,2600,80", "--planner", "astar")
+
+
+@pytest.fixture(scope="module")
+def coast(tmp_path_factory):
+    """A GeoTIFF of 100 x 100 nodes of 30 m near the equator, whose western part is sea floor."""
+    file = tmp_path_factory.mktemp("coast") / "coast.tif"
+    heights = np.tile(np.linspace(-60.0, 240.0, 100, dtype=np.float32), (100, 1))
+    with rasterio.open(
+        file, "w", driver="GTiff", width=100, height=100, count=1, dtype="float32",
+        crs="EPSG:32632", transform=from_origin(500_000, 100_000, 30, 30),
+    ) as raster:  # fmt: skip
+        raster.write(heights, 1)
+    return file
+
+
+@pytest.fixture(scope="module")
+def zones(tmp_path_factory):
+    """Zones of which one is on the map and one is a line."""
+    file = tmp_path_factory.mktemp("zones") / "zones.geojson"
+    square = [[9.012, 0.89], [9.014, 0.89], [9.014, 0.892], [9.012, 0.892], [9.012, 0.89]]
+    shapes = (("Polygon", [square], "R-7"), ("LineString", square[:3], "wire"))
+    features = [
+        {
+            "type": "Feature",
+            "properties": {"name": name},
+            "geometry": {"type": kind, "coordinates": coordinates},
+        }
+        for kind, coordinates, name in shapes
+    ]
+    file.write_text(json.dumps({"type": "FeatureCollection", "features": features}))
+    return file
+
+
+def test_plan_says_what_it_read(coast, zones, tmp_path, capsys):
+    out = tmp_path / "out"
+    options = ("--nofly", zones, "--write", "html", "--out", out)
+    assert main(list(map(str, ("plan", "--terrain", coast, *ENDS, *options)))) == 0
+    said = capsys.readouterr().err
+    assert "100 x 100 nodes" in said
+    assert "EPSG:32632" in said
+    assert "Warning: 2,000 heights, 20.00% of the map, lie below 0 m" in said
+    assert '"wire"' in said
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["read"]["terrain"]["nodes"] == [100, 100]
+    assert summary["read"]["zones"]["files"][0]["can_forbid"] == 1
+    (warning,) = warnings_in(summary)
+    assert warning.startswith("2,000 heights")
+    assert "2,000 heights" in (out / "path.html").read_text()
+
+    assert main(["export", str(out / "summary.json"), "--write", "kml"]) == 0
+    assert warning in capsys.readouterr().err
+    assert main(["check", "--terrain", str(coast), "--path", str(out / "summary.json")]) == 0
+    assert "Warning: 2,000 heights" in capsys.readouterr().err
+
+
+def test_problem_check_and_terrain_info_say_it_too(coast, zones, tmp_path, capsys):
+    problem = tmp_path / "problem.toml"
+    problem.write_text(
+        f'[terrain]\nsource = "{coast}"\n[mission]\nstart = [300, 300, 80]\n'
+        f'goal = [2600, 2600, 80]\nagl = true\n[[zones]]\nfile = "{zones}"\n'
+    )
+    assert main(["problem", "check", str(problem), "--json"]) == 0
+    read = json.loads(capsys.readouterr().out)["read"]
+    assert {"terrain", "zones"} <= set(read)
+    assert main(["terrain", "info", str(coast)]) == 0
+    assert "2,000 heights" in capsys.readouterr().out
+
+
+def test_a_summary_of_an_earlier_version_has_no_report():
+    assert list(sentences(None)) == []
+    assert warnings_in({}) == []

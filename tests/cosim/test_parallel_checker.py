@@ -12,19 +12,12 @@ from pathgene.sim.harness import VerilatedChecker
 from pathgene.sim.model.checker import TerrainModel, check_path
 from pathgene.sim.model.checker_cycles import batch_cycles
 from pathgene.sim.model.checker_kernels import check_paths
-from tests.support.gateware.checker_cases import ground, paths_of, random_batch
+from tests.support.gateware.checker_cases import TINY, ground, paths_of, random_batch
 
 
 pytestmark = pytest.mark.cosim
 
-TINY = Config(
-    max_waypoints=4,
-    map_size=8,
-    coarse_factor=2,
-    altitude_bits=4,
-    checker=CheckerBuild.PARALLEL,
-    lanes=4,
-)
+FOUR = TINY.replace(checker=CheckerBuild.PARALLEL, lanes=4)
 FULL = Config(checker=CheckerBuild.PARALLEL)
 
 
@@ -54,12 +47,12 @@ def assert_equal(chip, terrain, paths, count=False, stall=0):
 def test_every_segment_of_a_tiny_map():
     """All pairs of cells on three maps are queued, at random altitudes."""
     rng = np.random.default_rng(1)
-    cells = list(itertools.product(range(TINY.map_size), repeat=2))
+    cells = list(itertools.product(range(FOUR.map_size), repeat=2))
     ends = np.array(list(itertools.product(cells, repeat=2)))
     hits = 0
-    with VerilatedChecker(TINY) as chip:
+    with VerilatedChecker(FOUR) as chip:
         for _ in range(3):
-            terrain = ground(TINY, rng, peaks=0.05, blocked=0.02)
+            terrain = ground(FOUR, rng, peaks=0.05, blocked=0.02)
             chip.write(terrain.heights)
             altitudes = rng.integers(3, 16, (len(ends), 2, 1))
             paths = np.concatenate([ends, altitudes], axis=2).tolist()
@@ -75,7 +68,7 @@ def test_every_segment_of_a_tiny_map():
 )
 def test_many_lanes_on_a_small_map(lanes, latency, bits):
     """The rows of a segment are mostly empty; there are single and queued paths, and look-ups."""
-    config = TINY.replace(map_size=16, lanes=lanes, memory_latency=latency, altitude_bits=bits)
+    config = FOUR.replace(map_size=16, lanes=lanes, memory_latency=latency, altitude_bits=bits)
     rng = np.random.default_rng(lanes + bits)
     with VerilatedChecker(config) as chip:
         for peaks in (0.02, 0.2):

@@ -1,6 +1,8 @@
 """The example of a design with units of this project: it is elaborated, simulated and exported."""
 
+import importlib
 import random
+import re
 import runpy
 import subprocess
 import sys
@@ -14,7 +16,9 @@ from pathgene.hdl.protocol.codec import FrameSplitter, decode_frame, encode_fram
 from tests.support.gateware.streams import put, simulate
 
 
-EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "sorting_service.py"
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = ROOT / "docs" / "own_design.md"
+EXAMPLE = ROOT / "examples" / "sorting_service.py"
 CLOCKS_PER_BIT = 4
 SortingService = runpy.run_path(str(EXAMPLE))["SortingService"]
 
@@ -80,3 +84,14 @@ def test_exports_verilog(tmp_path):
     target = tmp_path / "service.v"
     subprocess.run([sys.executable, EXAMPLE, target], check=True, cwd=EXAMPLE.parents[1])
     assert "module sorting_service" in target.read_text("utf-8")
+
+
+def test_the_table_names_units_of_the_gateware():
+    """The first name of a row has its module; further names are of the same module."""
+    rows = re.findall(r"^\| (`[a-z_]+\..*?`) \|", PAGE.read_text(), re.MULTILINE)
+    assert len(rows) > 8
+    for row in rows:
+        first, *others = re.findall(r"`([\w.]+)`", row)
+        module, _, name = first.rpartition(".")
+        units = vars(importlib.import_module(f"pathgene.hdl.{module}"))
+        assert {name, *others} <= units.keys(), row

@@ -15,6 +15,7 @@ from pathgene.hdl.feasibility.parallel.terrain_memory import TerrainMemory
 from pathgene.sim.model.checker import TerrainModel, check_path, segment_cells
 from pathgene.sim.model.checker_cycles import batch_cycles
 from tests.support.gateware.checker_cases import (
+    TINY,
     feed,
     ground,
     look_up,
@@ -27,15 +28,8 @@ from tests.support.gateware.checker_cases import (
 from tests.support.gateware.streams import collect, pulse, simulate
 
 
-TINY = Config(
-    max_waypoints=4,
-    map_size=8,
-    coarse_factor=2,
-    altitude_bits=4,
-    checker=CheckerBuild.PARALLEL,
-    lanes=2,
-)
-SMALL = TINY.replace(map_size=16, altitude_bits=6)
+PAIR = TINY.replace(checker=CheckerBuild.PARALLEL, lanes=2)
+SMALL = PAIR.replace(map_size=16, altitude_bits=6)
 LANES = (1, 2, 4)
 
 
@@ -82,7 +76,7 @@ def test_widest_altitudes():
 @pytest.mark.parametrize("lanes", [2, 4])
 def test_every_segment_of_a_tiny_map(lanes):
     """All pairs of cells in one queue, with random altitudes and ground, including equal cells."""
-    config = TINY.replace(lanes=lanes)
+    config = PAIR.replace(lanes=lanes)
     rng = np.random.default_rng(lanes)
     terrain = ground(config, rng, peaks=0.05, blocked=0.02)
     cells = list(itertools.product(range(config.map_size), repeat=2))
@@ -104,7 +98,7 @@ def test_every_segment_of_a_tiny_map(lanes):
 @pytest.mark.parametrize("latency", [1, 2])
 @pytest.mark.parametrize("lanes", LANES)
 def test_latency_of_a_lone_path(lanes, latency):
-    config = TINY.replace(lanes=lanes, memory_latency=latency, map_size=max(8, lanes))
+    config = PAIR.replace(lanes=lanes, memory_latency=latency, map_size=max(8, lanes))
     terrain = flat(config)
     top = config.map_size - 1
     paths = [
@@ -142,7 +136,7 @@ def test_throughput_on_mixed_segments():
     ids=["verdicts", "counts", "both"],
 )
 def test_nothing_is_lost_under_back_pressure(pauses, count_pauses):
-    config = TINY.replace(lanes=4)
+    config = PAIR.replace(lanes=4)
     terrain, paths = batch(config, 8, 30, peaks=0.3)
     results = results_of(
         Checker(config), terrain, paths, count=True, pauses=pauses, count_pauses=count_pauses
@@ -153,7 +147,7 @@ def test_nothing_is_lost_under_back_pressure(pauses, count_pauses):
 
 def test_counts_are_there_with_their_verdict():
     """A reader of verdicts, and of as many counts as each announces, never waits for a count."""
-    config = TINY.replace(lanes=2)
+    config = PAIR.replace(lanes=2)
     terrain, paths = batch(config, 9, 40, peaks=0.3)
     dut = Checker(config)
     taken = []
@@ -273,7 +267,7 @@ def test_writes_are_refused_while_busy(build):
 @pytest.mark.parametrize("lanes", LANES)
 def test_lookups(lanes, latency):
     """One per cycle, with a latency of ``lookup_latency``; a cycle without one changes nothing."""
-    config = TINY.replace(lanes=lanes, memory_latency=latency, map_size=max(8, lanes))
+    config = PAIR.replace(lanes=lanes, memory_latency=latency, map_size=max(8, lanes))
     rng = np.random.default_rng(lanes)
     heights = rng.integers(0, 16, (config.map_size, config.map_size))
     cells = [(int(x), int(y)) for x, y in rng.integers(0, config.map_size, (50, 2))]

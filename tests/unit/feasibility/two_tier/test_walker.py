@@ -8,7 +8,7 @@ import itertools
 import numpy as np
 import pytest
 
-from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.config import Config
 from pathgene.hdl.feasibility.checker import Checker
 from pathgene.sim.harness import VerilatedChecker
 from pathgene.sim.model.checker import TerrainModel, check_path, segment_cells
@@ -27,17 +27,9 @@ from tests.support.gateware.checker_cases import (
 from tests.support.gateware.streams import collect, put, simulate
 
 
-SMALLEST = Config(
-    max_waypoints=4,
-    map_size=8,
-    coarse_factor=2,
-    altitude_bits=4,
-    checker=CheckerBuild.TWO_TIER,
-    lanes=1,
-)
-SMALL = SMALLEST.replace(map_size=16, coarse_factor=4, altitude_bits=6)
+SMALL = TINY.replace(map_size=16, coarse_factor=4, altitude_bits=6)
 #: A segment of 100 cells fits.
-LONG = SMALLEST.replace(map_size=128, coarse_factor=16, altitude_bits=12)
+LONG = TINY.replace(map_size=128, coarse_factor=16, altitude_bits=12)
 
 
 def batch(config, seed, paths, **strewn):
@@ -63,7 +55,7 @@ def shortened(verdict):
 
 
 @pytest.mark.parametrize("count", [False, True], ids=["first", "count"])
-@pytest.mark.parametrize(("base", "latency"), [(SMALLEST, 2), (SMALL, 1)], ids=["tiny", "small"])
+@pytest.mark.parametrize(("base", "latency"), [(TINY, 2), (SMALL, 1)], ids=["tiny", "small"])
 def test_queue_equals_model(base, latency, count):
     """Verdicts, counts, cycles and reads match for paths that follow without gaps."""
     config = base.replace(memory_latency=latency)
@@ -174,8 +166,8 @@ def test_waits_while_the_coarse_map_is_rebuilt():
 
 def test_looks_up():
     """One cell per cycle, after ``lookup_latency``; an earlier coarse cell makes no difference."""
-    terrain, paths = batch(SMALLEST, 5, 10)
-    dut = Checker(SMALLEST)
+    terrain, paths = batch(TINY, 5, 10)
+    dut = Checker(TINY)
     cells = [(x, y) for y in range(8) for x in range(8)]
     found = []
 
@@ -196,18 +188,18 @@ def test_looks_up():
     ("pauses", "count_pauses"), [((0, 3, 40), (0,)), ((0,), (0, 60, 2))], ids=["verdicts", "counts"]
 )
 def test_nothing_is_lost_under_back_pressure(pauses, count_pauses):
-    terrain, paths = batch(SMALLEST, 8, 40, peaks=0.2)
+    terrain, paths = batch(TINY, 8, 40, peaks=0.2)
     results = results_of(
-        Checker(SMALLEST), terrain, paths, count=True, pauses=pauses, count_pauses=count_pauses
+        Checker(TINY), terrain, paths, count=True, pauses=pauses, count_pauses=count_pauses
     )
-    assert results.summaries == expected(SMALLEST, terrain, paths, count=True)
+    assert results.summaries == expected(TINY, terrain, paths, count=True)
     assert len(results.counts) > 40
 
 
 def test_a_slow_source():
     """Gaps between the points do not change the verdicts."""
-    terrain, paths = batch(SMALLEST, 9, 30)
-    dut = Checker(SMALLEST)
+    terrain, paths = batch(TINY, 9, 30)
+    dut = Checker(TINY)
     verdicts = []
 
     async def bench(ctx):
@@ -223,7 +215,7 @@ def test_a_slow_source():
 
     simulate(dut, bench, background=[collect(dut.verdicts, verdicts)])
     assert [shortened(verdict) for verdict in verdicts] == [
-        verdict[:6] for verdict in expected(SMALLEST, terrain, paths)
+        verdict[:6] for verdict in expected(TINY, terrain, paths)
     ]
 
 

@@ -102,7 +102,7 @@ def _planned(mode: LinkMode) -> int:
 def _measure(
     lengths: tuple[int, int], mode: LinkMode, *, board: str = "sim:", avoid_ground: bool = False
 ) -> tuple[dict[str, float], tuple[float, float]]:
-    """Return each counter's mean increase and the mean bytes both ways, per generation."""
+    """Return each counter's mean increase and the mean bytes in both directions, per generation."""
     rng = random.Random(1)
     with open_board(_SMALL_MAP if avoid_ground else board) as chip:
         config = chip.config

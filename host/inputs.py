@@ -48,7 +48,7 @@ def exists(path: str | Path) -> bool:
 
 
 def require_regular(path: Path) -> None:
-    """Check that ``path`` is a regular file, so that reading it neither blocks nor never ends.
+    """Check that ``path`` is a regular file, so that reading it ends and does not block.
 
     Raises
     ------

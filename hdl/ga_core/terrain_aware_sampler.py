@@ -23,7 +23,7 @@ class TerrainAwareSampler(Unit):
     While the parents pass, one candidate per cycle is moved, kept within the limits and looked up:
     the first of every patch, then the second of every patch, and so on. A patch becomes its first
     candidate above the ground, that is, higher than its cell. It is *decided* by that candidate, or
-    else by its last one. Candidate ``n``, counted over all from 0, decides
+    by its last one if there is none. Candidate ``n``, counted over all from 0, decides
     ``n + lookup_latency + 5`` cycles after ``run`` rose.
 
     Source: none; *allaire-2008*, section 4.6, ignores the ground in mutations.

@@ -237,7 +237,7 @@ class Barrier:
         return found
 
     def _add(self, tails: Ints, heads: Ints, ways: Sequence[Floats]) -> None:
-        """Add links along ``ways``, sequences of points (n, 2), including the ends."""
+        """Add links along ``ways``, sequences of points (n, 2), including their ends."""
         odd = np.zeros(len(tails), dtype=bool)
         length = np.full(len(tails), _LEAST_M)
         for p, q in itertools.pairwise(ways):

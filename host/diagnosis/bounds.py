@@ -41,7 +41,7 @@ def zone_name(problem: Problem, index: int) -> str:
 
 
 class Bounds:
-    """Places and altitudes of one problem that are forbidden beyond doubt.
+    """Places and altitudes of one problem that are certainly forbidden.
 
     Parameters
     ----------

@@ -119,7 +119,7 @@ class _Slope(AircraftLimit):
     def advice(
         self, problem: Problem, degrees: float, place: tuple[float, float], *, proven: bool
     ) -> str:
-        """Return that every short way needs a slope; ``proven`` means no room to circle."""
+        """Return a sentence: every short route needs a slope; ``proven`` if no circle fits."""
         circling = (
             "there is no room to circle."
             if proven

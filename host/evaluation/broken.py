@@ -67,7 +67,7 @@ class Stretch(NamedTuple):
 
 
 def merged(limit: str, spans: Iterable[Span]) -> list[Stretch]:
-    """Return the stretches of one limit in flying order, those that touch as one."""
+    """Return the stretches of one limit in flying order, with touching ones merged."""
     stretches: list[Stretch] = []
     for start, stop in sorted(spans):
         if stretches and start <= stretches[-1].to_m + _JOIN_M:

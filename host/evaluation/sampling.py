@@ -111,7 +111,7 @@ def straight_hits(ground: Floats, c: Constants, a: Point, b: Point, parts: int) 
 
 @inlined
 def straight_part(course: Course, a: Point, b: Point, part: int, parts: int) -> tuple[int, int]:
-    """:func:`sample` of the mid-point of one of the equal parts of a straight piece."""
+    """Return :func:`sample` at the mid-point of one of the equal parts of a straight piece."""
     t = (part + 0.5) / parts
     return sample(
         course,
@@ -181,7 +181,7 @@ def arc_point(c: Constants, bend: Bend, t: float) -> Point:
 
 @inlined
 def arc_part(course: Course, bend: Bend, part: int, parts: int) -> tuple[int, int]:
-    """:func:`sample` of the mid-point of one of the equal parts of an arc."""
+    """Return :func:`sample` at the mid-point of one of the equal parts of an arc."""
     x, y, z = arc_point(course.c, bend, (part + 0.5) / parts)
     return sample(course, x, y, z)
 

@@ -104,7 +104,7 @@ class Spot(NamedTuple):
 
 @inlined
 def _sort(marks: Floats, count: int) -> None:
-    """Sort the first ``count`` marks in place: Shell's way, with gaps of 3 k + 1."""
+    """Sort the first ``count`` marks in place by Shellsort, with gaps of 3 k + 1."""
     gap = 1
     while gap < count // 3:
         gap = 3 * gap + 1

@@ -1,4 +1,4 @@
-"""The track that the guidance follows: straights and arcs, with a straight at either end.
+"""The track that the guidance follows: straight lines and arcs, with a straight line at either end.
 
 Distances along a route are horizontal and count from the start of the track, so they are negative
 on the lead-in.

@@ -226,7 +226,7 @@ class Problem:
         )
 
     def true_heading_deg(self, frame_deg: float) -> float:
-        """Return a heading from true north of one from the frame's north, degrees."""
+        """Convert a heading from the frame's north to a heading from true north, degrees."""
         return frame_deg + self.north_deg
 
     @cached_property

@@ -1,8 +1,8 @@
 """Where a plan begins on the current track, and how its path joins the track.
 
-Paths of the planner core begin with a straight, so its plan starts on the track. Paths of other
-planners turn at their start, and the evaluation puts that turn before the start: a straight leads
-there.
+Paths of the planner core begin with a straight line, so its plan starts on the track. Paths of
+other planners turn at their start, and the evaluation puts that turn before the start: a straight
+line leads there.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from pathgene.host.replanning.tracks import Pose, Track, is_smooth, part, pose_a
 
 __all__ = ["Departure", "depart", "fault_of"]
 
-# Straights that lead to a start: length in turn radii, and share of the steepest climb; the first
-# safe one is used. Half of a climbing straight may be the tangent of a turn, where its climb is
-# lost.
+# Straight lines that lead to a start: length in turn radii, and share of the steepest climb; the
+# first safe one is used. Half of a climbing straight may be the tangent of a turn, where its climb
+# is lost.
 _LEADS = (1.1, 0.0), (2.0, 0.25), (2.0, 0.45)
 # Distance in metres from a new track's beginning to the aircraft, so that the guidance finds its
 # place on the track.
@@ -97,7 +97,7 @@ def depart(present: Present, track: Track, leaves_m: float, *, is_committed: boo
     leaves_m : float
         Distance along the track at which the plan leaves it.
     is_committed : bool
-        Paths of the planner begin with a straight of a turn radius or more.
+        Paths of the planner begin with a straight line of at least one turn radius.
     """
     if is_committed:
         return Departure(track, leaves_m, None)

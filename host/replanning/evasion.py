@@ -1,7 +1,7 @@
 """Tracks that need no planner: out of a zone, and onto a safe holding circle.
 
-Both are searched among turns of the tightest radius, each followed by a straight, and both are
-checked by the strict rule in the current situation before they are flown.
+Both are searched among turns with the smallest radius, each followed by a straight line, and both
+are checked by the strict rule in the current situation before they are flown.
 """
 
 from __future__ import annotations
@@ -21,36 +21,36 @@ __all__ = ["Holding", "holding_on", "shortest_way_out_m", "way_on", "way_out"]
 # Step in degrees of the turns that are tried to both sides, up to half a circle.
 _TURN_DEG = 15
 _FINE_DEG = 3
-# Maximum length of a straight out of a zone, and accuracy of its end, metres.
+# Maximum length of a straight line out of a zone, and accuracy of its end, metres.
 _FARTHEST_M = 20_000.0
 _BORDER_M = 0.5
 # Shares of the steepest climb that are tried.
 _CLIMBS = (0.0, 0.5, 0.9)
-# Shares of the clearance that a way keeps, in this order: less clearance is better than a zone, and
-# a zone is better than the ground.
+# Shares of the clearance that a route keeps, in this order: less clearance is better than a zone,
+# and a zone is better than the ground.
 _CLEARANCES = (1.0, 0.5, 0.1)
-# Length in turn radii of the straight beyond the margin on a way out: room to turn away.
+# Length in turn radii of the straight line beyond the margin on a route out: room to turn away.
 _BEYOND_RADII = 0.5
 # Circles: radii in turn radii, and number of pieces of each.
 _CIRCLES = (1.1, 1.6, 2.5)
 _QUARTERS = 4
-# Ways onto a circle: turns, degrees, and straights after them, in turn radii.
+# Routes onto a circle: turns, degrees, and straight lines after them, in turn radii.
 _WAY_TURNS_DEG = (0, 30, -30, 60, -60, 90, -90, 135, -135, 180, -180)
 _WAY_RUNS = (0.5, 2.0, 6.0)
-# Number of places along a track from which ways are tried.
+# Number of places along a track from which routes are tried.
 _ENTRIES = 12
 
 
 @dataclass(frozen=True)
 class Holding:
-    """A circle to hold on, and the way there.
+    """A holding circle, and the route to it.
 
     Parameters
     ----------
     along_m : float
-        Distance along the track at which the way leaves it.
+        Distance along the track at which the route leaves it.
     way : tuple of Straight or Arc
-        Way from there to the circle; empty if the track touches the circle.
+        Route from there to the circle; empty if the track touches the circle.
     """
 
     along_m: float
@@ -62,17 +62,17 @@ class Holding:
         return (*before, *self.way, *(self.circle * rounds))
 
     def is_safe(self, present: Present) -> bool:
-        """Return whether way and circle are safe in the current situation."""
+        """Return whether route and circle are safe in the current situation."""
         return present.is_safe((*self.way, *self.circle))
 
 
 def holding_on(present: Present, track: Track, first_m: float, last_m: float) -> Holding | None:
-    """Return a holding circle whose way leaves a track as late as possible, or None.
+    """Return a holding circle whose route leaves a track as late as possible, or None.
 
     Parameters
     ----------
     first_m, last_m : float
-        Range of distances along the track where the way may leave it; the track is safe in this
+        Range of distances along the track where the route may leave it; the track is safe in this
         range.
     """
     last_m = min(last_m, run_of(track))
@@ -109,7 +109,7 @@ def _circle_at(present: Present, pose: Pose) -> Track | None:
 def _ways(
     present: Present, pose: Pose, runs: Iterable[float], shares: Iterable[float] = _CLIMBS
 ) -> Iterator[Track]:
-    """Yield ways from a pose: a turn and a straight of some turn radii, level or climbing."""
+    """Yield routes from a pose: a turn and a line of some turn radii, level or climbing."""
     for run, share, turn_deg in itertools.product(runs, shares, _WAY_TURNS_DEG):
         yield _turn_and_straight(present, pose, turn_deg, share, run * present.turn_radius_m)
 
@@ -117,7 +117,7 @@ def _ways(
 def _turn_and_straight(
     present: Present, pose: Pose, turn_deg: float, share: float, run_m: float
 ) -> Track:
-    """Return a turn of the tightest radius and a straight; arcs turn by less than half a circle."""
+    """Return a turn with the smallest radius and a line; arcs turn by less than half a circle."""
     pieces: list[Piece] = []
     slope = share * present.climb(pose) if share else 0.0
     at = pose
@@ -131,11 +131,11 @@ def _turn_and_straight(
 
 
 def way_out(present: Present, pose: Pose) -> Track | None:
-    """Return the shortest way out of all zones and their margins that keeps the clearance.
+    """Return the shortest route out of all zones and their margins that keeps the clearance.
 
-    If none keeps it, the shortest way that keeps half of it is taken, or a tenth; None if there is
-    no way out above the ground. Among equally short ways, the steepest climb wins, because the
-    ground beyond the way out may rise more steeply than the aircraft climbs.
+    If none keeps it, the shortest route that keeps half of it is taken, or a tenth; None if there
+    is no route out above the ground. Among equally short routes, the steepest climb wins, because
+    the ground beyond the route may rise more steeply than the aircraft climbs.
     """
     found = sorted(
         (
@@ -154,9 +154,9 @@ def way_out(present: Present, pose: Pose) -> Track | None:
 def way_on(present: Present, pose: Pose) -> Track:
     """Return a track to continue on from a place that has neither a path nor a circle.
 
-    It is the longest way that avoids zones or, if there is none, leads through them, with as much
-    of the clearance as :func:`way_out` keeps, climbing if possible. If every way leads into the
-    ground, it is the way with the fewest metres in the ground.
+    It is the longest route that avoids zones or, if there is none, leads through them, with as much
+    of the clearance as :func:`way_out` keeps, climbing if possible. If every route leads into the
+    ground, it is the one with the fewest metres in the ground.
     """
     ways = list(_ways(present, pose, _WAY_RUNS[::-1], _CLIMBS[::-1]))
     for keeps_out, clearance, way in itertools.product((True, False), _CLEARANCES, ways):
@@ -172,10 +172,10 @@ def way_on(present: Present, pose: Pose) -> Track:
 
 
 def shortest_way_out_m(present: Present, pose: Pose) -> float:
-    """Return the length of the shortest way out of all zones, ignoring margins and ground.
+    """Return the length of the shortest route out of all zones, ignoring margins and ground.
 
-    It is the yardstick of an escape: a turn of the tightest radius and a straight. It is infinite
-    if there is no such way, and 0 outside the zones.
+    It is the yardstick of an escape: a turn with the smallest radius and a straight line. It is
+    infinite if there is no such route, and 0 outside the zones.
     """
     if not present.zones_at(pose, margin=False):
         return 0.0

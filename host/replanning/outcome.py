@@ -24,7 +24,7 @@ Floats = NDArray[np.float64]
 
 #: A zone that appears over the aircraft must be left within this multiple of the shortest way out.
 WAY_OUT_SHARE = 1.1
-# Slack of the way out, in metres: flight between two guidance updates, and the reaction.
+# Slack of the route out, in metres: flight between two guidance updates, and the reaction.
 _WAY_OUT_SLACK_M = 10.0
 
 
@@ -170,7 +170,7 @@ def _appears(session: Session, since_s: float) -> bool:
 
 
 def _shortest_m(session: Session, since_s: float) -> float:
-    """Return the shortest way out of the zones at the time of a change, metres."""
+    """Return the length of the shortest route out of the zones at the time of a change, metres."""
     return max(
         (change.inside_m for change in session.changes if abs(change.at_s - since_s) < PERIOD_S),
         default=0.0,

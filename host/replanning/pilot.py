@@ -27,7 +27,7 @@ class Change:
     needed : bool
         The track could no longer be followed: a zone is on it, or the goal or the wind changed.
     inside_m : float
-        The shortest way out of the zones that the aircraft is in; 0 outside.
+        The shortest route out of the zones that the aircraft is in; 0 outside.
     attempts : list of (float, Attempt)
         Each attempt with the time at which it began.
     active_s : float or None

@@ -1,4 +1,4 @@
-"""A flight during which the situation changes: plans, loiters and ways out, in virtual time.
+"""A flight during which the situation changes: plans, holds and routes out, in virtual time.
 
 Simulated seconds advance by the time of planning (:mod:`pathgene.host.replanning.planner`). A plan
 begins at the point of the current track that the aircraft will reach within the planner's time
@@ -47,7 +47,7 @@ REACTION_S = 0.02
 _BACK_M = 60.0
 # Minimum distance from the aircraft to the beginning of a plan, metres.
 _AHEAD_M = 2.0
-# Lengths of the straight after a way out, in turn radii: the first safe one is used.
+# Lengths of the straight line after a route out, in turn radii: the first safe one is used.
 _ON_RADII = 6.0, 3.0, 1.0
 # Attempts in a row, the pause after them and its increase each time, and the longest pause.
 _IN_A_ROW, _PAUSE_S, _LONGEST_PAUSE_S = 4, 3.0, 20.0
@@ -342,7 +342,7 @@ class Session:
     # --- Without a plan -------------------------------------------------------------------------
 
     def _leave_zone(self, now: float) -> None:
-        """Fly the shortest way out of the zone that the aircraft is in, if there is one."""
+        """Fly the shortest route out of the zone that the aircraft is in, if there is one."""
         leaves_m = self.pilot.along_m + self._reach_m
         way = way_out(self._present, pose_at(self.pilot.track, leaves_m))
         if way is None:

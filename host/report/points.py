@@ -26,9 +26,9 @@ _RIM: dict[str, Any] = {"linestyle": "", "markeredgecolor": TEXT}
 
 
 def between(way: Sequence[Point]) -> list[tuple[str, Point]]:
-    """Return the points between the ends of a way, each with its name.
+    """Return the points between the ends of a mission, each with its name.
 
-    A way that ends where it starts turns back at its goal, the last point before its end.
+    In a mission that ends at its start, the last point before the end is the goal.
     """
     inner = list(way[1:-1])
     names = ["via point"] * len(inner)

@@ -148,7 +148,7 @@ def read_values(archive: zipfile.ZipFile, key: str) -> NDArray[Any]:
 
 
 def _member(archive: zipfile.ZipFile, key: str) -> Any:
-    """Open an array of an ``.npz`` that is compressed in numpy's way."""
+    """Open an array of an ``.npz`` that is compressed as by numpy."""
     info = archive.getinfo(f"{key}.npy")
     # Other kinds of decompression may allocate gigabytes before the first byte.
     if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):

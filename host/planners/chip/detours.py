@@ -1,8 +1,8 @@
 """Detours: alternative beginnings and ends of a path that breaks a limit near its start or goal.
 
 A planner that draws waypoints seldom finds the two or three that lead around an obstacle right
-ahead of an aircraft, or turn it back. There are few ways of leaving an end: a fixed set of
-polylines, each joined to each of the next waypoints.
+ahead of an aircraft, or turn it back. There are few routes from an end: a fixed set of polylines,
+each joined to each of the next waypoints.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ _FREE_STRAIGHTS = 0.4, 0.7, 1.2, 2.0, 3.5
 
 
 def detours(problem: Problem, path: Floats, *, at_goal: bool) -> tuple[Floats, Ints]:
-    """Return variants of a path that leave its start, or reach its goal, another way.
+    """Return variants of a path that leave its start, or reach its goal, on a different route.
 
     Headings of both ends are kept. Turns fit between their neighbours at the detour and where it
     joins the path; the caller evaluates everything else. Altitudes of the new waypoints are
@@ -84,27 +84,27 @@ def detours(problem: Problem, path: Floats, *, at_goal: bool) -> tuple[Floats, I
 
 
 def load_ways() -> None:
-    """Compute the ways, which are the same for all problems."""
+    """Compute the routes, which are the same for all problems."""
     _held_ways()
     _free_ways()
 
 
 @cache
 def _held_ways() -> tuple[Floats, Ints]:
-    """Return the ways from an end with a heading; see :func:`_packed`."""
+    """Return the routes from an end with a heading; see :func:`_packed`."""
     return _packed(_from_heading())
 
 
 @cache
 def _free_ways() -> tuple[Floats, Ints]:
-    """Return the ways from an end without a heading; see :func:`_packed`."""
+    """Return the routes from an end without a heading; see :func:`_packed`."""
     return _packed(
         [_turned(way, math.radians(degrees)) for degrees in _DIRECTIONS for way in _from_rest()]
     )
 
 
 def _packed(ways: list[list[complex]]) -> tuple[Floats, Ints]:
-    """Return ways as waypoints (m, 3, 2), in turn radii ahead and left, and their counts (m,)."""
+    """Return routes as waypoints (m, 3, 2), in turn radii ahead and left, and their counts (m,)."""
     packed = np.zeros((len(ways), _MOST_WAYPOINTS, 2))
     for row, way in zip(packed, ways, strict=True):
         row[: len(way)] = [(point.real, point.imag) for point in way]
@@ -112,7 +112,7 @@ def _packed(ways: list[list[complex]]) -> tuple[Floats, Ints]:
 
 
 def _from_heading() -> list[list[complex]]:
-    """Return ways with one or two turns after a straight ahead; the imaginary part is left."""
+    """Return routes with one or two turns after a straight line; the imaginary part is left."""
     ways = []
     for degrees, straight in itertools.product(_TURNS, _STRAIGHTS):
         tangent = _tangent(degrees)
@@ -133,7 +133,7 @@ def _from_heading() -> list[list[complex]]:
 
 
 def _from_rest() -> Iterator[list[complex]]:
-    """Yield ways with at most one turn after a straight ahead, for all directions."""
+    """Yield routes with at most one turn after a straight line ahead, for all directions."""
     for straight in _FREE_STRAIGHTS:
         first = complex(straight)
         yield [first]
@@ -162,9 +162,9 @@ def _turned(way: list[complex], angle: float) -> list[complex]:
 
 @compiled
 def _measure(ways: Floats, counts: Ints, points: Floats, radius_m: float, metres: Floats) -> None:
-    """Write the length of the polyline on way w to ``points[1 + j]`` and on to ``metres[w, j]``.
+    """Write to ``metres[w, j]`` the length on route w to ``points[1 + j]`` and on to the end.
 
-    It is infinite if a turn up to the point after that one does not fit.
+    It is infinite if a turn up to the point after the join does not fit.
     """
     n = len(points)
     for join in range(metres.shape[1]):
@@ -213,7 +213,7 @@ def _write(
     paths: Floats,
     lengths: Ints,
 ) -> None:
-    """Write the paths numbered ``order``: way times ``joins`` plus join."""
+    """Write the paths numbered ``order``: route times ``joins`` plus join."""
     n = len(points)
     for row in range(len(order)):
         way, join = order[row] // joins, order[row] % joins

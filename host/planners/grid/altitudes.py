@@ -108,7 +108,7 @@ def lowest_altitudes(
 
 
 def _slopes_allowed(problem: Problem, ways: Floats, arcs: Sequence[Arc]) -> tuple[Floats, Floats]:
-    """Return the steepest climbs and descents, as tangents: on straights, then everywhere on arcs.
+    """Return the steepest climbs and descents, as tangents: on straight pieces, then on arcs.
 
     All directions are passed at once, because each call in wind solves for the slopes by bisection.
     """

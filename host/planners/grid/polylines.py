@@ -147,12 +147,12 @@ _GENTLE_RAD, _BACK_RAD = math.radians(45), math.radians(100)
 
 
 def leads(problem: Problem) -> Iterator[Leads]:
-    """Yield ways of leaving the start and reaching the goal with their headings, in metres.
+    """Yield routes that leave the start and reach the goal with their headings, in metres.
 
     Without headings there is a single lead, without waypoints. A waypoint lies a turn radius ahead
     of the start, so that a right angle fits there; if the route leads back, another one lies two
-    radii to the side. The ways of reaching the goal mirror these. A way with a waypoint off the map
-    is left out.
+    radii to the side. The routes to the goal mirror these. A route with a waypoint off the map is
+    omitted.
     """
     start, goal = np.array(problem.start[:2]), np.array(problem.goal[:2])
     after, before = problem.headings
@@ -169,7 +169,7 @@ def leads(problem: Problem) -> Iterator[Leads]:
 
 
 def _ways(end: Floats, heading: Floats, other: Floats, radius: float) -> Iterator[Floats]:
-    """Yield the waypoints of ways that leave an end with ``heading`` and lead to ``other``."""
+    """Yield the waypoints of routes that leave an end with ``heading`` and lead to ``other``."""
     line = other - end
     cross = heading[0] * line[1] - heading[1] * line[0]
     turn = math.atan2(cross, float(heading @ line))

@@ -38,7 +38,7 @@ class Entry:
     changed: Callable[[], object]
 
     def part(self, number: int) -> Entry:
-        """Return the place of one of several fields of one value."""
+        """Return the place of one of several fields that make up a value."""
         return Entry(self.misread, (*self.place, number), self.changed)
 
 

@@ -61,7 +61,7 @@ _RADIUS, _SHARE, _AWAY = 2.0, 0.012, 6.0
 _PERIOD_S, _LONGEST_S = 1 / 30, 0.2
 # Number of samples of a flight per drawn sample, and step along a drawn track in metres.
 _EVERY, _STEP_M = 10, 10.0
-# Drawn length of a circle or a way out, metres.
+# Drawn length of a circle or a route out, metres.
 _SHOWN_M = 1500.0
 
 

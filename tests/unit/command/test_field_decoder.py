@@ -1,4 +1,4 @@
-"""Every header against every expected one; the fields that commands have."""
+"""Every header is compared with every expected one, and the fields of commands are tested."""
 
 import pytest
 

@@ -2,8 +2,8 @@
 
 The map is divided into 32 x 32 blocks. Both relaxations go over the blocks in passes, forwards by
 rows and then backwards, so that a pass needs one row of memory and four neighbours of a block. A
-sweep is one pass each way; sweeps end with the first one that changes nothing, or at a maximum
-number.
+sweep is one pass in each direction; sweeps end with the first one that changes nothing, or at a
+maximum number.
 """
 
 from __future__ import annotations

@@ -74,9 +74,9 @@ def compare_two(one: Sequence[float], other: Sequence[float]) -> dict[str, Any]:
     -------
     dict
         ``mean_difference``, first minus second; ``welch`` and ``mann_whitney`` with ``statistic``
-        and ``p``, both None where the test does not apply, and ``note``, which then gives the
-        reason; ``superiority``, the probability that a run of the first is better than one of the
-        second, counting a tie as half (Vargha and Delaney's A).
+        and ``p``, both None if the test does not apply, and ``note``, which then gives the reason;
+        ``superiority``, the probability that a run of the first is better than one of the second,
+        counting a tie as half (Vargha and Delaney's A).
     """
     a, b = np.asarray(one, dtype=np.float64), np.asarray(other, dtype=np.float64)
     if not (len(a) and len(b)):

@@ -1,6 +1,6 @@
-"""Recognition of surely wrong inputs by the libraries of their formats, not by the program.
+"""Recognition of certainly invalid inputs, by the libraries of their formats, not the program.
 
-A damaged file may still be a good one. A file that its format's own reader refuses is bad.
+A damaged file may still be a good one. A file is bad if its format's own reader refuses it.
 """
 
 import contextlib

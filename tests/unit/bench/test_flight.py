@@ -1,4 +1,4 @@
-"""Rows of the benchmark of flights, and a run of one row."""
+"""Rows of the flight benchmark, and a run of one row."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Rows and tables of the benchmark of safety, and runs that end early and continue."""
+"""Rows and tables of the safety benchmark, and runs that end early and continue."""
 
 import json
 import os

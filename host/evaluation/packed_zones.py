@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from pathgene.host.evaluation.constants import Floats
 from pathgene.host.evaluation.crossings import Box, box_of, cross_circle, cross_line
 from pathgene.host.evaluation.jit import compiled, inlined
-from pathgene.host.evaluation.laying import AIR, ANGLE, LENGTH, RISE, Z
+from pathgene.host.evaluation.laying import AIR, ANGLE, LENGTH, RISE, RUN, SIDE, UX, UY, Z
+from pathgene.host.evaluation.pieces import ARC_PARTS_IN_WIND, time_in_wind
 from pathgene.host.problem.rings import EDGE_M, edges
 from pathgene.host.problem.zones import Zone
 
@@ -60,6 +61,9 @@ XA, YA, XB, YB, EX, EY, EDGE_LENGTH = range(7)
 EDGE_BOX = 7
 _EDGE_FIELDS = 11
 
+# Seconds by which the time of a part of an arc in wind may differ from the exact time.
+_PART_TIME_S = 0.1
+
 # Maximum crossings of a piece with an edge: two with each parallel, two with its start's circle.
 _MARKS_PER_EDGE = 6
 
@@ -79,6 +83,8 @@ class PackedZones(NamedTuple):
         The margin and a micrometre.
     marks : int
         Length of the scratch array that :func:`zone_metres_with` needs.
+    wind_x_m_s, wind_y_m_s : float
+        Wind that the times of the pieces are laid in.
     """
 
     zones: Floats
@@ -86,9 +92,13 @@ class PackedZones(NamedTuple):
     bounds: NDArray[np.int64]
     reach_m: float
     marks: int
+    wind_x_m_s: float
+    wind_y_m_s: float
 
 
-def pack_zones(zones: Sequence[Zone], margin_m: float) -> PackedZones:
+def pack_zones(
+    zones: Sequence[Zone], margin_m: float, wind: tuple[float, float] = (0.0, 0.0)
+) -> PackedZones:
     """Return ``zones``, widened by ``margin_m`` (0 or more), for the kernels of this module."""
     reach = margin_m + EDGE_M
     rows: list[tuple[float, ...]] = []
@@ -118,6 +128,8 @@ def pack_zones(zones: Sequence[Zone], margin_m: float) -> PackedZones:
         reach,
         # The end of the piece; a distance to an edge takes 8.
         max(_MARKS_PER_EDGE * most + 1, 8),
+        float(wind[0]),
+        float(wind[1]),
     )
 
 
@@ -176,19 +188,10 @@ def _clip(
 
 
 @inlined
-def _overlap(start: float, seconds: float, first: float, last: float) -> bool:
-    """Return whether a time of a piece is one of a zone."""
-    return start <= last and start + seconds >= first
-
-
-@inlined
 def applies(
     pieces: Floats, row: int, times: Floats, packed: PackedZones, zone: int
 ) -> tuple[float, float]:
-    """Return the part of a piece within a zone's heights and times; none if not first < last.
-
-    On an arc in wind the times hold for the arc as a whole.
-    """
+    """Return the part of a piece within a zone's heights and times; none if not first < last."""
     low, high = 0.0, 1.0
     zones = packed.zones
     if zones[zone, LOW] > -math.inf or zones[zone, HIGH] < math.inf:
@@ -200,13 +203,52 @@ def applies(
         # If the wind cannot be flown, the time is not known: the zone may be active.
         if math.isfinite(start) and math.isfinite(seconds):
             first, last = _clip(start, seconds, zones[zone, T0], zones[zone, T1], low, high)
-            # Along an arc in wind the speed changes, so any time of the arc may belong to a place.
-            uneven = pieces[row, ANGLE] > 0.0 and pieces[row, AIR] != pieces[row, LENGTH]
-            if not uneven:
-                low, high = first, last
-            elif not _overlap(start, seconds, zones[zone, T0], zones[zone, T1]):
-                low, high = 1.0, 0.0
+            if pieces[row, ANGLE] > 0.0 and pieces[row, AIR] != pieces[row, LENGTH]:
+                first, last = _parts_in_time(pieces, row, packed, zone, start, seconds)
+                first, last = max(low, first), min(high, last)
+            low, high = first, last
     return low, high
+
+
+@inlined
+def _parts_in_time(
+    pieces: Floats, row: int, packed: PackedZones, zone: int, start: float, seconds: float
+) -> tuple[float, float]:
+    """Return the first and the last place of an arc in wind while a zone is active.
+
+    The speed changes along the arc, so the parts that time it count whole. Without an air distance
+    the arc itself counts whole.
+    """
+    if not pieces[row, AIR] > 0.0:
+        is_active = start <= packed.zones[zone, T1] and start + seconds >= packed.zones[zone, T0]
+        return (0.0, 1.0) if is_active else (1.0, 0.0)
+    run, angle, side = pieces[row, RUN], pieces[row, ANGLE], pieces[row, SIDE]
+    ux, uy = pieces[row, UX], pieces[row, UY]
+    airspeed_m_s = pieces[row, AIR] / seconds
+    horizontal_m_s = airspeed_m_s * run / pieces[row, LENGTH]
+    first, last = 1.0, 0.0
+    begin = start
+    for part in range(ARC_PARTS_IN_WIND):
+        turned = side * angle * (part + 0.5) / ARC_PARTS_IN_WIND
+        cos, sin = math.cos(turned), math.sin(turned)
+        time = time_in_wind(
+            packed.wind_x_m_s,
+            packed.wind_y_m_s,
+            horizontal_m_s,
+            ux * cos - uy * sin,
+            ux * sin + uy * cos,
+            run / ARC_PARTS_IN_WIND,
+        )
+        if time < 0.0:
+            return 0.0, 1.0
+        if (
+            begin - _PART_TIME_S <= packed.zones[zone, T1]
+            and begin + time + _PART_TIME_S >= packed.zones[zone, T0]
+        ):
+            first = min(first, part / ARC_PARTS_IN_WIND)
+            last = (part + 1) / ARC_PARTS_IN_WIND
+        begin += time
+    return first, last
 
 
 @inlined

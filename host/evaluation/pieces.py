@@ -58,6 +58,7 @@ __all__ = [
     "piece_hits",
     "prepare_burn",
     "thrust_of",
+    "time_in_wind",
     "total_of",
 ]
 
@@ -67,16 +68,24 @@ _SMALL_SQUARE = 1e-5
 
 
 @inlined
-def air_time(c: Constants, horizontal_m_s: float, ux: float, uy: float, run: float) -> float:
+def time_in_wind(
+    wind_x_m_s: float, wind_y_m_s: float, horizontal_m_s: float, ux: float, uy: float, run: float
+) -> float:
     """Return the seconds to fly ``run`` metres over the ground along (ux, uy); -1 if impossible."""
-    cross = c.wind_x_m_s * uy - c.wind_y_m_s * ux
+    cross = wind_x_m_s * uy - wind_y_m_s * ux
     square = horizontal_m_s * horizontal_m_s - cross * cross
     if not square > 0.0:
         return -1.0
-    ground_speed = c.wind_x_m_s * ux + c.wind_y_m_s * uy + math.sqrt(square)
+    ground_speed = wind_x_m_s * ux + wind_y_m_s * uy + math.sqrt(square)
     if not ground_speed > 0.0:
         return -1.0
     return run / ground_speed
+
+
+@inlined
+def air_time(c: Constants, horizontal_m_s: float, ux: float, uy: float, run: float) -> float:
+    """Return :func:`time_in_wind` in the wind of the problem."""
+    return time_in_wind(c.wind_x_m_s, c.wind_y_m_s, horizontal_m_s, ux, uy, run)
 
 
 @inlined

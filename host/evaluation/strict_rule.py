@@ -73,8 +73,8 @@ class StrictRule:
         # The negated least height, and the greatest height.
         self._lowest = Required(1.0, 0.0, rules.corridor_m, *_NO_END, *_NO_END)
         self._highest = self._high._replace(height_m=0.0)
-        self._zones = pack_zones(problem.zones, rules.zone_margin_m)
-        self._timed = pack_zones(problem.zones_at_times, rules.zone_margin_m)
+        self._zones = pack_zones(problem.zones, rules.zone_margin_m, problem.wind)
+        self._timed = pack_zones(problem.zones_at_times, rules.zone_margin_m, problem.wind)
         self._strict = rule_kernels.StrictCourse(
             self._surface, self._low, self._below, self._high, self._zones
         )

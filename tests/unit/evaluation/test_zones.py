@@ -8,7 +8,10 @@ from functools import partial
 import numpy as np
 import pytest
 
+from pathgene.host.evaluation import Evaluator
 from pathgene.host.evaluation.zones import pack_zones, zone_intrusions, zone_metres
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.rules import Rules
 from pathgene.host.problem.zone_raster import blocked_cells
 from pathgene.host.problem.zones import Circle, Polygon
 from pathgene.host.terrain import Terrain
@@ -238,6 +241,39 @@ def test_times_are_honoured():
     assert spots(path, Circle(200, 0, 100, t1_s=4)).distance_m == pytest.approx(20)
     assert spots(path, Circle(200, 0, 100, t0_s=50)).distance_m == math.inf
     assert spots(path, Circle(200, 0, 100, t0_s=50)).nearest is None
+
+
+def test_a_zone_counts_for_the_parts_of_an_arc_in_wind_that_it_is_active_in():
+    """The true times are integrated in steps of 5 cm."""
+    rng = np.random.default_rng(5)
+    flat = Terrain("flat", np.zeros((41, 41)), 100.0, 100.0)
+    for _ in range(40):
+        wind = tuple(rng.uniform(-8, 8, 2))
+        problem = Problem(flat, (500.0, 500.0, 100.0), (500.0, 1700.0, 100.0), wind=wind)
+        evaluator = Evaluator(problem, threads=1)
+        path = np.array(
+            [problem.start, (3000.0, 500.0, 100.0), (3000.0, 1700.0, 100.0), problem.goal]
+        )
+        track = evaluator.track(path).sample(0.05)
+        east, north = np.diff(track.x), np.diff(track.y)
+        moved = np.hypot(east, north)
+        east, north, moved = (each[moved > 1e-9] for each in (east, north, moved))
+        east, north = east / moved, north / moved
+        speed = problem.aircraft.cruise_speed_m_s
+        along, cross = wind[0] * east + wind[1] * north, wind[0] * north - wind[1] * east
+        seconds = np.cumsum(moved / (along + np.sqrt(speed**2 - cross**2)))
+        t0 = float(rng.uniform(0, seconds[-1]))
+        t1 = t0 + float(rng.uniform(0.5, 20))
+        timed = replace(
+            problem,
+            zones=[Circle(1700, 1100, 5000, t0_s=t0, t1_s=t1)],
+            rules=Rules(zone_margin_m=0),
+        )
+        found = Evaluator(timed, threads=1).evaluate(path).distance_in_nofly_m
+        inside = (seconds >= t0) & (seconds <= t1)
+        exact_m = float(moved[inside].sum())
+        # At both ends a part of an arc, of some 60 m, may count whole.
+        assert exact_m - 0.5 <= found <= exact_m + 2 * 65
 
 
 def test_times_that_are_not_known_count_as_active():

@@ -175,8 +175,8 @@ def check(problem: Problem, path: ArrayLike) -> Evaluation:
     Raises
     ------
     InputError
-        If the path is not an array of real numbers, has the wrong shape, does not begin and end
-        where the problem does, or a coordinate is not finite or too large.
+        If the path is not an array of real numbers, has the wrong shape, does not have the
+        problem's start and goal as its ends, or a coordinate is not finite or too large.
     """
     from pathgene.host.checking import check
 

@@ -145,7 +145,7 @@ def _print(report: dict[str, Any]) -> None:
 
 
 def _read(read: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    """Yield the facts that were read from the file, where they are known."""
+    """Yield the known facts that were read from the file."""
     heights, cells, projection = read["heights"], read["cell_m"], read["projection"]
     if "middle" in cells:
         corners = ", ".join("{:g} x {:g}".format(*cells[name]) for name in ("sw", "se", "nw", "ne"))

@@ -76,7 +76,7 @@ class AircraftLimit(ABC):
 
     @abstractmethod
     def worst(self, problem: Problem, track: LaidTrack) -> Worst | None:
-        """Return the worst value on a track, or None where the limit does not apply."""
+        """Return the worst value on a track, or None if the limit does not apply."""
 
     @abstractmethod
     def stretches(self, problem: Problem, track: LaidTrack) -> Iterable[broken.Span]:

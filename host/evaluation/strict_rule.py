@@ -150,7 +150,7 @@ class StrictRule:
     def report(self, track: LaidTrack) -> tuple[float, float, list[Limit]]:
         """Return the least and the greatest height over the surface, and the limits of a track.
 
-        Heights are in metres, the least one that within the corridor. A limit is broken where its
+        Heights are in metres, the least one that within the corridor. A limit is broken if its
         ``worst`` is beyond its ``allowed``; the worst come first. Over a void the least height is
         NaN, and the worst clearance is minus infinity.
         """
@@ -248,7 +248,7 @@ class StrictRule:
         return float(self._demand.required_m(np.array([x]), np.array([y]), beside=beside)[0])
 
     def _zone_distances(self, track: LaidTrack) -> Iterator[_Scored]:
-        """Yield the minimum distance to each zone, where it applies."""
+        """Yield the minimum distance to each zone within its heights and times."""
         intrusions = zone_intrusions(track.pieces, track.rows, track.times, self._zones)
         margin = self._rules.zone_margin_m
         zones = zip(self._problem.zones, intrusions, strict=True)

@@ -82,7 +82,7 @@ class _Change:
         self._directory = directory
         self._staged: dict[Path, Path] = {}
         self._hidden: list[Path] = []
-        # The older file of each place that has changed; None where there was none.
+        # The older file of each place that has changed; None if there was none.
         self._older: dict[Path, Path | None] = {}
 
     def stage(self, contents: Mapping[str, bytes]) -> None:

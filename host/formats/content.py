@@ -70,7 +70,7 @@ class Content:
     data : bytes
         The bytes.
     name : str
-        Name of the file, which a reader needs only where the content tells too little.
+        Name of the file, which a reader needs only if the content is ambiguous.
     """
 
     def __init__(self, data: bytes, name: str = "") -> None:

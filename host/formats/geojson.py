@@ -308,7 +308,7 @@ def _name(properties: dict[str, Any]) -> str:
 
 
 def _numbers(properties: dict[str, Any]) -> dict[str, float | None]:
-    """Return radius and times of a feature; None where there is no limit."""
+    """Return radius and times of a feature; None for no limit."""
     values: dict[str, float | None] = {}
     for key in _NUMBERS:
         value = properties.get(key)

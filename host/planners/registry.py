@@ -1,4 +1,4 @@
-"""The table of planners, one row each, and the choice where none is named.
+"""The table of planners, one row each, and the default choice.
 
 A planner is loaded when it is made.
 """
@@ -39,7 +39,7 @@ ENGINES = ("threads", "sequential", "gpu")
 DEFAULT_BOARD = "model:"
 
 
-# The planner where none is named, on a board with the paper core.
+# The default planner on a board with the paper core.
 _ON_PAPER_CORE = "ga-fpga"
 
 

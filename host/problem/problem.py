@@ -205,7 +205,7 @@ class Problem:
     def north_deg(self) -> float:
         """Direction of the frame's north, degrees clockwise from true north; 0 with ``as_paper``.
 
-        It is 0 where the frame's north is true north within a tenth of a degree.
+        It is 0 if the frame's north is true north within a tenth of a degree.
         """
         return 0.0 if self.rules is None else self.terrain.north_deg
 

@@ -380,7 +380,7 @@ def read_zones(path: str | Path, terrain: Terrain, options: ZoneOptions = _DEFAU
     ------
     InputError
         If the file cannot be read or has a bad feature that ``options`` do not skip, or has
-        geographic coordinates where the terrain has no coordinate reference system.
+        geographic coordinates although the terrain has no coordinate reference system.
     """
     taken = intake(path, terrain, options, _zone)
     return ReadZones(tuple(taken.zones), tuple(taken.left_out), taken.reading)

@@ -309,7 +309,7 @@ def _draw_scale_and_north(
     parts: list[Artist] = [scale, north]
     speed = math.hypot(*wind)
     if speed > 0:
-        # The arrow points where the air moves to.
+        # The arrow points in the direction in which the air moves.
         east, to_north = 20 * wind[0] / speed, 20 * wind[1] / speed
         area = DrawingArea(22, 22)
         area.add_artist(

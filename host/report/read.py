@@ -228,7 +228,7 @@ def summary_way(file: Path, summary: dict[str, Any]) -> tuple[Point, ...]:
     Raises
     ------
     InputError
-        If the legs do not say where they begin.
+        If the legs do not state where they begin.
     """
     try:
         points = [numbers(leg["from"], 3) for leg in summary.get("legs") or ()][1:]

@@ -170,7 +170,7 @@ def _kept(metric: Metric, crs: CRS) -> tuple[Remark, ...]:
 
 
 def _turned(metric: Metric) -> tuple[Remark, ...]:
-    """Return the note on grid north, where it differs from true north."""
+    """Return the note on grid north if it differs from true north."""
     degrees = metric.convergence_at_middle_deg
     if abs(degrees) <= 0.1:
         return ()

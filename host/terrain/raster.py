@@ -62,7 +62,7 @@ class Raster:
     scaling : tuple of float
         Factor and offset that turn the numbers of the file into metres.
     vertical : Vertical, optional
-        Unit and datum of the heights; None where they are ours.
+        Unit and datum of the heights; None in files written by pathgene.
     reading : Reading
         Facts that were read, and remarks.
     """

@@ -247,7 +247,7 @@ WRITING = {"mkdir", "rename", "rmdir", "symlink_to", "touch", "unlink", "write_b
 
 
 def writing_calls(tree: ast.Module) -> list[int]:
-    """Return the lines that change a disk by a method of a path, or open a file for writing."""
+    """Return the lines that change a disk by a path's method, or open a file for writing."""
     lines = []
     for node in ast.walk(tree):
         match node:

@@ -216,7 +216,7 @@ def _wire(
     alt_m: float,
     autopilot: int,
 ) -> WireItem:
-    """Return an item as MAVLink carries it, with NaN only where the autopilot accepts it."""
+    """Return an item as MAVLink carries it, with NaN only if the autopilot accepts it."""
     first, second, third, fourth = (
         _single(param)
         if param is not None

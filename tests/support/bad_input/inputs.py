@@ -310,7 +310,7 @@ def aircraft_file(rng: random.Random) -> Case:
 
 
 def wrong_kind(rng: random.Random) -> Case:
-    """A problem or an aircraft without a number where one is required."""
+    """A problem or an aircraft without a required number."""
     made = table() if rng.random() < 0.5 else load_aircraft("silver-fox").to_dict()
     document = copy.deepcopy(made)
     numbers = [

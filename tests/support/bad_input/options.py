@@ -57,7 +57,7 @@ _GOOD: Mapping[str, tuple[str, ...]] = {
 # More digits than a C int, a float or a Python int may have.
 _LONG = "9" * 10, "9" * 400, "9" * 5000
 
-#: Texts where a number is meant.
+#: Texts instead of numbers.
 NUMBERS = (
     "nan", "inf", "-inf", "-0", "0", "-1", "1e308", "-1e308", "1e-320", "9" * 400, "-" + "9" * 400,
     "9" * 5000, "--", "", " ", "x", "0x10", "1_000", "1e400", "\u0661\u0662", "\u00b2", "\uff11",

@@ -1,4 +1,4 @@
-"""The entrants of the benchmark of quality, and its statistics."""
+"""The entrants of the quality benchmark, and its statistics."""
 
 import math
 

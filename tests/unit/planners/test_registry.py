@@ -1,4 +1,4 @@
-"""The list of planners, and the one where none is named: the board has the core for it."""
+"""The list of planners, and the default one: the board has the core for it."""
 
 import contextlib
 import socket

@@ -107,6 +107,6 @@ def test_in_python(coast):
 
 
 def test_all_heights_are_kept_above_the_sea():
-    """Nothing is copied where nothing changes."""
+    """Nothing is copied if nothing changes."""
     terrain = Terrain("a", HEIGHTS + 200, 30, 30, "EPSG:32632", (5e5, 5e6))
     assert under_water(terrain, None).elevation is terrain.elevation

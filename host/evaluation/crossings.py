@@ -11,6 +11,7 @@ circle without entering by more than that, its crossings may be missing.
 """
 
 import math
+from typing import NamedTuple
 
 from pathgene.host.evaluation.constants import Floats
 from pathgene.host.evaluation.jit import compiled, inlined
@@ -18,6 +19,7 @@ from pathgene.host.evaluation.laying import ANGLE, RUN, SIDE, UX, UY, X_END, Y_E
 
 
 __all__ = [
+    "Line",
     "box_of",
     "centre_of",
     "cross_circle",
@@ -28,6 +30,28 @@ __all__ = [
 ]
 
 Box = tuple[float, float, float, float]
+
+
+class Line(NamedTuple):
+    """A parallel of a line through a point along a unit direction, and the part that counts.
+
+    Parameters
+    ----------
+    x, y, ex, ey : float
+        The point and the direction.
+    aside : float
+        Metres to the left of the line.
+    first, last : float
+        Only crossings from ``first`` to ``last`` metres along it count.
+    """
+
+    x: float
+    y: float
+    ex: float
+    ey: float
+    aside: float
+    first: float
+    last: float
 
 
 @inlined
@@ -98,15 +122,14 @@ def _arc_fraction(pieces: Floats, row: int, vx: float, vy: float) -> float:
 def cross_circle(
     pieces: Floats,
     row: int,
-    x: float,
-    y: float,
-    radius: float,
+    circle: tuple[float, float, float],
     low: float,
     high: float,
     marks: Floats,
     count: int,
 ) -> int:
-    """Mark the crossings with the circle around (``x``, ``y``)."""
+    """Mark the crossings with a circle: the x and y of its centre, and its radius."""
+    x, y, radius = circle
     if pieces[row, ANGLE] > 0.0:
         cx, cy, turn_radius = centre_of(pieces, row)
         ox, oy = x - cx, y - cy
@@ -145,23 +168,14 @@ def cross_circle(
 def cross_line(
     pieces: Floats,
     row: int,
-    x: float,
-    y: float,
-    ex: float,
-    ey: float,
-    aside: float,
-    first: float,
-    last: float,
+    line: Line,
     low: float,
     high: float,
     marks: Floats,
     count: int,
 ) -> int:
-    """Mark the crossings with a parallel of the line through (``x``, ``y``) along (``ex``, ``ey``).
-
-    The parallel is ``aside`` metres to the left. Only crossings from ``first`` to ``last`` metres
-    along it count.
-    """
+    """Mark the crossings with a line."""
+    x, y, ex, ey, aside, first, last = line
     if pieces[row, ANGLE] > 0.0:
         cx, cy, radius = centre_of(pieces, row)
         across = aside - ((cy - y) * ex - (cx - x) * ey)

@@ -133,18 +133,16 @@ def lay_piece(
     row: int,
     a: Point,
     b: Point,
-    ux: float,
-    uy: float,
-    side: float,
-    angle: float,
+    heading: tuple[float, float],
+    bend: tuple[float, float],
     run: float,
     rise: float,
 ) -> None:
-    """Write the geometry of a piece; a straight one has the angle 0."""
+    """Write the geometry of a piece; ``bend`` is its side and angle, an angle of 0 if straight."""
     pieces[row, X], pieces[row, Y], pieces[row, Z] = a
     pieces[row, X_END], pieces[row, Y_END], pieces[row, Z_END] = b
-    pieces[row, UX], pieces[row, UY] = ux, uy
-    pieces[row, SIDE], pieces[row, ANGLE] = side, angle
+    pieces[row, UX], pieces[row, UY] = heading
+    pieces[row, SIDE], pieces[row, ANGLE] = bend
     pieces[row, RUN], pieces[row, RISE] = run, rise
     pieces[row, LENGTH] = math.sqrt(run * run + rise * rise)
 
@@ -154,19 +152,16 @@ def lay_arc(
     pieces: Floats,
     row: int,
     c: Constants,
-    angle: float,
-    side: float,
-    x: float,
-    y: float,
-    z: float,
-    ux: float,
-    uy: float,
+    turns: Floats,
+    i: int,
+    at: Point,
+    heading: tuple[float, float],
     rise: float,
 ) -> None:
-    """Write the geometry of an arc that is entered at x, y, z with the heading ux, uy."""
-    a = (x, y, z)
-    b = (0.0, 0.0, z + rise)
-    lay_piece(pieces, row, a, b, ux, uy, side, angle, c.turn_radius_m * angle, rise)
+    """Write the geometry of the arc of turn ``i``, entered at a point with a heading."""
+    angle = turns[i, ANGLE]
+    b = (0.0, 0.0, at[2] + rise)
+    lay_piece(pieces, row, at, b, heading, (turns[i, SIDE], angle), c.turn_radius_m * angle, rise)
 
 
 @inlined
@@ -188,42 +183,23 @@ def lay_segment(path: Floats, n: int, i: int, c: Constants, turns: Floats, piece
         rise = climb * run
         xa, ya, za = xa + ux * cut_start, ya + uy * cut_start, za + climb * cut_start
         xb, yb, zb = xb - ux * cut_stop, yb - uy * cut_stop, zb - climb * cut_stop
-    lay_piece(pieces, 2 * i + 1, (xa, ya, za), (xb, yb, zb), ux, uy, 1.0, 0.0, run, rise)
+    lay_piece(pieces, 2 * i + 1, (xa, ya, za), (xb, yb, zb), (ux, uy), (1.0, 0.0), run, rise)
     if i == 0:
         if cut_start > 0.0:
             # The lead-in to the start and the lead-out from the goal are level.
             rise = cut_start * climb
-            lay_arc(
-                pieces,
-                0,
-                c,
-                turns[0, ANGLE],
-                turns[0, SIDE],
+            at = (
                 path[0, 0] - c.start_east * cut_start,
                 path[0, 1] - c.start_north * cut_start,
                 path[0, 2],
-                c.start_east,
-                c.start_north,
-                rise,
             )
+            lay_arc(pieces, 0, c, turns, 0, at, (c.start_east, c.start_north), rise)
         else:
             pieces[0, LENGTH] = 0.0
     if cut_stop > 0.0:
         if i + 2 < n:
             climb += (path[i + 2, 2] - path[i + 1, 2]) / turns[i + 1, RUN]
         rise = cut_stop * climb
-        lay_arc(
-            pieces,
-            2 * i + 2,
-            c,
-            turns[i + 1, ANGLE],
-            turns[i + 1, SIDE],
-            xb,
-            yb,
-            zb,
-            ux,
-            uy,
-            rise,
-        )
+        lay_arc(pieces, 2 * i + 2, c, turns, i + 1, (xb, yb, zb), (ux, uy), rise)
     else:
         pieces[2 * i + 2, LENGTH] = 0.0

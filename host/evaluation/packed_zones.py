@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pathgene.host.evaluation.constants import Floats
-from pathgene.host.evaluation.crossings import Box, box_of, cross_circle, cross_line
+from pathgene.host.evaluation.crossings import Box, Line, box_of, cross_circle, cross_line
 from pathgene.host.evaluation.jit import compiled, inlined
 from pathgene.host.evaluation.laying import AIR, ANGLE, LENGTH, RISE, RUN, SIDE, UX, UY, Z
 from pathgene.host.evaluation.pieces import ARC_PARTS_IN_WIND, time_in_wind
@@ -301,32 +301,19 @@ def mark_border(
     zones, edge_table, reach = packed.zones, packed.edges, packed.reach_m
     first, last = packed.bounds[zone]
     if first == last:
-        x, y, radius = zones[zone, ZONE_X], zones[zone, ZONE_Y], zones[zone, REACH]
-        return cross_circle(pieces, row, x, y, radius, low, high, marks, count)
+        circle = zones[zone, ZONE_X], zones[zone, ZONE_Y], zones[zone, REACH]
+        return cross_circle(pieces, row, circle, low, high, marks, count)
     west, south, east, north = box_of(pieces, row)
     for i in range(first, last):
         # Edges form rings: the circle at an edge's end is also at the next one's start.
         if apart(west, south, east, north, edge_table, i, EDGE_BOX):
             continue
         x, y = edge_table[i, XA], edge_table[i, YA]
-        count = cross_circle(pieces, row, x, y, reach, low, high, marks, count)
+        count = cross_circle(pieces, row, (x, y, reach), low, high, marks, count)
         length = edge_table[i, EDGE_LENGTH]
         if length > 0.0:
             ex, ey = edge_table[i, EX], edge_table[i, EY]
             for side in (-reach, reach):
-                count = cross_line(
-                    pieces,
-                    row,
-                    x,
-                    y,
-                    ex,
-                    ey,
-                    side,
-                    -_BEYOND_M,
-                    length + _BEYOND_M,
-                    low,
-                    high,
-                    marks,
-                    count,
-                )
+                line = Line(x, y, ex, ey, side, -_BEYOND_M, length + _BEYOND_M)
+                count = cross_line(pieces, row, line, low, high, marks, count)
     return count

@@ -23,6 +23,7 @@ import numpy as np
 
 from pathgene.host.evaluation.constants import Floats
 from pathgene.host.evaluation.crossings import (
+    Line,
     box_of,
     cross_line,
     mark_parallel,
@@ -246,9 +247,8 @@ def _nearest(
             pieces, row, edge_table[i, XB], edge_table[i, YB], low, high, marks, count
         )
         if length > 0.0:
-            count = cross_line(
-                pieces, row, xa, ya, ex, ey, 0.0, 0.0, length, low, high, marks, count
-            )
+            line = Line(xa, ya, ex, ey, 0.0, 0.0, length)
+            count = cross_line(pieces, row, line, low, high, marks, count)
             count = mark_parallel(pieces, row, ex, ey, low, high, marks, count)
         for k in range(count):
             x, y = place(pieces, row, marks[k])

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from pathgene.host.evaluation.crossings import (
+    Line,
     box_of,
     cross_circle,
     cross_line,
@@ -22,7 +23,7 @@ def straight(ax, ay, bx, by):
     _, pieces = scratch(1)
     run = math.hypot(bx - ax, by - ay)
     ux, uy = ((bx - ax) / run, (by - ay) / run) if run > 0 else (0.0, 0.0)
-    lay_piece(pieces, 0, (ax, ay, 0.0), (bx, by, 0.0), ux, uy, 1.0, 0.0, run, 0.0)
+    lay_piece(pieces, 0, (ax, ay, 0.0), (bx, by, 0.0), (ux, uy), (1.0, 0.0), run, 0.0)
     return pieces
 
 
@@ -31,14 +32,16 @@ def arc(x, y, heading_deg, radius, angle_deg, side=1.0):
     _, pieces = scratch(1)
     heading, angle = math.radians(heading_deg), math.radians(angle_deg)
     ux, uy = math.cos(heading), math.sin(heading)
-    lay_piece(pieces, 0, (x, y, 0.0), (0.0, 0.0, 0.0), ux, uy, side, angle, radius * angle, 0.0)
+    lay_piece(pieces, 0, (x, y, 0.0), (0.0, 0.0, 0.0), (ux, uy), (side, angle), radius * angle, 0.0)
     return pieces
 
 
 def marks_of(function, pieces, *where, low=0.0, high=1.0):
     """Return the marks of a function, in order."""
     marks = np.full(8, math.nan)
-    count = function(pieces, 0, *(float(value) for value in where), low, high, marks, 0)
+    where = [float(value) for value in where]
+    places = {cross_circle: lambda: [tuple(where)], cross_line: lambda: [Line(*where)]}
+    count = function(pieces, 0, *places.get(function, lambda: where)(), low, high, marks, 0)
     assert np.isnan(marks[count:]).all()
     return sorted(marks[:count].tolist())
 

@@ -18,6 +18,7 @@ from pathgene.host.numeric import real
 from pathgene.host.planners import PLANNERS, Entry
 from pathgene.host.terrain.grid import Terrain as HostTerrain
 from pathgene.host.terrain.load import from_array, load
+from pathgene.host.terrain.reading import complete, with_frame_checked
 from pathgene.host.terrain.stated import Stated
 
 
@@ -130,7 +131,7 @@ class Terrain(HostTerrain):
             origin=None if origin is None else _pair("origin", origin),
             fill_voids=fill_voids,
         )
-        return cls._of(made)
+        return cls._of(with_frame_checked(complete(made)))
 
     @classmethod
     def _of(cls, terrain: HostTerrain) -> Self:

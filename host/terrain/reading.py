@@ -6,14 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from pathgene.host.remarks import Reading
+from pathgene.host.remarks import Grade, Reading, Remark
 from pathgene.host.terrain.grid import Terrain
 
 
-__all__ = ["complete"]
+__all__ = ["complete", "with_frame_checked"]
 
 # Decimals of a cell's metres, of a degree and of a share.
 _DECIMALS = 4
+# A metre of UTM differs from a true metre by less than this share.
+_LARGE_SHARE = 0.002
 
 
 def complete(terrain: Terrain) -> Terrain:
@@ -50,6 +52,23 @@ def complete(terrain: Terrain) -> Terrain:
         },
     }
     return terrain.having(reading=Reading(facts, terrain.reading.remarks))
+
+
+def with_frame_checked(terrain: Terrain) -> Terrain:
+    """Return the terrain with a warning if the metres of its frame are not metres on the ground."""
+    metric = terrain.metric
+    if metric is None:
+        return terrain
+    east, north = metric.middle
+    if max(abs(east - 1), abs(north - 1)) <= _LARGE_SHARE and metric.is_metric:
+        return terrain
+    remark = Remark(
+        Grade.WARNING,
+        f"A metre of the frame is {east:.4f} m on the ground to the east and {north:.4f} m to the "
+        f"north, with differences of {metric.spread:.2%} over the map; lengths are those of the "
+        "frame. Load the map from a file, which measures its cells.",
+    )
+    return terrain.having(reading=terrain.reading.adding([remark]))
 
 
 _ASSUMED = {

@@ -36,7 +36,10 @@ def write(file, land, crs, *, cells=20, cell_m=50.0, unit=None, unit_m=1.0, dtyp
     Returns False if the system has no such place.
     """
     system = pyproj.CRS.from_user_input(crs)
-    to_system = pyproj.Transformer.from_crs("EPSG:4326", system, always_xy=True)
+    try:
+        to_system = pyproj.Transformer.from_crs("EPSG:4326", system, always_xy=True)
+    except pyproj.exceptions.ProjError:
+        return False
     x, y = to_system.transform(land.lon, land.lat)
     if not np.isfinite([x, y]).all():
         return False

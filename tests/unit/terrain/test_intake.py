@@ -1,6 +1,7 @@
 """Files of every kind that are generated, and read again by PROJ and the definition of the land."""
 
 import functools
+import re
 import warnings
 
 import numpy as np
@@ -90,7 +91,9 @@ def check(terrain, land, crs):
     assert abs((north - terrain.north_deg + 180) % 360 - 180) < 0.11, crs
     assert abs(terrain.north_deg) <= 10, crs
     back = terrain.to_local(*terrain.to_geographic(points[:, 0], points[:, 1]))
-    assert np.abs(np.stack(back, axis=1) - points).max() < 0.01, crs
+    # Several shifts of an old datum may hold at a place, and there and back may take two of them.
+    is_exact = re.search("WGS|World Geodetic|NAD83|ETRS|European Terr", str(pyproj.CRS(crs).datum))
+    assert np.abs(np.stack(back, axis=1) - points).max() < (1e-3 if is_exact else 20), crs
 
 
 def mark_of(rng, dtype):

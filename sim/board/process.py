@@ -32,7 +32,7 @@ class SimulatedBoard:
     Parameters
     ----------
     listen : str
-        ``HOST:PORT`` to listen at; port 0 chooses a free port.
+        ``HOST:PORT`` to listen on; port 0 chooses a free port.
     pty : bool
         Serve a pseudo terminal instead of TCP.
     keep : bool

@@ -78,7 +78,7 @@ class CommandFuzz:
             self.command(Command.MAP, payload)
 
     def run(self, frames):
-        """Exchange that many frames, with valid sessions between and after them."""
+        """Exchange the given number of frames, with valid sessions between and after them."""
         for frame in range(1, frames + 1):
             kind, body, plain = self.mix.draw()
             try:

@@ -132,7 +132,7 @@ def _inside(
     marks: Floats,
     places: Floats,
 ) -> int:
-    """Write the marks of a piece's border of a zone, first and last place included."""
+    """Write the marks where a piece crosses a zone's border, with its first and last place."""
     low, high = applies(pieces, row, times, packed, zone)
     if not low < high:
         return 0

@@ -1,7 +1,7 @@
 """A reset of the whole chip for one cycle, at any moment of any command.
 
-The host must notice and report it, or be done. Everything it was told until then must be right, and
-a new session on the same chip must do the same job with the same results.
+The host must notice and report it, unless it has already finished. All earlier answers must be
+correct, and a new session on the same chip must do the same job with the same results.
 """
 
 import contextlib

@@ -1,4 +1,4 @@
-"""Ctrl-C and the signals with the same effect."""
+"""Ctrl-C, and signals with the same effect."""
 
 import os
 import signal

@@ -1,5 +1,6 @@
 """All units of the gateware: their classes, and the instances in chips."""
 
+import functools
 import gc
 import importlib
 import pkgutil
@@ -35,6 +36,7 @@ def unit_classes():
     return sorted(shipped, key=lambda each: (each.__module__, each.__name__))
 
 
+@functools.cache
 def components_of_chips():
     """Return the components of all chips by their class."""
     found = {}

@@ -76,7 +76,8 @@ def _spans(
         yield start, stop
         return
     day = begin.date() - timedelta(days=2)
-    while datetime.combine(day, time(), UTC) < end:
+    # East of Greenwich the sun rises on the evening before, in UTC.
+    while datetime.combine(day, time(), UTC) < end + _DAY:
         if not period.days or day.weekday() in period.days:
             midnight = datetime.combine(day, time(), UTC)
             first = _moment(period.first, midnight, corners, is_end=False)
@@ -105,8 +106,8 @@ def _moment(
         return datetime.combine(midnight.date(), bound).astimezone(UTC)
     moments = list(_sun(bound, midnight, corners))
     if len(moments) < len(_extremes(corners)):
-        # If the sun does not rise or set there, the zone is active all day.
-        return midnight + (_DAY if is_end else timedelta())
+        # If the sun does not rise or set there, the zone is active all day, in any time zone.
+        return midnight + (1.5 * _DAY if is_end else -0.5 * _DAY)
     return max(moments) + _SUN_MARGIN if is_end else min(moments) - _SUN_MARGIN
 
 

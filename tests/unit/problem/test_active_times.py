@@ -119,6 +119,21 @@ def test_day_and_night_are_those_of_the_sun(lon, lat, month, first, last, is_day
     assert wrong <= 6 * 3 * 2 / 2
 
 
+@pytest.mark.parametrize(("hour", "is_active"), [(17, False), (19, True), (21, True), (23, True)])
+def test_the_morning_in_the_east_is_the_evening_before_in_utc(hour, is_active):
+    """A flight of an hour in New Zealand, where the sun rises at 19 h UTC and sets at 5 h."""
+    departure = datetime(2026, 5, 4, hour, 15, tzinfo=UTC)
+    day = Period(first=SunEvent.SUNRISE, last=SunEvent.SUNSET)
+    assert bool(intervals([day], departure, ((174.0, -41.0),) * 3, 3600.0)) == is_active
+
+
+def test_without_a_sunrise_a_day_is_a_day_of_the_zone():
+    """Monday in Chukotka begins on Sunday at noon, UTC."""
+    monday = Period(days=frozenset({0}), first=SunEvent.SUNRISE, last=SunEvent.SUNSET)
+    sunday = datetime(2026, 6, 21, 13, tzinfo=UTC)
+    assert intervals([monday], sunday, ((179.0, 75.0),) * 3, 3600.0) == [(None, None)]
+
+
 def test_without_a_sunset_a_zone_of_the_day_is_always_active():
     departure = datetime(2026, 6, 20, 3, tzinfo=UTC)
     north = ((20.0, 75.0),) * 3

@@ -28,6 +28,7 @@ _MARKS = (
 # XML in UTF-16 may have no such mark.
 _BEGINNINGS = ((b"<\0", "utf-16-le"), (b"\0<", "utf-16-be"))
 _DECLARED = re.compile(rb"""^\s*<\?xml[^>]*?\sencoding\s*=\s*["']([\w.:-]+)["']""")
+_WIDE = re.compile(r"(?i)(utf|ucs|iso-10646-ucs)[-_]?(16|32|2|4)")
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0e-\x1a\x1c-\x1f]")
 _FIRST_TAG = re.compile(r"<(?![?!])[^\s/>]+")
 _PREFIX = re.compile(r"[<\s/]([A-Za-z_][\w.-]*):[A-Za-z_]")
@@ -93,8 +94,9 @@ class Content:
             if self.data.startswith(mark):
                 return encoding
         declared = _DECLARED.match(self.data)
-        # A file that declares UTF-16 and has no byte of it, as Mission Planner writes, is UTF-8.
-        return declared.group(1).decode("ascii") if declared else "utf-8-sig"
+        encoding = declared.group(1).decode("ascii") if declared else "utf-8-sig"
+        # A declaration in single bytes is not UTF-16: Mission Planner writes one into UTF-8.
+        return "utf-8-sig" if _WIDE.match(encoding) else encoding
 
     @property
     def is_text(self) -> bool:

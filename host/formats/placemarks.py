@@ -70,6 +70,11 @@ class _Drawn:
         return len(set(ring)) < 3 or (abs(double) < _WALL_AREA and len(set(self.heights)) > 1)
 
     @property
+    def corners(self) -> frozenset[Position]:
+        """The corners of the outer ring as seen from above, rounded."""
+        return frozenset((round(x, 7), round(y, 7)) for x, y in self.rings[0])
+
+    @property
     def footprint(self) -> frozenset[frozenset[Position]]:
         """The corners as seen from above, rounded: equal for the lid and bottom of a prism."""
         return frozenset(
@@ -96,6 +101,7 @@ def placemark(number: int, element: ET.Element) -> Iterator[Read]:
         numbers = {key: _number(key, data.get(key, "none")) for key in _NUMBERS}
         circle = _circle(element, data) if numbers["radius_m"] is not None else None
         drawn = [] if circle else _drawn(element)
+        areas = [] if is_ours else list(_joined(drawn))
     except InputError as error:
         yield Bad(tag, str(error))
         return
@@ -120,7 +126,7 @@ def placemark(number: int, element: ET.Element) -> Iterator[Read]:
         yield Feature(number, name, drawn[0].rings, None, *limits, **common)
         return
     yield from _others(element, tag, data, bool(drawn))
-    for rings, lower, upper in _joined(drawn):
+    for rings, lower, upper in areas:
         heights = limits if stated else (lower, upper)
         yield Feature(number, name, rings, None, *heights, **common)
 
@@ -187,21 +193,16 @@ def _joined(drawn: list[_Drawn]) -> Iterator[tuple[Rings, Limit | None, Limit | 
     for each in drawn:
         if not each.is_wall:
             flat.setdefault(each.footprint, []).append(each)
-    # A footprint with only walls.
-    if walls and not flat:
-        footprint = _around(walls)
-        flat[walls[0].footprint] = [
-            _Drawn((footprint,), each.heights, each.mode, False) for each in walls
-        ]
-        walls = []
-    for layers in flat.values():
-        corners = {(round(x, 7), round(y, 7)) for x, y in layers[0].rings[0]}
-        own = [
-            wall
-            for wall in walls
-            if any((round(x, 7), round(y, 7)) in corners for x, y in wall.rings[0])
-        ]
+    # Without a polygon, each ring without an area must be a wall.
+    alone = [wall for wall in walls if not flat or len(set(wall.heights)) > 1]
+    for footprint, layers in flat.items():
+        alone = [wall for wall in alone if not any(map(wall.corners.intersection, footprint))]
+        own = [wall for wall in walls if wall.corners & layers[0].corners]
         yield (layers[0].rings, *_heights(layers, own))
+    if alone:
+        ring = _around(alone)
+        prism = [_Drawn((ring,), each.heights, each.mode, False) for each in alone]
+        yield (ring,), *_heights(prism, [])
 
 
 def _heights(layers: list[_Drawn], walls: list[_Drawn]) -> tuple[Limit | None, Limit | None]:

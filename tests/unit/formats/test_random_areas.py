@@ -14,7 +14,7 @@ from pyproj import Transformer
 from shapely.geometry import MultiPolygon, Polygon, mapping, shape
 
 from pathgene.host.formats.content import Content
-from pathgene.host.formats.features import Feature, LeftOut, Reference
+from pathgene.host.formats.features import Bad, Feature, LeftOut, Reference
 from pathgene.host.formats.registry import FORMATS
 
 
@@ -262,3 +262,48 @@ def test_a_prism_is_one_area_between_two_heights(mode, drawn):
     # A single sheet gives no information about the space above or below it.
     is_sheet = drawn in ("lid", "bottom")
     assert limits == ([None, None] if is_sheet else [(1400, reference), (2900, reference)])
+
+
+def prism(west, places, low, high):
+    """Return the walls of a square prism, and the square."""
+    corners = [(west, 60.0), (west + 0.1, 60.0), (west + 0.1, 60.1), (west, 60.1)]
+    walls = [
+        [(*a, low), (*b, low), (*b, high), (*a, high), (*a, low)]
+        for a, b in zip(corners, (*corners[1:], corners[0]), strict=True)
+    ]
+    return [walls[place] for place in places], Polygon(corners)
+
+
+def drawn_in_one_placemark(rings):
+    inner = "".join(
+        WALL.format("absolute", " ".join(",".join(map(repr, point)) for point in ring))
+        for ring in rings
+    )
+    text = (
+        f"<kml><Placemark><name>R-7</name><MultiGeometry>{inner}</MultiGeometry></Placemark></kml>"
+    )
+    return read(text.encode())[1]
+
+
+def test_walls_next_to_another_polygon_are_an_area():
+    walls, square = prism(10.0, range(4), 1400, 2900)
+    flat = [(12.0, 60.0, 0), (12.1, 60.0, 0), (12.1, 60.1, 0), (12.0, 60.0, 0)]
+    sheet, own = drawn_in_one_placemark([flat, *walls])
+    assert_same(sheet, Polygon([place[:2] for place in flat]))
+    assert_same(own, square)
+    assert (own.lower.height_m, own.upper.height_m) == (1400, 2900)
+
+
+def test_walls_around_no_area_are_bad_and_named():
+    walls, _ = prism(10.0, (0, 1, 2), 1400, 2900)
+    (part,) = drawn_in_one_placemark(walls)
+    assert isinstance(part, Bad)
+    assert part.label == 'placemark 1, "R-7"'
+    assert "walls do not close" in part.reason
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "UTF-16LE", "utf-32", "ISO-10646-UCS-2"])
+def test_a_declaration_in_single_bytes_is_not_utf_16(encoding):
+    for blank in ("", " ", "  ", "   "):
+        text = f'<?xml version="1.0" encoding="{encoding}"?>{blank}<kml><name>Zürich</name></kml>'
+        assert Content(text.encode()).xml.find("name").text == "Zürich"

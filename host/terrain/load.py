@@ -220,6 +220,8 @@ def _load_npz(
     facts = {**made.reading.facts, "is_own": is_own}
     if datum is not None:
         facts["heights"] = {"datum": str(datum.item()), "datum_from": "file"}
+    if not is_own:
+        facts["heights"] = {**facts.get("heights", {}), **_heights_of(stated)}
     made = made.having(reading=Reading(facts, made.reading.remarks))
     if units is not None:
         return made.having(metres_per_unit=_metres_per_unit(path, units))
@@ -232,6 +234,17 @@ def _in_metres(elevation: NDArray[Any], stated: Stated) -> NDArray[Any]:
     """Return heights in metres, in the unit that the user states."""
     unit_m = HEIGHT_UNITS[stated.height_unit or "m"]
     return elevation if unit_m == 1.0 or elevation.dtype.kind not in "iuf" else elevation * unit_m
+
+
+def _heights_of(stated: Stated) -> dict[str, str]:
+    """Return the unit and datum of heights that the user states, as facts."""
+    facts = {}
+    if stated.height_unit is not None:
+        facts |= {"unit": stated.height_unit, "unit_from": "option"}
+    if stated.heights is not None:
+        datum = "ellipsoid" if stated.heights == "ellipsoidal" else "mean sea level"
+        facts |= {"datum": datum, "datum_from": "option"}
+    return facts
 
 
 def _metres_per_unit(path: Path, units: NDArray[Any]) -> tuple[float, float]:
@@ -323,7 +336,7 @@ def _load_npy(
         raise InputError(
             f"{path}: cannot be read as a numpy array; write it with numpy.save."
         ) from None
-    return from_array(
+    made = from_array(
         _in_metres(elevation, stated),
         cell,
         name=path.stem,
@@ -331,6 +344,8 @@ def _load_npy(
         fill_voids=fill_voids,
         by_gap=True,
     )
+    facts = {**made.reading.facts, "heights": _heights_of(stated)}
+    return made.having(reading=Reading(facts, made.reading.remarks))
 
 
 def from_array(

@@ -51,6 +51,18 @@ def test_numpy_files_take_the_unit_of_the_user(tmp_path):
     np.save(tmp_path / "a.npy", HEIGHTS)
     terrain = load(tmp_path / "a.npy", cell=(30, 30), stated=Stated(height_unit="ft"))
     assert terrain.lowest == pytest.approx(400 * 0.3048)
+    assert facts_of(terrain) == {"unit": "ft", "unit_from": "option"}
+
+
+def test_numpy_files_have_the_datum_that_the_user_states(tmp_path):
+    np.save(tmp_path / "a.npy", HEIGHTS)
+    np.savez(tmp_path / "a.npz", elevation=HEIGHTS, dx_m=30.0, dy_m=30.0)
+    stated = Stated(heights="ellipsoidal")
+    for terrain in (
+        load(tmp_path / "a.npy", cell=(30, 30), stated=stated),
+        load(tmp_path / "a.npz", stated=stated),
+    ):
+        assert heights_datum(terrain) == "above the ellipsoid WGS84, not AMSL"
 
 
 def test_exports_name_the_datum(write_tif):

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pathgene.host.evaluation import Evaluator
-from pathgene.host.evaluation.aircraft_limits import limit_named
 from pathgene.host.files.output import json_bytes, writing_into
 from pathgene.host.files.replacement import replace_files
 from pathgene.host.formats import geojson
@@ -226,6 +225,9 @@ _MEANINGS = {
 def _verdict(reason: Mapping[str, Any]) -> str:
     """Return a reason in words, and whether it holds for every path."""
     holds = "proven for every path" if reason["proven"] else "as far as the search sees"
+    # Loads the kernels.
+    from pathgene.host.evaluation.aircraft_limits import limit_named
+
     limit = limit_named(reason["code"])
     return f"{limit.meaning if limit else _MEANINGS[reason['code']]}, {holds}"
 

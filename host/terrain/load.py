@@ -238,7 +238,7 @@ def _in_metres(elevation: NDArray[Any], stated: Stated) -> NDArray[Any]:
 
 def _heights_of(stated: Stated) -> dict[str, str]:
     """Return the unit and datum of heights that the user states, as facts."""
-    facts = {}
+    facts: dict[str, str] = {}
     if stated.height_unit is not None:
         facts |= {"unit": stated.height_unit, "unit_from": "option"}
     if stated.heights is not None:

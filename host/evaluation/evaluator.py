@@ -89,6 +89,17 @@ class Evaluator:
             self._strict = StrictRule(problem, self._bare)
         self._pool: ThreadPoolExecutor | None = None
 
+    def among(self, zones: tuple[Zone, ...]) -> Evaluator:
+        """Return the evaluator of the same problem with other zones.
+
+        Raises
+        ------
+        InputError
+            If an end lies in a zone.
+        """
+        problem = self.problem.among(zones)
+        return Evaluator(problem, ds_m=self.ds_m, threads=self.threads)
+
     @cached_property
     def _constants(self) -> Constants:
         """All constants; ``_bare`` lacks ``roofed``, which the strict rule does not read."""

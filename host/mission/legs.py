@@ -197,6 +197,11 @@ class JoinedEvaluator(Evaluator):
         self._before = np.ascontiguousarray(before, dtype=np.float64)
         self._joined = Evaluator(joined, **options)
 
+    def among(self, zones: tuple[Zone, ...]) -> JoinedEvaluator:
+        """Return the evaluator with other zones; see :meth:`Evaluator.among`."""
+        leg, joined = (each.among(zones) for each in (self.problem, self._joined.problem))
+        return JoinedEvaluator(leg, self._before, joined, ds_m=self.ds_m, threads=self.threads)
+
     def evaluate(self, path: Floats) -> Evaluation:
         """Return every term of the previous waypoints and ``path`` as one path."""
         found = self._joined.evaluate(np.concatenate((self._before, self._checked(path))))

@@ -12,7 +12,6 @@ import dataclasses
 from pathgene.host.errors import InputError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners.base import Options, Planner, Progress, Result, Stop
-from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zones import Zone
 
 
@@ -46,15 +45,10 @@ def plan_in_time(
     blocked: tuple[Zone, ...] = ()
     spent: dict[str, float] = {}
     while timed and (blocked != timed or not spent):
-        problem = _without_times(evaluator.problem, timed, blocked)
-        if problem is None:
+        searched = _without_times(evaluator, timed, blocked)
+        if searched is None:
             break
-        result = planner.plan(
-            Evaluator(problem, threads=evaluator.threads),
-            _remaining(options, spent),
-            progress,
-            stop,
-        )
+        result = planner.plan(searched, _remaining(options, spent), progress, stop)
         spent = _summed(spent, result.seconds)
         judged = dataclasses.replace(
             result, evaluation=evaluator.evaluate(result.path), seconds=spent
@@ -70,16 +64,16 @@ def plan_in_time(
 
 
 def _without_times(
-    problem: Problem, timed: tuple[Zone, ...], blocked: tuple[Zone, ...]
-) -> Problem | None:
-    """Return the problem with zones always or never active; None if an end is in a zone."""
+    evaluator: Evaluator, timed: tuple[Zone, ...], blocked: tuple[Zone, ...]
+) -> Evaluator | None:
+    """Return the evaluator with zones always or never active; None if an end is in a zone."""
     zones = tuple(
         dataclasses.replace(zone, t0_s=None, t1_s=None) if zone in blocked else zone
-        for zone in problem.zones
+        for zone in evaluator.problem.zones
         if zone not in timed or zone in blocked
     )
     try:
-        return dataclasses.replace(problem, zones=zones)
+        return evaluator.among(zones)
     except InputError:
         return None
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -180,6 +180,16 @@ class Problem:
         The problem of a whole mission has its via points between them, and may end where it starts.
         """
         return self.start, self.goal
+
+    def among(self, zones: tuple[Zone, ...]) -> Problem:
+        """Return the problem with other zones.
+
+        Raises
+        ------
+        InputError
+            If an end lies in a zone.
+        """
+        return replace(self, zones=zones)
 
     @property
     def as_paper(self) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import operator
 from collections.abc import Sequence
@@ -10,6 +11,7 @@ from typing import Any
 from pathgene.host.errors import InputError
 from pathgene.host.problem.ends import Point
 from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Zone
 from pathgene.host.terrain import Terrain
 
 
@@ -48,3 +50,9 @@ class WayProblem(Problem):
         """All points in order."""
         points: tuple[Point, ...] = self.__dict__["_way"]
         return points
+
+    def among(self, zones: tuple[Zone, ...]) -> WayProblem:
+        """Return the problem with other zones."""
+        options = {each.name: getattr(self, each.name) for each in dataclasses.fields(self)}
+        del options["start"], options["goal"]
+        return WayProblem(way=self.way, **{**options, "zones": zones})

@@ -13,6 +13,7 @@ from pathgene.host.mission.planning import plan_mission
 from pathgene.host.planning import Search
 from pathgene.host.problem.aircraft import load
 from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Zone
 from pathgene.host.report.via import visits
 from pathgene.host.terrain import Terrain
 from tests.support.host.closed_problems import lane
@@ -169,3 +170,15 @@ def test_legs_with_fuel_enough_for_each_alone(terrain):
         "Every leg has a feasible path, but the path of all legs breaks the limit fuel, "
     )
     assert plan.reason.sentence.endswith("; move a via point, or split the mission there.")
+
+
+@pytest.mark.parametrize("planner", ["astar", "ga-pc"])
+def test_a_zone_that_is_never_active_leaves_the_joints_as_they_are(planner):
+    terrain = Terrain("flat", np.full((31, 41), 100.0), 100, 100)
+    late = Zone.circle(3500.0, 2500.0, 100.0, t0_s=50_000.0)
+    paths = []
+    for zones in ((), (late,)):
+        mission = Mission(Problem(terrain, START, GOAL, zones=zones), [VIA])
+        options = {} if planner == "astar" else {"generations": 40}
+        paths.append(plan_mission(mission, Search(planner, **options)).path)
+    assert np.array_equal(*paths)

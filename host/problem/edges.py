@@ -28,14 +28,20 @@ _HALVINGS = 24
 _STEP_M = 2000.0
 # Shares of an edge at which its bend is measured.
 _SHARES = (0.25, 0.5, 0.75)
+# Degrees of latitude above which a ring counts as a map of the world.
+_WORLD_DEG = 120.0
 _WGS84_E = 0.0818191908426215
 
 
 def unwrapped(ring: Corners) -> tuple[Position, ...]:
     """Return a ring whose longitudes are continuous: a jump by more than 180 takes the short way.
 
-    A jump by exactly 360 is an edge around the world. A ring around a pole gets the pole.
+    A jump by exactly 360 is an edge around the world. A ring around a pole gets the pole. A ring
+    from far south to far north is a map of the world, whose long edges stay as drawn.
     """
+    latitudes = [latitude for _, latitude in ring]
+    if max(latitudes) - min(latitudes) > _WORLD_DEG:
+        return tuple(ring)
     corners = [ring[0]]
     turned = 0.0
     for (before, _), (longitude, latitude) in itertools.pairwise(ring):
@@ -43,7 +49,7 @@ def unwrapped(ring: Corners) -> tuple[Position, ...]:
         corners.append((longitude + turned, latitude))
     back = ring[0][0] + turned + _turn(ring[-1][0], ring[0][0])
     if abs(back - ring[0][0]) > 180.0 and len(corners) > 2:
-        mean = sum(latitude for _, latitude in corners) / len(corners)
+        mean = sum(latitudes) / len(latitudes)
         pole = math.copysign(90.0, mean)
         return (*corners, (back, corners[0][1]), (back, pole), (ring[0][0], pole))
     return tuple(corners)

@@ -163,6 +163,17 @@ def test_a_zone_may_be_written_in_three_ways_across_the_antimeridian():
 
 
 WORLD = ((-180.0, -90.0), (180.0, -90.0), (180.0, 90.0), (-180.0, 90.0))
+NEARLY = ((-179.0, -80.0), (179.0, -80.0), (179.0, 80.0), (-179.0, 80.0))
+
+
+@pytest.mark.parametrize("ring", [NEARLY, (NEARLY[0], (0.0, -80.0), *NEARLY[1:])])
+@pytest.mark.parametrize("lon", [-178.9, 9.0, 178.9])
+def test_a_map_of_the_world_stays_as_drawn(ring, lon):
+    terrain, _ = terrain_at(lon, 40.0)
+    (parts,) = place([Feature(1, "", (ring,))], terrain)
+    x, y, _, _ = grid(terrain, random.Random(1))
+    inside, away = covered(parts, x, y)
+    assert inside[away > 0.5].all()
 
 
 @pytest.mark.parametrize("lon", [-180.02, -179.99, -75.0, 0.0, 100.0, 179.98])

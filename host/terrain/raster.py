@@ -141,6 +141,11 @@ def read(
             f"{path}: has control points instead of a place; warp it to them first "
             "(gdalwarp IN.tif OUT.tif)."
         )
+    if scale == 0 or not (math.isfinite(scale) and math.isfinite(offset)):
+        raise InputError(
+            f"{path}: its scale, {scale:g}, and offset, {offset:g}, turn all cells into one height "
+            "or none; correct them (gdal_edit -scale 1 -offset 0 FILE)."
+        )
     heights = band.data.astype(np.float64)
     declared, of_srtm = np.ma.getmaskarray(band), heights == UNDECLARED_VOID
     heights[declared | ~np.isfinite(heights) | of_srtm] = np.nan

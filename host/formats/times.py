@@ -14,6 +14,7 @@ __all__ = ["applicability", "daily", "moment"]
 
 _DAYS = ("MON", "TUE", "WED", "THU", "FRI", "SAT", "SUN")
 _DAY = timedelta(days=1)
+_FIRST, _LAST = datetime.min.replace(tzinfo=UTC), datetime.max.replace(tzinfo=UTC)
 # A Monday in UTC, on which times of day are placed.
 _MONDAY = datetime(2024, 1, 1, tzinfo=UTC)
 
@@ -32,11 +33,17 @@ def moment(text: Any) -> datetime:
         if "T" not in midnight:
             raise ValueError
         found = datetime.fromisoformat(midnight)
+        if found.tzinfo is None:
+            found = found.replace(tzinfo=UTC)
+        try:
+            found += _DAY if midnight != str(text) else timedelta()
+            found.astimezone(UTC)
+        except OverflowError:
+            # Programs write the first and last moment of their calendar for no bound.
+            found = _FIRST if found.year == 1 else _LAST
     except ValueError:
         raise InputError(f"{text!r} is no date and time, such as 2026-05-01T06:00:00Z.") from None
-    if midnight != str(text):
-        found += _DAY
-    return found if found.tzinfo else found.replace(tzinfo=UTC)
+    return found
 
 
 def daily(

@@ -297,6 +297,10 @@ def _longest_s(values: Values, terrain: Terrain, aircraft: Aircraft) -> float:
     return min(_DETOUR * legs * across_m / slowest_m_s, LONGEST_S)
 
 
+# Years of a departure; dates that end their calendar cannot be counted on from.
+_YEARS = range(1900, 2200)
+
+
 def _departure(text: str | None) -> datetime | None:
     if text is None:
         return None
@@ -304,10 +308,11 @@ def _departure(text: str | None) -> datetime | None:
         moment = datetime.fromisoformat(text)
     except ValueError:
         moment = None
-    if moment is None or moment.tzinfo is None:
+    if moment is None or moment.tzinfo is None or moment.year not in _YEARS:
         raise InputError(
             f"The departure must be a date and time with a time zone, as in "
-            f"2026-05-01T09:00+02:00 or 2026-05-01T07:00Z, not {text!r} (--departure)."
+            f"2026-05-01T09:00+02:00 or 2026-05-01T07:00Z, from 1900 to 2199, "
+            f"not {text!r} (--departure)."
         )
     return moment
 

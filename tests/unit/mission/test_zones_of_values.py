@@ -77,6 +77,8 @@ def test_choices_reach_each_file(asked):
     ("values", "sentence"),
     [
         ({"departure": "tomorrow"}, "The departure must be a date and time with a time zone"),
+        ({"departure": "9999-12-31T23:59Z"}, "The departure must be .* from 1900 to 2199"),
+        ({"departure": "0001-01-01T00:00+14:00"}, "The departure must be .* from 1900 to 2199"),
         ({"departure": "2026-05-01T09:00"}, "The departure must be a date and time with a time"),
         ({"qnh": 29.92}, "The pressure at sea level must be 850 to 1100 hPa, not 29.92"),
         ({"forbid": "CTR,nonsense"}, "There is no class of airspace 'nonsense'"),

@@ -7,11 +7,13 @@ from datetime import UTC, datetime, time, timedelta, timezone
 import pytest
 
 from pathgene.host.formats.features import Period, SunEvent
+from pathgene.host.formats.times import moment
 from pathgene.host.problem.active_times import LONGEST_S, intervals
 
 
 HERE = ((10.0, 60.0), (10.1, 60.0), (10.1, 60.1))
 DAY = timedelta(days=1)
+FIRST, LAST = datetime.min.replace(tzinfo=UTC), datetime.max.replace(tzinfo=UTC)
 FILES, MANY = 40, 400
 
 
@@ -145,3 +147,18 @@ def test_a_period_that_is_over_is_never_active():
     departure = datetime(2026, 6, 20, 3, tzinfo=UTC)
     past = Period(end=departure - timedelta(seconds=1))
     assert intervals([past], departure, HERE) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "bound"),
+    [
+        ("0001-01-01T00:00:00+05:00", FIRST),
+        ("9999-12-31T23:59:59.9999999-05:00", LAST),
+        ("9999-12-31T24:00:00Z", LAST),
+    ],
+)
+def test_a_moment_beyond_the_calendar_is_no_bound(text, bound):
+    found = moment(text)
+    assert found == bound
+    period = Period(*((found, None) if bound is FIRST else (None, found)))
+    assert intervals([period], datetime(2026, 6, 20, 3, tzinfo=UTC), HERE) == [(None, None)]

@@ -8,7 +8,7 @@ from typing import Any
 
 from pathgene.host.errors import InputError
 from pathgene.host.formats.areas import MOST_NAME
-from pathgene.host.formats.features import Bad, Limit, Read, label
+from pathgene.host.formats.features import Bad, LeftOut, Limit, Read, label
 
 
 __all__ = ["Member", "check_order", "members", "plain_text", "read_members", "sized"]
@@ -72,7 +72,7 @@ def read_members(document: Any, reader: Callable[[Member], Iterator[Read]]) -> I
                 raise InputError("it is not an object.")
             if value.get("type") == "Feature" and not isinstance(value.get("properties"), dict):
                 raise InputError("its properties must be an object.")
-            parts = list(reader(member))
+            parts = list(reader(member)) or [LeftOut(member.label, "its geometry is empty")]
         except InputError as error:
             parts = [Bad(member.label, str(error))]
         yield from parts

@@ -161,7 +161,7 @@ class Content:
             if self.data.startswith(start):
                 return kind
         if not self.is_text:
-            return "not text"
+            return "a binary file"
         if self.xml is not None:
             tag = self.xml.tag.rpartition("}")[2]
             return _ROOTS.get(tag, f"XML with the root {tag!r}")

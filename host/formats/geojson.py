@@ -272,6 +272,8 @@ def _read(number: int, feature: Any, placing: Placing, is_own: bool) -> Iterator
     except InputError as error:
         yield Bad(tag, str(error))
         return
+    if not found and not others:
+        yield LeftOut(tag, "its geometry is empty")
     for kind in dict.fromkeys(others):
         yield _left_out(tag, kind, properties)
     for rings in found:

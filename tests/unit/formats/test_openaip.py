@@ -149,6 +149,8 @@ def test_leaves_out_points_and_lines():
         LeftOut('feature 1, "TMA"', "a LineString is not an area", True)
     ]
     assert read(FACTS, geometry=None) == [LeftOut('feature 1, "TMA"', "it has no geometry")]
+    empty = {"type": "MultiPolygon", "coordinates": []}
+    assert read(FACTS, geometry=empty) == [LeftOut('feature 1, "TMA"', "its geometry is empty")]
 
 
 @pytest.mark.parametrize(

@@ -257,6 +257,7 @@ def test_refuses_an_archive(tmp_path):
         (b"POLYGON ((9 45, 10 45, 9 46, 9 45))", "well-known text"),
         (b"lat,lon\n45,9\n", "a table of positions"),
         (b"%PDF-1.7", "a PDF"),
+        (bytes(range(256)), "a binary file"),
     ],
 )
 def test_a_file_of_another_kind_is_refused_with_the_kind(tmp_path, data, kind):

@@ -58,3 +58,8 @@ def test_a_kind_of_another_geometry_is_left_out_by_name(tmp_path, geometry, kind
     found = read(tmp_path, (geometry, coordinates, {"kind": kind, "name": "A"}))
     assert found.zones == ()
     assert found.left_out == (LeftOut('feature 1, "A"', f"a {geometry} is not an area"),)
+
+
+def test_an_empty_geometry_is_named(tmp_path):
+    found = read(tmp_path, ("MultiPolygon", [], {"name": "A"}))
+    assert found.left_out == (LeftOut('feature 1, "A"', "its geometry is empty"),)

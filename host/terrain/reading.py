@@ -19,7 +19,7 @@ _LARGE_SHARE = 0.002
 
 
 def complete(terrain: Terrain) -> Terrain:
-    """Return the terrain with all facts in its reading, as JSON values."""
+    """Return the terrain, also as the papers take it, with all facts as JSON values."""
     known = terrain.reading.facts
     rows, columns = terrain.shape
     land = int(np.count_nonzero(~terrain.voids))
@@ -51,7 +51,8 @@ def complete(terrain: Terrain) -> Terrain:
             "are_filled": bool(terrain.loading.get("fill_voids")),
         },
     }
-    return terrain.having(reading=Reading(facts, terrain.reading.remarks))
+    paper = None if terrain.paper is None else complete(terrain.on_paper)
+    return terrain.having(reading=Reading(facts, terrain.reading.remarks), paper=paper)
 
 
 def with_frame_checked(terrain: Terrain) -> Terrain:

@@ -67,6 +67,14 @@ def test_plan_says_what_it_read(coast, zones, tmp_path, capsys):
     assert "Warning: 2,000 heights" in capsys.readouterr().err
 
 
+def test_a_plan_as_the_papers_says_what_it_read(coast, tmp_path, capsys):
+    options = ("--as-paper", "--generations", 1, "--out", tmp_path)
+    main(list(map(str, ("plan", "--terrain", coast, *ENDS, *options))))
+    said = capsys.readouterr().err
+    assert "100 x 100 nodes" in said
+    assert "heights of -60 to 240 m" in said
+
+
 def test_problem_check_and_terrain_info_say_it_too(coast, zones, tmp_path, capsys):
     problem = tmp_path / "problem.toml"
     problem.write_text(

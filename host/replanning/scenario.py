@@ -236,11 +236,19 @@ def parse_popup(text: str, terrain: Terrain) -> Event:
         pass
     else:
         if Path(shape).exists():
-            return Event(time_s, tuple(NewZone(zone) for zone in read_zones(shape, terrain).zones))
+            return Event(time_s, tuple(map(NewZone, _zones_in(shape, terrain))))
     raise InputError(
         f"The zone of --popup must be X,Y,R, ahead:M,R, goal:R, aircraft:R or a file of zones, not "
         f"{shape!r}."
     )
+
+
+def _zones_in(file: str, terrain: Terrain) -> tuple[Zone, ...]:
+    read = read_zones(file, terrain)
+    if not read.zones:
+        why = " ".join(remark.text for remark in read.reading.remarks)
+        raise InputError(f"No zone of --popup {file!r} is on the map and forbids flight. {why}")
+    return read.zones
 
 
 def _event(table: Any) -> Event:

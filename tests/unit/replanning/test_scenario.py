@@ -1,5 +1,6 @@
 """Scenario files and ``--popup``: their meaning, and refused values."""
 
+import json
 import re
 
 import pytest
@@ -177,3 +178,13 @@ def test_a_polygon_moves_with_its_holes():
     east = zone.moved(10.0, -5.0)
     assert east.ring[0] == (10.0, -5.0)
     assert east.holes[0][0] == (40.0, 25.0)
+
+
+def test_a_file_without_a_zone_is_refused_with_the_reason(tmp_path, hills):
+    file = tmp_path / "wire.geojson"
+    line = {"type": "LineString", "coordinates": [[5, 6], [90, 80]]}
+    file.write_text(
+        json.dumps({"type": "FeatureCollection", "crs_local": True, "features": [line]})
+    )
+    with pytest.raises(InputError, match=r"^No zone of --popup .*a LineString is not an area"):
+        parse_popup(f"{file}@7", hills)

@@ -92,9 +92,9 @@ def test_bad_choices_are_refused_without_any_file(values, sentence):
 def test_a_mission_keeps_the_report(tmp_path):
     file = zone_file(tmp_path, square(2000, 2000), square(3000, 1000), upper=20)
     mission = mission_of({**ENDS, "nofly": [file]}, TERRAIN)
-    (read,) = mission.zones_reading.facts["files"]
+    (read,) = mission.problem.zones_reading.facts["files"]
     assert (read["file"], read["read"], read["on_map"], read["can_forbid"]) == (file, 2, 2, 0)
-    assert mission.zones_reading.warnings == (
+    assert mission.problem.zones_reading.warnings == (
         'zones.geojson: feature 1, "R-1", feature 2, "R-2" forbid nothing: their upper limits are '
         "under the ground everywhere.",
     )

@@ -21,7 +21,7 @@ def mission(file, terrain="geo60.tif", **values):
 
 
 def said(read, grade):
-    return [each.text for each in read.zones_reading.remarks if each.grade == grade]
+    return [each.text for each in read.problem.zones_reading.remarks if each.grade == grade]
 
 
 def box(zone, terrain):
@@ -93,7 +93,7 @@ def test_circles_of_the_formats_of_the_trade_are_read(name, zone_name, radius_m,
     # The frame of the terrain differs from the ground by up to a thousandth.
     expected = (x[0] - radius_m, y[0] - radius_m, x[0] + radius_m, y[0] + radius_m)
     assert box == pytest.approx(expected, abs=1 + radius_m / 500)
-    (zone,) = read.zones_reading.facts["files"][0]["zones"]
+    (zone,) = read.problem.zones_reading.facts["files"][0]["zones"]
     assert (zone["lower"], zone["upper"]) == heights
 
 

@@ -131,7 +131,12 @@ def _water_level(value: Any, _: Path) -> float | str:
 
 
 def _water_level_of(text: str) -> float | str:
-    return _NO_WATER if text == _NO_WATER else parse(text)
+    try:
+        return _NO_WATER if text == _NO_WATER else parse(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f"must be a height in metres or {_NO_WATER}, not {text!r}"
+        ) from None
 
 
 def _path(value: Any, folder: Path) -> str:

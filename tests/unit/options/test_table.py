@@ -10,6 +10,7 @@ import pytest
 from pathgene.host.cli.parser import build_parser
 from pathgene.host.errors import InputError
 from pathgene.host.mission.problem_file import parse_problem
+from pathgene.host.options import kinds
 from pathgene.host.options.table import NAMED, OPTIONS, RULES
 from pathgene.host.problem.rules import Rules
 
@@ -121,3 +122,9 @@ def test_a_problem_file_names_a_directory(tmp_path):
         InputError, match=r"^out in \[output\] must be the path of a file, not ''\.$"
     ):
         parse_problem('[output]\nout = ""', tmp_path)
+
+
+@pytest.mark.parametrize("text", ["nan", "sea", ""])
+def test_a_bad_water_level_is_refused_in_words(text):
+    with pytest.raises(argparse.ArgumentTypeError, match="must be a height in metres or none, not"):
+        kinds.WATER_LEVEL.parse(text)

@@ -31,7 +31,9 @@ _LONGEST_WORD = 400
 
 def print_line(sentence: str) -> None:
     """Print a sentence as one line, with the middle of long words cut out."""
-    line = _PREFIX + " ".join(_cut(word, _LONGEST_WORD, 100, 50) for word in sentence.split())
+    # Names from files may hold sequences that control a terminal.
+    shown = "".join(c if c.isprintable() or c.isspace() else "?" for c in sentence)
+    line = _PREFIX + " ".join(_cut(word, _LONGEST_WORD, 100, 50) for word in shown.split())
     print(_cut(line, LONGEST_LINE, 600, LONGEST_LINE - 603), file=sys.stderr, flush=True)
 
 

@@ -13,6 +13,11 @@ def test_a_line_is_one_sentence(capsys):
     assert capsys.readouterr().err == "pathgene: Three words here.\n"
 
 
+def test_a_name_does_not_control_the_terminal(capsys):
+    print_line("The zone \x1b[31mR-7\x07 is bad.")
+    assert capsys.readouterr().err == "pathgene: The zone ?[31mR-7? is bad.\n"
+
+
 def test_beginning_and_end_of_a_long_word_stay(capsys):
     print_line(f"The value {'x' * 400} is bad.")
     print_line(f"The value {'x' * 401} is bad.")

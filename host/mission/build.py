@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ from pathgene.host.errors import InputError
 from pathgene.host.formats.classes import forbidding
 from pathgene.host.mission.mission import Mission
 from pathgene.host.mission.problem_file import read_problem
+from pathgene.host.options.kinds import moment_of
 from pathgene.host.options.table import FALLBACKS, OWN, RULES, SEARCH
 from pathgene.host.planners import PLANNERS, named_or_default
 from pathgene.host.planning import Search
@@ -49,6 +49,7 @@ __all__ = [
     "stated_of",
     "terrain_of",
     "via_of",
+    "zone_options_of",
     "zones_of",
 ]
 
@@ -222,7 +223,7 @@ def read_zones_of(values: Values, terrain: Terrain) -> ReadZones:
     InputError
         If one is bad.
     """
-    options = _zone_options(values)
+    options = zone_options_of(values)
     if values.get("nofly") or any("file" in each for each in values.get("zones") or ()):
         options = _for_flight(options, values, terrain)
     files: list[tuple[str, ReadZones]] = []
@@ -253,7 +254,7 @@ def read_zones_of(values: Values, terrain: Terrain) -> ReadZones:
     )
 
 
-def _zone_options(values: Values) -> ZoneOptions:
+def zone_options_of(values: Values) -> ZoneOptions:
     """Return the choices on how zones are read.
 
     Raises
@@ -262,6 +263,7 @@ def _zone_options(values: Values) -> ZoneOptions:
         If one is bad.
     """
     forbid, qnh_hpa = values.get("forbid"), values.get("qnh")
+    departure = values.get("departure")
     if qnh_hpa is not None and not _PRESSURES_HPA[0] <= qnh_hpa <= _PRESSURES_HPA[1]:
         raise InputError(
             f"The pressure at sea level must be {_PRESSURES_HPA[0]:g} to {_PRESSURES_HPA[1]:g} "
@@ -270,7 +272,7 @@ def _zone_options(values: Values) -> ZoneOptions:
     return ZoneOptions(
         skip_bad=bool(values.get("skip_bad_zones")),
         forbid=None if forbid is None else forbidding(forbid),
-        departure=_departure(values.get("departure")),
+        departure=None if departure is None else moment_of(departure),
         qnh_hpa=qnh_hpa,
     )
 
@@ -295,26 +297,6 @@ def _longest_s(values: Values, terrain: Terrain, aircraft: Aircraft) -> float:
     legs = points + 1 + bool(values.get("return_to_start"))
     across_m = math.hypot(terrain.width_m, terrain.height_m)
     return min(_DETOUR * legs * across_m / slowest_m_s, LONGEST_S)
-
-
-# Years of a departure; dates that end their calendar cannot be counted on from.
-_YEARS = range(1900, 2200)
-
-
-def _departure(text: str | None) -> datetime | None:
-    if text is None:
-        return None
-    try:
-        moment = datetime.fromisoformat(text)
-    except ValueError:
-        moment = None
-    if moment is None or moment.tzinfo is None or moment.year not in _YEARS:
-        raise InputError(
-            f"The departure must be a date and time with a time zone, as in "
-            f"2026-05-01T09:00+02:00 or 2026-05-01T07:00Z, from 1900 to 2199, "
-            f"not {text!r} (--departure)."
-        )
-    return moment
 
 
 def end_of(values: Values, name: str, terrain: Terrain) -> Point | None:

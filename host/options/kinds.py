@@ -10,19 +10,23 @@ import json
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 from pathgene.host.errors import InputError
+from pathgene.host.formats.classes import forbidding
 from pathgene.host.numeric import as_number, numbers, parse
 
 
 __all__ = [
     "BOOLEAN",
     "CELL",
+    "CLASSES",
     "GEO_POINT",
     "GEO_POINTS",
     "INTEGER",
+    "MOMENT",
     "NUMBER",
     "PATH",
     "POINT",
@@ -35,12 +39,15 @@ __all__ = [
     "Kind",
     "cell_sides",
     "choice",
+    "moment_of",
     "separated",
     "to_toml",
     "vector",
 ]
 
 
+# Years of a departure; dates that end their calendar cannot be counted on from.
+_YEARS = range(1900, 2200)
 _NO_WATER = "none"
 
 
@@ -139,6 +146,39 @@ def _water_level_of(text: str) -> float | str:
         ) from None
 
 
+def _classes(value: Any, folder: Path) -> str:
+    text = _text(value, folder)
+    forbidding(text)
+    return text
+
+
+def _moment(value: Any, folder: Path) -> str:
+    text = _text(value, folder)
+    moment_of(text)
+    return text
+
+
+def moment_of(text: str) -> datetime:
+    """Return the moment of a departure.
+
+    Raises
+    ------
+    InputError
+        If it is not a date and time with a time zone.
+    """
+    try:
+        moment = datetime.fromisoformat(text)
+    except ValueError:
+        moment = None
+    if moment is None or moment.tzinfo is None or moment.year not in _YEARS:
+        raise InputError(
+            f"The departure must be a date and time with a time zone, as in "
+            f"2026-05-01T09:00+02:00 or 2026-05-01T07:00Z, from 1900 to 2199, "
+            f"not {text!r} (--departure)."
+        )
+    return moment
+
+
 def _path(value: Any, folder: Path) -> str:
     if not value:
         raise ValueError
@@ -197,6 +237,9 @@ TEXT = Kind("a text", _text)
 WATER_LEVEL = Kind(
     f"a number or {_NO_WATER}", _water_level, parse=_water_level_of, metavar="M|none"
 )
+#: A bad text is refused with the sentence of its reader.
+CLASSES = Kind("a list of classes of airspace", _classes, parse=str)
+MOMENT = Kind("a date and time with a time zone", _moment, parse=str)
 PATH = Kind("the path of a file", _path, _relative, _named_path)
 TERRAIN = Kind("the path of a file or a name", _terrain, _written_terrain)
 CELL = Kind("a number or a list of two", _cell, parse=cell_sides, metavar="DX[,DY]")

@@ -33,7 +33,7 @@ SMALLEST_DS_M = 1e-3
 # Maximum samples along the way: at an eighth of the step, a track has ten times as many.
 _MOST_SAMPLES = 500_000
 _SAFE = Rules()
-_NOT_READ = Reading()
+_NOT_READ = Reading({"files": []})
 
 
 @dataclass(frozen=True, eq=False, init=False)

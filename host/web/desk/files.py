@@ -9,6 +9,7 @@ from pathgene.host.errors import InputError
 from pathgene.host.files.output import output_file
 from pathgene.host.formats.registry import zone_suffixes
 from pathgene.host.inputs import parse_toml
+from pathgene.host.mission.build import zone_options_of
 from pathgene.host.options.table import TABLES
 from pathgene.host.problem import aircraft
 from pathgene.host.problem.zones import read_zones
@@ -63,7 +64,7 @@ def _open_zones(sheet: Sheet, name: str, content: bytes) -> list[str]:
         with output_file(file) as binary:
             binary.write(content)
         try:
-            read = read_zones(file, terrain)
+            read = read_zones(file, terrain, zone_options_of(sheet.values))
         except InputError as error:
             raise InputError(str(error).replace(str(file), name)) from None
     sheet.zones.extend(map(zone_table, read.zones))

@@ -12,7 +12,6 @@ import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
@@ -124,25 +123,14 @@ def geoid_m(terrain: Terrain) -> tuple[float, float]:
         return _GEOID_M
     x, y = np.meshgrid(np.linspace(0, terrain.width_m, 9), np.linspace(0, terrain.height_m, 9))
     lat, lon = terrain.to_geographic(x.ravel(), y.ravel())
-    geoid = _geoid()
+    # Loads PROJ, which zones with other limits do not need.
+    from pathgene.host.terrain.vertical import geoid_heights
+
+    geoid = geoid_heights(lon, lat)
     if geoid is None:
         return _GEOID_M
-    _, _, below = geoid.transform(lon, lat, np.zeros(lon.shape))
-    # The geoid changes by less than this between the points.
-    return (float(-below.max()) - 1.0, float(-below.min()) + 1.0)
-
-
-@lru_cache(maxsize=1)
-def _geoid():  # type: ignore[no-untyped-def]  # The transformer's module loads PROJ.
-    """Return PROJ's conversion of ellipsoidal heights, or None without its grid."""
-    import warnings
-
-    from pyproj.transformer import TransformerGroup
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        group = TransformerGroup("EPSG:4979", "EPSG:4326+5773", always_xy=True)
-    return group.transformers[0] if group.best_available else None
+    # The geoid changes by less than a metre between the points.
+    return float(geoid.min()) - 1.0, float(geoid.max()) + 1.0
 
 
 def ground_under(part: Placed, terrain: Terrain) -> tuple[float, float]:

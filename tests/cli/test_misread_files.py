@@ -1,21 +1,11 @@
 """Plans over files that were misread, if they are at hand."""
 
 import json
-from pathlib import Path
 
 import pytest
 
 from pathgene.host.cli import main
-
-
-CASES = Path(__file__).parents[3] / "shared" / "cases"
-
-
-def case(name):
-    file = CASES / name
-    if not file.exists():
-        pytest.skip(f"the file {name} is not at hand")
-    return file
+from tests.support.host.cases import case
 
 
 def run(*arguments):

@@ -1,15 +1,13 @@
 """Files from public reports, whose zones were once dropped, misplaced or refused."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from pathgene.host.errors import InputError
 from pathgene.host.mission.build import mission_of
+from tests.support.host.cases import CASES
 
 
-CASES = Path(__file__).resolve().parents[4] / "shared" / "cases"
 pytestmark = pytest.mark.skipif(not CASES.is_dir(), reason="the cases are not here")
 ENDS = {"start_geo": (59.985, 10.015, 80), "goal_geo": (60.015, 10.095, 80)}
 

@@ -1,7 +1,5 @@
 """Files that were misread, if they are at hand."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -9,16 +7,7 @@ from pathgene.host.errors import InputError
 from pathgene.host.mission.build import load_mission
 from pathgene.host.terrain import load
 from pathgene.host.terrain.stated import Stated
-
-
-CASES = Path(__file__).parents[4] / "shared" / "cases"
-
-
-def case(name):
-    file = CASES / name
-    if not file.exists():
-        pytest.skip(f"the file {name} is not at hand")
-    return file
+from tests.support.host.cases import case
 
 
 def test_no_ground_lies_below_the_water():

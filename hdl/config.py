@@ -28,7 +28,7 @@ class MutationKind(enum.IntEnum):
 
 
 class SurvivorSelection(enum.StrEnum):
-    """How survivors are drawn among the non-elite parents, without replacement."""
+    """Draw of survivors among the non-elite parents, without replacement."""
 
     #: Every choice equally likely.
     UNIFORM = "uniform"

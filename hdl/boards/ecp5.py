@@ -183,7 +183,7 @@ def floor_plan(config: Config) -> str:
     """
     if config != Config(lanes=config.lanes):
         raise ValueError(
-            "Floor plan must be that of the default configuration with any lanes; a board with "
+            "Floor plan must belong to the default configuration with any lanes; a board with "
             "another one can leave `script_after_synth` out"
         )
     return _commands({**OTHER_SITES, **dict(_multipliers(config.lanes))})

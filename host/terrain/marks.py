@@ -67,7 +67,7 @@ class Mark:
 
 @dataclass(frozen=True)
 class _File:
-    """How a file is read and named, for messages about its heights."""
+    """Name, places and remedies of a file, for messages about its heights."""
 
     name: str
     place: Callable[[int, int], str]

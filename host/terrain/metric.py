@@ -60,13 +60,13 @@ class Metric:
 
     @property
     def is_metric(self) -> bool:
-        """Whether a single scale is valid over the map and for both axes, at right angles."""
+        """True if a single scale is valid over the map and for both axes, at right angles."""
         skew = float(np.abs(np.radians(self.skew_deg)).max())
         return self.spread <= _MOST_SPREAD and skew <= _MOST_SPREAD
 
     @property
     def is_north_up(self) -> bool:
-        """Whether the second axis points roughly north at the middle."""
+        """True if the second axis points roughly north at the middle."""
         return abs(self.convergence_at_middle_deg) <= MOST_CONVERGENCE_DEG
 
     @property

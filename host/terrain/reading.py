@@ -66,8 +66,8 @@ def with_frame_checked(terrain: Terrain) -> Terrain:
     remark = Remark(
         Grade.WARNING,
         f"A metre of the frame is {east:.4f} m on the ground to the east and {north:.4f} m to the "
-        f"north, with differences of {metric.spread:.2%} over the map; lengths are those of the "
-        "frame. Load the map from a file, which measures its cells.",
+        f"north, with differences of {metric.spread:.2%} over the map; lengths are in metres of "
+        "the frame. Load the map from a file, which measures its cells.",
     )
     return terrain.having(reading=terrain.reading.adding([remark]))
 

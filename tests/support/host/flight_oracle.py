@@ -26,7 +26,7 @@ _DENSITY = 1.225
 
 @dataclass
 class Findings:
-    """How far a path is beyond each limit; negative if it has room.
+    """Excess of a path over each limit; negative if it has room.
 
     ``metres`` has excesses in metres by limit, ``shares`` excesses relative to the limit,
     ``corners`` the turns that do not fit.

@@ -126,7 +126,7 @@ def test_only_chips_on_an_85f_have_one():
     "other", [{"core": "none"}, {"checker": CheckerBuild.TWO_TIER, "lanes": 1}, {"map_size": 256}]
 )
 def test_other_chips(other):
-    with pytest.raises(ValueError, match=r"^Floor plan must be that of the default configuration"):
+    with pytest.raises(ValueError, match=r"^Floor plan must belong to the default configuration"):
         floor_plan(Config(**other))
     assert floor_plan(Config(lanes=16)).count("MULT18_") == 68
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from pathgene.hdl.config import Config
 from pathgene.host.device.schemes import CONFIG_FIELDS, BoardScheme, OpenPort, split_config
-from pathgene.host.errors import InputError
+from pathgene.host.errors import InputError, JobError
 from pathgene.sim import DEFAULT_CONFIG
 from pathgene.sim.model.chip import Chip, ModelPort
+from pathgene.sim.served_model import ServedModel
 
 
 __all__ = ["SCHEME", "ModelScheme"]
@@ -19,18 +20,32 @@ class ModelScheme(BoardScheme):
 
     def open(self, url: str) -> OpenPort:
         """Make the model."""
-        rest, config = split_config(url, DEFAULT_CONFIG)
-        if rest != "model:":
-            raise InputError(
-                f"The model takes only fields of the configuration, not {rest!r}; they are "
-                f"{', '.join(CONFIG_FIELDS)}."
-            )
         # The model answers while it is written to: silence means a damaged frame.
-        return OpenPort(ModelPort(Chip(config)), timeout_s=0.01, attempts=12)
+        return OpenPort(ModelPort(Chip(_config(url))), timeout_s=0.01, attempts=12)
 
     def known_config(self, url: str) -> Config:
         """Return the configuration that the URL specifies."""
         return split_config(url, DEFAULT_CONFIG)[1]
+
+    def serve(self, url: str, *, listen: str, pty: bool) -> ServedModel:
+        """Make the model, which keeps its state when a client leaves."""
+        chip = Chip(_config(url))
+        try:
+            return ServedModel(chip, listen=listen, pty=pty)
+        except OSError as error:
+            reason = error.strerror or "unknown reason"
+            raise JobError(f"The model cannot be served at {listen!r}: {reason}.") from None
+
+
+def _config(url: str) -> Config:
+    """Return the configuration of a URL that has no other options."""
+    rest, config = split_config(url, DEFAULT_CONFIG)
+    if rest != "model:":
+        raise InputError(
+            f"The model takes only fields of the configuration, not {rest!r}; they are "
+            f"{', '.join(CONFIG_FIELDS)}."
+        )
+    return config
 
 
 #: The entry point ``model`` refers to this object.

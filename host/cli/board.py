@@ -37,7 +37,10 @@ def add(commands: Commands) -> None:
         "pathgene board serve --board sim: --listen 127.0.0.1:5000",
     )
     serving.add_argument(
-        "--board", metavar="URL", default="sim:", help="sim: with its options (default %(default)s)"
+        "--board",
+        metavar="URL",
+        default="sim:",
+        help="sim: or model: with its options (default %(default)s)",
     )
     where = serving.add_mutually_exclusive_group()
     where.add_argument(

@@ -160,7 +160,7 @@ class BoardScheme(abc.ABC):
             If the board cannot be started.
         """
         raise InputError(
-            f"Only a simulated board can be served, sim: with its options, not {url!r}."
+            f"Only a simulated board can be served, sim: or model: with its options, not {url!r}."
         )
 
 

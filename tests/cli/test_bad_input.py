@@ -320,8 +320,9 @@ def test_check_refuses_another_start(hills, tmp_path, capsys):
     ("arguments", "sentence"),
     [
         (
-            ["board", "serve", "--board", "model:"],
-            "Only a simulated board can be served, sim: with its options, not 'model:'.",
+            ["board", "serve", "--board", "/dev/ttyUSB7"],
+            "Only a simulated board can be served, sim: or model: with its options, not "
+            "'/dev/ttyUSB7'.",
         ),
         (
             ["board", "serve", "--listen", "5000"],

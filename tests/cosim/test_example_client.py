@@ -3,6 +3,7 @@
 import contextlib
 import dataclasses
 import itertools
+import re
 import shutil
 import signal
 import socket
@@ -189,6 +190,32 @@ def test_plans_with_the_model(planner, config):
         assert planner(port) == expected_paths(config)
 
 
+@contextlib.contextmanager
+def served(*command):
+    """Serve a board by a command; yield its process and its port."""
+    with subprocess.Popen(
+        [sys.executable, "-m", "pathgene", *command],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    ) as server:
+        try:
+            yield server.stdout.readline().strip()
+        finally:
+            server.send_signal(signal.SIGINT)
+
+
+def test_plans_with_the_command_of_its_first_lines(planner):
+    """The command in the example serves a board, which the example uses."""
+    text = (ROOT / "examples" / "planner.c").read_text()
+    command = re.search(r"pathgene (board serve .*)", text)[1].split()
+    command[command.index("--listen") + 1] = "127.0.0.1:0"
+    with served(*command) as url:
+        for _ in range(2):  # One client after another.
+            assert planner(url.rpartition(":")[2]) == expected_paths(PLANNER_DEFAULT)
+
+
 def test_the_page_names_the_lines_of_the_default_chips():
     page = (ROOT / "docs" / "protocol.md").read_text()
     assert f"`{expected_line(DEFAULT_CONFIG).strip()}`" in page
@@ -242,18 +269,7 @@ def leave_a_run(url):
 )
 def test_with_the_simulated_board(request, program, config, expected):
     client, board = request.getfixturevalue(program), board_url("sim", config)
-    command = ["board", "serve", "--board", board, "--listen", "127.0.0.1:0"]
-    with subprocess.Popen(
-        [sys.executable, "-m", "pathgene", *command],
-        cwd=ROOT,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-    ) as server:
-        try:
-            url = server.stdout.readline().strip()
-            if program == "planner":
-                leave_a_run(url)
-            assert client(url.rpartition(":")[2]) == expected(config)
-        finally:
-            server.send_signal(signal.SIGINT)
+    with served("board", "serve", "--board", board, "--listen", "127.0.0.1:0") as url:
+        if program == "planner":
+            leave_a_run(url)
+        assert client(url.rpartition(":")[2]) == expected(config)

@@ -1,0 +1,147 @@
+"""The model behind real sockets and a terminal: one client at a time, and no client for ever."""
+
+import contextlib
+import os
+import socket
+import time
+
+import pytest
+
+from pathgene.hdl.protocol import Command
+from pathgene.hdl.protocol.codec import encode_frame
+from pathgene.host.device.boards import board_scheme, open_board
+from pathgene.host.device.socket_port import BUSY
+from pathgene.host.errors import InputError, JobError
+from tests.support.gateware.chips import SMALL
+from tools.chips import board_url
+
+
+INFO = b"\0" + encode_frame(bytes((0, 1, Command.INFO)), plain=True)
+# Twice the second after which a silent client loses the board.
+SOON_S = 2.5
+
+
+@contextlib.contextmanager
+def served(*, pty=False):
+    url = board_url("model", SMALL)
+    with board_scheme(url).serve(url, listen="127.0.0.1:0", pty=pty) as board:
+        yield board
+
+
+@pytest.fixture
+def board():
+    with served() as board:
+        yield board
+
+
+def connect(board):
+    host, port = board.url.removeprefix("socket://").split(":")
+    return socket.create_connection((host, int(port)), timeout=10)
+
+
+def answer(client):
+    """Return the answer to INFO, up to its delimiter."""
+    client.sendall(INFO)
+    data = b""
+    while not data.endswith(b"\0"):
+        part = client.recv(4096)
+        if not part:
+            break
+        data += part
+    return data
+
+
+def test_the_chip_keeps_its_state_from_one_client_to_the_next(board):
+    with open_board(board.url) as chip:
+        assert chip.config == SMALL
+        chip.load([[1, 2]] * SMALL.population)
+    begun_s = time.monotonic()
+    with open_board(board.url) as chip:
+        assert chip.step(range(SMALL.population)).paths[0] == [1, 2]
+    assert time.monotonic() - begun_s < SOON_S
+    assert board.wait(0.01) is None
+    assert board.pid == os.getpid()
+
+
+def test_clients_that_wait_hear_that_the_board_is_busy(board):
+    with connect(board) as first, connect(board) as second:
+        assert answer(first)
+        second.sendall(INFO)
+        time.sleep(0.1)
+        assert answer(first)
+        assert second.recv(100) == BUSY
+        assert second.recv(100) == b""
+        assert answer(first)
+
+
+def test_a_silent_client_loses_the_board_to_one_that_asks(board):
+    with connect(board) as first:
+        time.sleep(0.1)
+        with connect(board) as second:
+            begun_s = time.monotonic()
+            assert len(answer(second)) > len(BUSY)
+            assert 0.5 < time.monotonic() - begun_s < SOON_S
+        assert first.recv(100) == b""
+
+
+def test_a_client_that_never_reads_loses_the_board(board):
+    with connect(board) as first:
+        first.setblocking(False)
+        with contextlib.suppress(BlockingIOError):
+            for _ in range(200_000):
+                first.send(INFO)
+        with connect(board) as second:
+            # Answers to the first client may still count.
+            assert len(answer(second)) > 0
+        begun_s = time.monotonic()
+        with connect(board) as third:
+            third.settimeout(10)
+            assert answer(third)
+        assert time.monotonic() - begun_s < 2 * SOON_S
+
+
+def test_a_ninth_client_that_waits_is_refused(board):
+    with contextlib.ExitStack() as stack:
+        clients = [stack.enter_context(connect(board)) for _ in range(10)]
+        refused = clients[1]
+        assert refused.recv(100) == BUSY
+
+
+def test_a_terminal():
+    with served(pty=True) as board, open_board(board.url) as chip:
+        chip.load([[1, 2]] * SMALL.population)
+        assert chip.step(range(SMALL.population)).paths[0] == [1, 2]
+
+
+def test_a_terminal_that_nobody_reads_serves_the_next_user():
+    with served(pty=True) as board:
+        terminal = os.open(board.url, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+        with contextlib.suppress(BlockingIOError):
+            for _ in range(5000):
+                os.write(terminal, INFO)
+        os.close(terminal)
+        time.sleep(1.2)
+        begun_s = time.monotonic()
+        with open_board(board.url) as chip:
+            assert chip.config == SMALL
+        assert time.monotonic() - begun_s < 2 * SOON_S
+
+
+def test_it_ends_at_once():
+    with served() as board:
+        client = connect(board)
+        assert answer(client)
+    assert client.recv(100) == b""
+    client.close()
+    with pytest.raises(InputError, match=r"refused"):
+        open_board(board.url)
+
+
+def test_what_cannot_be_served():
+    url = "model:?x=1"
+    with pytest.raises(InputError, match=r"^The model takes only fields of the configuration"):
+        board_scheme(url).serve(url, listen="127.0.0.1:0", pty=False)
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        listen = f"127.0.0.1:{taken.getsockname()[1]}"
+        with pytest.raises(JobError, match=rf"^The model cannot be served at '{listen}': Address"):
+            board_scheme("model:").serve("model:", listen=listen, pty=False)

@@ -170,8 +170,7 @@ def test_refuses_a_bench_without_a_top(bench):
 def test_finds_benches(bench):
     assert benches(bench.parent) == {"sample": bench}
     found = list(benches(BENCHES))
-    assert found == sorted(found)
-    assert {"core", "chip"} <= set(found)
+    assert found == ["chip", "uart"]
 
 
 def test_refuses_an_unknown_bench(capsys):

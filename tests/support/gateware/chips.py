@@ -16,13 +16,6 @@ CHECKERS = {
     "parallel": SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=4),
 }
 
-#: Chips for the bench of the checker alone: larger maps, longer paths.
-_LARGER = Config(max_waypoints=6, map_size=64, coarse_factor=4, altitude_bits=6, lanes=4)
-CHECKER_BENCH = {
-    "two-tier": _LARGER.replace(checker=CheckerBuild.TWO_TIER, lanes=1),
-    "parallel": _LARGER.replace(checker=CheckerBuild.PARALLEL),
-}
-
 #: The smallest core: one mutator of each kind, no map.
 TINY = Config(
     population=8,

@@ -1,6 +1,6 @@
 """The complete core compared with the model: populations, slots, mutations and cycles.
 
-``tests/cosim/cosim_core.py`` runs the paper's population, compiled. On a chip with a map, no new
+``tests/cosim/test_boards.py`` runs the paper's population, compiled. On a chip with a map, no new
 waypoint lies in the ground.
 """
 

@@ -1,4 +1,4 @@
-"""The model behind real sockets and a terminal: one client at a time, and no client for ever."""
+"""The model at real sockets and a terminal: one client at a time, and no client for ever."""
 
 import contextlib
 import os

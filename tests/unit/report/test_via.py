@@ -1,6 +1,7 @@
 """Distances of a track from the points that it must visit."""
 
 import math
+import time
 
 import numpy as np
 import pytest
@@ -98,7 +99,7 @@ def test_agrees_with_dense_samples():
             distances = np.linalg.norm(offsets, axis=1)
             nearest = distances.argmin()
             # With half a step between them, a sample is at most 0.25 m away from it.
-            assert visit.distance_m <= distances[nearest]
+            assert visit.distance_m <= distances[nearest] + 1e-9
             assert math.hypot(visit.distance_m, 0.25) >= distances[nearest] - 0.001
             assert visit.at_m == pytest.approx(samples.s[nearest], abs=0.5)
             assert visit.horizontal_m == pytest.approx(np.hypot(*offsets[nearest, :2]), abs=0.5)
@@ -130,3 +131,41 @@ def test_finds_the_waypoints_in_the_order_of_the_mission():
 def test_a_point_that_is_missed_has_no_waypoint():
     path = np.array([A, (9.0, 0.0, 2.02), C, D])
     assert marked_waypoints(path, (A, B, C, D)) == {0: "Start", 2: "Via 2", 3: "Goal"}
+
+
+def brute_force(evaluator, path, point, axes):
+    """Return the minimum distance of a track from a point, over dense samples of all pieces."""
+    parts = np.linspace(0, 1, 4001)
+    pieces = evaluator.track(np.array(path)).pieces
+    offsets = np.concatenate([piece.points(parts) - point for piece in pieces])
+    return np.linalg.norm(offsets[:, :axes], axis=1).min()
+
+
+def test_the_nearest_place_is_that_of_all_pieces():
+    rng = np.random.default_rng(3)
+    path = np.column_stack((rng.uniform(300, 3700, (12, 2)), rng.uniform(150, 900, 12)))
+    via = [tuple(point) for point in (*path[1:-1:4], *np.add(path[2:6], (35.0, -20.0, 15.0)))]
+    found, evaluator = visited(via, [tuple(point) for point in path])
+    for visit, point in zip(found, via, strict=True):
+        assert visit.distance_m == pytest.approx(brute_force(evaluator, path, point, 3), abs=0.1)
+
+
+def test_a_hundred_points_take_no_time():
+    """Each of 100 points is compared with a track of 4,000 pieces."""
+    rng = np.random.default_rng(4)
+    path = np.column_stack((rng.uniform(300, 3700, (2001, 2)), rng.uniform(150, 900, 2001)))
+    via = [tuple(point) for point in path[20:2000:20]]
+    _, evaluator = visited(via, [tuple(point) for point in path])
+    begun_s = time.process_time()
+    assert len(visits(evaluator, path)) == len(via)
+    assert time.process_time() - begun_s < 5
+
+
+def test_the_same_points_again_and_again():
+    """Half of the legs of this mission pass each of two points."""
+    one, other = (1000.0, 1000.0, 200.0), (3000.0, 3000.0, 200.0)
+    path = [one, other] * 50
+    _, evaluator = visited(path[1:-1], path)
+    begun_s = time.process_time()
+    assert not any(visit.line_m for visit in visits(evaluator, np.array(path)))
+    assert time.process_time() - begun_s < 5

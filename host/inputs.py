@@ -33,10 +33,15 @@ __all__ = [
 
 #: Maximum size of a text file in bytes: a problem, an aircraft, zones, a path or a summary.
 MOST_TEXT_BYTES = 64_000_000
-# A dotted key of TOML with this many parts is refused.
-_KEY_PARTS = 200
-_KEY_PART = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*"""
-_LONG_KEY = re.compile(rf"(?<![\w-])(?:{_KEY_PART}\.[ \t]*){{{_KEY_PARTS - 1}}}{_KEY_PART}")
+# Maximum size of a text in TOML, which tomllib reads at some megabytes a second.
+_MOST_TOML_BYTES = 16_000_000
+# A dotted key of TOML with this many parts is refused; no table here is that deep.
+_KEY_PARTS = 20
+_KEY_PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+"""
+# A key begins a line, a table or an array of tables, or follows in an inline table.
+_LONG_KEY = re.compile(
+    rf"(?:^|[{{,\[])[ \t]*+(?:{_KEY_PART}\.[ \t]*+){{{_KEY_PARTS - 1}}}{_KEY_PART}", re.MULTILINE
+)
 
 
 def exists(path: str | Path) -> bool:
@@ -125,12 +130,15 @@ def parse_toml(text: str) -> dict[str, Any]:
     Raises
     ------
     ValueError
-        If it is not TOML, is nested too deeply, or has an integer of more than 64 bits, which TOML
-        does not require of its readers.
+        If it is not TOML, is nested too deeply, has more than 16 MB, or has an integer of more than
+        64 bits, which TOML does not require of its readers.
     """
     # Notepad writes a byte order mark.
     text = text.removeprefix("\ufeff")
-    # The time of tomllib grows with their square.
+    if len(text) > _MOST_TOML_BYTES:
+        most = _MOST_TOML_BYTES // 1_000_000
+        raise ValueError(f"it has more than {most} MB; put zones into a file of their own")
+    # The time of tomllib grows with the square of their number.
     if _LONG_KEY.search(text):
         raise ValueError(f"a key has {_KEY_PARTS} parts or more")
     try:

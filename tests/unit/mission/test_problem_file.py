@@ -249,9 +249,18 @@ polygon = [[2000, 2000], [2100, 2000], [2100, 2100]]
         ("[terrain", "not valid TOML: "),
         ("a = " + "[" * 3000 + "]" * 3000,
          "not valid TOML: tables or arrays are nested too deeply."),
-        ("a" + ".a" * 100_000 + " = 1", "not valid TOML: a key has 200 parts or more."),
-        ("'a b'" + ". \"c d\"" * 199 + " = 1", "not valid TOML: a key has 200 parts or more."),
-        ("a" + ".a" * 198 + " = 1", "there is no table [a]; "),
+        ("a" + ".a" * 100_000 + " = 1", "not valid TOML: a key has 20 parts or more."),
+        ("'a b'" + ". \"c d\"" * 19 + " = 1", "not valid TOML: a key has 20 parts or more."),
+        ("[x]\ny = {z = 1, b" + ". b" * 19 + "= 1}", "not valid TOML: a key has 20 parts or more."),
+        (
+            "\n".join(f"k{n}" + ".a" * 149 + " = 1" for n in range(3000)),
+            "not valid TOML: a key has 20 parts or more.",
+        ),
+        (
+            "# " + "x" * 16_000_000,
+            "not valid TOML: it has more than 16 MB; put zones into a file of their own.",
+        ),
+        ("a" + ".a" * 18 + " = 1", "there is no table [a]; "),
         ("a = 0x" + "f" * 5000, "not valid TOML: an integer has more than 64 bits."),
     ],
 )  # fmt: skip

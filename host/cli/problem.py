@@ -76,6 +76,7 @@ def check(args: argparse.Namespace) -> int:
     from pathgene.host.mission.build import mission_of, search_of
     from pathgene.host.mission.problem_file import read_problem
     from pathgene.host.planners import asks_hardware
+    from pathgene.host.problem.tiles import wholes
     from pathgene.host.report.summary import describe_reading
 
     values = read_problem(Path(args.file))
@@ -88,7 +89,7 @@ def check(args: argparse.Namespace) -> int:
         "file": args.file,
         "terrain": problem.terrain.describe(),
         "uav": problem.aircraft.name,
-        "zones": len(problem.zones),
+        "zones": len(wholes(problem.zones)),
         "read": describe_reading(problem),
         "points": [list(point) for point in mission.way],
         "legs": mission.legs,
@@ -110,7 +111,7 @@ def check(args: argparse.Namespace) -> int:
             [
                 ("terrain", problem.terrain.name),
                 ("aircraft", problem.aircraft.name),
-                ("no-fly zones", str(len(problem.zones))),
+                ("no-fly zones", str(report["zones"])),
                 *_read(problem),
                 *((name, f"{x:.1f}, {y:.1f}, altitude {z:.1f} m") for name, (x, y, z) in names),
                 ("straight lines", f"{report['straight_m']:.1f} m"),

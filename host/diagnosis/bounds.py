@@ -16,6 +16,7 @@ from scipy import ndimage
 from pathgene.host.diagnosis.barriers import Barrier
 from pathgene.host.problem.limits import slope_of_thrust
 from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.tiles import numbers_of
 from pathgene.host.problem.zone_raster import blocked_cells
 from pathgene.host.problem.zones import Zone
 
@@ -37,7 +38,7 @@ def is_permanent(zone: Zone) -> bool:
 
 def zone_name(problem: Problem, index: int) -> str:
     """Return the name of a zone in sentences; nameless ones are numbered from 1."""
-    return f"zone {problem.zones[index].name or index + 1}"
+    return f"zone {problem.zones[index].name or numbers_of(problem.zones)[index]}"
 
 
 class Bounds:

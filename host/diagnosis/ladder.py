@@ -195,18 +195,20 @@ def _too_narrow(bounds: Bounds) -> Iterator[Reason]:
 
 def _zone_names(bounds: Bounds, ring: Ring) -> tuple[str, ...]:
     """Return the names of all zones in a ring."""
-    names = tuple(zone_name(bounds.problem, index) for index in ring.zones)
-    return names + _near_zones(bounds, ring, ring.zones)
+    names = [zone_name(bounds.problem, index) for index in ring.zones]
+    # The tiles of a zone have one name.
+    return tuple(dict.fromkeys((*names, *_near_zones(bounds, ring, ring.zones))))
 
 
 def _near_zones(bounds: Bounds, ring: Ring, known: tuple[int, ...] = ()) -> tuple[str, ...]:
     """Return the names of the zones not in ``known`` whose cells are in a ring of nodes."""
     row, column = ring.nodes.T
-    return tuple(
+    names = [
         zone_name(bounds.problem, index)
         for index, zone in enumerate(bounds.problem.zones)
         if index not in known and bounds.cells(zone)[row, column].any()
-    )
+    ]
+    return tuple(dict.fromkeys(names))
 
 
 def _not_found(problem: Problem) -> Reason:
@@ -227,10 +229,10 @@ def _names(bounds: Bounds, ring: Ring, *, high: bool = False) -> list[str]:
         names.append("the edge of the map")
     if voids.any():
         names.append("voids of the terrain")
-    names += [zone_name(bounds.problem, index) for index in ring.zones]
+    names += dict.fromkeys(zone_name(bounds.problem, index) for index in ring.zones)
     if not voids.all():
         near = _near_zones(bounds, ring, ring.zones)
-        names += near
+        names += [name for name in near if name not in names]
         if high or not near:
             names.append("the ground")
     return names

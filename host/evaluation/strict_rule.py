@@ -18,6 +18,7 @@ from pathgene.host.evaluation.packed_zones import pack_zones
 from pathgene.host.evaluation.terrain_rule import STACK_SHAPE, Required, Surface, excess_m
 from pathgene.host.evaluation.zones import zone_intrusions
 from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.tiles import numbers_of, wholes
 from pathgene.host.problem.zones import Zone
 from pathgene.host.terrain import Terrain
 from pathgene.host.terrain.surface import ANY_VOID_M
@@ -74,6 +75,9 @@ class StrictRule:
         self._lowest = Required(1.0, 0.0, rules.corridor_m, *_NO_END, *_NO_END)
         self._highest = self._high._replace(height_m=0.0)
         self._zones = pack_zones(problem.zones, rules.zone_margin_m, problem.wind)
+        # The tiles of a zone have one number.
+        self._numbers = numbers_of(problem.zones)
+        self._wholes = wholes(problem.zones)
         self._timed = pack_zones(problem.zones_at_times, rules.zone_margin_m, problem.wind)
         self._strict = rule_kernels.StrictCourse(
             self._surface, self._low, self._below, self._high, self._zones
@@ -200,9 +204,10 @@ class StrictRule:
         if self._rules.ceiling_m is not None:
             found.append(("ceiling", broken.above(track, self._rules.ceiling_m)))
         found += [(limit.name, limit.stretches(self._problem, track)) for limit in lines]
-        for number, zone in enumerate(self._problem.zones):
-            spans = broken.within_zone(track, self._zones, number)
-            found.append((f"zone {zone.name or number + 1}", spans))
+        within: dict[int, list[broken.Span]] = {}
+        for row, number in enumerate(self._numbers):
+            within.setdefault(number, []).extend(broken.within_zone(track, self._zones, row))
+        found += [(self._zone_name(number), spans) for number, spans in within.items()]
         stretches = [each for name, spans in found for each in broken.merged(name, spans)]
         return sorted(stretches, key=lambda stretch: stretch.from_m)
 
@@ -251,14 +256,19 @@ class StrictRule:
         """Yield the minimum distance to each zone within its heights and times."""
         intrusions = zone_intrusions(track.pieces, track.rows, track.times, self._zones)
         margin = self._rules.zone_margin_m
-        zones = zip(self._problem.zones, intrusions, strict=True)
-        for number, (zone, found) in enumerate(zones, 1):
+        nearest: dict[int, _Scored] = {}
+        for number, found in zip(self._numbers, intrusions, strict=True):
             at = found.entry or found.nearest
             if at is None:
                 continue
             # Inside a zone without margin, the distance of 0 is not below the margin.
             worst = -1.0 if found.metres and margin <= found.distance_m else found.distance_m
-            yield _least(f"zone {zone.name or number}", worst, margin, at.at_m)
+            scored = _least(self._zone_name(number), worst, margin, at.at_m)
+            nearest[number] = max(nearest.get(number, scored), scored, key=lambda each: each[0])
+        yield from nearest.values()
+
+    def _zone_name(self, number: int) -> str:
+        return f"zone {self._wholes[number - 1].name or number}"
 
     def _figures(self, track: LaidTrack, limits: Iterable[AircraftLimit]) -> Iterator[_Scored]:
         """Yield limits of the aircraft, where they apply."""

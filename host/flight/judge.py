@@ -18,6 +18,7 @@ from pathgene.host.flight.flight import MARGIN, PERIOD_S, Flown, limits_of
 from pathgene.host.flight.guidance import MEAN_S
 from pathgene.host.problem.aircraft import Aircraft
 from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.tiles import tiles_of
 from pathgene.host.problem.zones import Zone
 from pathgene.host.terrain.surface import surface_below
 
@@ -121,9 +122,9 @@ def judge(problem: Problem, track: SmoothedTrack, flown: Flown, aircraft: Aircra
         shares = np.where(demanded > 0, clearance / demanded, math.inf)
     share = float(np.nanmin(np.append(shares, math.inf)))
     names = [
-        zone.name or f"zone {number}"
-        for number, zone in enumerate(problem.zones, 1)
-        if entered(zone, flown).any()
+        tiles[0].name or f"zone {number}"
+        for number, tiles in enumerate(tiles_of(problem.zones), 1)
+        if any(entered(tile, flown).any() for tile in tiles)
     ]
     breaks = []
     if flown.interrupted:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pathgene.host.errors import InputError
 from pathgene.host.formats.content import Content
 from pathgene.host.formats.features import LeftOut, Read
+from pathgene.host.formats.limits import height_of
 from pathgene.host.formats.placemarks import placemark, tag_of, text_of
 from pathgene.host.formats.places import degrees, number_text
 from pathgene.host.formats.shapes import Ring, Shape
@@ -106,18 +107,20 @@ def _add_zone(folder: ET.Element, zone: Shape, title: str, terrain: Terrain, top
     for key, value in facts.items():
         _add(ET.SubElement(data, "Data", name=key), "value", value)
 
-    upper_m, lower_m = limits.get("upper", top_m), limits.get("lower")
-    if lower_m is None:
-        _polygon(placemark, terrain, rings, upper_m, extrude=True)
+    upper, lower = _height(limits.get("upper", top_m)), limits.get("lower")
+    if lower is None:
+        _polygon(placemark, terrain, rings, upper, extrude=True)
         return
     # KML extrudes only to the ground: lid, bottom and walls make the prism.
+    (upper_m, mode), (lower_m, below) = upper, _height(lower)
     parts = ET.SubElement(placemark, "MultiGeometry")
-    _polygon(parts, terrain, rings, upper_m)
-    _polygon(parts, terrain, rings, lower_m)
-    for ring in rings:
+    _polygon(parts, terrain, rings, upper)
+    _polygon(parts, terrain, rings, (lower_m, below))
+    # A wall has one mode.
+    for ring in rings if mode == below else ():
         for (xa, ya), (xb, yb) in pairwise((*ring, ring[0])):
             wall = ET.SubElement(parts, "Polygon")
-            _add(wall, "altitudeMode", "absolute")
+            _add(wall, "altitudeMode", mode)
             heights = [lower_m, lower_m, upper_m, upper_m, lower_m]
             places = _positions(terrain, [xa, xb, xb, xa, xa], [ya, yb, yb, ya, ya], heights)
             boundary = ET.SubElement(ET.SubElement(wall, "outerBoundaryIs"), "LinearRing")
@@ -128,20 +131,28 @@ def _polygon(
     parent: ET.Element,
     terrain: Terrain,
     rings: Iterable[Ring],
-    altitude_m: float,
+    height: tuple[float, str],
     *,
     extrude: bool = False,
 ) -> None:
-    """Add a horizontal polygon, whose first ring is the outer one."""
+    """Add a polygon of one height and mode, whose first ring is the outer one."""
+    altitude_m, mode = height
     polygon = ET.SubElement(parent, "Polygon")
     if extrude:
         _add(polygon, "extrude", "1")
-    _add(polygon, "altitudeMode", "absolute")
+    _add(polygon, "altitudeMode", mode)
     for number, ring in enumerate(rings):
         x, y = np.array((*ring, ring[0])).T
         side = ET.SubElement(polygon, "innerBoundaryIs" if number else "outerBoundaryIs")
         places = _positions(terrain, x, y, np.full(len(x), altitude_m))
         _add(ET.SubElement(side, "LinearRing"), "coordinates", places)
+
+
+def _height(limit: float | str) -> tuple[float, str]:
+    """Return the height of a limit and its ``altitudeMode``."""
+    if isinstance(limit, str):
+        return height_of(limit, "limit of a zone").height_m, "relativeToGround"
+    return limit, "absolute"
 
 
 def _around(x_m: float, y_m: float, radius_m: float) -> Ring:

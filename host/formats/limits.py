@@ -11,7 +11,7 @@ from pathgene.host.formats.features import Limit, Reference
 from pathgene.host.numeric import is_number
 
 
-__all__ = ["FOOT_M", "limit", "limit_text", "stated_limits"]
+__all__ = ["FOOT_M", "above_ground", "height_of", "limit", "limit_text", "stated_limits"]
 
 FOOT_M = 0.3048
 _FLIGHT_LEVEL_M = 100 * FOOT_M
@@ -35,6 +35,13 @@ _NUMBER = re.compile(r"[-+]?(?:\d+|\d{1,3}(?:,\d{3})+)(?:\.\d{1,2}|\.\d{4,}|\.0*
 # Properties that state a lower and an upper limit; the first one present of each is read.
 _LOWER = ("lowerLimit", "lower_limit", "lowerCeiling", "lowerAltitude", "floor", "bottom", "base")
 _UPPER = ("upperLimit", "upper_limit", "upperCeiling", "upperAltitude", "ceiling", "top")
+
+
+def above_ground(height_m: float) -> str:
+    """Return the text of a limit above the ground, from which :func:`limit_text` reads it."""
+    text = repr(float(height_m)).removesuffix(".0")
+    # Three decimals could be thousands.
+    return f"{text}{'0' if re.search(r'[.][0-9]{3}$', text) else ''} m AGL"
 
 
 def limit(value: Any, unit: Any, reference: Any) -> Limit:
@@ -102,6 +109,33 @@ def limit_text(text: str, unit: str | None = None, reference: str | None = None)
     if chosen_unit is None or surface is None:
         raise ValueError(text)
     return limit(float(numbers[0].replace(",", "")), chosen_unit, surface)
+
+
+def height_of(text: str, what: str) -> Limit:
+    """Return the height above mean sea level or above the ground that a text states.
+
+    Parameters
+    ----------
+    text : str
+        The text, such as ``120 m AGL``.
+    what : str
+        Its meaning, for the sentence of an error.
+
+    Raises
+    ------
+    InputError
+        If it states anything else.
+    """
+    try:
+        stated = limit_text(text)
+    except (ValueError, InputError):
+        stated = None
+    if stated is None or stated.reference not in (Reference.AGL, Reference.AMSL):
+        raise InputError(
+            f"The {what} must be a number of metres, or a height above the ground such as "
+            f"'120 m AGL', not {text!r}."
+        )
+    return stated
 
 
 def stated_limits(

@@ -24,14 +24,16 @@ from pathgene.host.formats.features import (
     Reference,
     label,
 )
+from pathgene.host.formats.limits import limit_text
 from pathgene.host.numeric import parse
 
 
 __all__ = ["every", "placemark", "tag_of", "text_of"]
 
 # Extended data of a zone with numeric values.
-_NUMBERS = ("radius_m", "lower", "upper", "t0", "t1")
-_READ = (*_NUMBERS, "pathgene", "name", "centre")
+_NUMBERS = ("radius_m", "t0", "t1")
+_LIMITS = ("lower", "upper")
+_READ = (*_NUMBERS, *_LIMITS, "pathgene", "name", "centre")
 _REFERENCES = {"absolute": Reference.AMSL, "relativeToGround": Reference.AGL}
 _TIMES = ("TimeSpan", "TimeStamp", "Region")
 # Area of a wall as seen from above, square degrees: a tenth of a millimetre by some kilometres.
@@ -99,6 +101,7 @@ def placemark(number: int, element: ET.Element) -> Iterator[Read]:
     tag = label("placemark", number, name)
     try:
         numbers = {key: _number(key, data.get(key, "none")) for key in _NUMBERS}
+        limits = {key: _limit(key, data.get(key, "none")) for key in _LIMITS}
         circle = _circle(element, data) if numbers["radius_m"] is not None else None
         drawn = [] if circle else _drawn(element)
         areas = [] if is_ours else list(_joined(drawn))
@@ -115,19 +118,18 @@ def placemark(number: int, element: ET.Element) -> Iterator[Read]:
             *(name for name in _TIMES if any(True for _ in every(element, name))),
         ),
     }
-    stated = {"lower", "upper"} & set(data)
-    limits = _limit(numbers["lower"]), _limit(numbers["upper"])
+    own = limits["lower"], limits["upper"]
     if circle:
         radius_m = numbers["radius_m"]
-        yield Feature(number, name, ((circle,),), radius_m, *limits, **common)
+        yield Feature(number, name, ((circle,),), radius_m, *own, **common)
         return
     if is_ours and drawn:
         # Its other polygons are bottom and walls.
-        yield Feature(number, name, drawn[0].rings, None, *limits, **common)
+        yield Feature(number, name, drawn[0].rings, None, *own, **common)
         return
     yield from _others(element, tag, data, bool(drawn))
     for rings, lower, upper in areas:
-        heights = limits if stated else (lower, upper)
+        heights = own if {*_LIMITS} & set(data) else (lower, upper)
         yield Feature(number, name, rings, None, *heights, **common)
 
 
@@ -299,7 +301,12 @@ def _number(key: str, text: str) -> float | None:
         ) from None
 
 
-def _limit(height_m: float | None) -> Limit | None:
+def _limit(key: str, text: str) -> Limit | None:
+    """Return a limit: metres above mean sea level, or a text with its reference."""
+    try:
+        return limit_text(text)
+    except (ValueError, InputError):
+        height_m = _number(key, text)
     return None if height_m is None else Limit(height_m, Reference.AMSL)
 
 

@@ -16,6 +16,7 @@ from typing import Any
 
 from pathgene.host.errors import InputError
 from pathgene.host.formats.classes import forbidding
+from pathgene.host.formats.limits import height_of
 from pathgene.host.numeric import as_number, numbers, parse
 
 
@@ -25,6 +26,7 @@ __all__ = [
     "CLASSES",
     "GEO_POINT",
     "GEO_POINTS",
+    "HEIGHT",
     "INTEGER",
     "MOMENT",
     "NUMBER",
@@ -146,6 +148,21 @@ def _water_level_of(text: str) -> float | str:
         ) from None
 
 
+def _height(value: Any, _: Path) -> float | str:
+    """Return a number of metres, or a text such as ``120 m AGL``."""
+    if not isinstance(value, str):
+        return as_number(value)
+    try:
+        return parse(value)
+    except ValueError:
+        pass
+    try:
+        height_of(value, "height")
+    except InputError:
+        raise ValueError from None
+    return value
+
+
 def _classes(value: Any, folder: Path) -> str:
     text = _text(value, folder)
     forbidding(text)
@@ -233,6 +250,7 @@ def _points(names: str) -> Kind:
 BOOLEAN = Kind("true or false", _boolean)
 INTEGER = Kind("a whole number", _integer, parse=int, metavar="N")
 NUMBER = Kind("a number", lambda value, _: as_number(value), parse=float)
+HEIGHT = Kind("a number of metres, or a height above the ground such as '120 m AGL'", _height)
 TEXT = Kind("a text", _text)
 WATER_LEVEL = Kind(
     f"a number or {_NO_WATER}", _water_level, parse=_water_level_of, metavar="M|none"

@@ -14,6 +14,7 @@ from pathgene.host.options.kinds import (
     CLASSES,
     GEO_POINT,
     GEO_POINTS,
+    HEIGHT,
     INTEGER,
     MOMENT,
     NUMBER,
@@ -210,8 +211,8 @@ _ZONES = (
     _zone("holes", RINGS, "parts of the polygon that may be flown through, each a list of corners",
           "none", "[[[2200, 2100], [2400, 2100], [2300, 2300]]]", desk="map"),
     _zone("name", TEXT, "name of the circle or polygon in reports", "none", '"town"'),
-    _zone("lower", NUMBER, "minimum altitude inside, metres", "no limit", "200.0"),
-    _zone("upper", NUMBER, "maximum altitude inside, metres", "no limit", "900.0"),
+    _zone("lower", HEIGHT, "minimum altitude inside, metres", "no limit", "200.0"),
+    _zone("upper", HEIGHT, "maximum altitude inside, metres", "no limit", "900.0"),
     _zone("t0", NUMBER, "active from this second of the flight", "no limit", "60.0"),
     _zone("t1", NUMBER, "active up to this second of the flight", "no limit", "300.0"),
 )  # fmt: skip

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 
 from pathgene.host.errors import InputError
 from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.tiles import wholes
 from pathgene.host.problem.zones import Zone, listed
 
 
@@ -33,10 +34,11 @@ def changed_problem(
         If a value is not a zone, point, heading or wind, a removed zone does not belong to the
         problem, or the changed problem is invalid.
     """
-    added = tuple(zone for zone in listed(zones) if zone not in problem.zones)
+    known = (*problem.zones, *wholes(problem.zones))
+    added = tuple(zone for zone in listed(zones) if zone not in known)
     taken = listed(gone)
     for zone in taken:
-        if zone not in problem.zones:
+        if zone not in known:
             raise InputError(f"The zone that is gone is none of the problem: {zone!r}.")
     if heading is None and start is None:
         heading = problem.start_heading_deg
@@ -47,7 +49,10 @@ def changed_problem(
         problem,
         start=problem.start if start is None else start,  # type: ignore[arg-type]
         goal=problem.goal if goal is None else goal,  # type: ignore[arg-type]
-        zones=(*(zone for zone in problem.zones if zone not in taken), *added),
+        zones=(
+            *(zone for zone in problem.zones if zone not in taken and zone.whole not in taken),
+            *added,
+        ),
         wind=problem.wind if wind is None else wind,  # type: ignore[arg-type]
         start_heading_deg=heading,
         goal_heading_deg=problem.goal_heading_deg if goal is None else None,

@@ -2,7 +2,7 @@
 
 A limit above the ground follows the ground: the zone is divided into tiles until the ground under
 each is nearly level, or the maximum number is reached. In each tile the upper limit is measured
-from the highest ground, the lower limit from the lowest.
+from the highest ground, the lower limit from the lowest. The zone itself keeps such a limit.
 """
 
 from __future__ import annotations
@@ -10,23 +10,36 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from pathgene.host.formats.features import Feature, Limit, Reference
+from pathgene.host.formats.limits import above_ground
+from pathgene.host.formats.shapes import Ring
 from pathgene.host.problem.edges import clipped
 from pathgene.host.problem.placing import Placed
 from pathgene.host.terrain import Terrain
 
 
-__all__ = ["Band", "Heights", "follows_ground", "ground_under"]
+__all__ = [
+    "Band",
+    "Heights",
+    "Stated",
+    "encloses_nothing",
+    "follows_ground",
+    "ground_under",
+    "tiles",
+    "tiles_each",
+]
 
 # Ground counts as level if it varies by less than this, metres.
 _LEVEL_M = 10.0
 # Tiles of one zone, and of all zones of a file.
 _TILES, _ALL_TILES = 128, 512
+# Distance that is no more than the rounding of a file.
+_EDGE_M = 1e-3
 # Distance around the map that tiles cover, metres.
 _BEYOND_M = 1000.0
 # Corners of the polygon around a divided circle.
@@ -38,6 +51,10 @@ _PRESSURES_HPA = (950.0, 1050.0)
 _STANDARD_HPA = 1013.25
 # Standard atmosphere: scale height of an altimeter, metres, and the exponent of its pressure.
 _SCALE_M, _EXPONENT = 44_330.77, 0.190263
+
+
+#: Metres of the terrain's datum, a text such as ``120 m AGL``, or None for no limit.
+Stated = float | str | None
 
 
 @dataclass(frozen=True)
@@ -78,8 +95,18 @@ class Heights:
         """Return a part of a feature, or its tiles, with limits in metres."""
         if not follows_ground(feature):
             return [self._band(feature, part, 0.0, 0.0)]
-        tiles = _tiles(part, self.terrain, max(min(_ALL_TILES // max(self.zones, 1), _TILES), 1))
-        return [self._band(feature, *tile) for tile in tiles]
+        found = tiles(part, self.terrain, tiles_each(self.zones))
+        return [self._band(feature, *tile) for tile in found]
+
+    def stated(self, feature: Feature, bands: Sequence[Band]) -> tuple[Stated, Stated]:
+        """Return the limits of a zone with some ``bands``: metres, or a text above the ground."""
+        lower, upper = (
+            above_ground(limit.height_m) if limit and limit.reference is Reference.AGL else metres
+            for limit, metres in zip(
+                _limits(feature), (bands[0].lower_m, bands[0].upper_m), strict=True
+            )
+        )
+        return lower, upper
 
     def _band(self, feature: Feature, part: Placed, lowest_m: float, highest_m: float) -> Band:
         lower, upper = _limits(feature)
@@ -99,6 +126,15 @@ class Heights:
             pressure = _PRESSURES_HPA[side] if self.qnh_hpa is None else self.qnh_hpa
             return float(_SCALE_M * ((pressure / _STANDARD_HPA) ** _EXPONENT - 1.0))
         return 0.0
+
+
+def encloses_nothing(feature: Feature) -> bool:
+    """Return whether the upper limit of a feature is not above its lower, both above the ground."""
+    lower, upper = _limits(feature)
+    if lower is None or upper is None:
+        return False
+    are_above_ground = lower.reference is upper.reference is Reference.AGL
+    return are_above_ground and lower.height_m >= upper.height_m
 
 
 def follows_ground(feature: Feature) -> bool:
@@ -152,11 +188,24 @@ _Box = tuple[float, float, float, float]
 
 
 def _ground(box: _Box, terrain: Terrain) -> tuple[float, float]:
+    """Return the lowest and highest ground in a box.
+
+    A box that reaches less than :data:`_EDGE_M` beyond a line of nodes has only that share of the
+    ground beyond, so that the figures do not jump where a file has rounded a corner on that line.
+    """
+    lowest, highest = _nodes(box, terrain, 0.0)
+    low, high = _nodes(box, terrain, _EDGE_M)
+    share = 2 * _EDGE_M / min(terrain.dx_m, terrain.dy_m)
+    return low + share * (lowest - low), high + share * (highest - high)
+
+
+def _nodes(box: _Box, terrain: Terrain, within_m: float) -> tuple[float, float]:
+    """Return the lowest and highest of the nodes around a box, less a rim ``within_m`` wide."""
     west, south, east, north = box
     rows, columns = (
         slice(
-            min(max(math.floor(low / side), 0), count - 1),
-            min(max(math.ceil(high / side), 0), count - 1) + 1,
+            min(max(math.floor((low + within_m) / side), 0), count - 1),
+            min(max(math.ceil((high - within_m) / side), 0), count - 1) + 1,
         )
         for low, high, side, count in (
             (south, north, terrain.dy_m, terrain.shape[0]),
@@ -164,12 +213,17 @@ def _ground(box: _Box, terrain: Terrain) -> tuple[float, float]:
         )
     )
     ground = terrain.elevation[rows, columns]
-    if np.isnan(ground).any():
+    if not ground.size or np.isnan(ground).any():
         return terrain.lowest, terrain.highest
     return float(ground.min()), float(ground.max())
 
 
-def _tiles(part: Placed, terrain: Terrain, most: int) -> Iterator[tuple[Placed, float, float]]:
+def tiles_each(zones: int) -> int:
+    """Return the maximum number of tiles of each of some zones that follow the ground."""
+    return max(min(_ALL_TILES // max(zones, 1), _TILES), 1)
+
+
+def tiles(part: Placed, terrain: Terrain, most: int) -> Iterator[tuple[Placed, float, float]]:
     """Yield tiles of a part with the lowest and the highest ground under each."""
     lowest, highest = ground_under(part, terrain)
     if highest - lowest <= _LEVEL_M or most == 1:
@@ -183,6 +237,10 @@ def _tiles(part: Placed, terrain: Terrain, most: int) -> Iterator[tuple[Placed, 
         min(float(x.max()), terrain.width_m + _BEYOND_M),
         min(float(y.max()), terrain.height_m + _BEYOND_M),
     )
+    if box[0] >= box[2] or box[1] >= box[3]:
+        # It lies beyond the places that tiles cover.
+        yield part, lowest, highest
+        return
     order = itertools.count()
     # The tile with the steepest ground is divided first.
     heap = [(lowest - highest, next(order), box, rings, lowest, highest)]
@@ -195,7 +253,8 @@ def _tiles(part: Placed, terrain: Terrain, most: int) -> Iterator[tuple[Placed, 
             level.append((rings, lowest, highest))
             continue
         for half in _halves(box, 0 if sides[0] >= sides[1] else 1):
-            cut = tuple(clipped(ring, half) for ring in rings)
+            cut = tuple(_distinct(clipped(ring, half)) for ring in rings)
+            # A part without a size lies on the line of the cut, as part of the other half.
             if len(cut[0]) < 3:
                 continue
             kept = tuple(ring for ring in cut if len(ring) >= 3)
@@ -203,6 +262,12 @@ def _tiles(part: Placed, terrain: Terrain, most: int) -> Iterator[tuple[Placed, 
             heapq.heappush(heap, (low - high, next(order), half, kept, low, high))
     for rings, lowest, highest in level:
         yield Placed(rings), lowest, highest
+
+
+def _distinct(ring: Ring) -> Ring:
+    """Return a ring without corners that repeat the one before."""
+    before = (*ring[-1:], *ring[:-1])
+    return tuple(corner for corner, last in zip(ring, before, strict=True) if corner != last)
 
 
 def _halves(box: _Box, axis: int) -> tuple[_Box, _Box]:

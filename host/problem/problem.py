@@ -19,6 +19,7 @@ from pathgene.host.problem.aircraft import DEFAULT, Aircraft, load
 from pathgene.host.problem.ends import Point, check_above_ground, end_point, finite
 from pathgene.host.problem.limits import Limits, slope_limits
 from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.tiles import over_ground
 from pathgene.host.problem.zones import Zone, listed, raster
 from pathgene.host.remarks import Reading
 from pathgene.host.terrain import Terrain
@@ -53,7 +54,8 @@ class Problem:
     aircraft : Aircraft, str or Path
         The aircraft, the name of a shipped one, or the TOML file of one.
     zones : iterable of Zone
-        No-fly zones.
+        No-fly zones. The attribute has the tiles of zones with limits above the ground; see
+        :func:`pathgene.host.problem.tiles.wholes`.
     wind : (float, float)
         Constant wind in m/s towards true east and true north; slower than the aircraft.
     ds_m : float, optional
@@ -130,7 +132,7 @@ class Problem:
             "start": end_point("start", start, terrain, agl=agl, geo=geo),
             "goal": end_point("goal", goal, terrain, agl=agl, geo=geo),
             "aircraft": aircraft if isinstance(aircraft, Aircraft) else load(aircraft),
-            "zones": listed(zones),
+            "zones": over_ground(listed(zones), terrain),
             "wind": finite("wind", wind, 2),
             "ds_m": half_a_cell_m if ds_m is None else real("sampling step", ds_m),
             "rules": rules,

@@ -15,7 +15,7 @@ from pathgene.host.formats.features import Bad, Feature, LeftOut, Reference
 from pathgene.host.formats.registry import read_features
 from pathgene.host.formats.shapes import Shape
 from pathgene.host.problem.active_times import LONGEST_S, Interval, intervals
-from pathgene.host.problem.heights import Band, Heights, follows_ground
+from pathgene.host.problem.heights import Heights, Stated, encloses_nothing, follows_ground
 from pathgene.host.problem.placing import Placed, place, swapped_on_map
 from pathgene.host.problem.zone_report import Record, report, touches
 from pathgene.host.remarks import Reading
@@ -163,26 +163,28 @@ def _zones(
     options: ZoneOptions,
     make: Callable[[Shape], Z],
 ) -> tuple[Record, list[Z]]:
-    """Return the record of a feature, and its zones: one for each tile and time."""
-    bands = tuple(band for part in parts for band in heights.bands(feature, part))
+    """Return the record of a feature, and its zones: one for each part and time."""
+    bands = [(part, heights.bands(feature, part)) for part in parts]
     times: Sequence[Interval] = [(feature.t0_s, feature.t1_s)]
     if feature.periods and options.departure is not None:
         corners = [corner for ring in feature.rings for corner in ring]
         times = intervals(feature.periods, options.departure, corners, options.longest_s)
-    if not feature.forbids:
-        return Record(feature, parts, bands, bool(times)), []
+    every = tuple(band for _, some in bands for band in some)
+    record = Record(feature, parts, every, bool(times))
+    if not feature.forbids or encloses_nothing(feature):
+        return record, []
     converted = any(
         limit is not None and limit.reference is not Reference.AMSL
         for limit in (feature.lower, feature.upper)
     )
     zones = [
-        make(_shape(feature, band, interval))
-        for band in bands
+        make(_shape(feature, part, heights.stated(feature, some), interval))
+        for part, some in bands
         # If limits with the same reference enclose nothing, the file is faulty.
-        if not (converted and band.is_empty)
+        if not (converted and all(band.is_empty for band in some))
         for interval in times
     ]
-    return Record(feature, parts, bands, bool(times)), zones
+    return record, zones
 
 
 def _fault(feature: Feature) -> str | None:
@@ -235,16 +237,17 @@ def _is_off(feature: Feature, parts: Sequence[Placed], terrain: Terrain) -> bool
     return not any(touches(part, terrain) for part in parts)
 
 
-def _shape(feature: Feature, band: Band, interval: Interval) -> Shape:
+def _shape(
+    feature: Feature, part: Placed, limits: tuple[Stated, Stated], interval: Interval
+) -> Shape:
     """Return a part of a feature with the properties of a zone."""
     properties: dict[str, Any] = {
         "name": feature.name,
-        "lower": band.lower_m,
-        "upper": band.upper_m,
+        "lower": limits[0],
+        "upper": limits[1],
         "t0": interval[0],
         "t1": interval[1],
     }
-    part = band.part
     if part.radius_m is not None:
         return Shape("Point", part.rings, {**properties, "radius_m": part.radius_m})
     return Shape("Polygon", part.rings, properties)

@@ -12,7 +12,7 @@ from pathgene.host.formats.features import Feature, LeftOut, Reference
 from pathgene.host.formats.shapes import Ring
 from pathgene.host.problem.active_times import described
 from pathgene.host.problem.edges import clipped
-from pathgene.host.problem.heights import Band, follows_ground, ground_under
+from pathgene.host.problem.heights import Band, encloses_nothing, follows_ground, ground_under
 from pathgene.host.problem.placing import Placed
 from pathgene.host.remarks import Grade, Reading, Remark
 from pathgene.host.terrain import Terrain
@@ -57,7 +57,7 @@ class Record:
             return "it has no size"
         if not self.is_active:
             return "it is not active during the flight"
-        if all(band.is_empty for band in self.bands):
+        if encloses_nothing(self.feature) or all(band.is_empty for band in self.bands):
             return "its lower limit is not below its upper limit"
         upper = self.feature.upper
         is_ground = upper and upper.reference is Reference.AGL and upper.height_m <= 0

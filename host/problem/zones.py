@@ -7,7 +7,7 @@ section 3.1; polygons, height limits and times are our additions.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pathgene.host.errors import InputError
-from pathgene.host.formats.features import LeftOut
+from pathgene.host.formats.features import LeftOut, Reference
+from pathgene.host.formats.limits import above_ground, height_of
 from pathgene.host.formats.shapes import Shape
 from pathgene.host.numeric import is_number
 from pathgene.host.problem.footprints import Area, Disc, Footprint
@@ -47,6 +48,8 @@ _DEFAULTS = ZoneOptions()
 
 # The fields of every zone, by their names in a summary and in the properties of GeoJSON.
 _COMMON = {"name": "name", "lower": "lower_m", "upper": "upper_m", "t0": "t0_s", "t1": "t1_s"}
+# The fields of limits above the ground, which are texts there.
+_ABOVE_GROUND = {"lower": "lower_agl_m", "upper": "upper_agl_m"}
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -65,6 +68,11 @@ class Zone(ABC):
     t0_s, t1_s : float, optional
         The zone is active from ``t0_s`` to ``t1_s`` seconds after the start of the path; None for
         no limit. Not negative, and ``t0_s`` is before ``t1_s``.
+    lower_agl_m, upper_agl_m : float, optional
+        The same limits in metres above the ground, instead of above the datum. A problem divides
+        such a zone into tiles: see :func:`pathgene.host.problem.tiles.over_ground`.
+    part_of : Zone, optional
+        The zone that this one is a tile of.
 
     Raises
     ------
@@ -77,6 +85,9 @@ class Zone(ABC):
     upper_m: float | None = None
     t0_s: float | None = None
     t1_s: float | None = None
+    lower_agl_m: float | None = None
+    upper_agl_m: float | None = None
+    part_of: Zone | None = field(default=None, compare=False)
 
     @staticmethod
     def circle(
@@ -177,9 +188,30 @@ class Zone(ABC):
 
     @property
     def limits(self) -> dict[str, Any]:
-        """Name, heights and times that are set: ``name``, ``lower``, ``upper``, ``t0``, ``t1``."""
+        """Name, heights and times that are set: ``name``, ``lower``, ``upper``, ``t0``, ``t1``.
+
+        A limit above the ground is a text, such as ``120 m AGL``.
+        """
         values = {key: getattr(self, name) for key, name in _COMMON.items()}
+        for key, name in _ABOVE_GROUND.items():
+            if (height_m := getattr(self, name)) is not None:
+                values[key] = above_ground(height_m)
         return {key: value for key, value in values.items() if value not in (None, "")}
+
+    @property
+    def follows_ground(self) -> bool:
+        """True if a limit is measured above the ground."""
+        return self.lower_agl_m is not None or self.upper_agl_m is not None
+
+    @property
+    def whole(self) -> Zone:
+        """The zone that this one is a tile of, with its name and times; otherwise the zone."""
+        if self.part_of is None:
+            return self
+        own = {name: getattr(self, name) for name in ("name", "t0_s", "t1_s")}
+        if all(getattr(self.part_of, name) == value for name, value in own.items()):
+            return self.part_of
+        return replace(self.part_of, **own)
 
     def __repr__(self) -> str:
         # The zone's own fields first, then the common fields that are set.
@@ -187,7 +219,7 @@ class Zone(ABC):
         common = [
             each
             for each in fields(self)
-            if each.kw_only and getattr(self, each.name) != each.default
+            if each.kw_only and each.compare and getattr(self, each.name) != each.default
         ]
         values = ", ".join(f"{f.name}={getattr(self, f.name)!r}" for f in (*own, *common))
         return f"{type(self).__name__}({values})"
@@ -195,16 +227,23 @@ class Zone(ABC):
     def _check_limits(self, kind: str) -> None:
         if not isinstance(self.name, str):
             raise InputError(f"No-fly {kind}: name must be a text, not {self.name!r}.")
-        for name in ("lower_m", "upper_m", "t0_s", "t1_s"):
+        for name in (*_COMMON.values(), *_ABOVE_GROUND.values()):
             value = getattr(self, name)
-            if value is None:
+            if value is None or name == "name":
                 continue
             if not is_number(value):
                 raise InputError(f"No-fly {kind}: {name} must be a finite number, not {value!r}.")
             object.__setattr__(self, name, float(value))
             if name in ("t0_s", "t1_s") and value < 0:
                 raise InputError(f"No-fly {kind}: {name} must not be negative, not {value:g}.")
-        for low, high in (("lower_m", "upper_m"), ("t0_s", "t1_s")):
+        for key, name in _ABOVE_GROUND.items():
+            if getattr(self, name) is not None and getattr(self, _COMMON[key]) is not None:
+                raise InputError(f"No-fly {kind}: give {_COMMON[key]} or {name}, not both.")
+        for low, high in (
+            ("lower_m", "upper_m"),
+            ("lower_agl_m", "upper_agl_m"),
+            ("t0_s", "t1_s"),
+        ):
             first, last = getattr(self, low), getattr(self, high)
             if first is not None and last is not None and not first < last:
                 raise InputError(
@@ -337,7 +376,7 @@ def zone_from_dict(table: Any) -> Zone:
         If it describes neither a circle nor a polygon, or its values are bad.
     """
     if isinstance(table, dict):
-        common = {name: table[key] for key, name in _COMMON.items() if key in table}
+        common = _common(table)
         own = set(table) - set(_COMMON)
         if own == {"x", "y", "radius_m"}:
             return Circle(table["x"], table["y"], table["radius_m"], **common)
@@ -349,6 +388,22 @@ def zone_from_dict(table: Any) -> Zone:
         'A no-fly zone must be {"x", "y", "radius_m"} or {"polygon": [[x, y], ...]}, '
         f"not {table!r}."
     )
+
+
+def _common(table: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fields of every zone from a table or from properties of a shape."""
+    common = {name: table[key] for key, name in _COMMON.items() if table.get(key) is not None}
+    for key, name in _ABOVE_GROUND.items():
+        if not isinstance(table.get(key), str):
+            continue
+        stated = height_of(table[key], f"{key} limit of a no-fly zone")
+        del common[_COMMON[key]]
+        if stated.reference is Reference.AMSL:
+            common[_COMMON[key]] = stated.height_m
+        elif key == "upper" or stated.height_m > 0:
+            # A lower limit at the ground is none: the zone reaches below it.
+            common[name] = stated.height_m
+    return common
 
 
 @dataclass(frozen=True)
@@ -387,7 +442,7 @@ def read_zones(path: str | Path, terrain: Terrain, options: ZoneOptions = _DEFAU
 
 
 def _zone(shape: Shape) -> Zone:
-    common: dict[str, Any] = {name: shape.properties.get(key) for key, name in _COMMON.items()}
+    common = _common(shape.properties)
     if shape.kind == "Point":
         ((x, y),) = shape.rings[0]
         return Circle(x, y, shape.properties["radius_m"], **common)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from pathgene.host.errors import InputError
 from pathgene.host.problem.ends import Point
 from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.tiles import over_ground, tiles_of
 from pathgene.host.problem.zones import Circle, Zone
 from pathgene.host.replanning.scenario import Event, NewZone, Placed
 
@@ -25,10 +26,17 @@ Place = Callable[[str, float], tuple[float, float]]
 
 @dataclass
 class _Known:
-    zone: Zone
-    velocity: tuple[float, float]
-    since_s: float
+    """A zone as it was given, with its tiles or itself at its current place."""
+
     origin: Zone
+    tiles: tuple[Zone, ...]
+    velocity: tuple[float, float] = (0.0, 0.0)
+    since_s: float = 0.0
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self.origin.name
 
 
 @dataclass
@@ -55,7 +63,7 @@ class Airspace:
 
     def __post_init__(self) -> None:
         self.goal, self.wind = self.mission.goal, self.mission.wind
-        self._known = [_Known(zone, (0.0, 0.0), 0.0, zone) for zone in self.mission.zones]
+        self._known = [_Known(tiles[0].whole, tiles) for tiles in tiles_of(self.mission.zones)]
         self._count = 0
         self.past = [(0.0, self._zones)]
 
@@ -68,14 +76,17 @@ class Airspace:
             If a zone that is to go does not exist.
         """
         for name in event.gone:
-            if not any(known.zone.name == name for known in self._known):
+            if not any(known.name == name for known in self._known):
                 raise InputError(f"No zone of the name {name!r} is there at {event.at_s:g} s.")
-            self._known = [known for known in self._known if known.zone.name != name]
+            self._known = [known for known in self._known if known.name != name]
+        appeared: list[_Known] = []
         for new in event.appear:
-            zone = self._made(new, place)
-            # A zone with the same name has moved.
-            self._known = [known for known in self._known if known.zone.name != zone.name]
-            self._known.append(_Known(zone, new.velocity, event.at_s, zone))
+            zone = self._made(new, place, appeared)
+            tiles = over_ground((zone,), self.mission.terrain, len(event.appear))
+            appeared.append(_Known(zone, tiles, new.velocity, event.at_s))
+        # A zone with the same name has moved; zones that appear together may share a name.
+        moved = {known.name for known in appeared}
+        self._known = [known for known in self._known if known.name not in moved] + appeared
         self.goal = self.goal if event.goal is None else event.goal
         self.wind = self.wind if event.wind is None else event.wind
         self._note(event.at_s)
@@ -86,36 +97,34 @@ class Airspace:
         for known in drifting:
             flown_s = time_s - known.since_s
             by = known.velocity[0] * flown_s, known.velocity[1] * flown_s
-            known.zone = known.origin.moved(*by)
+            known.tiles = over_ground((known.origin.moved(*by),), self.mission.terrain)
         if drifting:
             self._note(time_s)
         return bool(drifting)
 
     def zones_at(self, time_s: float) -> tuple[Zone, ...]:
         """Return the current zones that are or will be active, with times counted from now."""
-        return tuple(
-            zone for known in self._known if (zone := _from_now(known.zone, time_s)) is not None
-        )
+        return tuple(zone for tile in self._zones if (zone := _from_now(tile, time_s)) is not None)
 
     @property
     def _zones(self) -> tuple[Zone, ...]:
-        return tuple(known.zone for known in self._known)
+        return tuple(tile for known in self._known for tile in known.tiles)
 
     def _note(self, time_s: float) -> None:
         self.past.append((time_s, self._zones))
 
-    def _unused_name(self) -> str:
-        taken = {known.zone.name for known in self._known}
+    def _unused_name(self, appeared: list[_Known]) -> str:
+        taken = {known.name for known in (*self._known, *appeared)}
         while True:
             self._count += 1
             if (name := f"pop-up {self._count}") not in taken:
                 return name
 
-    def _made(self, new: NewZone, place: Place) -> Zone:
+    def _made(self, new: NewZone, place: Place, appeared: list[_Known]) -> Zone:
         if isinstance(new.shape, Placed):
             x, y = place(new.shape.on, new.shape.ahead_m)
-            return Circle(x, y, new.shape.radius_m, name=new.name or self._unused_name())
-        name = new.name or new.shape.name or self._unused_name()
+            return Circle(x, y, new.shape.radius_m, name=new.name or self._unused_name(appeared))
+        name = new.name or new.shape.name or self._unused_name(appeared)
         return dataclasses.replace(new.shape, name=name)
 
 

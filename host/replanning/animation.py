@@ -18,6 +18,7 @@ from PIL import Image
 from pathgene.host.evaluation.track import SmoothedTrack
 from pathgene.host.files.output import replacing
 from pathgene.host.flight.flight import PERIOD_S
+from pathgene.host.problem.tiles import wholes
 from pathgene.host.replanning.picture import version_points, window
 from pathgene.host.report import plan_view, zone_shapes
 from pathgene.host.report.style import FLOWN, GOAL, NOFLY, PATH, START, TEXT, halo
@@ -176,8 +177,9 @@ def _draw_moment(
     flown = np.array(session.pilot.samples[: index + 1])[:, 1:3]
     drawn: list[Any] = []
     zones = next(zones for since, zones in reversed(session.airspace.past) if since <= time_s)
-    for zone in zones:
-        if zone not in session.mission.zones:
+    known = wholes(session.mission.zones)
+    for zone in wholes(zones):
+        if zone not in known:
             drawn.append(plan.add_patch(zone_shapes.outline(zone, unit_m)))
     number = max(
         (i for i, leg in enumerate(session.pilot.legs) if leg.since_s <= time_s), default=0

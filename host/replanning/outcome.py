@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from pathgene.host.flight.flight import PERIOD_S
 from pathgene.host.flight.judge import SHARE, demanded_m
+from pathgene.host.problem.tiles import tiles_of
 from pathgene.host.problem.zones import Zone
 from pathgene.host.replanning.session import Session
 from pathgene.host.report.summary import finite, version
@@ -136,9 +137,11 @@ def _zones(session: Session, flown: Floats) -> tuple[list[str], float]:
         if not len(during):
             continue
         entered_now: set[str] = set()
-        for number, zone in enumerate(zones, 1):
-            name = zone.name or f"zone {number}"
-            distances = _active_distance_m(zone, flown[during], seconds[during])
+        for number, tiles in enumerate(tiles_of(zones), 1):
+            name = tiles[0].name or f"zone {number}"
+            distances = np.min(
+                [_active_distance_m(tile, flown[during], seconds[during]) for tile in tiles], axis=0
+            )
             inside = distances < 0
             if inside[0] and (name in entered_before or _appears(session, since)):
                 out = int(np.argmin(inside)) if not inside.all() else len(inside)

@@ -15,6 +15,7 @@ from pathgene.host.evaluation.track import SmoothedTrack
 from pathgene.host.flight.flight import PERIOD_S
 from pathgene.host.flight.judge import demanded_m
 from pathgene.host.flight.picture import layout
+from pathgene.host.problem.tiles import wholes
 from pathgene.host.report import plan_view, zone_shapes
 from pathgene.host.report.style import (
     FLOWN,
@@ -116,13 +117,13 @@ def titles(report: Replanned) -> tuple[str, str]:
 def new_zones(report: Replanned) -> list[Any]:
     """Return the zones that did not exist when the flight began, at their first positions."""
     air = report.session.airspace
-    known = {zone.name: zone for zone in air.past[0][1]}
-    return [
-        known.setdefault(zone.name, zone)
-        for _, zones in air.past
-        for zone in zones
-        if zone.name not in known
-    ]
+    known = {zone.name for zone in air.past[0][1]}
+    found = []
+    for _, zones in air.past:
+        # Zones that appear together may share a name.
+        found += [zone for zone in wholes(zones) if zone.name not in known]
+        known |= {zone.name for zone in zones}
+    return found
 
 
 def window(report: Replanned, axes: Axes) -> tuple[float, float, float, float]:
@@ -193,7 +194,10 @@ def _draw_distances(axes: Axes, report: Replanned, flown: Floats) -> None:
         during = (seconds >= since) & (seconds < end)
         if zones and during.any():
             distance[during] = np.min(
-                [zone.footprint.distance_m(flown[during, 1], flown[during, 2]) for zone in zones],
+                [
+                    zone.footprint.distance_m(flown[during, 1], flown[during, 2])
+                    for zone in wholes(zones)
+                ],
                 axis=0,
             )
     rules = report.session.mission.rules

@@ -24,6 +24,7 @@ from matplotlib.patches import Polygon as Triangle
 from numpy.typing import NDArray
 
 from pathgene.host.evaluation import Samples
+from pathgene.host.problem.tiles import wholes
 from pathgene.host.report import points, zone_shapes
 from pathgene.host.report.placing import label
 from pathgene.host.report.style import LAND, NOFLY, PATH, TEXT, TROUBLE, VOID, halo
@@ -108,11 +109,12 @@ def draw(
     margin_m = 0.0 if problem.rules is None else problem.rules.zone_margin_m
     # Added as artists, because `add_patch` computes the limits of each curve, and the axes already
     # have limits.
-    many = len(problem.zones) > zone_shapes.MANY
+    zones = wholes(problem.zones)
+    many = len(zones) > zone_shapes.MANY
     if many:
-        axes.add_artist(zone_shapes.outline_of_all(problem.zones, unit_m))
+        axes.add_artist(zone_shapes.outline_of_all(zones, unit_m))
     else:
-        for zone in problem.zones:
+        for zone in zones:
             axes.add_artist(zone_shapes.outline(zone, unit_m))
             if margin_m:
                 zone_shapes.draw_margin(axes, zone, margin_m, unit_m)
@@ -148,7 +150,7 @@ def draw(
     box = _draw_scale_and_north(axes, lines, unit_m, air, problem.north_deg)
     taken = [box.get_window_extent()]
     # A violated zone has a single text, next to the path.
-    broken = {f"zone {zone.name}": zone_shapes.text(zone) for zone in problem.zones if zone.name}
+    broken = {f"zone {zone.name}": zone_shapes.text(zone) for zone in zones if zone.name}
     named = {text for text, _, _ in reasons}
     texts: list[tuple[str, tuple[float, float], dict[str, Any]]] = [
         (
@@ -160,7 +162,7 @@ def draw(
     ]
     texts += [
         (text, zone.footprint.middle, {"color": NOFLY, "fontsize": 8.5, "zorder": 11})
-        for zone in (() if many else problem.zones)
+        for zone in (() if many else zones)
         if (text := zone_shapes.text(zone)) and f"zone {zone.name}" not in named
     ]
     for text, (at_x, at_y), style in texts:

@@ -9,6 +9,7 @@ from typing import Any
 from pathgene.host.evaluation import Evaluation, Evaluator
 from pathgene.host.planners.base import Result
 from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.tiles import wholes
 from pathgene.host.version import version
 
 
@@ -57,7 +58,7 @@ def describe_problem(evaluator: Evaluator, source: Mapping[str, Any]) -> dict[st
         "terrain": {**finite(problem.terrain.describe()), **source},
         "read": describe_reading(problem),
         "uav": problem.aircraft.to_dict(),
-        "nofly": [zone.to_dict() for zone in problem.zones],
+        "nofly": [zone.to_dict() for zone in wholes(problem.zones)],
         "wind": list(problem.wind),
         "ds_m": evaluator.ds_m,
         "as_paper": problem.as_paper,

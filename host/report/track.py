@@ -13,6 +13,7 @@ from pathgene.host.formats.flight_plan import FlightPlan
 from pathgene.host.formats.track import Track
 from pathgene.host.problem.ends import Point
 from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.tiles import wholes
 
 
 __all__ = ["mark_names", "marked_waypoints", "track_of"]
@@ -83,7 +84,7 @@ def track_of(
         problem.terrain,
         tuple(zip(mark_names(problem.way), problem.way, strict=True)),
         marked_waypoints(path, problem.way),
-        tuple(zone.shape for zone in problem.zones),
+        tuple(zone.shape for zone in wholes(problem.zones)),
         flight,
         page,
     )

@@ -133,14 +133,25 @@ def _distances(zone: Zone, margin_m: float) -> tuple[Floats, Floats, Floats]:
 def text(zone: Zone) -> str:
     """Name, heights and times of a zone, each on its own line."""
     lines = [zone.name] if zone.name else []
-    for low, high, unit in ((zone.lower_m, zone.upper_m, "m"), (zone.t0_s, zone.t1_s, "s")):
+    above, below = _height(zone.lower_m, zone.lower_agl_m), _height(zone.upper_m, zone.upper_agl_m)
+    if above[1] == below[1]:
+        above = (above[0], "")
+    t0, t1 = (None if at is None else f"{at:g}" for at in (zone.t0_s, zone.t1_s))
+    for (low, own), (high, unit) in ((above, below), ((t0, ""), (t1, " s"))):
         if low is not None and high is not None:
-            lines.append(f"{low:g} to {high:g} {unit}")
+            lines.append(f"{low}{own} to {high}{unit}")
         elif low is not None:
-            lines.append(f"from {low:g} {unit}")
+            lines.append(f"from {low}{own or unit}")
         elif high is not None:
-            lines.append(f"to {high:g} {unit}")
+            lines.append(f"to {high}{unit}")
     return "\n".join(lines)
+
+
+def _height(metres: float | None, agl_m: float | None) -> tuple[str | None, str]:
+    """Return the number and the unit of a limit."""
+    if agl_m is not None:
+        return f"{agl_m:g}", " m AGL"
+    return None if metres is None else f"{metres:g}", " m"
 
 
 def crossed(

@@ -128,6 +128,7 @@ export class Profile {
     const margin = Math.max(1, 0.1 * (top - low));
     [this.low, this.high] = [low - margin, top + margin];
     this.crossed = this.zones
+      .flatMap((zone) => zone.tiles ?? [zone])
       .map((zone) => ({
         zone,
         spans: runs(track.samples, (i) => insideZone(zone, track.x[i], track.y[i])),

@@ -20,7 +20,10 @@ above the datum of the terrain. Arrays are base64 of little-endian numbers. The 
 ``zones``
     ``name``, ``text`` (name, limits and times in lines), ``rings`` (the outline and then its
     holes, [x, y] without the closing corner; a circle as a polygon), ``lower_m``, ``upper_m``,
-    ``t0_s``, ``t1_s`` (each may be null), ``circle`` (``x``, ``y``, ``radius_m``, or null).
+    ``t0_s``, ``t1_s`` (each may be null), ``circle`` (``x``, ``y``, ``radius_m``, or null),
+    ``tiles``: ``rings``, ``circle`` (null), ``lower_m``, ``upper_m`` of the tiles of a zone with
+    limits above the ground, whose ``lower_m`` and ``upper_m`` are the outermost; null for another
+    zone.
 ``zones_left_out``
     Number of zones that are not drawn, the smallest ones, because there are too many.
 ``paths``
@@ -41,7 +44,7 @@ from __future__ import annotations
 
 import base64
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -50,6 +53,7 @@ from numpy.typing import NDArray
 from pathgene.host.evaluation import Evaluator, Samples
 from pathgene.host.evaluation.aircraft_limits import line_limits
 from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.tiles import outermost, tiles_of, wholes
 from pathgene.host.problem.zones import Zone
 from pathgene.host.report.along import broken_limits, surface_and_demand, why
 from pathgene.host.report.reading import warnings_in
@@ -95,7 +99,7 @@ def problem_scene(problem: Problem) -> dict[str, Any]:
         "terrain": terrain_scene(problem.terrain),
         "points": points_scene(problem),
         "zones": zones,
-        "zones_left_out": len(problem.zones) - len(zones),
+        "zones_left_out": len(wholes(problem.zones)) - len(zones),
         "paths": [],
         "figures": [],
         "ceilings": ceilings_scene(problem),
@@ -160,7 +164,8 @@ def zones_scene(zones: Iterable[Zone]) -> list[dict[str, Any]]:
     """Return zones in order, without the smallest if there are too many; see ``zones`` above."""
     from pathgene.host.report.zone_shapes import text
 
-    whole = [(zone, _rings(zone)) for zone in zones]
+    tiles = tiles_of(zones)
+    whole = [(some[0].whole, _rings(some[0].whole)) for some in tiles]
     kept: set[int] = set()
     corners = 0
     for index in sorted(range(len(whole)), key=lambda index: -_extent_m(whole[index][1][0])):
@@ -174,13 +179,23 @@ def zones_scene(zones: Iterable[Zone]) -> list[dict[str, Any]]:
             "text": text(zone),
             "rings": rings,
             "circle": _circle(zone),
-            "lower_m": zone.lower_m,
-            "upper_m": zone.upper_m,
+            **dict(zip(("lower_m", "upper_m"), outermost(tiles[index]), strict=True)),
             "t0_s": zone.t0_s,
             "t1_s": zone.t1_s,
+            "tiles": _tiles(tiles[index]),
         }
         for index, (zone, rings) in enumerate(whole)
         if index in kept
+    ]
+
+
+def _tiles(tiles: Sequence[Zone]) -> list[dict[str, Any]] | None:
+    """Return tiles with their limits; None for a zone that is not divided."""
+    if len(tiles) == 1:
+        return None
+    return [
+        {"rings": _rings(tile), "circle": None, "lower_m": tile.lower_m, "upper_m": tile.upper_m}
+        for tile in tiles
     ]
 
 

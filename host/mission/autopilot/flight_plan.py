@@ -20,6 +20,7 @@ from pathgene.host.formats.places import check_place, degrees
 from pathgene.host.formats.shapes import Ring, wound
 from pathgene.host.mission.autopilot.route import leg_tolerance_m, route
 from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.tiles import wholes
 from pathgene.host.problem.zones import Zone
 from pathgene.host.terrain import Terrain
 
@@ -50,19 +51,15 @@ def fences(
     samples = track.sample(_STEP_M)
     made: list[Fence] = []
     left_out: list[str] = []
-    for number, zone in enumerate(zones, start=1):
-        limits = (zone.lower_m, zone.upper_m, zone.t0_s, zone.t1_s)
-        if (
-            any(limit is not None for limit in limits)
-            and zone.footprint.contains(samples.x, samples.y).any()
-        ):
+    for number, zone in enumerate(wholes(zones), start=1):
+        if zone.limits.keys() - {"name"} and zone.footprint.contains(samples.x, samples.y).any():
             left_out.append(
                 f"No fence for {zone.name or f'zone {number}'}: the path crosses it above, below, "
                 "before or after its limits, which a fence cannot express."
             )
         else:
             made.append(_fence(zone, terrain))
-    # The tiles of one zone have one name.
+    # Parts of one zone have one name.
     return tuple(made), tuple(dict.fromkeys(left_out))
 
 

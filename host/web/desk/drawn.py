@@ -8,6 +8,7 @@ from typing import Any
 
 from pathgene.host.errors import InputError
 from pathgene.host.mission.build import zones_of
+from pathgene.host.problem.tiles import over_ground
 from pathgene.host.problem.zones import Zone
 from pathgene.host.terrain import Terrain
 from pathgene.host.web.desk.sheet import Sheet
@@ -19,7 +20,7 @@ __all__ = ["drawn_problem"]
 
 def drawn_problem(sheet: Sheet, terrain: Terrain) -> dict[str, Any]:
     """Return ``points`` and ``zones`` of a problem as in a scene, including invalid ones."""
-    zones = [_zone(table, terrain) for table in sheet.zones]
+    zones = over_ground([_zone(table, terrain) for table in sheet.zones], terrain)
     return {"points": list(_points(sheet, terrain)), "zones": zones_scene(zones), "ceilings": []}
 
 

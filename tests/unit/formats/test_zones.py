@@ -10,6 +10,7 @@ from shapely.geometry import Polygon as Shape
 from pathgene.host.errors import InputError
 from pathgene.host.formats import kml
 from pathgene.host.formats.plan import plan_document
+from pathgene.host.problem.tiles import over_ground, wholes
 from pathgene.host.problem.zones import Circle, Polygon, read_zones
 from pathgene.host.report.track import track_of
 from pathgene.host.terrain import Terrain
@@ -119,9 +120,11 @@ def test_a_height_above_the_ground_follows_the_ground(tmp_path):
     """The ground is 0 m west of a step at x = 2000 m, 80 m east of it."""
     ring = ((1000.0, 1000.0), (3000.0, 1000.0), (3000.0, 2000.0), (1000.0, 2000.0))
     text = polygon(EXTRUDED.format("relativeToGround"), ring=ring, height=(120,))
-    zones = read(tmp_path, text)
-    assert {zone.name for zone in zones} == {"R-1"}
-    shapes = [(Shape(zone.ring), zone.upper_m) for zone in zones]
+    (zone,) = read(tmp_path, text)
+    assert (zone.name, zone.upper_m, zone.upper_agl_m) == ("R-1", None, 120.0)
+    tiles = over_ground([zone], TERRAIN)
+    assert wholes(tiles) == (zone,)
+    shapes = [(Shape(tile.ring), tile.upper_m) for tile in tiles]
     assert sum(shape.area for shape, _ in shapes) == pytest.approx(2e6, rel=1e-5)
     for x, least, most in ((1500, 120, 120), (1850, 120, 200), (1950, 200, 200), (2500, 200, 200)):
         (upper,) = {upper for shape, upper in shapes if shape.covers(Point(x, 1444.0))}
@@ -162,9 +165,9 @@ def test_a_point_with_a_radius_is_a_circle(tmp_path):
         (
             polygon(
                 "",
-                data="<ExtendedData><Data name='upper'><value>FL95</value></Data></ExtendedData>",
+                data="<ExtendedData><Data name='upper'><value>high</value></Data></ExtendedData>",
             ),
-            "placemark 1, \"R-1\": the extended data upper must be a number or none, not 'FL95'.",
+            "placemark 1, \"R-1\": the extended data upper must be a number or none, not 'high'.",
         ),
         (
             "<kml><Placemark><Polygon/></Placemark></kml>",

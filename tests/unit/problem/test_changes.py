@@ -76,3 +76,15 @@ def test_as_paper_there_is_no_heading(problem):
     sentence = r"^The evaluation of the papers knows no headings; leave the heading out\.$"
     with pytest.raises(InputError, match=sentence):
         changed_problem(paper, heading=60)
+
+
+def test_a_zone_above_the_ground_comes_and_goes_whole():
+    y, x = np.mgrid[:41, :61]
+    terrain = Terrain("steep", 10.0 * (x + y), 100.0, 100.0)
+    problem = Problem(terrain, (500, 500, 300), (5500, 3000, 1000))
+    zone = Zone.circle(3000, 2500, 400, name="R-7")
+    zone = dataclasses.replace(zone, upper_agl_m=50.0)
+    with_zone = changed_problem(problem, [zone])
+    assert len(with_zone.zones) > 10
+    assert changed_problem(with_zone, [zone]).zones == with_zone.zones
+    assert changed_problem(with_zone, gone=[zone]).zones == ()

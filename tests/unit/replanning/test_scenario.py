@@ -3,9 +3,12 @@
 import json
 import re
 
+import numpy as np
 import pytest
 
 from pathgene.host.errors import InputError
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.tiles import wholes
 from pathgene.host.problem.zones import Circle, Polygon
 from pathgene.host.replanning.airspace import Airspace
 from pathgene.host.replanning.scenario import (
@@ -16,6 +19,7 @@ from pathgene.host.replanning.scenario import (
     parse_popup,
     read_scenario,
 )
+from pathgene.host.terrain import Terrain
 
 
 FILE = """
@@ -160,6 +164,30 @@ def test_zones_come_move_drift_and_go(mission):
     assert [since for since, _ in air.past] == [0, 10, 14, 20, 40]
     with pytest.raises(InputError, match="No zone of the name 'storm' is there at 50 s"):
         happen(Event(50.0, gone=("storm",)))
+
+
+def test_zones_that_appear_together_may_share_a_name(mission):
+    air = Airspace(mission)
+    parts = [Circle(x, 4500.0, 80.0, name="R-7") for x in (3000.0, 5000.0)]
+    air.happen(Event(10.0, tuple(map(NewZone, parts))), lambda on, ahead: (0.0, 0.0))
+    assert air.zones_at(10.0) == tuple(parts)
+
+
+def test_a_zone_above_the_ground_appears_with_all_of_its_tiles(mission):
+    steep = Terrain("steep", np.tile(10.0 * np.arange(81), (61, 1)), 100.0, 100.0)
+    mission = Problem(steep, (1000, 4500, 500), (7000, 4500, 900))
+    air = Airspace(mission)
+    zone = Circle(4000.0, 2000.0, 900.0, name="R-7", upper_agl_m=100.0)
+    air.happen(Event(10.0, (NewZone(zone, "", (10.0, 0.0)),)), lambda on, ahead: (0.0, 0.0))
+    tiles = air.zones_at(10.0)
+    assert wholes(tiles) == (zone,)
+    assert len(tiles) > 20
+    # The limit follows the ground to where the zone drifts.
+    assert max(tile.upper_m for tile in tiles) == pytest.approx(600, abs=1)
+    air.drift(60.0)
+    assert max(tile.upper_m for tile in air.zones_at(60.0)) == pytest.approx(650, abs=1)
+    air.happen(Event(70.0, gone=("R-7",)), lambda on, ahead: (0.0, 0.0))
+    assert air.zones_at(70.0) == ()
 
 
 def test_times_of_zones_count_from_the_moment(mission):

@@ -36,6 +36,24 @@ def test_zones_come_besides_those_that_are_there(sheet):
     assert sheet.zones == 2 * [{"polygon": corners, "name": "lake", "lower": 10.0, "upper": 90.0}]
 
 
+def test_a_zone_above_the_ground_is_one_zone(sheet):
+    give(sheet, "town.geojson", ZONES.replace(b'"upper": 90', b'"upper": "120 m AGL"'))
+    (zone,) = sheet.zones
+    assert zone["upper"] == "120 m AGL"
+    (drawn,) = drawn_problem(sheet, sheet.terrain())["zones"]
+    assert drawn["text"] == "lake\n10 m to 120 m AGL"
+    assert len(drawn["rings"][0]) == 3
+    assert len(sheet.mission().problem.zones) > 1
+    # The limit follows the ground at the zone's new place.
+    upper_m = drawn["upper_m"]
+    sheet.reshape(0, {"polygon": [[4000.0, 2500.0], [4600.0, 2500.0], [4600.0, 2900.0]]})
+    (moved,) = drawn_problem(sheet, sheet.terrain())["zones"]
+    assert moved["upper_m"] != upper_m
+    other = Sheet(sheet._terrains)
+    other.open_text(sheet.text())
+    assert other.zones == sheet.zones
+
+
 def test_a_problem_replaces_all_and_an_aircraft_the_aircraft(sheet):
     other = Sheet(sheet._terrains)
     other.set("clearance", 60.0)

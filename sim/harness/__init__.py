@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import struct
-import subprocess
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pathgene.host.errors import JobError
-from pathgene.sim.cache import BuildCache, build_root
 from pathgene.sim.exported import exported_verilog
-from pathgene.sim.verilator import build_verilator
+from pathgene.sim.harness.program import VerilatedProgram
 
 
 if TYPE_CHECKING:
@@ -53,7 +49,7 @@ class CheckerBatch:
     cycles: int
 
 
-class VerilatedChecker:
+class VerilatedChecker(VerilatedProgram):
     """The checker of one configuration, simulated by Verilator in another process.
 
     Parameters
@@ -64,7 +60,7 @@ class VerilatedChecker:
     Raises
     ------
     JobError
-        If a tool is missing; from every method, if the simulation ends before its answer.
+        As from :class:`pathgene.sim.harness.program.VerilatedProgram`.
     """
 
     def __init__(self, config: Config) -> None:
@@ -78,34 +74,7 @@ class VerilatedChecker:
             config.coordinate_bits, config.segment_bits, config.path_cells_bits
         )
         self._count = count_layout(config.coordinate_bits, config.segment_bits)
-        program = build_verilator(
-            BuildCache(build_root() / "sim"),
-            exported_verilog("path_checker", config),
-            "path_checker",
-            main=_MAIN,
-        )
-        self._process = subprocess.Popen(
-            [str(program)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
-        )
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """End the process."""
-        for pipe in (self._process.stdin, self._process.stdout):
-            if pipe is not None:
-                pipe.close()
-        self._process.terminate()
-        self._process.wait()
+        super().__init__(exported_verilog("path_checker", config), "path_checker", _MAIN)
 
     def write(self, heights: NDArray[np.integer], x: int = 0, y: int = 0) -> None:
         """Write a rectangle of the map at ``x, y``: ``heights`` [y, x], in altitude steps."""
@@ -114,7 +83,7 @@ class VerilatedChecker:
         ys, xs = np.mgrid[y : y + rows, x : x + columns].astype(np.uint64)
         words = xs | ys << np.uint64(bits) | heights.astype(np.uint64) << np.uint64(2 * bits)
         words.flat[-1] |= np.uint64(1 << 2 * bits + self.config.altitude_bits)
-        self._send(_WRITE, words.size, payload=words.ravel())
+        self.send(_WRITE, words.size, words.ravel())
 
     def check(
         self, paths: Iterable[Sequence[Point]], *, count: bool = False, stall: int = 0
@@ -125,24 +94,24 @@ class VerilatedChecker:
         """
         batch = [self._packed(path) for path in paths]
         words = np.concatenate(batch)
-        self._send(_CHECK, int(count), stall, words.size, payload=words, after=(len(batch),))
+        self.send(_CHECK, int(count), stall, words.size, words, len(batch))
         width = _numbers(self._verdict.size)
-        raw = self._receive(len(batch) * (width + 1)).reshape(len(batch), width + 1)
+        raw = self.receive(len(batch) * (width + 1)).reshape(len(batch), width + 1)
         verdicts = [_unpack(self._verdict, row[:width]) for row in raw]
-        total = int(self._receive(1)[0])
+        total = int(self.receive(1)[0])
         width = _numbers(self._count.size)
-        counts = self._receive(total * width).reshape(total, width)
+        counts = self.receive(total * width).reshape(total, width)
         rows = iter([_unpack(self._count, row) for row in counts])
         entries = [[next(rows) for _ in range(verdict["entries"])] for verdict in verdicts]
         if next(rows, None) is not None:
             raise JobError("The checker offered more counts than its verdicts announce.")
-        return CheckerBatch(verdicts, entries, raw[:, -1].tolist(), int(self._receive(1)[0]))
+        return CheckerBatch(verdicts, entries, raw[:, -1].tolist(), int(self.receive(1)[0]))
 
     def look_up(self, cells: Sequence[tuple[int, int]], latency: int) -> list[int]:
         """Return the altitude at each of ``cells`` (x, y), read one per cycle."""
         words = np.array([x | y << 32 for x, y in cells], dtype=np.uint64)
-        self._send(_LOOK_UP, latency, words.size, payload=words)
-        altitudes: list[int] = self._receive(len(cells)).tolist()
+        self.send(_LOOK_UP, latency, words.size, words)
+        altitudes: list[int] = self.receive(len(cells)).tolist()
         return altitudes
 
     def _packed(self, path: Sequence[Point]) -> NDArray[np.uint64]:
@@ -153,23 +122,6 @@ class VerilatedChecker:
         )
         words[-1] |= np.uint64(1 << 2 * bits + self.config.altitude_bits)
         return words
-
-    def _send(self, *before: int, payload: NDArray[np.uint64], after: tuple[int, ...] = ()) -> None:
-        assert self._process.stdin is not None
-        try:
-            self._process.stdin.write(struct.pack(f"<{len(before)}Q", *before))
-            self._process.stdin.write(payload.astype("<u8").tobytes())
-            self._process.stdin.write(struct.pack(f"<{len(after)}Q", *after))
-            self._process.stdin.flush()
-        except OSError:
-            raise JobError("The simulated checker ended; see what it printed.") from None
-
-    def _receive(self, numbers: int) -> NDArray[np.uint64]:
-        assert self._process.stdout is not None
-        data = self._process.stdout.read(8 * numbers)
-        if len(data) != 8 * numbers:
-            raise JobError("The simulated checker ended; see what it printed.")
-        return np.frombuffer(data, dtype="<u8").astype(np.uint64)
 
 
 def _numbers(bits: int) -> int:

@@ -9,61 +9,31 @@
 //                     move only in about one cycle of s.
 //       answers: p * (hits, cycle in which the first segment was offered, cycle of the result),
 //                number of margins, and of each its index and bits; then the cycles of launching
-//
-// Verilator spells the double underscore of a port ___05F.
 
-#include <cstdint>
-#include <cstdio>
-#include <cstdlib>
-#include <memory>
-#include <vector>
-
-#include <verilated.h>
-
-#include "Vtop.h"
+#include "../../sim/harness/harness.hpp"
 
 namespace {
 
-using Number = std::uint64_t;
-using Numbers = std::vector<Number>;
+using namespace harness;
 
-Numbers read_numbers(std::size_t count) {
-    Numbers numbers(count);
-    if (std::fread(numbers.data(), sizeof(Number), count, stdin) != count) std::exit(3);
-    return numbers;
-}
-
-Number read_number() { return read_numbers(1)[0]; }
-
-void write_numbers(const Numbers& numbers) {
-    std::fwrite(numbers.data(), sizeof(Number), numbers.size(), stdout);
-}
-
-class Walker {
+class Walker : Design {
 public:
-    explicit Walker(int index_bits)
-        : index_bits_{index_bits}, context_{std::make_unique<VerilatedContext>()},
-          top_{std::make_unique<Vtop>(context_.get(), "")} {
-        top_->rst = 1;
-        for (int i = 0; i < 4; ++i) clock();
-        top_->rst = 0;
-        rest();
-    }
+    explicit Walker(int index_bits) : index_bits_{index_bits} { rest(); }
 
     void write(const Numbers& corners) {
-        top_->writes___05Fvalid = 1;
+        top_.writes___05Fvalid = 1;
         for (const auto corner : corners) {
-            top_->writes___05Fpayload = corner;
+            top_.writes___05Fpayload = corner;
             clock();
         }
-        top_->writes___05Fvalid = 0;
+        top_.writes___05Fvalid = 0;
         for (int i = 0; i < 4; ++i) clock();
     }
 
     void begin() {
-        top_->clear = 1;
+        top_.clear = 1;
         clock();
-        top_->clear = 0;
+        top_.clear = 0;
         rest();
     }
 
@@ -71,42 +41,43 @@ public:
         const std::size_t count = paths.size() / 2;
         Numbers results, margins, offers;
         std::size_t path = 0, left = 0, segment = 0, offered = 0;
-        Number cycle = 0, wait = 0, launched = 0, random = 88172645463325252ULL;
+        Number cycle = 0, wait = 0, launched = 0;
+        Pauses pauses{stall};
         bool is_new = true;
         for (std::size_t finished = 0; finished < count; ++cycle) {
-            if (cycle > limit_) std::exit(4);
-            random ^= random << 13, random ^= random >> 7, random ^= random << 17;
+            if (cycle > limit_) give_up();
+            pauses.draw();
             if (path < count && is_new) {
                 wait = paths[2 * path], left = paths[2 * path + 1];
                 is_new = false;
             }
             // An offer stays until it is taken.
-            const bool may = path < count && wait == 0 && (stall == 0 || random % stall == 0 || held_);
-            top_->segments___05Fvalid = may;
+            const bool may = path < count && wait == 0 && (held_ || pauses.moves());
+            top_.segments___05Fvalid = may;
             if (may) {
-                top_->segments___05Fpayload = segments[segment];
+                top_.segments___05Fpayload = segments[segment];
                 if (offered == path) offers.push_back(cycle), ++offered;
             }
-            top_->eval();
-            held_ = may && !top_->segments___05Fready;
+            top_.eval();
+            held_ = may && !top_.segments___05Fready;
             if (wait > 0 && !is_new) --wait;
-            if (may && top_->segments___05Fready) {
+            if (may && top_.segments___05Fready) {
                 ++segment;
                 if (--left == 0) ++path, is_new = true;
             }
-            launched += top_->launching;
-            if (top_->margin & 1) {
-                margins.push_back(top_->margin >> 1 & ((1 << index_bits_) - 1));
-                margins.push_back(top_->margin >> (1 + index_bits_));
+            launched += top_.launching;
+            if (top_.margin & 1) {
+                margins.push_back(top_.margin >> 1 & ((1 << index_bits_) - 1));
+                margins.push_back(top_.margin >> (1 + index_bits_));
             }
-            if (top_->result & 1) {
-                results.push_back(top_->result >> 1);
+            if (top_.result & 1) {
+                results.push_back(top_.result >> 1);
                 results.push_back(offers[finished++]);
                 results.push_back(cycle);
             }
             clock();
         }
-        top_->segments___05Fvalid = 0;
+        top_.segments___05Fvalid = 0;
         rest();
         if (segment != segments.size()) std::exit(5);
         results.push_back(margins.size() / 2);
@@ -116,28 +87,13 @@ public:
     }
 
 private:
-    static constexpr Number limit_ = 1ULL << 32;
-
-    void clock() {
-        top_->clk = 1;
-        top_->eval();
-        top_->clk = 0;
-        top_->eval();
-    }
-
     void rest() {
-        top_->eval();
-        for (Number i = 0; top_->busy; ++i) {
-            if (i > limit_) std::exit(4);
-            clock();
-        }
+        clock_while([&] { return top_.busy; });
         for (int i = 0; i < 4; ++i) clock();
     }
 
     int index_bits_;
     bool held_ = false;
-    std::unique_ptr<VerilatedContext> context_;
-    std::unique_ptr<Vtop> top_;
 };
 
 }  // namespace
@@ -145,8 +101,7 @@ private:
 int main(int count, char** arguments) {
     if (count != 2) return 2;
     Walker walker{std::atoi(arguments[1])};
-    Number order;
-    while (std::fread(&order, sizeof order, 1, stdin) == 1) {
+    for (Number order; next_order(order);) {
         if (order == 1) {
             walker.write(read_numbers(read_number()));
         } else if (order == 2) {
@@ -154,12 +109,10 @@ int main(int count, char** arguments) {
         } else if (order == 3) {
             const Number stall = read_number();
             const auto paths = read_numbers(2 * read_number());
-            const auto segments = read_numbers(read_number());
-            walker.walk(stall, paths, segments);
+            walker.walk(stall, paths, read_numbers(read_number()));
         } else {
             return 3;
         }
-        std::fflush(stdout);
     }
     return 0;
 }

@@ -1,5 +1,5 @@
-// Drives the Verilated planner. Orders come on standard input, answers go to standard output, all
-// numbers 64-bit little-endian; wide payloads are 32-bit words, one in each number:
+// Drives the Verilated planner. Orders come on standard input, answers go to standard output; wide
+// payloads are 32-bit words, one in each number:
 //
 //   1 n word*n        writes n corners, one payload of `cells` each
 //   2 word*           a problem
@@ -11,44 +11,15 @@
 //                     cycle of s; answers: number of bytes, and the bytes
 //   7 cycles word*    starts a run, and resets the chip after `cycles` cycles
 //   8                 stops, while no run is in progress
-//
-// Verilator spells the double underscore of a port ___05F.
 
-#include <cstddef>
-#include <cstdint>
-#include <cstdio>
-#include <cstdlib>
-#include <vector>
-
-#include <verilated.h>
-
-#include "Vtop.h"
+#include "../../sim/harness/harness.hpp"
 
 namespace {
 
-using Number = std::uint64_t;
-using Numbers = std::vector<Number>;
+using namespace harness;
 
-constexpr Number LIMIT = 1ULL << 28;
-
-Numbers read_numbers(std::size_t count) {
-    Numbers numbers(count);
-    if (std::fread(numbers.data(), sizeof(Number), count, stdin) != count) std::exit(3);
-    return numbers;
-}
-
-Number read_number() { return read_numbers(1)[0]; }
-
-void write_numbers(const Numbers& numbers) {
-    std::fwrite(numbers.data(), sizeof(Number), numbers.size(), stdout);
-}
-
-class Planner {
+class Planner : Design {
 public:
-    Planner() {
-        reset();
-    }
-
     void stop() {
         top_.stop = 1;
         clock();
@@ -84,7 +55,7 @@ public:
         top_.shapes___05Fvalid = top_.runs___05Fvalid = 1;
         Number cycle = 0, bred = 0;
         for (top_.eval(); top_.running; ++cycle, clock(), top_.eval()) {
-            if (cycle > LIMIT) std::exit(4);
+            if (cycle > limit_) give_up();
             top_.stop = stop != 0 && cycle == stop;
             top_.eval();
             bred += top_.bred;
@@ -111,11 +82,11 @@ public:
         clock();
         top_.best = 0;
         Numbers bytes{0};
-        Number random = 88172645463325252ULL;
+        Pauses pauses{stall};
         for (Number i = 0; true; ++i) {
-            if (i > LIMIT) std::exit(4);
-            random ^= random << 13, random ^= random >> 7, random ^= random << 17;
-            top_.records___05Fready = stall == 0 || random % stall == 0;
+            if (i > limit_) give_up();
+            pauses.draw();
+            top_.records___05Fready = pauses.moves();
             top_.eval();
             const bool moves = top_.records___05Fvalid && top_.records___05Fready;
             const Number record = top_.records___05Fpayload;
@@ -129,28 +100,10 @@ public:
     }
 
 private:
-    void reset() {
-        top_.rst = 1;
-        for (int i = 0; i < 4; ++i) clock();
-        top_.rst = 0;
-    }
-
-    void clock() {
-        top_.clk = 0;
-        top_.eval();
-        top_.clk = 1;
-        top_.eval();
-    }
-
     Number take(const CData& ready) {
-        for (Number i = 0; i <= LIMIT; ++i) {
-            top_.clk = 0;
-            top_.eval();
-            const bool taken = ready;
-            clock();
-            if (taken) return i;
-        }
-        std::exit(4);
+        const Number cycles = clock_while([&] { return !ready; });
+        clock();
+        return cycles;
     }
 
     template <typename Payload>
@@ -161,38 +114,28 @@ private:
         valid = 0;
         return cycles;
     }
-
-    VerilatedContext context_;
-    Vtop top_{&context_, ""};
 };
 
 }  // namespace
 
 int main() {
     Planner planner;
-    Number order;
-    while (std::fread(&order, sizeof order, 1, stdin) == 1) {
-        if (order == 1) {
-            planner.write(read_numbers(read_number()));
-        } else if (order == 2) {
-            planner.pose();
-        } else if (order == 3) {
-            planner.draw();
-        } else if (order == 4) {
-            const Numbers head = read_numbers(2);
-            planner.run(head[0], head[1]);
-        } else if (order == 5) {
-            planner.tell();
-        } else if (order == 6) {
-            planner.read_best(read_number());
-        } else if (order == 7) {
-            planner.reset_in_run(read_number());
-        } else if (order == 8) {
-            planner.stop();
-        } else {
-            return 3;
+    for (Number order; next_order(order);) {
+        switch (order) {
+            case 1: planner.write(read_numbers(read_number())); break;
+            case 2: planner.pose(); break;
+            case 3: planner.draw(); break;
+            case 4: {
+                const Numbers head = read_numbers(2);
+                planner.run(head[0], head[1]);
+                break;
+            }
+            case 5: planner.tell(); break;
+            case 6: planner.read_best(read_number()); break;
+            case 7: planner.reset_in_run(read_number()); break;
+            case 8: planner.stop(); break;
+            default: return 3;
         }
-        std::fflush(stdout);
     }
     return 0;
 }

@@ -1,6 +1,5 @@
 """The stated time of a replan on the chip, compared with the time of the gates and their line."""
 
-import contextlib
 import dataclasses
 
 import numpy as np
@@ -74,7 +73,7 @@ def test_replans_on_the_gates_take_the_time_that_is_stated(evaluator, monkeypatc
     others = {"until_feasible": False, "generations": 10**6, "cycles": 10**6, ends_by: limit}
     warm = dataclasses.replace(chip_replanner.replan_options(CONFIG, 0), **others)
     monkeypatch.setattr(chip_replanner, "replan_options", lambda *arguments: warm)
-    with contextlib.closing(VerilatedOnLine(CONFIG)) as verilated:
+    with VerilatedOnLine(CONFIG) as verilated:
         gates = Gates(verilated)
         monkeypatch.setattr(problem_on_chip, "time", gates)
         chip = Chip(Link(gates, timeout_s=1, attempts=1, clock=gates.monotonic))

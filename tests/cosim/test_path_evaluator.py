@@ -1,7 +1,6 @@
 """The exported evaluator of paths in Verilator: keys, margins and cycles of many paths."""
 
 import itertools
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +11,8 @@ from pathgene.hdl.planner.layouts import head_layout, member_layout, problem_lay
 from pathgene.hdl.planner.path_evaluator import PathEvaluator
 from pathgene.hdl.planner.population_memory import decided_layout, margin_layout
 from pathgene.hdl.verilog import convert
-from pathgene.sim.cache import BuildCache, build_root
 from pathgene.sim.exported import cached_verilog
-from pathgene.sim.verilator import build_verilator
+from pathgene.sim.harness.program import VerilatedProgram
 from tests.support.planner.cases import SMALL, USUAL, corner, ground
 from tests.support.planner.evaluator_bench import Findings
 from tests.support.planner.evaluator_cases import (
@@ -46,16 +44,12 @@ class Layouts:
         self.margin = margin_layout(SLOTS, config.max_waypoints, config.altitude_bits)
 
 
-def program_of(config, rows):
+def verilated(config, rows):
     def export():
         return convert(PathEvaluator(config, SLOTS, rows), "path_evaluator")
 
-    return build_verilator(
-        BuildCache(build_root() / "sim"),
-        cached_verilog(export, "path_evaluator", repr(config), str(rows)),
-        "path_evaluator",
-        main=Path(__file__).with_name("path_evaluator.cpp"),
-    )
+    text = cached_verilog(export, "path_evaluator", repr(config), str(rows))
+    return VerilatedProgram(text, "path_evaluator", Path(__file__).with_name("path_evaluator.cpp"))
 
 
 def orders(layouts, evaluator, paths, stall):
@@ -82,12 +76,12 @@ def orders(layouts, evaluator, paths, stall):
     ]
 
 
-def findings(layouts, numbers, count):
-    """Return the answer of an evaluation of ``count`` paths, and the numbers after it."""
-    each = numbers[: 4 * count].reshape(-1, 4).tolist()
-    walk, margins = numbers[4 * count : 4 * count + 2].tolist()
-    decided = numbers[4 * count + 2 : 6 * count + 2].reshape(-1, 2).tolist()
-    written, rest = np.split(numbers[6 * count + 2 :], [2 * margins])
+def findings(layouts, chip, count):
+    """Return the answer to the evaluation of ``count`` paths."""
+    each = chip.receive(4 * count).reshape(-1, 4).tolist()
+    walk, margins = chip.receive(2).tolist()
+    decided = chip.receive(2 * count).reshape(-1, 2).tolist()
+    written = chip.receive(2 * margins).reshape(-1, 2).tolist()
     found = Findings(walk=walk)
     for bits, offered, goal, keyed in each:
         member = layouts.member.from_bits(bits)
@@ -99,11 +93,11 @@ def findings(layouts, numbers, count):
         decision = layouts.decided.from_bits(bits)
         found.decisions.append((decision.slot, decision.walked))
         found.decided.append(cycle)
-    for bits, cycle in written.reshape(-1, 2).tolist():
+    for bits, cycle in written:
         margin = layouts.margin.from_bits(bits)
         found.margins.append((margin.place.slot, margin.place.index, margin.margin))
         found.written.append(cycle)
-    return found, rest
+    return found
 
 
 @pytest.mark.parametrize("count", [100, pytest.param(20_000, marks=pytest.mark.long)])
@@ -122,27 +116,19 @@ def test_keys_margins_and_cycles(config, rows, repeat, count):
     """All match with and without entry and exit, back-pressure and long walks."""
     rng = np.random.default_rng([rows, config.lanes])
     layouts = Layouts(config)
-    cases, sent = [], []
-    for heading, stall in itertools.product(range(4), (0, 3)):
-        terrain = ground(config, rng, blocked=0.0005)
-        evaluator = drawn_evaluator(config, rng, terrain, heading, radius=200)
-        paths = drawn_paths(evaluator, rng, count, SLOTS, repeat=repeat, gaps=heading % 2 == 0)
-        cases.append((evaluator, paths, stall))
-        sent += orders(layouts, evaluator, paths, stall)
-    data = np.array(sent, dtype=np.uint64).tobytes()
-    done = subprocess.run(
-        [program_of(config, rows)], input=data, stdout=subprocess.PIPE, check=True
-    )
-    numbers = np.frombuffer(done.stdout, dtype=np.uint64).astype(np.int64)
     late = walked = 0
-    for evaluator, paths, stall in cases:
-        expected = outcomes(evaluator, rows, paths)
-        found, numbers = findings(layouts, numbers, len(paths))
-        ahead = check_findings(found, expected)
-        assert (ahead >= 3) if stall else (ahead == 3)
-        walked += sum(each.costs is not None for each in expected)
-        if not stall:
-            late += check_cycles(evaluator, paths, found, expected)
-    assert numbers.size == 0
+    with verilated(config, rows) as chip:
+        for heading, stall in itertools.product(range(4), (0, 3)):
+            terrain = ground(config, rng, blocked=0.0005)
+            evaluator = drawn_evaluator(config, rng, terrain, heading, radius=200)
+            paths = drawn_paths(evaluator, rng, count, SLOTS, repeat=repeat, gaps=heading % 2 == 0)
+            chip.send(orders(layouts, evaluator, paths, stall))
+            expected = outcomes(evaluator, rows, paths)
+            found = findings(layouts, chip, len(paths))
+            ahead = check_findings(found, expected)
+            assert (ahead >= 3) if stall else (ahead == 3)
+            walked += sum(each.costs is not None for each in expected)
+            if not stall:
+                late += check_cycles(evaluator, paths, found, expected)
     assert 2 * count < walked < 7 * count
     assert 10 < late < 4 * count

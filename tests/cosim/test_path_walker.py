@@ -1,8 +1,6 @@
 """The exported walker of paths in Verilator: hits, margins and cycles of many paths."""
 
 import itertools
-import struct
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +9,10 @@ import pytest
 from pathgene.hdl.config import Config
 from pathgene.hdl.planner.walker.path_walker import PathWalker
 from pathgene.hdl.verilog import convert
-from pathgene.sim.cache import BuildCache, build_root
 from pathgene.sim.exported import cached_verilog
+from pathgene.sim.harness.program import VerilatedProgram
 from pathgene.sim.model.planner.evaluator_cycles import back, cost, walked
 from pathgene.sim.model.planner.walk import walk
-from pathgene.sim.verilator import build_verilator
 from tests.support.planner.cases import USUAL, any_point, ground, heights_of, segments_of
 from tests.support.planner.plain import Memo
 
@@ -28,32 +25,17 @@ TINY = Config(
 )  # fmt: skip
 
 
-class VerilatedWalker:
+class VerilatedWalker(VerilatedProgram):
     """The walker of paths, simulated by Verilator in another process."""
 
     def __init__(self, config, rows):
         def export():
             return convert(PathWalker(config, rows), "path_walker")
 
-        program = build_verilator(
-            BuildCache(build_root() / "sim"),
-            cached_verilog(export, "path_walker", repr(config), str(rows)),
-            "path_walker",
-            main=Path(__file__).with_name("path_walker.cpp"),
-        )
+        text = cached_verilog(export, "path_walker", repr(config), str(rows))
+        main = Path(__file__).with_name("path_walker.cpp")
+        super().__init__(text, "path_walker", main, str(config.index_bits))
         self.config, self.rows = config, rows
-        self._process = subprocess.Popen(
-            [str(program), str(config.index_bits)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
-        )
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self._process.stdin.close()
-        self._process.stdout.close()
-        self._process.terminate()
-        self._process.wait()
 
     def write(self, heights):
         rows, columns = heights.shape
@@ -61,11 +43,11 @@ class VerilatedWalker:
             self._packed((x, y, int(heights[y, x])))
             for y, x in itertools.product(range(rows), range(columns))
         ]
-        self._send(1, len(words), *words)
+        self.send(1, len(words), words)
 
     def begin(self):
         """Void the memo."""
-        self._send(2)
+        self.send(2)
 
     def walk(self, paths, stall=0):
         """Return hits, cycles of offer and of result of each path, all margins, and the cost."""
@@ -73,12 +55,12 @@ class VerilatedWalker:
         for path in paths:
             heads += [path.gap, len(path.segments)]
             segments += [self._packed_segment(*each) for each in path.segments]
-        self._send(3, stall, len(paths), *heads, len(segments), *segments)
-        results = self._receive(3 * len(paths)).reshape(-1, 3).tolist()
-        margins = self._receive(2 * int(self._receive(1)[0])).reshape(-1, 2).tolist()
+        self.send(3, stall, len(paths), heads, len(segments), segments)
+        results = self.receive(3 * len(paths)).reshape(-1, 3).tolist()
+        margins = self.receive(2 * int(self.receive(1)[0])).reshape(-1, 2).tolist()
         half = 1 << self.config.altitude_bits
         margins = [(index, (bits ^ half) - half) for index, bits in margins]
-        return results, margins, int(self._receive(1)[0])
+        return results, margins, int(self.receive(1)[0])
 
     def _packed(self, point):
         bits = self.config.coordinate_bits
@@ -90,15 +72,6 @@ class VerilatedWalker:
         names = ("begins", "last", "chord", "first")
         bits = sum(bool(marks[name]) << i for i, name in enumerate(names))
         return self._packed(start) | self._packed(stop) << size | bits << 2 * size
-
-    def _send(self, *numbers):
-        self._process.stdin.write(struct.pack(f"<{len(numbers)}Q", *numbers))
-        self._process.stdin.flush()
-
-    def _receive(self, numbers):
-        data = self._process.stdout.read(8 * numbers)
-        assert len(data) == 8 * numbers
-        return np.frombuffer(data, dtype="<u8").astype(np.int64)
 
 
 class WalkedPath:

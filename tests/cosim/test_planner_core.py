@@ -2,8 +2,6 @@
 
 import dataclasses
 import shutil
-import struct
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -13,11 +11,11 @@ from pathgene.hdl.planner.core import PlannerCore, run_status_layout
 from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
 from pathgene.hdl.protocol.runs import RunOptions
 from pathgene.hdl.verilog import convert
-from pathgene.sim.cache import BuildCache, build_root
+from pathgene.sim.cache import BuildCache
 from pathgene.sim.exported import cached_verilog
+from pathgene.sim.harness.program import VerilatedProgram
 from pathgene.sim.model.planner.run import plan
 from pathgene.sim.model.run_commands import BlockMarks
-from pathgene.sim.verilator import build_verilator
 from tests.support.planner.cases import SMALL, USUAL
 from tests.support.planner.flight import (
     Flight,
@@ -42,7 +40,7 @@ def planner_verilog(config, rows):
     return convert(PlannerCore(config, rows), "planner_core")
 
 
-class VerilatedPlanner:
+class VerilatedPlanner(VerilatedProgram):
     """The planner, simulated by Verilator in another process, and its map.
 
     With ``builds``, it compiles quickly and simulates slowly. ``text`` replaces its Verilog.
@@ -52,78 +50,51 @@ class VerilatedPlanner:
         def export():
             return planner_verilog(config, rows)
 
-        kept = builds is None
         if text is None:
             key = "planner_core", repr(config), str(rows)
-            text = cached_verilog(export, *key) if kept else export()
-        program = build_verilator(
-            BuildCache(build_root() / "sim") if kept else builds,
-            text,
-            "planner_core",
-            main=Path(__file__).with_name("planner_core.cpp"),
-            optimize="-O1" if kept else "-O0",
-        )
+            text = export() if builds else cached_verilog(export, *key)
+        main = Path(__file__).with_name("planner_core.cpp")
+        optimize = "-O0" if builds else "-O1"
+        super().__init__(text, "planner_core", main, builds=builds, optimize=optimize)
         self.config = config
-        self._process = subprocess.Popen(
-            [str(program)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
-        )
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self._process.stdin.close()
-        self._process.stdout.close()
-        self._process.terminate()
-        self._process.wait()
 
     def write(self, ground, x, y):
         """Write these corners of the ground."""
         bits = self.config.coordinate_bits
         words = x | y << bits | ground[y, x].astype(np.int64) << 2 * bits
-        self._send(1, len(words), *words.tolist())
+        self.send(1, len(words), words)
 
     def pose(self, record):
-        self._send(2, *_words(problem_payload(self.config, record)))
+        self.send(2, _words(problem_payload(self.config, record)))
 
     def draw(self, shape):
         """Draw a shape; return the cycles."""
-        self._send(3, *_words(shape_payload(self.config, shape)))
-        return self._receive(1)[0]
+        self.send(3, _words(shape_payload(self.config, shape)))
+        return int(self.receive(1)[0])
 
     def run(self, options, *, gap=0, stop=0):
         """Run to the end; return the cycles, and the generations that were told."""
-        self._send(4, gap, stop, *_words(run_payload(self.config, options)))
-        return tuple(self._receive(2))
+        self.send(4, gap, stop, _words(run_payload(self.config, options)))
+        return tuple(self.receive(2).tolist())
 
     def stop(self):
         """Send a stop while no run is in progress."""
-        self._send(8)
+        self.send(8)
 
     def reset_in_run(self, options, cycles):
         """Start a run, and reset the chip after ``cycles`` cycles."""
-        self._send(7, cycles, *_words(run_payload(self.config, options)))
+        self.send(7, cycles, _words(run_payload(self.config, options)))
 
     def status(self):
         """Return the flags of its contents, and the fields of the status."""
-        self._send(5)
-        flags = self._receive(3)
-        words = self._receive(-(-run_status_layout().size // 32))
+        self.send(5)
+        flags = self.receive(3).tolist()
+        words = self.receive(-(-run_status_layout().size // 32)).tolist()
         return flags, status_fields(sum(word << 32 * i for i, word in enumerate(words)))
 
     def best(self, stall=0):
-        self._send(6, stall)
-        return bytes(self._receive(self._receive(1)[0]))
-
-    def _send(self, *numbers):
-        self._process.stdin.write(struct.pack(f"<{len(numbers)}Q", *numbers))
-        self._process.stdin.flush()
-
-    def _receive(self, numbers):
-        data = self._process.stdout.read(8 * numbers)
-        if len(data) < 8 * numbers:
-            raise EOFError("the simulated planner has ended")
-        return list(struct.unpack(f"<{numbers}Q", data))
+        self.send(6, stall)
+        return bytes(self.receive(int(self.receive(1)[0])).tolist())
 
 
 def _words(payload):

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import struct
-import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
 
 from pathgene.hdl.config import CheckerBuild, Config, GeneticCore
-from pathgene.sim.cache import BuildCache, build_root
 from pathgene.sim.exported import exported_verilog
+from pathgene.sim.harness.program import VerilatedProgram
 from pathgene.sim.model.chip import Chip
-from pathgene.sim.verilator import build_verilator
 from tools.chips import SMALL
 from tools.faults.line import ChipOnLine
 
@@ -28,7 +25,7 @@ __all__ = [
     "chip_on_line",
 ]
 
-_SIM = Path(__file__).parents[2] / "sim"
+_MAIN = Path(__file__).parents[2] / "sim" / "harness" / "chip_main.cpp"
 
 #: Clock of a Verilated chip in virtual time, slow because every silence is simulated.
 CLOCK_HZ = 1e6
@@ -80,11 +77,8 @@ def chip_on_line(board: Board, chip: str) -> Iterator[ChipOnLine]:
     if board is Board.MODEL:
         yield ModelOnLine(CHIPS[chip])
         return
-    verilated = VerilatedOnLine(CHIPS[chip].replace(clocks_per_bit=4))
-    try:
+    with VerilatedOnLine(CHIPS[chip].replace(clocks_per_bit=4)) as verilated:
         yield verilated
-    finally:
-        verilated.close()
 
 
 class ModelOnLine:
@@ -116,56 +110,31 @@ class ModelOnLine:
         return b"", seconds
 
 
-class VerilatedOnLine:
+class VerilatedOnLine(VerilatedProgram):
     """The Verilog of a chip, simulated by Verilator in another process; it counts ``cycles``."""
 
     def __init__(self, config: Config) -> None:
         self.cycles = 0
-        program = build_verilator(
-            BuildCache(build_root() / "sim"),
-            exported_verilog("chip", config),
-            "chip",
-            main=_SIM / "harness/chip_main.cpp",
-            headers=[_SIM / "board/uart.hpp"],
-        )
-        self._process = subprocess.Popen(
-            [str(program), str(config.clocks_per_bit)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-        )
+        verilog = exported_verilog("chip", config)
+        super().__init__(verilog, "chip", _MAIN, str(config.clocks_per_bit))
 
     def feed(self, data: bytes, reset: int | None = None) -> bytes:
         """Receive bytes; see :class:`tools.faults.line.ChipOnLine`."""
-        self._send(1, len(data), data)
+        self.send(1, len(data), data)
         sent = self._sent()[0]
         if reset is None:
             return sent
-        self._send(3, reset)
+        self.send(3, reset)
         return sent + self._sent()[0]
 
     def wait(self, seconds: float) -> tuple[bytes, float]:
         """Let time pass."""
-        self._send(2, round(seconds * CLOCK_HZ))
+        self.send(2, round(seconds * CLOCK_HZ))
         sent, cycles = self._sent()
         return sent, cycles / CLOCK_HZ
 
-    def close(self) -> None:
-        """End the simulation."""
-        assert self._process.stdin is not None
-        assert self._process.stdout is not None
-        self._process.stdin.close()
-        self._process.stdout.close()
-        self._process.terminate()
-        self._process.wait()
-
-    def _send(self, order: int, number: int, data: bytes = b"") -> None:
-        assert self._process.stdin is not None
-        self._process.stdin.write(struct.pack("<2Q", order, number) + data)
-        self._process.stdin.flush()
-
     def _sent(self) -> tuple[bytes, int]:
         """Return the bytes that the chip has sent, and the cycles elapsed."""
-        assert self._process.stdout is not None
-        size, cycles = struct.unpack("<2Q", self._process.stdout.read(16))
+        size, cycles = self.receive(2).tolist()
         self.cycles += cycles
-        return self._process.stdout.read(size), cycles
+        return self.receive_bytes(size), cycles

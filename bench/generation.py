@@ -9,7 +9,7 @@ import numpy as np
 from bench.allaire_table1 import GENERATIONS, PHASES
 from bench.report import Options, Report
 from bench.scenarios import EMBEDDED, problem
-from pathgene.hdl.protocol import LinkMode
+from pathgene.hdl.protocol.codes import LinkMode
 from pathgene.host.device.boards import open_board
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners import make

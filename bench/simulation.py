@@ -7,7 +7,7 @@ import time
 
 from bench.report import Options, Report
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol import LinkMode
+from pathgene.hdl.protocol.codes import LinkMode
 from pathgene.host.device.boards import open_board
 from pathgene.host.device.chip import Chip
 from pathgene.host.device.link import Link

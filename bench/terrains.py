@@ -18,7 +18,7 @@ from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import missing, names, problem
 from pathgene.hdl.config import CheckerBuild, Config
-from pathgene.hdl.protocol import LinkMode
+from pathgene.hdl.protocol.codes import LinkMode
 from pathgene.host.device.boards import open_board
 from pathgene.host.device.chip import Chip, Step
 from pathgene.host.device.link import Link

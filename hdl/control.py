@@ -8,7 +8,8 @@ from pathgene.hdl.config import Config
 from pathgene.hdl.layouts import generation_signature
 from pathgene.hdl.primitives.one_hot_sequencer import OneHotSequencer
 from pathgene.hdl.primitives.unit import InstanceOf, Unit
-from pathgene.hdl.protocol import COUNTER_BITS, ChipState, Counter, status_reply
+from pathgene.hdl.protocol.codes import COUNTER_BITS, ChipState, Counter
+from pathgene.hdl.protocol.messages import status_reply
 
 
 __all__ = ["Control", "counters_layout", "cycles_layout"]
@@ -82,8 +83,8 @@ class Control(Unit):
         The last eight states entered, 4 bits each, the latest lowest; LISTEN before the first.
         Updated one cycle late.
     counters : Out(StructLayout({counter: 48, ...}))
-        Every :class:`pathgene.hdl.protocol.Counter` of the chip's units since reset, except the
-        counters of the line and of the checker. The longest generation counts since the latest
+        Every :class:`pathgene.hdl.protocol.codes.Counter` of the chip's units since reset, except
+        the counters of the line and of the checker. The longest generation counts since the latest
         ``restart``. The count of all cycles excludes the current cycle; all other counters are
         updated one cycle late. The counters of a generation are complete from the second cycle
         after it, before an answer is made.

@@ -7,7 +7,8 @@ from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.config import CheckerBuild, Config
-from pathgene.hdl.protocol import Layout, start_request
+from pathgene.hdl.protocol.layout import Layout
+from pathgene.hdl.protocol.messages import start_request
 
 
 __all__ = [

@@ -14,7 +14,7 @@ from pathgene.hdl.link.line import Line
 from pathgene.hdl.planner.core import PlannerCore
 from pathgene.hdl.primitives.buffers import SkidBuffer, StreamRegister
 from pathgene.hdl.primitives.unit import InstanceOf, Unit
-from pathgene.hdl.protocol import Counter
+from pathgene.hdl.protocol.codes import Counter
 
 
 __all__ = ["Chip"]

@@ -25,7 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pathgene.hdl.config import CheckerBuild, Config, SurvivorSelection
-from pathgene.hdl.protocol import LinkMode, pack_paths
+from pathgene.hdl.protocol.codes import LinkMode
+from pathgene.hdl.protocol.paths import pack_paths
 from pathgene.host.device.chip import Chip
 from pathgene.host.device.link import Link
 from pathgene.host.evaluation import Evaluator

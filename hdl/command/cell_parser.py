@@ -9,7 +9,7 @@ from amaranth.lib.wiring import In, Out
 from pathgene.hdl.command.layouts import payload_members
 from pathgene.hdl.layouts import cell_layout
 from pathgene.hdl.primitives.unit import Given, Unit, Width
-from pathgene.hdl.protocol import Status
+from pathgene.hdl.protocol.codes import Status
 
 
 __all__ = ["CellParser"]

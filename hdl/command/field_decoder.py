@@ -9,12 +9,9 @@ from pathgene.hdl.command.layouts import AnswerKind
 from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.hdl.layouts import check_layout, struct
 from pathgene.hdl.primitives.unit import Count, Given, PowerOfTwo, Unit, Width
-from pathgene.hdl.protocol import (
-    CheckFlag,
-    Command,
-    Layout,
-    LinkMode,
-    Status,
+from pathgene.hdl.protocol.codes import CheckFlag, Command, LinkMode, Status
+from pathgene.hdl.protocol.layout import Layout
+from pathgene.hdl.protocol.messages import (
     check_paths_request,
     check_request,
     map_request,
@@ -137,7 +134,7 @@ class FieldDecoder(Unit):
     ended : In(1)
         The last byte of the request has been taken.
     status : Out(8)
-        :class:`pathgene.hdl.protocol.Status`: OK, or the error of the fields.
+        :class:`pathgene.hdl.protocol.codes.Status`: OK, or the error of the fields.
     kind, slot, count : Out(AnswerKind), Out(8), Out(9)
         Answer to the request if its payload is valid: see
         :data:`pathgene.hdl.command.layouts.answer_layout`.

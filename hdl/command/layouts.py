@@ -62,7 +62,7 @@ def payload_members() -> dict:
     done : Out(1)
         The parser has checked the request. If bytes are left, ``status`` is an error.
     status : Out(8)
-        :class:`pathgene.hdl.protocol.Status` of the request; valid with ``done``.
+        :class:`pathgene.hdl.protocol.codes.Status` of the request; valid with ``done``.
     """
     return {
         "on": In(1),

@@ -13,7 +13,8 @@ from pathgene.hdl.command.waypoint_parsers import PathParser, PointParser
 from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.hdl.layouts import cell_layout, point_layout, ranking_layout, struct, write_layout
 from pathgene.hdl.primitives.unit import InstanceOf, Unit
-from pathgene.hdl.protocol import Command, map_request
+from pathgene.hdl.protocol.codes import Command
+from pathgene.hdl.protocol.messages import map_request
 
 
 __all__ = ["PayloadDispatcher"]

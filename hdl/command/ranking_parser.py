@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out
 from pathgene.hdl.command.layouts import payload_members
 from pathgene.hdl.layouts import ranking_layout
 from pathgene.hdl.primitives.unit import Count, Unit
-from pathgene.hdl.protocol import Status
+from pathgene.hdl.protocol.codes import Status
 
 
 __all__ = ["RankingParser"]

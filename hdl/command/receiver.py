@@ -25,7 +25,7 @@ from pathgene.hdl.layouts import (
 from pathgene.hdl.link.frame import body_layout
 from pathgene.hdl.planner.layouts import problem_layout, shape_layout
 from pathgene.hdl.primitives.unit import InstanceOf, Unit
-from pathgene.hdl.protocol import Command, Status, StickyError
+from pathgene.hdl.protocol.codes import Command, Status, StickyError
 from pathgene.hdl.protocol.runs import run_request
 
 
@@ -63,7 +63,7 @@ class CommandReceiver(Unit):
         The open session.
     line_errors : In(4)
         Pulses from the line: FRAMING, OVERRUN, CRC, MALFORMED of
-        :class:`pathgene.hdl.protocol.StickyError`.
+        :class:`pathgene.hdl.protocol.codes.StickyError`.
     errors : Out(8)
         All sticky errors.
 

@@ -17,9 +17,9 @@ from pathgene.hdl.layouts import (
 )
 from pathgene.hdl.link.frame import body_layout
 from pathgene.hdl.primitives.unit import InstanceOf, Unit
-from pathgene.hdl.protocol import (
-    Counter,
-    Layout,
+from pathgene.hdl.protocol.codes import Counter
+from pathgene.hdl.protocol.layout import Layout
+from pathgene.hdl.protocol.messages import (
     check_reply,
     counters_reply,
     info_reply,

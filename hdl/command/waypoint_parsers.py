@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 from pathgene.hdl.command.layouts import payload_members
 from pathgene.hdl.layouts import point_layout, write_layout
 from pathgene.hdl.primitives.unit import Count, Unit, Width
-from pathgene.hdl.protocol import Status
+from pathgene.hdl.protocol.codes import Status
 
 
 __all__ = ["PathParser", "PointParser", "WaypointAssembler"]

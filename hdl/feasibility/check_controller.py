@@ -19,7 +19,8 @@ from pathgene.hdl.layouts import (
 from pathgene.hdl.primitives.buffers import SkidBuffer, StreamRegister
 from pathgene.hdl.primitives.storage import CommitRing
 from pathgene.hdl.primitives.unit import Count, InstanceOf, Unit, Width
-from pathgene.hdl.protocol import COUNTER_BITS, Counter, check_reply
+from pathgene.hdl.protocol.codes import COUNTER_BITS, Counter
+from pathgene.hdl.protocol.messages import check_reply
 
 
 __all__ = ["CheckController", "PathSource", "check_counters_layout"]

@@ -10,7 +10,8 @@ from pathgene.hdl.config import Config
 from pathgene.hdl.layouts import record_layout, result_read_layout, struct
 from pathgene.hdl.primitives.logic import delay_line
 from pathgene.hdl.primitives.unit import Count, Given, Unit
-from pathgene.hdl.protocol import Layout, check_reply, entry_record, hit_record, path_record
+from pathgene.hdl.protocol.layout import Layout
+from pathgene.hdl.protocol.messages import check_reply, entry_record, hit_record, path_record
 
 
 __all__ = ["RecordLayouts", "ResultStore"]
@@ -23,11 +24,11 @@ class RecordLayouts:
     Attributes
     ----------
     totals : Layout
-        Sums over all paths: :func:`pathgene.hdl.protocol.check_reply`.
+        Sums over all paths: :func:`pathgene.hdl.protocol.messages.check_reply`.
     path, hit, entry : Layout
         Layouts of each path, its collision, and each segment with colliding cells:
-        :func:`pathgene.hdl.protocol.path_record`, ``hit_record`` and ``entry_record``. They have
-        the fields of a verdict and of a count.
+        ``path_record``, ``hit_record`` and ``entry_record`` of
+        :mod:`pathgene.hdl.protocol.messages`. They have the fields of a verdict and of a count.
     """
 
     totals: Layout

@@ -6,7 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.primitives.storage import CommitRing
 from pathgene.hdl.primitives.unit import Unit
-from pathgene.hdl.protocol import DELIMITER
+from pathgene.hdl.protocol.codec import DELIMITER
 
 
 __all__ = ["CobsDecoder", "CobsEncoder"]

@@ -10,7 +10,7 @@ from amaranth.lib.wiring import In, Out
 from pathgene.hdl.link.cobs import CobsDecoder, CobsEncoder
 from pathgene.hdl.primitives.storage import CommitRing
 from pathgene.hdl.primitives.unit import PowerOfTwo, Unit
-from pathgene.hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, frame_crc
+from pathgene.hdl.protocol.codec import BODY_HEADER_BYTES, CRC_BYTES, frame_crc
 
 
 __all__ = ["FrameReceiver", "FrameTransmitter", "body_layout"]

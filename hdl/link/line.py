@@ -8,7 +8,7 @@ from pathgene.hdl.link.frame import FrameReceiver, FrameTransmitter, body_layout
 from pathgene.hdl.link.uart import UartReceiver, UartTransmitter
 from pathgene.hdl.primitives.buffers import SkidBuffer, StreamRegister
 from pathgene.hdl.primitives.unit import Count, PowerOfTwo, Unit
-from pathgene.hdl.protocol import COUNTER_BITS
+from pathgene.hdl.protocol.codes import COUNTER_BITS
 
 
 __all__ = ["Line"]
@@ -26,8 +26,8 @@ class Line(Unit):
     replies : In(stream)
         Bodies for the host: :class:`pathgene.hdl.link.frame.FrameTransmitter`.
     errors : Out(4)
-        Pulses, in the order of :class:`pathgene.hdl.protocol.StickyError`: FRAMING, OVERRUN, CRC,
-        MALFORMED.
+        Pulses, in the order of :class:`pathgene.hdl.protocol.codes.StickyError`: FRAMING, OVERRUN,
+        CRC, MALFORMED.
     busy : Out(1)
         A frame has begun but not ended.
     sending : Out(1)

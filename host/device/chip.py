@@ -12,23 +12,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pathgene.hdl.config import CheckerBuild
-from pathgene.hdl.protocol import (
-    Command,
-    Layout,
-    LinkMode,
-    PathResult,
+from pathgene.hdl.protocol.breeding import Recipe, breed, keep
+from pathgene.hdl.protocol.codes import Command, LinkMode
+from pathgene.hdl.protocol.layout import Layout
+from pathgene.hdl.protocol.messages import (
     counters_reply,
     generate_request,
-    pack_paths,
     read_request,
     recipe_reply,
     start_request,
     status_reply,
     survivors_reply,
-    unpack_paths,
     write_request,
 )
-from pathgene.hdl.protocol.breeding import Recipe, breed, keep
+from pathgene.hdl.protocol.paths import PathResult, pack_paths, unpack_paths
 from pathgene.host.device.chip_map import MapCopy
 from pathgene.host.device.identity import built_config, request_info
 from pathgene.host.device.link import Link
@@ -374,7 +371,7 @@ class Chip:
         return self._ask(Command.COUNTERS, counters_reply(self.config))
 
     def status(self) -> dict[str, int]:
-        """Return the fields of :func:`pathgene.hdl.protocol.status_reply`."""
+        """Return the fields of :func:`pathgene.hdl.protocol.messages.status_reply`."""
         return self._ask(Command.STATUS, status_reply(self.config))
 
     def clear_errors(self) -> None:

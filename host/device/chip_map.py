@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, Command, map_request
+from pathgene.hdl.protocol.codec import BODY_HEADER_BYTES, CRC_BYTES
+from pathgene.hdl.protocol.codes import Command
+from pathgene.hdl.protocol.messages import map_request
 from pathgene.hdl.protocol.planner import NoFlyShape
 from pathgene.host.device.orders import Orders
 
@@ -123,7 +125,7 @@ def _tile(config: Config) -> tuple[int, int]:
 
 
 def _packed(config: Config, cells: NDArray[np.integer]) -> bytes:
-    """Pack cells as :func:`pathgene.hdl.protocol.pack_cells` does, all at once."""
+    """Pack cells as :func:`pathgene.hdl.protocol.paths.pack_cells` does, all at once."""
     bits = cells.reshape(-1, 1).astype(np.uint32) >> np.arange(config.altitude_bits) & 1
     return np.packbits(bits.astype(np.uint8), bitorder="little").tobytes()
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol import VERSION, config_from_info, info_reply
+from pathgene.hdl.protocol.codec import VERSION
+from pathgene.hdl.protocol.messages import config_from_info, info_reply
 from pathgene.host.device.link import Link
 from pathgene.host.errors import InputError
 

@@ -6,8 +6,17 @@ import time
 from collections.abc import Callable, Sequence
 from enum import IntEnum
 
-from pathgene.hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, DELIMITER, Command, Status
-from pathgene.hdl.protocol.codec import Frame, FrameError, FrameSplitter, decode_frame, encode_frame
+from pathgene.hdl.protocol.codec import (
+    BODY_HEADER_BYTES,
+    CRC_BYTES,
+    DELIMITER,
+    Frame,
+    FrameError,
+    FrameSplitter,
+    decode_frame,
+    encode_frame,
+)
+from pathgene.hdl.protocol.codes import Command, Status
 from pathgene.host.device.transport import Traffic, Transport
 from pathgene.host.device.window import Request, Window
 from pathgene.host.errors import JobError
@@ -135,7 +144,7 @@ class Link:
         self._transport.close()
 
     def info(self) -> bytes:
-        """Return the packed :func:`pathgene.hdl.protocol.info_reply` of the chip.
+        """Return the packed :func:`pathgene.hdl.protocol.messages.info_reply` of the chip.
 
         This needs no session and does not change an open one.
 

@@ -9,17 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol import (
-    CheckFlag,
-    Command,
-    PathResult,
+from pathgene.hdl.protocol.codes import CheckFlag, Command
+from pathgene.hdl.protocol.messages import (
     check_paths_request,
     check_reply,
     check_request,
-    pack_paths,
     results_request,
-    unpack_results,
 )
+from pathgene.hdl.protocol.paths import PathResult, pack_paths, unpack_results
 from pathgene.host.device.link import Link
 
 

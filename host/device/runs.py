@@ -6,8 +6,8 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol import Command, Status, status_reply
-from pathgene.hdl.protocol.codes import UNITS
+from pathgene.hdl.protocol.codes import UNITS, Command, Status
+from pathgene.hdl.protocol.messages import status_reply
 from pathgene.hdl.protocol.planner import VALUE_BITS, NoFlyShape, PathClass, ProblemRecord
 from pathgene.hdl.protocol.runs import RunOptions, unpack_best
 from pathgene.host.device.chip_map import MapCopy
@@ -71,7 +71,7 @@ class Runs:
 
     During a run, only :meth:`status`, :meth:`stop`, :meth:`end` and :meth:`best_if_over` are
     answered; the chip refuses all other methods, and writes of the map, with
-    :attr:`pathgene.hdl.protocol.Status.BUSY`.
+    :attr:`pathgene.hdl.protocol.codes.Status.BUSY`.
 
     Parameters
     ----------

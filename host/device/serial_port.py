@@ -6,7 +6,7 @@ import math
 from urllib.parse import parse_qsl, urlsplit
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol import LINE_BITS
+from pathgene.hdl.protocol.codec import LINE_BITS
 from pathgene.host.device.schemes import (
     MAXIMUM_PATIENCE_S,
     PATIENCE_S,

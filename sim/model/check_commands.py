@@ -5,19 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol import (
-    CheckFlag,
-    Counter,
-    PathResult,
-    Status,
+from pathgene.hdl.protocol.codes import CheckFlag, Counter, Status
+from pathgene.hdl.protocol.messages import (
     check_paths_request,
     check_reply,
     check_request,
     map_request,
-    pack_results,
     results_request,
-    unpack_cells,
 )
+from pathgene.hdl.protocol.paths import PathResult, pack_results, unpack_cells
 from pathgene.sim.model.checker import Point, TerrainModel, Verdict
 from pathgene.sim.model.checker_cycles import batch_cycles
 from pathgene.sim.model.checker_kernels import check_paths

@@ -6,30 +6,22 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from pathgene.hdl.config import CheckerBuild, Config
-from pathgene.hdl.protocol import (
-    BODY_HEADER_BYTES,
-    LINE_BITS,
-    ChipState,
-    Command,
-    Counter,
-    LinkMode,
-    Status,
-    StickyError,
+from pathgene.hdl.protocol.breeding import Recipe
+from pathgene.hdl.protocol.codec import BODY_HEADER_BYTES, LINE_BITS, encode_frame
+from pathgene.hdl.protocol.codes import ChipState, Command, Counter, LinkMode, Status, StickyError
+from pathgene.hdl.protocol.messages import (
     counters_reply,
     generate_request,
     info_reply,
     info_values,
-    pack_paths,
     read_request,
     recipe_reply,
     start_request,
     status_reply,
     survivors_reply,
-    unpack_paths,
     write_request,
 )
-from pathgene.hdl.protocol.breeding import Recipe
-from pathgene.hdl.protocol.codec import encode_frame
+from pathgene.hdl.protocol.paths import pack_paths, unpack_paths
 from pathgene.sim.model.core import Generation, PaperCore
 from pathgene.sim.model.mutation import Limits
 from pathgene.sim.model.requests import FrameReceiverModel, RefusedError, expect

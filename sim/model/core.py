@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from pathgene.hdl.config import CheckerBuild, Config
-from pathgene.hdl.protocol import pack_paths
 from pathgene.hdl.protocol.breeding import Recipe, crossover, keep
+from pathgene.hdl.protocol.paths import pack_paths
 from pathgene.sim.model.checker import TerrainModel
 from pathgene.sim.model.mutation import Limits, Mutated, Mutation
 from pathgene.sim.model.random_source import RandomSource

@@ -7,8 +7,8 @@ and the same errors, as long as the chip takes bodies from its buffer as fast as
 from __future__ import annotations
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol import Status, StickyError
 from pathgene.hdl.protocol.codec import Frame, FrameError, FrameSplitter, decode_frame, encode_frame
+from pathgene.hdl.protocol.codes import Status, StickyError
 
 
 __all__ = ["FrameReceiverModel", "RefusedError", "encode_frame", "expect"]

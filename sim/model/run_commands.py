@@ -12,8 +12,7 @@ import numpy.typing as npt
 from numpy.typing import NDArray
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol import Status
-from pathgene.hdl.protocol.codes import UNITS
+from pathgene.hdl.protocol.codes import UNITS, Status
 from pathgene.hdl.protocol.planner import (
     BLOCKS,
     VALUE_BITS,

@@ -6,7 +6,8 @@ import socket
 import numpy as np
 import pytest
 
-from pathgene.hdl.protocol import VERSION, info_values
+from pathgene.hdl.protocol.codec import VERSION
+from pathgene.hdl.protocol.messages import info_values
 from pathgene.host.cli import main
 from pathgene.host.cli.output import LONGEST_LINE
 from tests.support.bad_input.good_inputs import summary, write_base

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol import VERSION
+from pathgene.hdl.protocol.codec import VERSION
 from pathgene.host.cli import main
 from pathgene.host.planners import PLANNERS
 from pathgene.host.terrain import names

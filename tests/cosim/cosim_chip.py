@@ -17,8 +17,8 @@ from cocotb.task import bridge, resume
 from cocotb.triggers import Event, FallingEdge, First, Timer
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol import Command, LinkMode, StickyError
 from pathgene.hdl.protocol.codec import encode_frame
+from pathgene.hdl.protocol.codes import Command, LinkMode, StickyError
 from pathgene.host.device.chip import Chip
 from pathgene.host.device.link import Link, LinkError
 from pathgene.sim.model.chip import Chip as ChipModel

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pathgene.hdl.protocol import LinkMode
+from pathgene.hdl.protocol.codes import LinkMode
 from pathgene.host.device.boards import open_board
 from pathgene.host.device.chip import Chip
 from pathgene.host.device.link import Link

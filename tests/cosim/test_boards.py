@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol import LinkMode, Status, StickyError
+from pathgene.hdl.protocol.codes import LinkMode, Status, StickyError
 from pathgene.host.device.boards import open_board
 from pathgene.host.device.chip import Chip
 from pathgene.host.device.link import Link, LinkTimeoutError

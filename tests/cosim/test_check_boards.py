@@ -5,7 +5,7 @@ import random
 import numpy as np
 import pytest
 
-from pathgene.hdl.protocol import Command, LinkMode, Status, StickyError
+from pathgene.hdl.protocol.codes import Command, LinkMode, Status, StickyError
 from pathgene.host.device.link import RefusedError
 from pathgene.host.planners.allaire.ga_fpga import FpgaGeneticPlanner
 from pathgene.host.planners.base import Options

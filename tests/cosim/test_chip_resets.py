@@ -10,7 +10,7 @@ import random
 import numpy as np
 import pytest
 
-from pathgene.hdl.protocol import LinkMode
+from pathgene.hdl.protocol.codes import LinkMode
 from pathgene.hdl.protocol.runs import RunOptions
 from pathgene.host.cli import main
 from pathgene.host.device.chip import Chip

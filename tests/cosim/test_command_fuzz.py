@@ -4,7 +4,7 @@ import collections
 
 import pytest
 
-from pathgene.hdl.protocol import Status
+from pathgene.hdl.protocol.codes import Status
 from tests.support.gateware.command_fuzz import CHIPS, fuzz, table
 from tests.support.gateware.frame_mix import KINDS
 from tests.support.planner.run_fuzz import fuzz_during_runs

@@ -16,7 +16,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pathgene.hdl.protocol import DELIMITER, pack_paths
+from pathgene.hdl.protocol.codec import DELIMITER
+from pathgene.hdl.protocol.paths import pack_paths
 from pathgene.hdl.protocol.planner import NoFlyShape, ProblemRecord
 from pathgene.hdl.protocol.runs import RunOptions, pack_best
 from pathgene.host.device.boards import open_board

@@ -8,8 +8,8 @@ import pytest
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.link.frame import FrameReceiver
-from pathgene.hdl.protocol import StickyError
 from pathgene.hdl.protocol.codec import encode_frame
+from pathgene.hdl.protocol.codes import StickyError
 from pathgene.hdl.verilog import convert
 from pathgene.sim.cache import BuildCache, build_root
 from pathgene.sim.exported import cached_verilog

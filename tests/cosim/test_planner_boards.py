@@ -6,7 +6,9 @@ import itertools
 import numpy as np
 import pytest
 
-from pathgene.hdl.protocol import Command, Status, StickyError, map_request, pack_cells
+from pathgene.hdl.protocol.codes import Command, Status, StickyError
+from pathgene.hdl.protocol.messages import map_request
+from pathgene.hdl.protocol.paths import pack_cells
 from pathgene.hdl.protocol.planner import PathClass
 from pathgene.hdl.protocol.runs import RunOptions
 from pathgene.host.device.boards import open_board

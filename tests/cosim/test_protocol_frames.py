@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol import DELIMITER, Command, Counter, counters_reply
-from pathgene.hdl.protocol.codec import decode_frame, encode_frame
+from pathgene.hdl.protocol.codec import DELIMITER, decode_frame, encode_frame
+from pathgene.hdl.protocol.codes import Command, Counter
+from pathgene.hdl.protocol.messages import counters_reply
 from pathgene.sim.board.scheme import start_simulated
 from tools.chips import board_url
 

@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pathgene.hdl.protocol import Command
 from pathgene.hdl.protocol.codec import encode_frame
+from pathgene.hdl.protocol.codes import Command
 from pathgene.host.cli import main
 from pathgene.host.device.boards import open_board
 from pathgene.host.device.link import LinkError

@@ -8,7 +8,7 @@ from amaranth.hdl._ast import AnyConst, AnySeq
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.protocol import ChipState
+from pathgene.hdl.protocol.codes import ChipState
 from tools.formal import altered
 
 

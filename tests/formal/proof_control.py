@@ -5,7 +5,7 @@ from amaranth.hdl import Assert, Assume, Cover
 
 from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.hdl.control import Control
-from pathgene.hdl.protocol import ChipState
+from pathgene.hdl.protocol.codes import ChipState
 from tests.formal.parts import Opened, any_constant, comes_back, free
 from tools.formal import Proof
 

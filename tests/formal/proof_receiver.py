@@ -7,7 +7,7 @@ from amaranth import *
 from amaranth.hdl import Assert, Cover
 
 from pathgene.hdl.link.frame import FrameReceiver
-from pathgene.hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, frame_crc
+from pathgene.hdl.protocol.codec import BODY_HEADER_BYTES, CRC_BYTES, frame_crc
 from tests.formal.parts import Opened, any_constant, free
 from tools.formal import Proof
 

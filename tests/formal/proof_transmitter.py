@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.hdl import Assert, Cover
 
 from pathgene.hdl.link.frame import FrameTransmitter
-from pathgene.hdl.protocol import frame_crc
+from pathgene.hdl.protocol.codec import frame_crc
 from tests.formal.parts import Opened, free
 from tools.formal import Proof
 

@@ -5,7 +5,7 @@ import random
 import pytest
 
 from pathgene.hdl.config import Config, SurvivorSelection
-from pathgene.hdl.protocol import LinkMode
+from pathgene.hdl.protocol.codes import LinkMode
 from pathgene.sim.exported import exported_verilog
 from tests.support.gateware.chips import SMALL
 from tests.support.gateware.fuzz import fuzz_simulated_board

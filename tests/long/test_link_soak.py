@@ -5,8 +5,9 @@ import random
 import pytest
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol import Command, LinkMode, info_reply
 from pathgene.hdl.protocol.codec import encode_frame
+from pathgene.hdl.protocol.codes import Command, LinkMode
+from pathgene.hdl.protocol.messages import info_reply
 from pathgene.host.device.link import Link
 from pathgene.sim.model.chip import Chip
 from pathgene.sim.model.core import Limits

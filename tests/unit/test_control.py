@@ -4,7 +4,7 @@ import random
 
 from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.hdl.control import Control
-from pathgene.hdl.protocol import ChipState, Counter
+from pathgene.hdl.protocol.codes import ChipState, Counter
 from tests.support.gateware.streams import simulate
 
 

@@ -10,19 +10,16 @@ from amaranth.lib import data
 from amaranth.sim import Simulator
 
 from pathgene.hdl.planner.child_builder import ChildBuilder
-from pathgene.hdl.protocol import (
-    ChipState,
-    Command,
-    LinkMode,
+from pathgene.hdl.protocol.codec import encode_frame
+from pathgene.hdl.protocol.codes import ChipState, Command, LinkMode
+from pathgene.hdl.protocol.messages import (
     check_request,
     generate_request,
     map_request,
-    pack_cells,
-    pack_paths,
     start_request,
     write_request,
 )
-from pathgene.hdl.protocol.codec import encode_frame
+from pathgene.hdl.protocol.paths import pack_cells, pack_paths
 from tools.diagrams.blocks import Unit
 from tools.diagrams.waves import Trace, draw, hexadecimal, integer, text_of
 from tools.protocol_page.frames import SMALL

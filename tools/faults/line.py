@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol
 
-from pathgene.hdl.protocol import DELIMITER
+from pathgene.hdl.protocol.codec import DELIMITER
 
 
 __all__ = [

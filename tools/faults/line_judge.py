@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol import Command, LinkMode
 from pathgene.hdl.protocol.codec import encode_frame
+from pathgene.hdl.protocol.codes import Command, LinkMode
 from pathgene.hdl.protocol.runs import WARM_SLOPES, RunOptions
 from pathgene.host.device.chip import Chip
 from pathgene.host.device.link import Link, RefusedError

@@ -11,8 +11,10 @@ from unittest import mock
 from cobs import cobs
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, StickyError, codec, info_reply
-from pathgene.hdl.protocol.codec import Frame, FrameError
+from pathgene.hdl.protocol import codec
+from pathgene.hdl.protocol.codec import BODY_HEADER_BYTES, CRC_BYTES, Frame, FrameError
+from pathgene.hdl.protocol.codes import StickyError
+from pathgene.hdl.protocol.messages import info_reply
 from pathgene.host.compare.store import RunStore
 from pathgene.host.device.chip_map import MapCopy
 from pathgene.host.device.link import Link, LinkError, LinkTimeoutError

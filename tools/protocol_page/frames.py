@@ -7,25 +7,19 @@ from typing import Any
 from urllib.parse import urlencode
 
 from pathgene.hdl.config import CheckerBuild, Config
-from pathgene.hdl.protocol import (
-    BODY_HEADER_BYTES,
-    VERSION,
-    CheckFlag,
-    Command,
-    LinkMode,
-    Status,
+from pathgene.hdl.protocol.codec import BODY_HEADER_BYTES, VERSION, decode_frame, encode_frame
+from pathgene.hdl.protocol.codes import CheckFlag, Command, LinkMode, Status
+from pathgene.hdl.protocol.messages import (
     check_paths_request,
     check_request,
     generate_request,
     map_request,
-    pack_cells,
-    pack_paths,
     read_request,
     results_request,
     start_request,
     write_request,
 )
-from pathgene.hdl.protocol.codec import decode_frame, encode_frame
+from pathgene.hdl.protocol.paths import pack_cells, pack_paths
 from pathgene.hdl.protocol.planner import (
     ALTITUDE_FRACTION,
     POSITION_FRACTION,

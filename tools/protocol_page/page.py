@@ -10,23 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from pathgene.hdl.config import CheckerBuild, Config
-from pathgene.hdl.protocol import (
-    BODY_HEADER_BYTES,
-    CRC_BYTES,
-    CheckFlag,
-    ChipState,
-    Command,
-    Layout,
-    LinkMode,
-    Status,
-    StickyError,
-    frame_crc,
-    info_values,
-    messages,
-    planner,
-    runs,
-)
-from pathgene.hdl.protocol.layout import Field
+from pathgene.hdl.protocol import messages, planner, runs
+from pathgene.hdl.protocol.codec import BODY_HEADER_BYTES, CRC_BYTES, frame_crc
+from pathgene.hdl.protocol.codes import CheckFlag, ChipState, Command, LinkMode, Status, StickyError
+from pathgene.hdl.protocol.layout import Field, Layout
+from pathgene.hdl.protocol.messages import info_values
 from tools.protocol_page.frames import DEFAULT, PLANNER, SMALL
 from tools.protocol_page.segments import Segment, split_reply, split_request, waypoint_layout
 

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol import (
-    Command,
-    Layout,
-    LinkMode,
+from pathgene.hdl.protocol.codes import Command, LinkMode
+from pathgene.hdl.protocol.layout import Field, Layout
+from pathgene.hdl.protocol.messages import (
     check_paths_request,
     check_reply,
     check_request,
@@ -29,7 +28,6 @@ from pathgene.hdl.protocol import (
     survivors_reply,
     write_request,
 )
-from pathgene.hdl.protocol.layout import Field
 from pathgene.hdl.protocol.planner import no_fly_request, problem_request
 from pathgene.hdl.protocol.runs import run_request
 
@@ -74,7 +72,7 @@ _REPLIES = {
 
 
 def waypoint_layout(config: Config) -> Layout:
-    """Return the fields of a waypoint as :func:`pathgene.hdl.protocol.pack_paths` packs them."""
+    """Return the fields of a waypoint as ``pack_paths`` of the protocol packs them."""
     return Layout(
         (
             Field(

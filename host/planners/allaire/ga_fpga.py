@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pathgene.hdl.config import CheckerBuild, GeneticCore
-from pathgene.hdl.protocol import LinkMode
+from pathgene.hdl.protocol.codes import LinkMode
 from pathgene.host.device.boards import entered, known_config, require_chip, url_of
 from pathgene.host.device.chip import Chip
 from pathgene.host.device.paths import pack_waypoints, unpack_waypoints

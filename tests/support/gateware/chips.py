@@ -3,7 +3,7 @@
 import random
 
 from pathgene.hdl.config import CheckerBuild, Config
-from pathgene.hdl.protocol import Counter, LinkMode
+from pathgene.hdl.protocol.codes import Counter, LinkMode
 from tools.chips import SMALL
 
 

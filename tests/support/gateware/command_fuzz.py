@@ -10,22 +10,18 @@ import functools
 
 import numpy as np
 
-from pathgene.hdl.protocol import (
-    BODY_HEADER_BYTES,
-    CheckFlag,
-    Command,
-    LinkMode,
-    Status,
+from pathgene.hdl.protocol.codec import BODY_HEADER_BYTES, FrameSplitter, decode_frame, encode_frame
+from pathgene.hdl.protocol.codes import CheckFlag, Command, LinkMode, Status
+from pathgene.hdl.protocol.messages import (
     check_paths_request,
     check_request,
     counters_reply,
-    pack_paths,
     read_request,
     results_request,
     start_request,
     status_reply,
 )
-from pathgene.hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
+from pathgene.hdl.protocol.paths import pack_paths
 from pathgene.hdl.protocol.runs import RunOptions
 from pathgene.host.device.chip_map import map_frames
 from pathgene.sim.board.scheme import start_simulated

@@ -8,7 +8,7 @@ from amaranth.sim import Simulator
 
 from pathgene.hdl.config import CheckerBuild
 from pathgene.hdl.ga_core_top import PaperCoreTop
-from pathgene.hdl.protocol import ChipState
+from pathgene.hdl.protocol.codes import ChipState
 from pathgene.sim.model import core as model
 from pathgene.sim.model.checker import TerrainModel
 from pathgene.sim.model.mutation import Limits

@@ -7,7 +7,7 @@ same run.
 import random
 from collections.abc import Callable
 
-from pathgene.hdl.protocol import DELIMITER
+from pathgene.hdl.protocol.codec import DELIMITER
 from tools.faults.line import VirtualClock
 
 

@@ -6,16 +6,10 @@ import random
 import numpy as np
 
 from pathgene.hdl.command.field_decoder import request_fields
-from pathgene.hdl.protocol import (
-    BODY_HEADER_BYTES,
-    CRC_BYTES,
-    Command,
-    LinkMode,
-    map_request,
-    pack_paths,
-    results_request,
-    write_request,
-)
+from pathgene.hdl.protocol.codec import BODY_HEADER_BYTES, CRC_BYTES
+from pathgene.hdl.protocol.codes import Command, LinkMode
+from pathgene.hdl.protocol.messages import map_request, results_request, write_request
+from pathgene.hdl.protocol.paths import pack_paths
 from pathgene.hdl.protocol.planner import EDGES, SCALE_FRACTION, no_fly_request
 from pathgene.hdl.protocol.runs import RunOptions, run_request
 from tests.support.gateware.chips import random_path

@@ -10,14 +10,9 @@ import random
 import numpy as np
 
 from pathgene.hdl.config import CheckerBuild
-from pathgene.hdl.protocol import (
-    BODY_HEADER_BYTES,
-    Command,
-    Status,
-    counters_reply,
-    status_reply,
-)
-from pathgene.hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
+from pathgene.hdl.protocol.codec import BODY_HEADER_BYTES, FrameSplitter, decode_frame, encode_frame
+from pathgene.hdl.protocol.codes import Command, Status
+from pathgene.hdl.protocol.messages import counters_reply, status_reply
 from pathgene.host.device.chip_map import map_frames
 from pathgene.sim.board.scheme import start_simulated
 from pathgene.sim.model.chip import Chip

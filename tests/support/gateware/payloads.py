@@ -1,6 +1,6 @@
 """Driver of a payload parser of ``pathgene.hdl.command``, in place of the command receiver."""
 
-from pathgene.hdl.protocol import Status
+from pathgene.hdl.protocol.codes import Status
 from tests.support.gateware.streams import simulate
 
 

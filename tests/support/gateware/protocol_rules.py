@@ -1,7 +1,9 @@
 """The rules by which a chip answers any undamaged frame, from docs/protocol.md, not the model."""
 
 from pathgene.hdl.command.field_decoder import FOLLOWED, request_fields
-from pathgene.hdl.protocol import BODY_HEADER_BYTES, Command, Status, info_reply
+from pathgene.hdl.protocol.codec import BODY_HEADER_BYTES
+from pathgene.hdl.protocol.codes import Command, Status
+from pathgene.hdl.protocol.messages import info_reply
 
 
 _IN_ORDER = (Status.OK, Status.UNKNOWN_COMMAND, Status.BAD_LENGTH, Status.BAD_VALUE, Status.BUSY)

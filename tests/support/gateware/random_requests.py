@@ -1,19 +1,16 @@
 """Random requests that a chip executes, for every command that it knows."""
 
-from pathgene.hdl.protocol import (
-    CheckFlag,
-    Command,
-    LinkMode,
+from pathgene.hdl.protocol.codes import CheckFlag, Command, LinkMode
+from pathgene.hdl.protocol.messages import (
     check_paths_request,
     check_request,
     map_request,
-    pack_cells,
-    pack_paths,
     read_request,
     results_request,
     start_request,
     write_request,
 )
+from pathgene.hdl.protocol.paths import pack_cells, pack_paths
 from pathgene.hdl.protocol.runs import RunOptions, run_request
 from tests.support.gateware.chips import random_path
 from tests.support.planner.cases import any_record, headed, record, shape

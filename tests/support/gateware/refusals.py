@@ -4,7 +4,9 @@ import dataclasses
 
 import numpy as np
 
-from pathgene.hdl.protocol import Command, LinkMode, Status, map_request, pack_paths, start_request
+from pathgene.hdl.protocol.codes import Command, LinkMode, Status
+from pathgene.hdl.protocol.messages import map_request, start_request
+from pathgene.hdl.protocol.paths import pack_paths
 from pathgene.hdl.protocol.planner import BLOCKS, SCALE_FRACTION, NoFlyShape
 from pathgene.hdl.protocol.runs import RunOptions, run_request
 from tests.support.planner.cases import record

@@ -13,8 +13,9 @@ import sys
 import numpy as np
 
 from pathgene.hdl.command.field_decoder import request_fields
-from pathgene.hdl.protocol import BODY_HEADER_BYTES, DELIMITER, Command, Status, status_reply
-from pathgene.hdl.protocol.codec import encode_frame
+from pathgene.hdl.protocol.codec import BODY_HEADER_BYTES, DELIMITER, encode_frame
+from pathgene.hdl.protocol.codes import Command, Status
+from pathgene.hdl.protocol.messages import status_reply
 from pathgene.hdl.protocol.runs import RunOptions
 from pathgene.sim.board.scheme import start_simulated
 from tests.support.gateware.command_fuzz import CHIPS, CommandFuzz, answer_in, plan_on_the_map

@@ -2,16 +2,9 @@
 
 from pathgene.hdl.command.receiver import CommandReceiver
 from pathgene.hdl.config import CheckerBuild
-from pathgene.hdl.protocol import (
-    Command,
-    Status,
-    StickyError,
-    check_paths_request,
-    map_request,
-    pack_cells,
-    pack_paths,
-    start_request,
-)
+from pathgene.hdl.protocol.codes import Command, Status, StickyError
+from pathgene.hdl.protocol.messages import check_paths_request, map_request, start_request
+from pathgene.hdl.protocol.paths import pack_cells, pack_paths
 from tests.support.gateware.chips import TINY
 from tests.support.gateware.streams import collect, put, simulate
 

@@ -7,7 +7,9 @@ import pytest
 from pathgene.hdl.command.cell_parser import CellParser
 from pathgene.hdl.config import Config
 from pathgene.hdl.layouts import struct
-from pathgene.hdl.protocol import Status, map_request, pack_cells
+from pathgene.hdl.protocol.codes import Status
+from pathgene.hdl.protocol.messages import map_request
+from pathgene.hdl.protocol.paths import pack_cells
 from tests.support.gateware.payloads import hand_over
 from tests.support.gateware.streams import collect
 

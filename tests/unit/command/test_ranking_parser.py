@@ -5,7 +5,7 @@ import random
 import pytest
 
 from pathgene.hdl.command.ranking_parser import RankingParser
-from pathgene.hdl.protocol import Status
+from pathgene.hdl.protocol.codes import Status
 from tests.support.gateware.payloads import hand_over
 from tests.support.gateware.streams import collect
 

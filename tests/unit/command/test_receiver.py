@@ -3,15 +3,9 @@
 import pytest
 
 from pathgene.hdl.command.layouts import AnswerKind
-from pathgene.hdl.protocol import (
-    Command,
-    LinkMode,
-    Status,
-    StickyError,
-    generate_request,
-    pack_paths,
-    read_request,
-)
+from pathgene.hdl.protocol.codes import Command, LinkMode, Status, StickyError
+from pathgene.hdl.protocol.messages import generate_request, read_request
+from pathgene.hdl.protocol.paths import pack_paths
 from tests.support.gateware.refusals import refusals
 from tests.unit.command.receiver_bench import (
     CHECKING,

@@ -3,14 +3,9 @@
 import pytest
 
 from pathgene.hdl.command.layouts import AnswerKind
-from pathgene.hdl.protocol import (
-    CheckFlag,
-    Command,
-    Status,
-    StickyError,
-    pack_paths,
-    results_request,
-)
+from pathgene.hdl.protocol.codes import CheckFlag, Command, Status, StickyError
+from pathgene.hdl.protocol.messages import results_request
+from pathgene.hdl.protocol.paths import pack_paths
 from tests.unit.command.receiver_bench import (
     CHECKING,
     CONFIG,

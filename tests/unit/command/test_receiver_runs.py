@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 from pathgene.hdl.command.layouts import AnswerKind
-from pathgene.hdl.protocol import Command, Status, StickyError, map_request, pack_cells
 from pathgene.hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
+from pathgene.hdl.protocol.codes import Command, Status, StickyError
+from pathgene.hdl.protocol.messages import map_request
+from pathgene.hdl.protocol.paths import pack_cells
 from pathgene.hdl.protocol.planner import EDGES, NoFlyShape, no_fly_request, problem_request
 from pathgene.hdl.protocol.runs import RunOptions, run_request
 from pathgene.sim.model.chip import Chip as ChipModel

@@ -8,17 +8,17 @@ import pytest
 from pathgene.hdl.command.layouts import AnswerKind
 from pathgene.hdl.command.transmitter import ReplyTransmitter
 from pathgene.hdl.config import CheckerBuild, Config
-from pathgene.hdl.protocol import (
-    Status,
+from pathgene.hdl.protocol.codes import Status
+from pathgene.hdl.protocol.messages import (
     check_reply,
     counters_reply,
     info_reply,
     info_values,
-    pack_paths,
     recipe_reply,
     status_reply,
     survivors_reply,
 )
+from pathgene.hdl.protocol.paths import pack_paths
 from tests.support.gateware.streams import collect, put, simulate
 
 

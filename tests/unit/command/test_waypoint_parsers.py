@@ -6,7 +6,8 @@ import pytest
 
 from pathgene.hdl.command.waypoint_parsers import PointParser
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol import Status, pack_paths
+from pathgene.hdl.protocol.codes import Status
+from pathgene.hdl.protocol.paths import pack_paths
 from tests.support.gateware.payloads import hand_over
 from tests.support.gateware.streams import collect
 

@@ -1,8 +1,8 @@
 """A link, a correct chip, and faulty lines between them."""
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol import Command, Status
 from pathgene.hdl.protocol.codec import encode_frame
+from pathgene.hdl.protocol.codes import Command, Status
 from pathgene.host.device.link import Link
 from pathgene.sim.model.requests import FrameReceiverModel
 from tests.support.gateware.faults import FaultyTransport, VirtualClock

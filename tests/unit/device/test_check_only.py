@@ -7,7 +7,8 @@ import pytest
 from pathgene.hdl.command.layouts import AnswerKind
 from pathgene.hdl.command.receiver import CommandReceiver
 from pathgene.hdl.config import CheckerBuild, Config, GeneticCore
-from pathgene.hdl.protocol import Command, Status, StickyError, config_from_info, info_values
+from pathgene.hdl.protocol.codes import Command, Status, StickyError
+from pathgene.hdl.protocol.messages import config_from_info, info_values
 from pathgene.host.device.chip import Chip
 from pathgene.host.device.link import Link, RefusedError
 from pathgene.host.errors import InputError

@@ -9,16 +9,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol import (
+from pathgene.hdl.protocol.codec import (
     BODY_HEADER_BYTES,
     VERSION,
-    Command,
-    LinkMode,
-    info_reply,
-    pack_paths,
-    write_request,
+    FrameSplitter,
+    decode_frame,
+    encode_frame,
 )
-from pathgene.hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
+from pathgene.hdl.protocol.codes import Command, LinkMode
+from pathgene.hdl.protocol.messages import info_reply, write_request
+from pathgene.hdl.protocol.paths import pack_paths
 from pathgene.host.device.chip import Chip, Step
 from pathgene.host.device.link import Link, RefusedError
 from pathgene.host.device.paths import pack_waypoints, unpack_waypoints

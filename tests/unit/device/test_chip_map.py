@@ -6,15 +6,10 @@ import numpy as np
 import pytest
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol import (
-    BODY_HEADER_BYTES,
-    CRC_BYTES,
-    Command,
-    check_reply,
-    map_request,
-    pack_results,
-    unpack_cells,
-)
+from pathgene.hdl.protocol.codec import BODY_HEADER_BYTES, CRC_BYTES
+from pathgene.hdl.protocol.codes import Command
+from pathgene.hdl.protocol.messages import check_reply, map_request
+from pathgene.hdl.protocol.paths import pack_results, unpack_cells
 from pathgene.host.device.chip import Chip
 from pathgene.host.device.chip_map import changed_parts, map_frames, padded_map
 from pathgene.host.device.link import Link, LinkTimeoutError, RefusedError

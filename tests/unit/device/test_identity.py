@@ -5,7 +5,7 @@ import re
 import pytest
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol import info_reply, info_values
+from pathgene.hdl.protocol.messages import info_reply, info_values
 from pathgene.host.device.identity import built_config, request_info
 from pathgene.host.device.link import Link
 from pathgene.host.errors import InputError

@@ -4,7 +4,8 @@ import re
 
 import pytest
 
-from pathgene.hdl.protocol import CRC_BYTES, Command, Status
+from pathgene.hdl.protocol.codec import CRC_BYTES
+from pathgene.hdl.protocol.codes import Command, Status
 from pathgene.host.device.link import Link, LinkError, LinkTimeoutError, RefusedError
 from pathgene.sim.model.requests import FrameReceiverModel
 from tests.support.gateware.faults import FaultyTransport, VirtualClock

@@ -6,8 +6,9 @@ import re
 import pytest
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol import Command, LinkMode, Status, info_reply
 from pathgene.hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
+from pathgene.hdl.protocol.codes import Command, LinkMode, Status
+from pathgene.hdl.protocol.messages import info_reply
 from pathgene.host.device.link import Link, LinkError, LinkTimeoutError, RefusedError
 from pathgene.host.errors import JobError
 from pathgene.sim.model.chip import Chip

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from pathgene.hdl.protocol import Command, Status
+from pathgene.hdl.protocol.codes import Command, Status
 from pathgene.hdl.protocol.runs import RunOptions
 from pathgene.host.device.chip import Chip
 from pathgene.host.device.link import Link, LinkError, LinkTimeoutError, RefusedError

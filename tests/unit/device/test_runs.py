@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol import Command, Status, StickyError
+from pathgene.hdl.protocol.codes import Command, Status, StickyError
 from pathgene.hdl.protocol.planner import VALUE_BITS, NoFlyShape, PathClass
 from pathgene.hdl.protocol.runs import RunOptions
 from pathgene.host.device.chip import Chip

@@ -12,7 +12,9 @@ from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.hdl.feasibility.check_controller import CheckController, PathSource
 from pathgene.hdl.feasibility.checker import Checker
 from pathgene.hdl.ga_core.core import PaperCore
-from pathgene.hdl.protocol import CheckFlag, check_paths_request, check_reply, pack_paths
+from pathgene.hdl.protocol.codes import CheckFlag
+from pathgene.hdl.protocol.messages import check_paths_request, check_reply
+from pathgene.hdl.protocol.paths import pack_paths
 from pathgene.sim.model.check_commands import CheckingModel
 from tests.support.gateware.chips import SMALL, random_path, random_paths
 from tests.support.gateware.streams import collect, pulse, put, simulate

@@ -7,7 +7,7 @@ import pytest
 from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.hdl.feasibility.layouts import count_layout, verdict_layout
 from pathgene.hdl.feasibility.result_store import RecordLayouts, ResultStore
-from pathgene.hdl.protocol import PathResult, pack_results
+from pathgene.hdl.protocol.paths import PathResult, pack_results
 from tests.support.gateware.streams import collect, pulse, put, simulate
 
 

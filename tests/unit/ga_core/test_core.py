@@ -10,7 +10,7 @@ import pytest
 from amaranth.hdl import Value
 
 from pathgene.hdl.config import CheckerBuild, Config, MutationKind, SurvivorSelection
-from pathgene.hdl.protocol import ChipState, Counter
+from pathgene.hdl.protocol.codes import ChipState, Counter
 from pathgene.sim.model.mutation import Limits
 from tests.support.gateware.chips import TINY
 from tests.support.gateware.core_driver import Driver, fill, ranked_after, shuffled, simulate

@@ -8,8 +8,8 @@ from cobs import cobs
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.link.frame import FrameReceiver, FrameTransmitter
-from pathgene.hdl.protocol import StickyError, frame_crc
-from pathgene.hdl.protocol.codec import encode_frame
+from pathgene.hdl.protocol.codec import encode_frame, frame_crc
+from pathgene.hdl.protocol.codes import StickyError
 from pathgene.sim.model.requests import FrameReceiverModel
 from tests.support.gateware.streams import drive, simulate, watch
 

@@ -1,7 +1,7 @@
 """The line counts bytes in both directions and raises `sending` during a reply."""
 
 from pathgene.hdl.link.line import Line
-from pathgene.hdl.protocol import StickyError
+from pathgene.hdl.protocol.codes import StickyError
 from tests.support.gateware.chips import SMALL
 from tests.support.gateware.streams import put, simulate
 

@@ -4,24 +4,18 @@ import random
 
 import pytest
 
-from pathgene.hdl.protocol import (
-    CheckFlag,
-    Command,
-    Counter,
-    PathResult,
-    Status,
+from pathgene.hdl.protocol.codes import CheckFlag, Command, Counter, Status
+from pathgene.hdl.protocol.messages import (
     check_paths_request,
     check_reply,
     counters_reply,
     map_request,
-    pack_cells,
-    pack_paths,
     read_request,
     results_request,
     start_request,
     status_reply,
-    unpack_results,
 )
+from pathgene.hdl.protocol.paths import PathResult, pack_cells, pack_paths, unpack_results
 from pathgene.sim.model.checker import check_path
 from pathgene.sim.model.checker_cycles import batch_cycles
 from pathgene.sim.model.chip import Chip

@@ -8,26 +8,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol import (
-    ChipState,
-    Command,
-    Counter,
-    LinkMode,
-    Status,
-    StickyError,
+from pathgene.hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
+from pathgene.hdl.protocol.codes import ChipState, Command, Counter, LinkMode, Status, StickyError
+from pathgene.hdl.protocol.messages import (
     counters_reply,
     generate_request,
     info_reply,
     info_values,
-    pack_paths,
     read_request,
     recipe_reply,
     start_request,
     status_reply,
     survivors_reply,
-    unpack_paths,
 )
-from pathgene.hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
+from pathgene.hdl.protocol.paths import pack_paths, unpack_paths
 from pathgene.sim.model.chip import Chip
 from pathgene.sim.model.core import PaperCore
 from pathgene.sim.model.mutation import Limits

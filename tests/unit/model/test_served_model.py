@@ -7,8 +7,8 @@ import time
 
 import pytest
 
-from pathgene.hdl.protocol import Command
 from pathgene.hdl.protocol.codec import encode_frame
+from pathgene.hdl.protocol.codes import Command
 from pathgene.host.device.boards import board_scheme, open_board
 from pathgene.host.device.socket_port import BUSY
 from pathgene.host.errors import InputError, JobError

@@ -5,7 +5,7 @@ import random
 import pytest
 
 from pathgene.hdl.primitives.one_hot_sequencer import OneHotSequencer
-from pathgene.hdl.protocol import ChipState
+from pathgene.hdl.protocol.codes import ChipState
 from tests.support.gateware.streams import simulate
 
 

@@ -5,7 +5,6 @@ import random
 import pytest
 
 from pathgene.hdl.config import CheckerBuild, Config, MutationKind
-from pathgene.hdl.protocol import recipe_reply
 from pathgene.hdl.protocol.breeding import (
     MutationRecord,
     Recipe,
@@ -15,6 +14,7 @@ from pathgene.hdl.protocol.breeding import (
     may_mutate,
     mutate,
 )
+from pathgene.hdl.protocol.messages import recipe_reply
 
 
 # Two elites, two survivors, four children of two parents; one mutator of each kind.

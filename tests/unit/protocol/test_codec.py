@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol import StickyError
 from pathgene.hdl.protocol.codec import FrameError, FrameSplitter, decode_frame, encode_frame
+from pathgene.hdl.protocol.codes import StickyError
 from pathgene.sim.model.requests import FrameReceiverModel
 
 

@@ -7,9 +7,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pathgene.hdl import protocol
 from pathgene.hdl.config import CheckerBuild, Config, SurvivorSelection
-from pathgene.hdl.protocol import Layout, LinkMode, PathResult
+from pathgene.hdl.protocol import codec, messages
+from pathgene.hdl.protocol.codes import LinkMode
+from pathgene.hdl.protocol.layout import Layout
+from pathgene.hdl.protocol.paths import (
+    PathResult,
+    pack_cells,
+    pack_paths,
+    pack_results,
+    unpack_cells,
+    unpack_paths,
+    unpack_results,
+)
 
 
 CONFIG = Config()
@@ -55,9 +65,9 @@ def test_layout_refuses_a_wrong_size():
 def test_the_head_of_info_never_moves(config):
     """A host of any version reads the version; the session follows the build."""
     expected = (("version", 8), ("build_id", 32), ("session", 8))
-    assert protocol.info_reply(config).fields[:3] == expected
-    assert protocol.info_reply(config).size == sum(
-        bits // 8 for _, bits in protocol.info_reply(config).fields
+    assert messages.info_reply(config).fields[:3] == expected
+    assert messages.info_reply(config).size == sum(
+        bits // 8 for _, bits in messages.info_reply(config).fields
     )
 
 
@@ -65,23 +75,23 @@ def test_the_head_of_info_never_moves(config):
 def test_every_layout_returns_what_it_packed(config):
     rng = random.Random(1)
     layouts = [
-        protocol.start_request(config),
-        protocol.write_request(config),
-        protocol.read_request(config),
-        *(protocol.generate_request(config, mode) for mode in LinkMode),
-        protocol.info_reply(config),
-        protocol.status_reply(config),
-        protocol.counters_reply(config),
-        protocol.survivors_reply(config),
-        protocol.recipe_reply(config),
-        protocol.map_request(config),
-        protocol.check_request(config),
-        protocol.check_paths_request(config),
-        protocol.results_request(config),
-        protocol.check_reply(config),
-        protocol.path_record(config),
-        protocol.hit_record(config),
-        protocol.entry_record(config),
+        messages.start_request(config),
+        messages.write_request(config),
+        messages.read_request(config),
+        *(messages.generate_request(config, mode) for mode in LinkMode),
+        messages.info_reply(config),
+        messages.status_reply(config),
+        messages.counters_reply(config),
+        messages.survivors_reply(config),
+        messages.recipe_reply(config),
+        messages.map_request(config),
+        messages.check_request(config),
+        messages.check_paths_request(config),
+        messages.results_request(config),
+        messages.check_reply(config),
+        messages.path_record(config),
+        messages.hit_record(config),
+        messages.entry_record(config),
     ]
     for layout in layouts:
         values = {name: rng.getrandbits(width) for name, width in layout.fields}
@@ -90,34 +100,34 @@ def test_every_layout_returns_what_it_packed(config):
 
 @pytest.mark.parametrize("config", CONFIGS)
 def test_info_has_the_configuration(config):
-    values = protocol.info_values(config) | {"session": 7}
-    layout = protocol.info_reply(config)
+    values = messages.info_values(config) | {"session": 7}
+    layout = messages.info_reply(config)
     told = layout.unpack(layout.pack(**values))
-    assert protocol.config_from_info(told) == config
-    assert (told["version"], told["build_id"]) == (protocol.VERSION, config.build_id)
+    assert messages.config_from_info(told) == config
+    assert (told["version"], told["build_id"]) == (codec.VERSION, config.build_id)
 
 
 def test_refuses_an_unknown_checker():
-    values = protocol.info_values(CONFIG) | {"session": 7, "checker": 3}
+    values = messages.info_values(CONFIG) | {"session": 7, "checker": 3}
     with pytest.raises(ValueError, match=r"^Checker must be below 3, not 3$"):
-        protocol.config_from_info(values)
+        messages.config_from_info(values)
 
 
 def test_checkers_are_numbered():
     numbers = {"none": 0, "two-tier": 1, "parallel": 2}
     for build, number in numbers.items():
         config = Config(checker=build, lanes=1)
-        assert protocol.info_values(config)["checker"] == number
+        assert messages.info_values(config)["checker"] == number
 
 
 def test_version_and_build_never_move():
-    assert protocol.info_reply(CONFIG).fields[:2] == (("version", 8), ("build_id", 32))
+    assert messages.info_reply(CONFIG).fields[:2] == (("version", 8), ("build_id", 32))
 
 
 def test_recipe_is_short():
     # At most 15 % of the bytes of population mode, even for paths of two waypoints.
-    order = protocol.generate_request(CONFIG, LinkMode.RECIPE).size
-    assert protocol.recipe_reply(CONFIG).size + order <= 0.15 * 2 * 32 * 2 * 4
+    order = messages.generate_request(CONFIG, LinkMode.RECIPE).size
+    assert messages.recipe_reply(CONFIG).size + order <= 0.15 * 2 * 32 * 2 * 4
 
 
 waypoints = st.integers(0, (1 << CONFIG.waypoint_bits) - 1)
@@ -126,9 +136,9 @@ paths = st.lists(st.lists(waypoints, min_size=2, max_size=16), max_size=8)
 
 @given(paths)
 def test_paths_round_trip(paths):
-    packed = protocol.pack_paths(CONFIG, paths)
+    packed = pack_paths(CONFIG, paths)
     assert len(packed) == 4 * sum(map(len, paths))
-    assert protocol.unpack_paths(CONFIG, packed) == paths
+    assert unpack_paths(CONFIG, packed) == paths
 
 
 @pytest.mark.parametrize(
@@ -142,7 +152,7 @@ def test_paths_round_trip(paths):
 )
 def test_refuses_broken_paths(payload, sentence):
     with pytest.raises(ValueError, match=sentence):
-        protocol.unpack_paths(CONFIG, payload)
+        unpack_paths(CONFIG, payload)
 
 
 @pytest.mark.parametrize("bits", range(4, 17))
@@ -150,13 +160,13 @@ def test_refuses_broken_paths(payload, sentence):
 def test_cells_round_trip(bits, data):
     config = Config(altitude_bits=bits)
     cells = data.draw(st.lists(st.integers(0, (1 << bits) - 1), max_size=40))
-    packed = protocol.pack_cells(config, cells)
+    packed = pack_cells(config, cells)
     assert len(packed) == -(-len(cells) * bits // 8)
-    assert protocol.unpack_cells(config, packed)[: len(cells)] == cells
+    assert unpack_cells(config, packed)[: len(cells)] == cells
 
 
 def test_cells_are_packed_without_gaps():
-    assert protocol.pack_cells(CONFIG, [0xABC, 0x123, 0xFFF]) == bytes.fromhex("bc3a12ff0f")
+    assert pack_cells(CONFIG, [0xABC, 0x123, 0xFFF]) == bytes.fromhex("bc3a12ff0f")
 
 
 entries = st.lists(
@@ -175,8 +185,8 @@ hits = st.builds(
 
 @given(st.lists(st.just(PathResult()) | hits, max_size=10))
 def test_results_round_trip(results):
-    packed = protocol.pack_results(CONFIG, results)
-    assert protocol.unpack_results(CONFIG, packed) == results
+    packed = pack_results(CONFIG, results)
+    assert unpack_results(CONFIG, packed) == results
     # A clear path takes a byte, a hit 5 more, an entry 4.
     assert len(packed) == sum(
         1 + 5 * result.collision + 4 * len(result.entries) for result in results
@@ -185,15 +195,15 @@ def test_results_round_trip(results):
 
 def test_refuses_torn_results():
     hit = PathResult(True, 3, (100, 200), False, 70, ((3, 5, 0),))
-    packed = protocol.pack_results(CONFIG, [hit])
-    assert protocol.unpack_results(CONFIG, packed) == [hit]
+    packed = pack_results(CONFIG, [hit])
+    assert unpack_results(CONFIG, packed) == [hit]
     for size in range(1, len(packed)):
         with pytest.raises(ValueError, match=f"^Results must be whole, not end after {size} byte"):
-            protocol.unpack_results(CONFIG, packed[:size])
+            unpack_results(CONFIG, packed[:size])
 
 
 def test_versions_do_not_mix():
     body = b"\1\2\3"
-    assert protocol.frame_crc(body, plain=True) == zlib.crc32(body)
-    assert protocol.frame_crc(body, plain=False) == zlib.crc32(body) ^ protocol.VERSION * 0x01010101
-    assert protocol.VERSION != 0
+    assert codec.frame_crc(body, plain=True) == zlib.crc32(body)
+    assert codec.frame_crc(body, plain=False) == zlib.crc32(body) ^ codec.VERSION * 0x01010101
+    assert codec.VERSION != 0

@@ -5,8 +5,8 @@ import json
 import pytest
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol import Command, Status, StickyError
 from pathgene.hdl.protocol.codec import FrameError, decode_frame, encode_frame
+from pathgene.hdl.protocol.codes import Command, Status, StickyError
 from pathgene.hdl.protocol.layout import Field, Layout, numbered
 from pathgene.hdl.protocol.planner import VALUE_BITS
 from pathgene.sim.model.chip import Chip

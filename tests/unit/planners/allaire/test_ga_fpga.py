@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol import LinkMode
+from pathgene.hdl.protocol.codes import LinkMode
 from pathgene.host.device import boards
 from pathgene.host.device.boards import open_board
 from pathgene.host.device.paths import unpack_waypoints

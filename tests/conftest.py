@@ -1,5 +1,6 @@
 """Settings and fixtures of all tests: hypothesis profile, signals, simulators, boards."""
 
+import gc
 import shutil
 import signal
 
@@ -33,6 +34,19 @@ def pytest_sessionstart(session):
 
         is_even = int(worker["workerid"].removeprefix("gw")) % 2 == 0
         (compile_evaluation if is_even else written_page)()
+
+
+@pytest.hookimpl(wrapper=True, trylast=True)
+def pytest_runtest_teardown(item, nextitem):
+    """Exempt the live objects from garbage collection after each module of tests.
+
+    Caches of syntax trees and of gateware have millions of objects, which each collection would
+    visit, two seconds of the processor. NiceGUI's simulation of a user collects twice.
+    """
+    yield
+    if nextitem is None or nextitem.path != item.path:
+        gc.collect()
+        gc.freeze()
 
 
 @pytest.fixture

@@ -48,6 +48,26 @@ class Reading:
         """Texts of the warnings."""
         return tuple(each.text for each in self.remarks if each.grade is Grade.WARNING)
 
+    @staticmethod
+    def of(table: Any) -> Reading:
+        """Return the reading that :meth:`to_dict` describes.
+
+        Raises
+        ------
+        ValueError
+            If the table does not describe one.
+        """
+        try:
+            facts = dict(table)
+            remarks = tuple(
+                Remark(Grade(each["grade"]), each["text"]) for each in facts.pop("remarks")
+            )
+        except (KeyError, TypeError) as error:
+            raise ValueError(str(error)) from None
+        if not all(isinstance(each.text, str) for each in remarks):
+            raise ValueError("a text is needed")
+        return Reading(facts, remarks)
+
     def adding(self, remarks: Iterable[Remark]) -> Reading:
         """Return the reading with more remarks."""
         return Reading(self.facts, (*self.remarks, *remarks))

@@ -19,12 +19,19 @@ from pathgene.host.cli.arguments import (
     add_own_options,
     leave_unset,
 )
-from pathgene.host.cli.output import note, note_compiling, print_json, print_pairs, print_table
+from pathgene.host.cli.output import (
+    note,
+    note_compiling,
+    note_reading,
+    print_json,
+    print_pairs,
+    print_table,
+)
 from pathgene.host.cli.values import file_values, ignored_options
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.files.output import prepare_directory, write_json, writing_into
 from pathgene.host.machine import available_cores
-from pathgene.host.options.table import NAMED, options_of
+from pathgene.host.options.table import NAMED, ZONE_READING, options_of
 from pathgene.host.progress import Bar
 from pathgene.host.workers import LOCAL
 
@@ -53,6 +60,7 @@ def add(commands: Commands) -> None:
     )
     group = parser.add_argument_group("planning, instead of the files' own options")
     add_options(group, [*options_of("search", "planning"), NAMED["as_paper"]])
+    add_options(group, ZONE_READING)
     add_own_options(parser)
     group = parser.add_argument_group("execution")
     group.add_argument(
@@ -107,6 +115,7 @@ def run(args: argparse.Namespace) -> int:
         if summary is None:
             missing.append(job)
         else:
+            note_reading(summary.get("read"), f"{job.name}: ")
             by_name[job.name] |= {"kept": True, **_terms(summary)}
     try:
         _plan(args, directory, missing, by_name, kept=len(jobs) - len(missing))
@@ -177,12 +186,10 @@ def _plan(
 
 def _saved(directory: Path, job: Job, outcome: Outcome) -> dict[str, Any]:
     from pathgene.host.mission.batch import save
-    from pathgene.host.report.reading import warnings_in
 
     if outcome.summary is None:
         return _failed(outcome.failure or "It failed.", bad_input=outcome.bad_input)
-    for text in warnings_in(outcome.summary):
-        note(f"{job.name}: Warning: {text}")
+    note_reading(outcome.summary.get("read"), f"{job.name}: ")
     save(directory, job, outcome, note)
     return {"kept": False, **_terms(outcome.summary)}
 
@@ -196,6 +203,7 @@ def _on_hardware(job: Job) -> bool:
 
 def _terms(summary: Mapping[str, Any]) -> dict[str, Any]:
     from pathgene.host.mission.legs import shortcoming
+    from pathgene.host.report.reading import warnings_in
 
     return {
         "feasible": bool(summary["feasible"]),
@@ -207,6 +215,7 @@ def _terms(summary: Mapping[str, Any]) -> dict[str, Any]:
         "seconds": summary["seconds"]["total"],
         "failure": summary["failure"] or shortcoming(summary),
         "bad_input": False,
+        "warnings": warnings_in(summary),
     }
 
 

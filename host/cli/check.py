@@ -187,12 +187,13 @@ def _zones(
 ) -> tuple[tuple[Zone, ...], Reading]:
     """Return the zones from the options, or the summary's zones if no option gives one."""
     from pathgene.host.mission.build import read_zones_of
-    from pathgene.host.report.read import summary_zones
+    from pathgene.host.report.read import summary_zones, summary_zones_reading
 
     given = read_zones_of(vars(args), terrain)
     if given.zones or summary is None:
         return given.zones, given.reading
-    return summary_zones(Path(args.path), summary), given.reading
+    file = Path(args.path)
+    return summary_zones(file, summary), summary_zones_reading(file, summary)
 
 
 def _check_ends(args: argparse.Namespace, problem: Problem) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from pathgene.host.formats.classes import forbidding
 from pathgene.host.mission.mission import Mission
 from pathgene.host.mission.problem_file import read_problem
 from pathgene.host.options.kinds import moment_of
-from pathgene.host.options.table import FALLBACKS, OWN, RULES, SEARCH
+from pathgene.host.options.table import FALLBACKS, OWN, RULES, SEARCH, ZONE_READING
 from pathgene.host.planners import PLANNERS, named_or_default
 from pathgene.host.planning import Search
 from pathgene.host.problem.active_times import LONGEST_S
@@ -22,6 +22,7 @@ from pathgene.host.problem.aircraft import load as load_aircraft
 from pathgene.host.problem.ends import Point, end_point, place
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.tiles import remarks_on
 from pathgene.host.problem.zones import (
     Circle,
     ReadZones,
@@ -41,6 +42,7 @@ __all__ = [
     "end_of",
     "load_mission",
     "mission_of",
+    "options_for_flight",
     "placed_at",
     "planner_of",
     "read_zones_of",
@@ -216,7 +218,13 @@ def zones_of(values: Values, terrain: Terrain) -> tuple[Zone, ...]:
 
 
 def read_zones_of(values: Values, terrain: Terrain) -> ReadZones:
-    """Return the no-fly zones of files, tables and circles, and the report on the files.
+    """Return the no-fly zones of files, tables and circles, and the report on them.
+
+    Parameters
+    ----------
+    values : mapping
+        Also ``zones_read``: names of files that the tables were read from, with the reports on
+        them.
 
     Raises
     ------
@@ -224,10 +232,11 @@ def read_zones_of(values: Values, terrain: Terrain) -> ReadZones:
         If one is bad.
     """
     options = zone_options_of(values)
-    if values.get("nofly") or any("file" in each for each in values.get("zones") or ()):
+    if any(values.get(name) for name in ("nofly", "zones", "nofly_circle")):
         options = _for_flight(options, values, terrain)
     files: list[tuple[str, ReadZones]] = []
     zones: list[Zone] = []
+    own: list[tuple[int, Zone]] = []
 
     def read(file: str) -> None:
         files.append((str(file), read_zones(file, terrain, options)))
@@ -243,13 +252,27 @@ def read_zones_of(values: Values, terrain: Terrain) -> ReadZones:
         if "circle" in shape:
             shape["x"], shape["y"], shape["radius_m"] = shape.pop("circle")
         zones.append(zone_from_dict(shape))
-    zones += [Circle(*circle) for circle in values.get("nofly_circle") or ()]
+        own.append((len(zones), zones[-1]))
+    for circle in values.get("nofly_circle") or ():
+        zones.append(Circle(*circle))
+        own.append((len(zones), zones[-1]))
+    earlier: Sequence[tuple[str, Reading]] = values.get("zones_read") or ()
+    readings = [*earlier, *((file, each.reading) for file, each in files)]
+    # The evaluation of the papers knows neither heights nor times.
+    powerless = () if values.get("as_paper") else remarks_on(own, terrain, options)
     return ReadZones(
         tuple(zones),
         tuple(part for _, each in files for part in each.left_out),
         Reading(
-            {"files": [{"file": file, **each.reading.facts} for file, each in files]},
-            tuple(remark for _, each in files for remark in each.reading.remarks),
+            {
+                "files": [{"file": file, **reading.facts} for file, reading in readings],
+                "options": {
+                    option.name: values[option.name]
+                    for option in ZONE_READING
+                    if values.get(option.name)
+                },
+            },
+            (*(remark for _, reading in readings for remark in reading.remarks), *powerless),
         ),
     )
 
@@ -280,21 +303,34 @@ def zone_options_of(values: Values) -> ZoneOptions:
 def _for_flight(options: ZoneOptions, values: Values, terrain: Terrain) -> ZoneOptions:
     """Return the choices with the ceiling and the longest time of a flight over a terrain."""
     aircraft = aircraft_of(values)
-    ceilings = (values.get("ceiling"), aircraft.service_ceiling_m)
+    points = len(values.get("via") or values.get("via_geo") or ())
+    legs = points + 1 + bool(values.get("return_to_start"))
+    wind = values.get("wind") or (0.0, 0.0)
+    return options_for_flight(options, terrain, aircraft, values.get("ceiling"), wind, legs)
+
+
+def options_for_flight(
+    options: ZoneOptions,
+    terrain: Terrain,
+    aircraft: Aircraft,
+    ceiling_m: float | None,
+    wind: tuple[float, float],
+    legs: int = 1,
+) -> ZoneOptions:
+    """Return the choices with the ceiling and the longest time of a flight."""
+    ceilings = (ceiling_m, aircraft.service_ceiling_m)
     return replace(
         options,
         ceiling_m=min((each for each in ceilings if each is not None), default=None),
-        longest_s=_longest_s(values, terrain, aircraft),
+        longest_s=_longest_s(terrain, aircraft, wind, legs),
     )
 
 
-def _longest_s(values: Values, terrain: Terrain, aircraft: Aircraft) -> float:
+def _longest_s(terrain: Terrain, aircraft: Aircraft, wind: tuple[float, float], legs: int) -> float:
     """Return a time that no path over the terrain takes."""
-    slowest_m_s = aircraft.cruise_speed_m_s - math.hypot(*(values.get("wind") or (0.0, 0.0)))
+    slowest_m_s = aircraft.cruise_speed_m_s - math.hypot(*wind)
     if slowest_m_s <= 0:
         return LONGEST_S
-    points = len(values.get("via") or values.get("via_geo") or ())
-    legs = points + 1 + bool(values.get("return_to_start"))
     across_m = math.hypot(terrain.width_m, terrain.height_m)
     return min(_DETOUR * legs * across_m / slowest_m_s, LONGEST_S)
 

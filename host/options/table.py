@@ -45,6 +45,7 @@ __all__ = [
     "SEARCH",
     "TABLES",
     "TOGETHER",
+    "ZONE_READING",
     "keys_of",
     "options_of",
 ]
@@ -353,6 +354,8 @@ def keys_of(table: str) -> dict[str, Option]:
 
 #: The options of the command line, by name.
 NAMED: Mapping[str, Option] = {option.name: option for option in OPTIONS if option.group != "file"}
+#: Options on how files of zones are read.
+ZONE_READING = tuple(NAMED[name] for name in ("skip_bad_zones", "forbid", "departure", "qnh"))
 
 #: Options that every planner has, by name: fields of :class:`pathgene.host.planners.base.Options`.
 SEARCH: Mapping[str, Option] = {option.name: option for option in options_of("search")}

@@ -254,7 +254,7 @@ def tiles(part: Placed, terrain: Terrain, most: int) -> Iterator[tuple[Placed, f
             continue
         for half in _halves(box, 0 if sides[0] >= sides[1] else 1):
             cut = tuple(_distinct(clipped(ring, half)) for ring in rings)
-            # A part without a size lies on the line of the cut, as part of the other half.
+            # A part without a size lies on the line of the cut, where its neighbour has it.
             if len(cut[0]) < 3:
                 continue
             kept = tuple(ring for ring in cut if len(ring) >= 3)

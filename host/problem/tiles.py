@@ -10,13 +10,16 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import groupby
 
-from pathgene.host.problem.heights import tiles, tiles_each
+from pathgene.host.formats.features import Feature, Limit, Reference
+from pathgene.host.problem.heights import Heights, tiles, tiles_each
 from pathgene.host.problem.placing import Placed
-from pathgene.host.problem.zones import Polygon, Zone
+from pathgene.host.problem.zone_report import Record, powerless
+from pathgene.host.problem.zones import Polygon, Zone, ZoneOptions
+from pathgene.host.remarks import Remark
 from pathgene.host.terrain import Terrain
 
 
-__all__ = ["numbers_of", "outermost", "over_ground", "tiles_of", "wholes"]
+__all__ = ["numbers_of", "outermost", "over_ground", "remarks_on", "tiles_of", "wholes"]
 
 
 def over_ground(zones: Sequence[Zone], terrain: Terrain, sharing: int = 0) -> tuple[Zone, ...]:
@@ -42,8 +45,7 @@ def over_ground(zones: Sequence[Zone], terrain: Terrain, sharing: int = 0) -> tu
 
 def _divided(zone: Zone, terrain: Terrain, most: int) -> Iterator[Zone]:
     """Yield the tiles of a zone; a tile with nothing between its limits is left out."""
-    x, y, radius_m = zone.footprint.disc or (0.0, 0.0, None)
-    part = Placed(zone.footprint.rings or (((x, y),),), radius_m)
+    part = _part(zone)
     for tile, lowest_m, highest_m in tiles(part, terrain, most):
         lower_m = zone.lower_m if zone.lower_agl_m is None else lowest_m + zone.lower_agl_m
         upper_m = zone.upper_m if zone.upper_agl_m is None else highest_m + zone.upper_agl_m
@@ -61,6 +63,46 @@ def _divided(zone: Zone, terrain: Terrain, most: int) -> Iterator[Zone]:
             upper_agl_m=None,
             part_of=zone,
         )
+
+
+def remarks_on(
+    zones: Sequence[tuple[int, Zone]], terrain: Terrain, options: ZoneOptions
+) -> tuple[Remark, ...]:
+    """Return warnings about zones, each with its number, that forbid nothing.
+
+    These are zones that were not read from a file, whose report has such warnings.
+    """
+    heights = Heights(terrain, zones=sum(zone.follows_ground for _, zone in zones))
+    records = []
+    for number, zone in zones:
+        part, feature = _part(zone), _feature(number, zone)
+        bands = heights.bands(feature, part)
+        is_active = (zone.t0_s or 0.0) <= options.longest_s
+        records.append(Record(feature, (part,), tuple(bands), is_active))
+    return tuple(powerless(records, terrain, options.ceiling_m))
+
+
+def _part(zone: Zone) -> Placed:
+    """Return the shape of a zone."""
+    x, y, radius_m = zone.footprint.disc or (0.0, 0.0, None)
+    return Placed(zone.footprint.rings or (((x, y),),), radius_m)
+
+
+def _feature(number: int, zone: Zone) -> Feature:
+    """Return a zone as if it had been read from a file."""
+    lower, upper = (
+        Limit(metres, Reference.AMSL)
+        if metres is not None
+        else Limit(above_m, Reference.AGL)
+        if above_m is not None
+        else None
+        for metres, above_m in (
+            (zone.lower_m, zone.lower_agl_m),
+            (zone.upper_m, zone.upper_agl_m),
+        )
+    )
+    rings = _part(zone).rings
+    return Feature(number, zone.name, rings, lower=lower, upper=upper, kind="zone", is_local=True)
 
 
 def wholes(zones: Iterable[Zone]) -> tuple[Zone, ...]:

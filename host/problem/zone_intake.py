@@ -170,7 +170,8 @@ def _zones(
         corners = [corner for ring in feature.rings for corner in ring]
         times = intervals(feature.periods, options.departure, corners, options.longest_s)
     every = tuple(band for _, some in bands for band in some)
-    record = Record(feature, parts, every, bool(times))
+    is_active = any((first or 0.0) <= options.longest_s for first, _ in times)
+    record = Record(feature, parts, every, is_active)
     if not feature.forbids or encloses_nothing(feature):
         return record, []
     converted = any(

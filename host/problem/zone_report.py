@@ -18,7 +18,7 @@ from pathgene.host.remarks import Grade, Reading, Remark
 from pathgene.host.terrain import Terrain
 
 
-__all__ = ["OFF_THE_MAP", "Record", "report", "touches"]
+__all__ = ["OFF_THE_MAP", "Record", "powerless", "report", "touches"]
 
 # Names in one sentence.
 _NAMES = 5
@@ -123,6 +123,14 @@ def _is_below(band: Band, terrain: Terrain) -> bool:
     return band.upper_m is not None and band.upper_m <= ground_under(band.part, terrain)[0]
 
 
+def powerless(
+    records: Sequence[Record], terrain: Terrain, ceiling_m: float | None
+) -> Iterator[Remark]:
+    """Yield a warning for each reason why zones that are not of a file forbid nothing."""
+    reasons = [record.reason(terrain, ceiling_m) for record in records]
+    yield from _powerless("", records, reasons, False)
+
+
 def report(
     name: str,
     kind: str,
@@ -184,7 +192,7 @@ def report(
 def _counts(name: str, kind: str, read: int, on_map: int, able: int) -> Iterator[Remark]:
     touching = "touches" if on_map == 1 else "touch"
     yield Remark(
-        Grade.NOTE,
+        Grade.NOTE if able else Grade.WARNING,
         f"{name}: {_count(read, 'zone')} read as {kind}; {on_map} {touching} the map, "
         f"{able} can forbid flight.",
     )
@@ -206,6 +214,7 @@ def _powerless(
     name: str, records: Sequence[Record], reasons: Sequence[str], some_on_map: bool
 ) -> Iterator[Remark]:
     """Yield a warning for each reason why zones forbid nothing."""
+    file = f"{name}: " if name else ""
     by_reason: dict[str, list[str]] = {}
     for record, reason in zip(records, reasons, strict=True):
         if reason:
@@ -215,7 +224,8 @@ def _powerless(
         grade = Grade.NOTE if reason == OFF_THE_MAP and some_on_map else Grade.WARNING
         verb = "forbids" if len(labels) == 1 else "forbid"
         why = reason if len(labels) == 1 else _plural(reason)
-        yield Remark(grade, f"{name}: {_labels(labels)} {verb} nothing: {why}.")
+        text = f"{file}{_labels(labels)} {verb} nothing: {why}."
+        yield Remark(grade, f"{text[:1].upper()}{text[1:]}" if not file else text)
 
 
 def _plural(reason: str) -> str:

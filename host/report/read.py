@@ -21,6 +21,7 @@ from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
 from pathgene.host.problem.way import WayProblem
 from pathgene.host.problem.zones import Zone, zone_from_dict
+from pathgene.host.remarks import Reading
 from pathgene.host.report.run_files import GRID, verify
 from pathgene.host.terrain import Terrain, embedded, load
 from pathgene.host.terrain.origin import at_origin
@@ -39,6 +40,7 @@ __all__ = [
     "summary_way",
     "summary_wind_and_step",
     "summary_zones",
+    "summary_zones_reading",
 ]
 
 _STATED = ("height_unit", "heights", "water_level")
@@ -105,6 +107,7 @@ def read_run(file: Path, *, origin: tuple[float, float] | None = None) -> Run:
         summary_way(file, summary),
         aircraft=summary_aircraft(file, summary) or load_aircraft(DEFAULT),
         zones=summary_zones(file, summary),
+        zones_reading=summary_zones_reading(file, summary),
         wind=wind,
         ds_m=ds_m,
         **summary_rules(file, summary),
@@ -266,6 +269,23 @@ def summary_zones(file: Path, summary: dict[str, Any]) -> tuple[Zone, ...]:
     if not isinstance(zones, list):
         raise InputError(f"{file}: nofly must be a list of zones, not {zones!r}.")
     return tuple(zone_from_dict(zone) for zone in zones)
+
+
+def summary_zones_reading(file: Path, summary: dict[str, Any]) -> Reading:
+    """Return the report on the files of zones; it is empty in a summary of an earlier version.
+
+    Raises
+    ------
+    InputError
+        If it is no such report.
+    """
+    try:
+        read = summary.get("read")
+        return Reading({"files": []}) if read is None else Reading.of(read["zones"])
+    except (KeyError, TypeError, ValueError):
+        raise InputError(
+            f"{file}: read must have a table zones with the remarks on the files of zones."
+        ) from None
 
 
 def summary_wind_and_step(file: Path, summary: dict[str, Any]) -> tuple[tuple[float, float], float]:

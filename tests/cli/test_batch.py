@@ -240,3 +240,51 @@ def test_a_gpu_gets_problems_in_parts(files, monkeypatch):
     # A map that is already too large is planned alone.
     monkeypatch.setattr("pathgene.host.mission.batch._MOST_NODES", nodes - 1)
     assert parts() == [[at] for at in range(8)]
+
+
+def test_says_and_keeps_what_was_read_of_zones(files, tmp_path, capsys):
+    zones = tmp_path / "zones.geojson"
+    ring = [[2500, 500], [3500, 500], [3500, 900], [2500, 500]]
+    kinds = [({"type": "Polygon", "coordinates": [ring]}, {"name": "R-1", "upper": 20})]
+    kinds += [({"type": "LineString", "coordinates": ring[:2]}, {"name": "wire"})]
+    features = [{"type": "Feature", "properties": own, "geometry": shape} for shape, own in kinds]
+    document = {"type": "FeatureCollection", "crs_local": True, "features": features}
+    zones.write_text(json.dumps(document))
+    with Path(files[0]).open("a") as file:
+        file.write('[[zones]]\nfile = "zones.geojson"\n')
+    out = tmp_path / "out"
+    options = [files[0], "--out", out, "--jobs", 1, "--no-picture", "--json"]
+    status, printed, said = batch(capsys, *options)
+    assert status == 0
+    told = [line for line in said.splitlines() if line.startswith("pathgene: one: ")]
+    assert any('Note: zones.geojson: feature 2, "wire" left out' in line for line in told)
+    (warning,) = (line for line in told if 'Warning: zones.geojson: feature 1, "R-1"' in line)
+    (row,) = json.loads(printed)["problems"]
+    assert (
+        row["warnings"] == json.loads((out / "batch.json").read_text())["problems"][0]["warnings"]
+    )
+    assert f"pathgene: one: Warning: {row['warnings'][1]}" == warning
+    # A kept result says the same.
+    again = batch(capsys, *options)[2]
+    assert [line for line in again.splitlines() if line.startswith("pathgene: one: ")] == told
+    # check of the summary repeats it.
+    assert main(["check", "--path", str(out / "one" / "summary.json")]) == 0
+    checked = capsys.readouterr().err.splitlines()
+    assert [line.replace("one: ", "", 1) for line in told] == checked
+
+
+def test_zones_are_read_with_the_options(files, tmp_path, capsys):
+    zones = tmp_path / "zones.txt"
+    zones.write_text("AC E\nAN OPEN\nAH 9000ft MSL\nAL GND\nV X=47:01:00 N 008:02:00 E\nDC 0.1\n")
+    with Path(files[0]).open("a") as file:
+        file.write('[[zones]]\nfile = "zones.txt"\n')
+    text = Path(files[0]).read_text().replace("[mission]", "origin = [47.0, 8.0]\n[mission]")
+    Path(files[0]).write_text(text)
+    options = [files[0], "--jobs", 1, "--no-picture", "--no-grid", "--out", tmp_path / "out"]
+    batch(capsys, *options)
+    assert json.loads((tmp_path / "out/one/summary.json").read_text())["nofly"] == []
+    said = batch(capsys, *options, "--forbid", "E", "--qnh", "1000")[2]
+    summary = json.loads((tmp_path / "out/one/summary.json").read_text())
+    assert [zone["name"] for zone in summary["nofly"]] == ["OPEN"]
+    assert summary["read"]["zones"]["options"] == {"forbid": "E", "qnh": 1000.0}
+    assert "pathgene: one: Note: zones.txt: 1 zone read as OpenAir" in said

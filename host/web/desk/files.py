@@ -3,22 +3,28 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from pathgene.host.errors import InputError
 from pathgene.host.files.output import output_file
 from pathgene.host.formats.registry import zone_suffixes
 from pathgene.host.inputs import parse_toml
-from pathgene.host.mission.build import zone_options_of
+from pathgene.host.mission.build import read_zones_of
 from pathgene.host.options.table import TABLES
 from pathgene.host.problem import aircraft
-from pathgene.host.problem.zones import read_zones
 from pathgene.host.report.reading import sentences
-from pathgene.host.web.desk.sheet import MOST_BYTES, Sheet, zone_table
+from pathgene.host.web.desk.sheet import MOST_BYTES, Sheet
 from pathgene.host.web.desk.terrains import Terrains
 
 
 __all__ = ["open_upload"]
+
+# Maximum characters of a file's name.
+_LONGEST_NAME = 100
+# A file is read for itself.
+_NO_ZONES: Mapping[str, Any] = {"zones": (), "nofly_circle": (), "zones_read": ()}
 
 
 def open_upload(sheet: Sheet, terrains: Terrains, name: str, content: bytes) -> list[str]:
@@ -60,12 +66,12 @@ def _open_toml(sheet: Sheet, name: str, content: bytes) -> None:
 def _open_zones(sheet: Sheet, name: str, content: bytes) -> list[str]:
     terrain = sheet.terrain()
     with tempfile.TemporaryDirectory(prefix="pathgene-") as folder:
-        file = Path(folder) / f"zones{Path(name).suffix.lower()}"
+        file = Path(folder) / Path(name).name[-_LONGEST_NAME:]
         with output_file(file) as binary:
             binary.write(content)
         try:
-            read = read_zones(file, terrain, zone_options_of(sheet.values))
+            read = read_zones_of({**sheet.values, **_NO_ZONES, "nofly": [str(file)]}, terrain)
         except InputError as error:
             raise InputError(str(error).replace(str(file), name)) from None
-    sheet.zones.extend(map(zone_table, read.zones))
+    sheet.add_zones(read)
     return list(sentences({"terrain": {}, "zones": read.reading.to_dict()}))

@@ -16,8 +16,8 @@ from pathgene.host.mission.build import (
     end_of,
     mission_of,
     planner_of,
+    read_zones_of,
     search_of,
-    zones_of,
 )
 from pathgene.host.mission.mission import Mission
 from pathgene.host.mission.problem_file import parse_problem, problem_text, read_problem
@@ -25,7 +25,8 @@ from pathgene.host.options.table import OWN, RULES, options_of
 from pathgene.host.planners import DEFAULT, PLANNERS, asks_hardware
 from pathgene.host.problem import aircraft
 from pathgene.host.problem.ends import place
-from pathgene.host.problem.zones import Zone
+from pathgene.host.problem.zones import ReadZones, Zone
+from pathgene.host.remarks import Reading
 from pathgene.host.terrain import Terrain, embedded
 from pathgene.host.web.desk.boards import require_board
 from pathgene.host.web.desk.misread import Misread
@@ -51,6 +52,7 @@ _PLANNER = frozenset(option.name for option in options_of("planning", "search", 
 # Options that belong to a terrain, not to the next one.
 _OF_TERRAIN = (
     "terrain", "fill_voids", "origin", "water_level", "height_unit", "heights", "via", "zones",
+    "zones_read",
 )  # fmt: skip
 
 
@@ -89,6 +91,11 @@ class Sheet:
         """The zones, as tables of a problem file."""
         zones: list[dict[str, Any]] = self.values.setdefault("zones", [])
         return zones
+
+    def add_zones(self, read: ReadZones) -> None:
+        """Add the zones of a file, and keep the report on it for as long as there are zones."""
+        self.zones.extend(map(zone_table, read.zones))
+        self.values.setdefault("zones_read", []).extend(_reports(read))
 
     @property
     def via(self) -> list[tuple[float, ...]]:
@@ -158,6 +165,8 @@ class Sheet:
     def remove_zone(self, number: int) -> None:
         """Remove a zone."""
         del self.zones[number]
+        if not self.zones:
+            self.values.pop("zones_read", None)
         self.misread.removed("zone", number)
 
     def add_via(self, x: float, y: float) -> None:
@@ -313,7 +322,10 @@ class Sheet:
         }
         taken.setdefault("terrain", embedded.names()[0])
         terrain = self._terrains.load(taken)
-        taken["zones"] = [zone_table(zone) for zone in zones_of(values, terrain)]
+        read = read_zones_of(values, terrain)
+        taken["zones"] = [zone_table(zone) for zone in read.zones]
+        if reports := _reports(read):
+            taken["zones_read"] = reports
         for end in ("start", "goal"):
             if (point := end_of(values, end, terrain)) is not None:
                 taken[end] = tuple(point)
@@ -350,6 +362,17 @@ def zone_table(zone: Zone) -> dict[str, Any]:
         circle = [table.pop(key) for key in ("x", "y", "radius_m")]
         table = {"circle": circle, **table}
     return table
+
+
+def _reports(read: ReadZones) -> list[tuple[str, Reading]]:
+    """Return the name of each file of zones with the report on it; the first has all remarks."""
+    reports = []
+    remarks = read.reading.remarks
+    for facts in read.reading.facts["files"]:
+        own = {name: value for name, value in facts.items() if name != "file"}
+        reports.append((Path(facts["file"]).name, Reading(own, remarks)))
+        remarks = ()
+    return reports
 
 
 def _planner(values: Mapping[str, Any]) -> str:

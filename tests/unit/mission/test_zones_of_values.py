@@ -95,9 +95,34 @@ def test_a_mission_keeps_the_report(tmp_path):
     (read,) = mission.problem.zones_reading.facts["files"]
     assert (read["file"], read["read"], read["on_map"], read["can_forbid"]) == (file, 2, 2, 0)
     assert mission.problem.zones_reading.warnings == (
+        "zones.geojson: 2 zones read as GeoJSON; 2 touch the map, 0 can forbid flight.",
         'zones.geojson: feature 1, "R-1", feature 2, "R-2" forbid nothing: their upper limits are '
         "under the ground everywhere.",
     )
+
+
+def test_a_table_that_forbids_nothing_is_a_warning():
+    tables = [
+        {"polygon": square(2000.0, 2000.0), "name": "R-1"},
+        {"polygon": square(2000.0, 2000.0), "name": "town", "upper": 40.0},
+        {"polygon": square(2000.0, 2000.0), "upper": "-5 m AGL"},
+        {"polygon": square(2000.0, 2000.0), "name": "later", "t0": 1e5},
+    ]
+    values = {**ENDS, "zones": tables, "nofly_circle": [(9e4, 0.0, 50.0)]}
+    assert mission_of(values, TERRAIN).problem.zones_reading.warnings == (
+        'Zone 2, "town", zone 3 forbid nothing: their upper limits are under the ground '
+        "everywhere.",
+        'Zone 4, "later" forbids nothing: it is not active during the flight.',
+        "Zone 5 forbids nothing: it lies off the map.",
+    )
+    assert mission_of({**values, "as_paper": True}, TERRAIN).problem.zones_reading.warnings == ()
+
+
+def test_the_report_has_the_choices(tmp_path):
+    file = zone_file(tmp_path, square(2000, 2000))
+    values = {**ENDS, "nofly": [file], "qnh": 1000.0, "departure": "2026-05-01T09:00Z"}
+    read = mission_of(values, TERRAIN).problem.zones_reading
+    assert read.facts["options"] == {"qnh": 1000.0, "departure": "2026-05-01T09:00Z"}
 
 
 def test_a_point_in_a_zone_names_the_zone(tmp_path):

@@ -87,11 +87,31 @@ def test_counts_and_limits_are_said(monkeypatch):
 )
 def test_a_zone_that_forbids_nothing_is_a_warning(monkeypatch, more, options, reason):
     found = read(monkeypatch, feature(3, **more), **options)
-    (warning,) = said(found, "warning")
+    counts, warning = said(found, "warning")
+    assert counts.endswith("0 can forbid flight.")
     assert warning.startswith(f'airspace.txt: feature 3, "R-7" forbids nothing: {reason}')
     assert found.reading.facts["can_forbid"] == 0
     # The same zone, with room for a flight, gives no warning.
     assert said(read(monkeypatch, feature(3)), "warning") == []
+
+
+def test_a_file_without_a_zone_that_forbids_is_a_warning(monkeypatch):
+    line = Left("feature 1", "a LineString is not an area")
+    assert said(read(monkeypatch, line), "warning") == [
+        "airspace.txt: 0 zones read as OpenAir; 0 touch the map, 0 can forbid flight."
+    ]
+    informs = feature(category="E", forbids=False)
+    assert said(read(monkeypatch, informs), "warning") == [
+        "airspace.txt: 1 zone read as OpenAir; 1 touches the map, 0 can forbid flight."
+    ]
+
+
+def test_a_zone_that_is_active_only_after_the_flight_is_a_warning(monkeypatch):
+    (_, warning) = said(read(monkeypatch, feature(t0_s=4000.0), longest_s=3600.0), "warning")
+    assert warning == (
+        'airspace.txt: feature 1, "R-7" forbids nothing: it is not active during the flight.'
+    )
+    assert said(read(monkeypatch, feature(t0_s=3000.0), longest_s=3600.0), "warning") == []
 
 
 def test_a_zone_without_size_is_a_warning(monkeypatch):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from pathgene.host.errors import InputError
+from pathgene.host.mission.build import mission_of
 from pathgene.host.problem.aircraft import load
 from pathgene.host.web.desk.drawn import drawn_problem
 from pathgene.host.web.desk.files import open_upload
@@ -34,6 +35,20 @@ def test_zones_come_besides_those_that_are_there(sheet):
     give(sheet, "TWO.JSON", ZONES)
     corners = [[1000.0, 1000.0], [1500.0, 1000.0], [1200.0, 1400.0]]
     assert sheet.zones == 2 * [{"polygon": corners, "name": "lake", "lower": 10.0, "upper": 90.0}]
+
+
+def test_the_report_on_zones_stays_with_the_problem(sheet):
+    give(sheet, "lake.geojson", ZONES.replace(b'"lower": 10, "upper": 90', b'"ceiling": 90'))
+    sentence = (
+        'lake.geojson: ceiling of feature 1, "lake" is not read, so nothing is limited by it.'
+    )
+    assert sentence in sheet.mission().problem.zones_reading.warnings
+    run = mission_of(sheet.task()).problem.zones_reading
+    assert sentence in run.warnings
+    (file,) = run.facts["files"]
+    assert (file["file"], file["read"]) == ("lake.geojson", 1)
+    sheet.remove_zone(0)
+    assert sheet.mission().problem.zones_reading.facts["files"] == []
 
 
 def test_a_zone_above_the_ground_is_one_zone(sheet):

@@ -144,7 +144,9 @@ def test_a_problem_of_this_machine_brings_its_files(terrains, tmp_path):
     latitude, longitude = land.to_geographic([values["via"][0][0]], [values["via"][0][1]])
     assert (latitude[0], longitude[0]) == pytest.approx((36.40, -84.30), abs=1e-6)
     assert sheet.mission().problem.aircraft.name == "mine"
-    # A link does not name a file, and works only on this desk.
+    # A link does not name a file, and works only on this desk, and has no report.
+    ((name, _),) = sheet.values.pop("zones_read")
+    assert name == "zones.geojson"
     other = Sheet(terrains)
     other.open_link(sheet.link())
     assert same(sheet, other)

@@ -41,7 +41,7 @@ def plan_in_time(
     InputError, JobError
         As for the planner.
     """
-    timed = evaluator.problem.zones_at_times
+    timed = _timed(evaluator)
     blocked: tuple[Zone, ...] = ()
     spent: dict[str, float] = {}
     while timed and (blocked != timed or not spent):
@@ -53,8 +53,8 @@ def plan_in_time(
         judged = dataclasses.replace(
             result, evaluation=evaluator.evaluate(result.path), seconds=spent
         )
-        entered = [zone for zone in evaluator.entered(result.path) if zone in timed]
-        more = tuple(zone for zone in timed if zone in blocked or zone in entered)
+        known = {_whole(zone) for zone in (*blocked, *evaluator.entered(result.path))}
+        more = tuple(zone for zone in timed if _whole(zone) in known)
         is_over = judged.interrupted or judged.failure is not None or _is_late(options, spent)
         if judged.evaluation.feasible or more == blocked or is_over:
             return judged
@@ -63,14 +63,30 @@ def plan_in_time(
     return dataclasses.replace(result, seconds=_summed(spent, result.seconds))
 
 
+def _timed(evaluator: Evaluator) -> tuple[Zone, ...]:
+    """Return the zones that are active at certain times; none with ``as_paper``."""
+    problem = evaluator.problem
+    return () if problem.as_paper else tuple(filter(_has_times, problem.zones))
+
+
+def _has_times(zone: Zone) -> bool:
+    return zone.t0_s is not None or zone.t1_s is not None
+
+
+def _whole(zone: Zone) -> int:
+    """Return a key that the tiles of a zone over steep ground share."""
+    return id(zone if zone.part_of is None else zone.part_of)
+
+
 def _without_times(
     evaluator: Evaluator, timed: tuple[Zone, ...], blocked: tuple[Zone, ...]
 ) -> Evaluator | None:
     """Return the evaluator with zones always or never active; None if an end is in a zone."""
+    always = set(map(id, blocked))
     zones = tuple(
-        dataclasses.replace(zone, t0_s=None, t1_s=None) if zone in blocked else zone
+        dataclasses.replace(zone, t0_s=None, t1_s=None) if id(zone) in always else zone
         for zone in evaluator.problem.zones
-        if zone not in timed or zone in blocked
+        if not _has_times(zone) or id(zone) in always
     )
     try:
         return evaluator.among(zones)

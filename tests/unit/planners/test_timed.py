@@ -1,10 +1,13 @@
 """Plans among zones with active times, checked with the track's own times and shapely."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from shapely.geometry import Point, Polygon
 
 from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners.grid.astar import AstarPlanner
 from pathgene.host.planning import Search
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zones import Zone
@@ -75,3 +78,28 @@ def test_leaves_a_zone_that_becomes_active_later():
     found = plan("astar", [Zone.polygon(start, t0_s=120)])
     assert found.evaluation.feasible
     assert found.evaluation.length_m < 8100
+
+
+@pytest.mark.parametrize(
+    "limits", [{"upper_m": 3000}, {"lower_m": 180}, {"lower_m": 50, "upper_m": 3000}]
+)
+def test_a_zone_with_heights_is_ignored_while_it_is_not_active(limits):
+    later = plan("astar", [wall(4000, t0_s=5000, **limits)])
+    assert np.array_equal(later.path, plan("astar", []).path)
+
+
+def test_tiles_of_a_zone_that_is_entered_are_avoided_together(monkeypatch):
+    searches = []
+    planned = AstarPlanner.plan
+    monkeypatch.setattr(
+        AstarPlanner, "plan", lambda *given: searches.append(given) or planned(*given)
+    )
+    hills = 100.0 + 40.0 * np.sin(np.arange(101) / 3)[None, :] * np.ones((61, 1))
+    terrain = Terrain("hills", hills, 100.0, 100.0)
+    square = [(4000, 1000), (6000, 1000), (6000, 5000), (4000, 5000)]
+    zone = replace(Zone.polygon(square, t0_s=10), upper_agl_m=900.0)
+    problem = Problem(terrain, (1000, 3000, 200), (9000, 3000, 200), zones=[zone])
+    assert len(problem.zones) > 20
+    found = Search("astar").run(Evaluator(problem, threads=1))
+    assert found.evaluation.feasible
+    assert len(searches) == 2

@@ -18,7 +18,7 @@ import numpy as np
 from pathgene.host.formats.features import Feature, Limit, Reference
 from pathgene.host.formats.limits import above_ground
 from pathgene.host.formats.shapes import Ring
-from pathgene.host.problem.edges import clipped
+from pathgene.host.problem.cutting import cut
 from pathgene.host.problem.placing import Placed
 from pathgene.host.terrain import Terrain
 
@@ -241,33 +241,29 @@ def tiles(part: Placed, terrain: Terrain, most: int) -> Iterator[tuple[Placed, f
         # It lies beyond the places that tiles cover.
         yield part, lowest, highest
         return
+    areas = [rings]
+    for side, bound in enumerate(box):
+        axis, sign = side % 2, 1 if side < 2 else -1
+        areas = [piece for area in areas for piece in cut(area, axis, bound, sign)]
     order = itertools.count()
     # The tile with the steepest ground is divided first.
-    heap = [(lowest - highest, next(order), box, rings, lowest, highest)]
-    level: list[tuple[tuple[tuple[tuple[float, float], ...], ...], float, float]] = []
+    heap = [(lowest - highest, next(order), box, area, lowest, highest) for area in areas]
+    level: list[tuple[tuple[Ring, ...], float, float]] = []
     while heap:
-        _, _, box, rings, lowest, highest = heapq.heappop(heap)
+        _, _, box, area, lowest, highest = heapq.heappop(heap)
         sides = box[2] - box[0], box[3] - box[1]
         is_small = sides[0] <= terrain.dx_m and sides[1] <= terrain.dy_m
         if len(heap) + len(level) + 2 > most or highest - lowest <= _LEVEL_M or is_small:
-            level.append((rings, lowest, highest))
+            level.append((area, lowest, highest))
             continue
-        for half in _halves(box, 0 if sides[0] >= sides[1] else 1):
-            cut = tuple(_distinct(clipped(ring, half)) for ring in rings)
-            # A part without a size lies on the line of the cut, where its neighbour has it.
-            if len(cut[0]) < 3:
-                continue
-            kept = tuple(ring for ring in cut if len(ring) >= 3)
+        axis = 0 if sides[0] >= sides[1] else 1
+        halves = _halves(box, axis)
+        for half, sign in zip(halves, (-1, 1), strict=True):
             low, high = _ground(half, terrain)
-            heapq.heappush(heap, (low - high, next(order), half, kept, low, high))
-    for rings, lowest, highest in level:
-        yield Placed(rings), lowest, highest
-
-
-def _distinct(ring: Ring) -> Ring:
-    """Return a ring without corners that repeat the one before."""
-    before = (*ring[-1:], *ring[:-1])
-    return tuple(corner for corner, last in zip(ring, before, strict=True) if corner != last)
+            for piece in cut(area, axis, halves[1][axis], sign):
+                heapq.heappush(heap, (low - high, next(order), half, piece, low, high))
+    for area, lowest, highest in level:
+        yield Placed(area), lowest, highest
 
 
 def _halves(box: _Box, axis: int) -> tuple[_Box, _Box]:

@@ -16,9 +16,10 @@ from numpy.typing import ArrayLike
 from pathgene.host.errors import InputError
 from pathgene.host.numeric import real
 from pathgene.host.planners import PLANNERS, Entry
+from pathgene.host.terrain.arrays import from_array
 from pathgene.host.terrain.grid import Terrain as HostTerrain
-from pathgene.host.terrain.load import from_array, load
-from pathgene.host.terrain.reading import complete, with_frame_checked
+from pathgene.host.terrain.load import load
+from pathgene.host.terrain.reading import complete
 from pathgene.host.terrain.stated import Stated
 
 
@@ -47,6 +48,7 @@ class Terrain(HostTerrain):
         water_level: float | str | None = None,
         height_unit: str | None = None,
         heights: str | None = None,
+        void: float | Sequence[float] | str | None = None,
     ) -> Self:
         """Load a terrain by name or from a file.
 
@@ -69,10 +71,14 @@ class Terrain(HostTerrain):
         water_level : float or "none", optional
             Height of the water above the datum, metres: lower ground is the bottom of the sea. By
             default 0 on Earth; ``"none"`` is for land below the sea.
-        height_unit : "m", "ft" or "us-ft", optional
+        height_unit : "m", "dm", "cm", "ft" or "us-ft", optional
             Unit of the heights in the file; by default as the file states, or metres.
         heights : "sea-level" or "ellipsoidal", optional
             Reference of the heights in the file; by default as the file states.
+        void : float, sequence of float or "none", optional
+            Numbers of the file that mark voids, in addition to the declared one. ``"none"`` takes
+            all numbers from -11,000 to 9,000 m as heights; by default, numbers that no ground has
+            are voids or refused.
 
         Raises
         ------
@@ -81,7 +87,7 @@ class Terrain(HostTerrain):
             ``cell_m`` is missing, not positive or given for a file that states its own.
         """
         cell = None if cell_m is None else _sides(cell_m)
-        stated = Stated(height_unit, heights, water_level)
+        stated = Stated(height_unit, heights, water_level, void)
         return cls._of(
             load(source, cell=cell, fill_voids=fill_voids, max_cells=max_cells, stated=stated)
         )
@@ -104,7 +110,8 @@ class Terrain(HostTerrain):
         elevation : array_like
             Heights in metres, (ny, nx), row 0 the **southernmost**, 2 x 2 or more; NaN is a void.
         cell_m : float or (float, float)
-            Side of a cell in metres, or its sides to the east and to the north.
+            Side of a cell in metres, or its sides to the east and to the north; with ``crs``, in
+            metres of the system. The terrain has their true size.
         name : str
             Name in summaries and pictures.
         crs : str, optional
@@ -118,8 +125,9 @@ class Terrain(HostTerrain):
         Raises
         ------
         InputError
-            If the heights are not a grid of real numbers, are all void, a side is not positive, or
-            ``crs`` or ``origin`` has the wrong type.
+            If the heights are not a grid of real numbers, are all void, a side is not positive,
+            ``crs`` or ``origin`` has the wrong type, or metres of ``crs`` differ from true ones by
+            more than 0.2 %, or by more than 0.05 % over the map.
         """
         if not isinstance(crs, str | None):
             raise InputError(f"The crs must be the name of a reference system, not {crs!r}.")
@@ -131,7 +139,7 @@ class Terrain(HostTerrain):
             origin=None if origin is None else _pair("origin", origin),
             fill_voids=fill_voids,
         )
-        return cls._of(with_frame_checked(complete(made)))
+        return cls._of(complete(made))
 
     @classmethod
     def _of(cls, terrain: HostTerrain) -> Self:

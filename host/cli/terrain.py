@@ -43,7 +43,10 @@ def add(commands: Commands) -> None:
     describing.add_argument("--fill-voids", action="store_true", help=NAMED["fill_voids"].described)
     add_options(
         describing,
-        [NAMED[name] for name in ("max_cells", "cell", "water_level", "height_unit", "heights")],
+        [
+            NAMED[name]
+            for name in ("max_cells", "cell", "water_level", "height_unit", "heights", "void")
+        ],
     )
     making = add_command(
         actions,

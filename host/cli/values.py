@@ -104,12 +104,13 @@ def source_of(args: argparse.Namespace) -> dict[str, Any]:
     from pathgene.host.inputs import exists
 
     path = Path(args.terrain)
-    stated = {name: getattr(args, name, None) for name in ("height_unit", "heights", "water_level")}
+    from pathgene.host.terrain.stated import Stated
+
     return {
         "source": os.path.realpath(path) if exists(path) else args.terrain,
         "fill_voids": args.fill_voids,
         "cell_m": args.cell and list(args.cell),
-        **{name: value for name, value in stated.items() if value is not None},
+        **Stated.of(vars(args)).to_dict(),
     }
 
 

@@ -170,14 +170,14 @@ def terrain_of(values: Values) -> Terrain:
 
 
 def stated_of(values: Values) -> Stated:
-    """Return the unit, the reference and the water level that are stated for the heights.
+    """Return the statements on the heights of the terrain.
 
     Raises
     ------
     InputError
         If a value is bad.
     """
-    return Stated(**{name: values.get(name) for name in ("height_unit", "heights", "water_level")})
+    return Stated.of(values)
 
 
 def placed_at(values: Values, terrain: Terrain) -> Terrain:

@@ -37,6 +37,7 @@ __all__ = [
     "RINGS",
     "TERRAIN",
     "TEXT",
+    "VOIDS",
     "WATER_LEVEL",
     "Kind",
     "cell_sides",
@@ -50,7 +51,7 @@ __all__ = [
 
 # Years of a departure; dates that end their calendar cannot be counted on from.
 _YEARS = range(1900, 2200)
-_NO_WATER = "none"
+_NONE = "none"
 
 
 @dataclass(frozen=True)
@@ -136,15 +137,34 @@ def _cell(value: Any, _: Path) -> tuple[float, ...]:
 
 
 def _water_level(value: Any, _: Path) -> float | str:
-    return _NO_WATER if value == _NO_WATER else as_number(value)
+    return _NONE if value == _NONE else as_number(value)
 
 
 def _water_level_of(text: str) -> float | str:
     try:
-        return _NO_WATER if text == _NO_WATER else parse(text)
+        return _NONE if text == _NONE else parse(text)
     except ValueError:
         raise argparse.ArgumentTypeError(
-            f"must be a height in metres or {_NO_WATER}, not {text!r}"
+            f"must be a height in metres or {_NONE}, not {text!r}"
+        ) from None
+
+
+def _voids(value: Any, _: Path) -> tuple[float, ...] | str:
+    if value == _NONE:
+        return _NONE
+    if not isinstance(value, list | tuple):
+        return (as_number(value),)
+    if not value:
+        raise ValueError
+    return tuple(map(as_number, value))
+
+
+def _voids_of(text: str) -> tuple[float, ...] | str:
+    try:
+        return _NONE if text == _NONE else tuple(map(parse, text.split(",")))
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f"must be numbers of the file, as in -9999,0, or {_NONE}, not {text!r}"
         ) from None
 
 
@@ -252,8 +272,9 @@ INTEGER = Kind("a whole number", _integer, parse=int, metavar="N")
 NUMBER = Kind("a number", lambda value, _: as_number(value), parse=float)
 HEIGHT = Kind("a number of metres, or a height above the ground such as '120 m AGL'", _height)
 TEXT = Kind("a text", _text)
-WATER_LEVEL = Kind(
-    f"a number or {_NO_WATER}", _water_level, parse=_water_level_of, metavar="M|none"
+WATER_LEVEL = Kind(f"a number or {_NONE}", _water_level, parse=_water_level_of, metavar="M|none")
+VOIDS = Kind(
+    f"a number, a list of numbers or {_NONE}", _voids, parse=_voids_of, metavar="V[,V]|none"
 )
 #: A bad text is refused with the sentence of its reader.
 CLASSES = Kind("a list of classes of airspace", _classes, parse=str)

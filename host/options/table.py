@@ -25,6 +25,7 @@ from pathgene.host.options.kinds import (
     RINGS,
     TERRAIN,
     TEXT,
+    VOIDS,
     WATER_LEVEL,
     Kind,
     choice,
@@ -117,7 +118,7 @@ _PROBLEM = (
                    " bottom of the sea. Give none for land below the sea",
            group="problem", table="terrain",
            default_text="0; none for a terrain without a place on Earth", example="0.0"),
-    Option(name="height_unit", kind=choice(("m", "ft", "us-ft")),
+    Option(name="height_unit", kind=choice(("m", "dm", "cm", "ft", "us-ft")),
            meaning="unit of the heights in the terrain's file",
            group="problem", table="terrain",
            default_text="as the file states, else m; a plane in feet needs it", example='"ft"'),
@@ -126,6 +127,11 @@ _PROBLEM = (
                    " altitudes above the ellipsoid where PROJ has no grid of the geoid",
            group="problem", table="terrain", default_text="as the file states, else sea-level",
            example='"sea-level"'),
+    Option(name="void", kind=VOIDS,
+           meaning="numbers in the terrain's file that mark voids, as in -9999,0; none takes all"
+                   " numbers from -11,000 to 9,000 m as heights",
+           group="problem", table="terrain",
+           default_text="the declared mark, and numbers that no ground has", example="[-9999.0]"),
     # The limit belongs to the user. Problem files, which may come from anybody, have no key for it.
     Option(name="max_cells", kind=INTEGER,
            meaning="maximum cells of a terrain that is read",

@@ -24,6 +24,7 @@ from pathgene.host.problem.zones import Zone, zone_from_dict
 from pathgene.host.remarks import Reading
 from pathgene.host.report.run_files import GRID, verify
 from pathgene.host.terrain import Terrain, embedded, load
+from pathgene.host.terrain.datum import ELLIPSOID
 from pathgene.host.terrain.origin import at_origin
 from pathgene.host.terrain.stated import Stated
 
@@ -43,7 +44,6 @@ __all__ = [
     "summary_zones_reading",
 ]
 
-_STATED = ("height_unit", "heights", "water_level")
 _UNKNOWN_PROBLEM = (
     "the summary does not say how its path was evaluated; give --terrain and the other options."
 )
@@ -187,8 +187,9 @@ def summary_terrain(
             cell = east, north
     except (KeyError, TypeError, ValueError):
         raise InputError(f"{file}: {_UNKNOWN_PROBLEM}") from None
-    if not is_grid and stated_by_user in (None, Stated()) and is_own:
-        stated_by_user = Stated(**{key: stated.get(key) for key in _STATED})
+    if is_own and stated_by_user in (None, Stated()):
+        # A grid has its final heights; their datum was accepted when it was made.
+        stated_by_user = _accepted(summary) if is_grid else Stated.of(stated)
     try:
         terrain = load(
             source, cell=cell, fill_voids=fill_voids, max_cells=max_cells, stated=stated_by_user
@@ -206,6 +207,15 @@ def summary_terrain(
             f"again. ({error})"
         ) from None
     return _placed(file, terrain, stated) if is_own else terrain
+
+
+def _accepted(summary: dict[str, Any]) -> Stated | None:
+    """Return the statement that accepts the datum of a run's grid; None if it needs none."""
+    try:
+        datum = summary["read"]["terrain"]["heights"]["datum"]
+    except (KeyError, TypeError):
+        return None
+    return Stated(heights="ellipsoidal") if datum == ELLIPSOID else None
 
 
 def summary_path(file: Path, summary: dict[str, Any]) -> NDArray[np.float64]:

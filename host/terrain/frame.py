@@ -22,6 +22,8 @@ Floats = NDArray[np.float64]
 
 # UTM ends at this latitude, degrees.
 _UTM_ENDS_DEG = 84.0
+# Width of a local frame over which its metres differ by 0.05 %.
+_WIDEST_KM = 400
 # Side of the cross by which UTM is measured, metres.
 _CROSS_M = 100.0
 
@@ -64,7 +66,8 @@ def framed(raster: Raster, max_cells: int | None) -> Framed:
     Raises
     ------
     InputError
-        If the system is neither geographic nor projected, or the raster lies outside it.
+        If the system is neither geographic nor projected, the raster lies outside it, or the raster
+        is so large that metres differ by more than 0.05 % over any map of it.
     """
     crs = raster.crs
     assert crs is not None
@@ -136,13 +139,11 @@ def _warped(
         (side.a, side.e),
     )
     if not metric.is_metric:
-        remarks = (
-            *remarks,
-            Remark(
-                Grade.WARNING,
-                f"The map is so large that its metres differ by {metric.spread:.2%} over it; cut "
-                "out the part you need.",
-            ),
+        width_km, height_km = (1e-3 * count * side.a for count in (columns, rows))
+        raise InputError(
+            f"{raster.name}: is {width_km:.0f} x {height_km:.0f} km large, and over so large a map "
+            f"metres differ by {metric.spread:.2%}; cut out the part you need, at most about "
+            f"{_WIDEST_KM:g} km from west to east."
         )
     if metric.is_north_up:
         remarks = (*remarks, *_turned(metric))

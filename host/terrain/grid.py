@@ -17,7 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 from pathgene.host.errors import InputError
 from pathgene.host.files.output import replacing
 from pathgene.host.remarks import Reading
-from pathgene.host.terrain.marks import Mark, marked, without_marks
+from pathgene.host.terrain.file_heights import FileHeights, remedy_of_array
+from pathgene.host.terrain.marks import marked, without_marks
 from pathgene.host.terrain.voids import UNDECLARED_VOID, from_corner
 
 
@@ -69,6 +70,9 @@ class Terrain:
     paper : Terrain, optional
         The terrain as the papers take it: in the metres of its reference system, and without a
         water level. By default the terrain itself.
+    accepts_all : bool
+        Take all numbers from -11,000 to 9,000 m as heights: the user vouches for them, or they are
+        the final heights of a run.
 
     Raises
     ------
@@ -88,6 +92,7 @@ class Terrain:
     metres_per_unit: tuple[float, float] | None = None
     reading: Reading = field(default_factory=Reading, repr=False)
     paper: Terrain | None = field(default=None, repr=False)
+    accepts_all: bool = field(default=False, repr=False)
 
     def __post_init__(self) -> None:
         elevation = _heights(self.name, self.elevation)
@@ -100,7 +105,17 @@ class Terrain:
                     f"{side} is {value:g}."
                 )
             sides.append(value)
-        elevation, marks = _without_marks(self.name, elevation, sides)
+        file = FileHeights(
+            self.name,
+            max(sides),
+            lambda row, column: from_corner(column * sides[0], row * sides[1]),
+            remedy_of_array,
+        )
+        elevation, marks = without_marks(
+            file, elevation, by_gap=False, accepts_all=self.accepts_all
+        )
+        if marks and np.isnan(elevation).all():
+            raise InputError(f"{self.name}: every node is void; choose a terrain with heights.")
         elevation.setflags(write=False)
         if marks:
             object.__setattr__(self, "reading", marked(self.reading, marks))
@@ -348,23 +363,6 @@ def _heights(name: str, elevation: ArrayLike) -> Floats:
     if np.isnan(heights).all():
         raise InputError(f"{name}: every node is void; choose a terrain with heights.")
     return heights
-
-
-def _without_marks(
-    name: str, heights: Floats, sides: list[float]
-) -> tuple[Floats, tuple[Mark, ...]]:
-    """Return heights with NaN for numbers that no ground has as its height, and the marks."""
-    known, marks, _ = without_marks(
-        name,
-        heights,
-        max(sides),
-        lambda row, column: from_corner(column * sides[0], row * sides[1]),
-        lambda height: "write NaN where there is no height",
-        by_gap=False,
-    )
-    if marks and np.isnan(known).all():
-        raise InputError(f"{name}: every node is void; choose a terrain with heights.")
-    return known, marks
 
 
 def _nearest(coordinate: ArrayLike, side_m: float, nodes: int) -> NDArray[np.int64]:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pyproj import Geod
 
-from pathgene.host.terrain.geodesy import WGS84, LocalFrame, place_points
+from pathgene.host.terrain.geodesy import WGS84, LocalFrame, place_points, unit_m
 
 
 __all__ = ["MOST_CONVERGENCE_DEG", "Metric", "measure", "measure_frame"]
@@ -20,8 +20,9 @@ _MOST_SPREAD = 0.0005
 #: Maximum difference between grid north and true north at the middle of a map; otherwise its raster
 #: is warped.
 MOST_CONVERGENCE_DEG = 10.0
-# Side of the cross that is measured, in cells.
-_CELLS = 4.0
+# Side of the cross that is measured, in cells, and at most in metres: over a longer one, geodesics
+# turn against the axes.
+_CELLS, _CROSS_M = 4.0, 1_000.0
 _GEODESICS = Geod(ellps="WGS84")
 
 
@@ -96,7 +97,9 @@ def measure(
     """
     along_x, along_y = (np.linspace(min(ends), max(ends), 3) for ends in (x, y))
     east, north = (axis.ravel() for axis in np.meshgrid(along_x, along_y))
-    return measure_at(crs, east, north, (_CELLS * abs(cell[0]), _CELLS * abs(cell[1])))
+    longest = _CROSS_M / unit_m(crs)
+    step = tuple(min(_CELLS * abs(side), longest) for side in cell)
+    return measure_at(crs, east, north, (step[0], step[1]))
 
 
 def measure_at(crs: str, x: Floats, y: Floats, step: tuple[float, float]) -> Metric:

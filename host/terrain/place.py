@@ -11,11 +11,14 @@ from affine import Affine
 from pathgene.host.errors import InputError
 from pathgene.host.remarks import Grade, Reading, Remark
 from pathgene.host.terrain import geodesy, vertical
+from pathgene.host.terrain.datum import ELLIPSOID_ACCEPTED, NO_GEOID, ellipsoid_refusal
+from pathgene.host.terrain.file_heights import FileHeights, remedy_of_file
 from pathgene.host.terrain.frame import Framed, framed
 from pathgene.host.terrain.grid import Terrain
 from pathgene.host.terrain.marks import marked, without_marks
 from pathgene.host.terrain.raster import Raster, north_up
-from pathgene.host.terrain.voids import fill, from_corner, number
+from pathgene.host.terrain.suspects import suspicions
+from pathgene.host.terrain.voids import fill, from_corner
 
 
 __all__ = ["to_terrain"]
@@ -96,18 +99,24 @@ def to_terrain(
 def _known_heights(raster: Raster, *, fill_voids: bool) -> Raster:
     """Return a raster without marks of voids, and filled if wished."""
     name, (factor, offset) = raster.name, raster.scaling
-    # Here, since filling and warping would mix a mark with the ground around it.
-    heights, marks, warnings = without_marks(
+    is_plain = (factor, offset) == (1.0, 0.0)
+    file = FileHeights(
         name,
-        raster.heights,
         _side_m(raster),
         lambda row, column: _place(raster, row, column),
-        lambda height: _remedy(raster, height),
-        lambda height: (height - offset) / factor if factor else height,
+        remedy_of_file,
+        # Rounded, because a division may not reproduce the last digits of the file's number.
+        float if is_plain else lambda height: float(f"{(height - offset) / factor:.12g}"),
+        zero_m=offset,
     )
+    # Here, since filling and warping would mix a mark with the ground around it.
+    heights, marks = without_marks(file, raster.heights, accepts_all=raster.stated.accepts_all)
     if np.isnan(heights).all():
         raise InputError(f"{name}: every node is void; choose a terrain with heights.")
-    reading = marked(raster.reading, marks).adding(Remark(Grade.WARNING, text) for text in warnings)
+    reading = marked(raster.reading, marks)
+    if raster.vertical is not None and not raster.stated.accepts_all:
+        is_unit_known = not is_plain or raster.vertical.unit_from != "assumed"
+        reading = reading.adding(suspicions(file, heights, is_unit_known=is_unit_known))
     return replace(raster, heights=fill(heights) if fill_voids else heights, reading=reading)
 
 
@@ -121,7 +130,7 @@ def _off_earth(raster: Raster) -> Terrain:
         )
     return Terrain(
         raster.name, raster.heights[::-1], side.a, -side.e, source=raster.source,
-        reading=raster.reading,
+        reading=raster.reading, accepts_all=raster.stated.accepts_all,
     )  # fmt: skip
 
 
@@ -140,6 +149,7 @@ def _terrain(raster: Raster, metres_per_unit: tuple[float, float]) -> Terrain:
         source=raster.source,
         metres_per_unit=metres_per_unit,
         reading=raster.reading,
+        accepts_all=raster.stated.accepts_all,
     )
 
 
@@ -176,18 +186,8 @@ def _above_sea(raster: Raster) -> Raster:
     geoid = vertical.geoid_heights(lon, lat)
     if geoid is None:
         if raster.vertical.datum_from != "option":
-            raise InputError(
-                f"{raster.name}: its heights count from the ellipsoid ({raster.vertical.stated}), "
-                "and PROJ has no grid of the geoid to turn them to heights above the sea: install "
-                "us_nga_egm96_15.tif (pyproj sync --file us_nga_egm96_15), or accept altitudes "
-                "above the ellipsoid in all files (--heights ellipsoidal)."
-            )
-        note = Remark(
-            Grade.WARNING,
-            "Heights and all altitudes count from the ellipsoid, not from the sea, as --heights "
-            "ellipsoidal accepts; the two differ by up to 107 m.",
-        )
-        return replace(raster, reading=raster.reading.adding([note]))
+            raise ellipsoid_refusal(raster.name, raster.vertical.stated, NO_GEOID)
+        return replace(raster, reading=raster.reading.adding([ELLIPSOID_ACCEPTED]))
     # Along rows, then along columns, at the centres of pixels.
     by_row = np.array([np.interp(np.arange(columns) + 0.5, across, values) for values in geoid])
     low = np.minimum(np.searchsorted(down, np.arange(rows) + 0.5) - 1, len(down) - 2)
@@ -226,16 +226,3 @@ def _place(raster: Raster, row: int, column: int) -> str:
     east_m = column * raster.transform.a * unit_m
     north_m = (row - len(raster.heights) + 1) * raster.transform.e * unit_m
     return from_corner(east_m, north_m)
-
-
-def _remedy(raster: Raster, height_m: float) -> str:
-    """Return how to declare a file's mark of a void."""
-    factor, offset = raster.scaling
-    mark = height_m
-    if (factor, offset) != (1.0, 0.0):
-        # Rounded, because the division may not reproduce the last digits of the file's number.
-        mark = float(f"{(height_m - offset) / factor:.12g}")
-    return (
-        f"declare the mark (gdal_translate -a_nodata {number(mark)} IN.tif OUT.tif), or state the "
-        "unit of the heights (--height-unit m|ft|us-ft)"
-    )

@@ -22,7 +22,8 @@ from pathgene.host.errors import InputError
 from pathgene.host.inputs import exists, require_regular
 from pathgene.host.remarks import Reading
 from pathgene.host.terrain import geodesy, vrt
-from pathgene.host.terrain.marks import Mark, marked
+from pathgene.host.terrain.datum import Vertical
+from pathgene.host.terrain.marks import Mark, marked, named
 from pathgene.host.terrain.stated import Stated
 from pathgene.host.terrain.untrusted import (
     MAX_CELLS,
@@ -30,7 +31,7 @@ from pathgene.host.terrain.untrusted import (
     require_cells,
     require_own_crs,
 )
-from pathgene.host.terrain.vertical import Vertical, vertical
+from pathgene.host.terrain.vertical import vertical
 from pathgene.host.terrain.voids import UNDECLARED_VOID
 
 
@@ -65,6 +66,8 @@ class Raster:
         Unit and datum of the heights; None in files written by pathgene.
     reading : Reading
         Facts that were read, and remarks.
+    stated : Stated
+        Statements of the user on the heights.
     """
 
     name: str
@@ -75,6 +78,7 @@ class Raster:
     scaling: tuple[float, float] = (1.0, 0.0)
     vertical: Vertical | None = None
     reading: Reading = field(default_factory=Reading)
+    stated: Stated = field(default_factory=Stated)
 
 
 def read(
@@ -146,7 +150,8 @@ def read(
             f"{path}: its scale, {scale:g}, and offset, {offset:g}, turn all cells into one height "
             "or none; correct them (gdal_edit -scale 1 -offset 0 FILE)."
         )
-    heights = band.data.astype(np.float64)
+    numbers = band.data
+    heights = numbers.astype(np.float64)
     declared, of_srtm = np.ma.getmaskarray(band), heights == UNDECLARED_VOID
     heights[declared | ~np.isfinite(heights) | of_srtm] = np.nan
     facts = {
@@ -156,6 +161,10 @@ def read(
         "declared_void": None if nodata is None or math.isnan(nodata) else nodata,
     }
     left = int((of_srtm & ~declared).sum())
+    reading, voids = named(Reading(facts), numbers, stated)
+    if voids is not None:
+        heights[voids] = np.nan
+        left = 0 if UNDECLARED_VOID in stated.marks else left
     return Raster(
         path.stem,
         str(path),
@@ -164,7 +173,8 @@ def read(
         crs,
         (scale * unit_m, offset * unit_m),
         heights_in,
-        marked(Reading(facts), [Mark(UNDECLARED_VOID, left)] if left else ()),
+        marked(reading, [Mark(UNDECLARED_VOID, left)] if left else ()),
+        stated,
     )
 
 

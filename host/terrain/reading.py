@@ -6,16 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from pathgene.host.remarks import Grade, Reading, Remark
+from pathgene.host.remarks import Reading
 from pathgene.host.terrain.grid import Terrain
 
 
-__all__ = ["complete", "with_frame_checked"]
+__all__ = ["complete"]
 
 # Decimals of a cell's metres, of a degree and of a share.
 _DECIMALS = 4
-# A metre of UTM differs from a true metre by less than this share.
-_LARGE_SHARE = 0.002
 
 
 def complete(terrain: Terrain) -> Terrain:
@@ -48,28 +46,12 @@ def complete(terrain: Terrain) -> Terrain:
             "share": round(1 - land / (rows * columns), _DECIMALS),
             "declared": known.get("declared_void"),
             "marks": known.get("marks", []),
+            "named": known.get("named_void"),
             "are_filled": bool(terrain.loading.get("fill_voids")),
         },
     }
     paper = None if terrain.paper is None else complete(terrain.on_paper)
     return terrain.having(reading=Reading(facts, terrain.reading.remarks), paper=paper)
-
-
-def with_frame_checked(terrain: Terrain) -> Terrain:
-    """Return the terrain with a warning if the metres of its frame are not metres on the ground."""
-    metric = terrain.metric
-    if metric is None:
-        return terrain
-    east, north = metric.middle
-    if max(abs(east - 1), abs(north - 1)) <= _LARGE_SHARE and metric.is_metric:
-        return terrain
-    remark = Remark(
-        Grade.WARNING,
-        f"A metre of the frame is {east:.4f} m on the ground to the east and {north:.4f} m to the "
-        f"north, with differences of {metric.spread:.2%} over the map; lengths are in metres of "
-        "the frame. Load the map from a file, which measures its cells.",
-    )
-    return terrain.having(reading=terrain.reading.adding([remark]))
 
 
 _ASSUMED = {

@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from numbers import Real
+from typing import Any, Self
 
 from pathgene.host.errors import InputError
 from pathgene.host.numeric import real
 
 
-__all__ = ["HEIGHTS", "HEIGHT_UNITS", "NO_WATER", "Stated"]
+__all__ = ["EVERY_HEIGHT", "HEIGHTS", "HEIGHT_UNITS", "NO_WATER", "STATEMENTS", "Stated"]
 
 #: Units of heights, and their metres.
-HEIGHT_UNITS = {"m": 1.0, "ft": 0.3048, "us-ft": 1200 / 3937}
+HEIGHT_UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "ft": 0.3048, "us-ft": 1200 / 3937}
 #: References from which heights are measured.
 HEIGHTS = ("sea-level", "ellipsoidal")
 #: The word for land below the sea.
 NO_WATER = "none"
+#: The word for files in which no number marks a void.
+EVERY_HEIGHT = "none"
 
 
 @dataclass(frozen=True)
@@ -32,6 +37,9 @@ class Stated:
         One of :data:`HEIGHTS`.
     water_level : float or str, optional
         Height of the water above the datum in metres, or ``none``.
+    void : float, sequence of float or str, optional
+        Numbers of the file that mark voids, kept as a tuple; or ``none``, which takes all numbers
+        from -11,000 to 9,000 m as heights.
 
     Raises
     ------
@@ -42,6 +50,7 @@ class Stated:
     height_unit: str | None = None
     heights: str | None = None
     water_level: float | str | None = None
+    void: float | Sequence[float] | str | None = None
 
     def __post_init__(self) -> None:
         for name, value, known in (
@@ -50,6 +59,7 @@ class Stated:
         ):
             if value is not None and value not in known:
                 raise InputError(f"The {name} must be {' or '.join(known)}, not {value!r}.")
+        object.__setattr__(self, "void", _void(self.void))
         level = self.water_level
         if level is None or level == NO_WATER:
             return
@@ -58,6 +68,46 @@ class Stated:
                 f"The water level must be a height in metres or {NO_WATER}, not {level!r}."
             )
 
+    @classmethod
+    def of(cls, values: Mapping[str, Any]) -> Self:
+        """Return the statements among the values of a problem or of a summary."""
+        return cls(**{name: values.get(name) for name in STATEMENTS})
+
+    @property
+    def marks(self) -> tuple[float, ...]:
+        """The numbers that mark voids."""
+        return self.void if isinstance(self.void, tuple) else ()
+
+    @property
+    def accepts_all(self) -> bool:
+        """True if no number marks a void."""
+        return isinstance(self.void, str)
+
     def to_dict(self) -> dict[str, Any]:
         """The stated values, as in a summary."""
-        return {name: value for name, value in vars(self).items() if value is not None}
+        return {
+            name: list(value) if isinstance(value, tuple) else value
+            for name, value in vars(self).items()
+            if value is not None
+        }
+
+
+def _void(value: Any) -> tuple[float, ...] | str | None:
+    """Return the marks of voids that are stated as one number, several, or in a word."""
+    if value is None:
+        return None
+    if isinstance(value, str) and value == EVERY_HEIGHT:
+        return EVERY_HEIGHT
+    numbers = [value] if isinstance(value, Real) else value
+    if not isinstance(numbers, str | bytes):
+        with contextlib.suppress(TypeError, InputError):
+            marks = tuple(real("mark of a void", number) for number in numbers)
+            if marks and all(map(math.isfinite, marks)):
+                return marks
+    raise InputError(
+        f"The marks of voids must be numbers of the file or {EVERY_HEIGHT}, not {value!r}."
+    )
+
+
+#: Names of the statements, in problems and in summaries.
+STATEMENTS = tuple(each.name for each in fields(Stated))

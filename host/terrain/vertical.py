@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pyproj
@@ -16,10 +14,11 @@ from rasterio.crs import CRS
 from rasterio.enums import WktVersion
 
 from pathgene.host.errors import InputError
+from pathgene.host.terrain.datum import ELLIPSOID, Vertical
 from pathgene.host.terrain.stated import HEIGHT_UNITS
 
 
-__all__ = ["Vertical", "geoid_heights", "horizontal", "vertical"]
+__all__ = ["geoid_heights", "horizontal", "vertical"]
 
 Floats = NDArray[np.float64]
 
@@ -49,45 +48,6 @@ _UNITS_M = {
 _FEET_M = (0.29, 0.32)
 # WGS84 with heights above the ellipsoid, and above the geoid EGM96.
 _ELLIPSOIDAL, _ABOVE_SEA = "EPSG:4979", "EPSG:9707"
-
-
-@dataclass(frozen=True)
-class Vertical:
-    """Unit and datum of the heights of a file.
-
-    Parameters
-    ----------
-    unit : str
-        Name of the unit.
-    unit_m : float
-        Its metres; negative if the file has depths.
-    unit_from, datum_from : str
-        Their origin: ``file``, ``option`` or ``assumed``.
-    datum : str
-        Name of the datum.
-    is_ellipsoidal : bool
-        Heights above the ellipsoid.
-    stated : str
-        Name of the reference system that states it.
-    """
-
-    unit: str
-    unit_m: float
-    unit_from: str
-    datum: str
-    datum_from: str
-    is_ellipsoidal: bool = False
-    stated: str = ""
-
-    @property
-    def facts(self) -> dict[str, Any]:
-        """The unit and datum, for a report."""
-        return {
-            "unit": self.unit,
-            "unit_from": self.unit_from,
-            "datum": self.datum,
-            "datum_from": self.datum_from,
-        }
 
 
 def vertical(
@@ -131,7 +91,7 @@ def vertical(
         if heights == "sea-level" and is_ellipsoidal:
             datum, is_ellipsoidal = "mean sea level", False
         elif heights == "ellipsoidal" and not is_ellipsoidal:
-            datum, is_ellipsoidal = "ellipsoid", True
+            datum, is_ellipsoidal = ELLIPSOID, True
         datum_from = "option"
     name = "" if system is None else system.name
     return Vertical(unit, unit_m, unit_from, datum, datum_from, is_ellipsoidal, name)
@@ -204,9 +164,9 @@ def _vertical_axis(system: pyproj.CRS) -> tuple[str, float, str, str, bool] | No
             return None
         is_ellipsoidal = "ellipsoid" in f"{upright.name} {upright.datum}".lower()
         axis = upright.axis_info[0]
-        datum = "ellipsoid" if is_ellipsoidal else upright.name
+        datum = ELLIPSOID if is_ellipsoidal else upright.name
     elif len(system.axis_info) == 3:
-        axis, datum, is_ellipsoidal = system.axis_info[2], "ellipsoid", True
+        axis, datum, is_ellipsoidal = system.axis_info[2], ELLIPSOID, True
     else:
         return None
     return axis.unit_name, axis.unit_conversion_factor, axis.direction, datum, is_ellipsoidal

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from pathgene.host.errors import InputError
 from pathgene.host.numeric import parse
-from pathgene.host.options.kinds import BOOLEAN, CELL, INTEGER, NUMBER
+from pathgene.host.options.kinds import BOOLEAN, CELL, INTEGER, NUMBER, VOIDS, WATER_LEVEL
 from pathgene.host.options.option import Option
 from pathgene.host.options.table import OPTIONS, TABLES
 from pathgene.host.planners import PLANNERS
@@ -90,6 +90,10 @@ def _typed(option: Option, text: Any) -> Any:
         return int(text)
     if option.kind is NUMBER:
         return parse(text)
+    if option.kind in (WATER_LEVEL, VOIDS) and text == "none":
+        return text
+    if option.kind is WATER_LEVEL:
+        return parse(text)
     if _is_list(option):
         parts = [parse(part) for part in text.replace(";", ",").split(",")]
         return parts[0] if option.kind is CELL and len(parts) == 1 else parts
@@ -97,7 +101,7 @@ def _typed(option: Option, text: Any) -> Any:
 
 
 def _is_list(option: Option) -> bool:
-    return option.kind is CELL or option.kind.name.startswith("a list of ")
+    return option.kind in (CELL, VOIDS) or option.kind.name.startswith("a list of ")
 
 
 def _field(option: Option) -> Field:

@@ -28,6 +28,7 @@ from pathgene.host.problem.ends import place
 from pathgene.host.problem.zones import ReadZones, Zone
 from pathgene.host.remarks import Reading
 from pathgene.host.terrain import Terrain, embedded
+from pathgene.host.terrain.stated import STATEMENTS
 from pathgene.host.web.desk.boards import require_board
 from pathgene.host.web.desk.misread import Misread
 from pathgene.host.web.desk.terrains import Terrains
@@ -50,10 +51,7 @@ _PLANNER = frozenset(option.name for option in options_of("planning", "search", 
 
 
 # Options that belong to a terrain, not to the next one.
-_OF_TERRAIN = (
-    "terrain", "fill_voids", "origin", "water_level", "height_unit", "heights", "via", "zones",
-    "zones_read",
-)  # fmt: skip
+_OF_TERRAIN = ("terrain", "fill_voids", "origin", *STATEMENTS, "via", "zones", "zones_read")
 
 
 class Sheet:

@@ -16,12 +16,13 @@ from pathgene.host.files.output import output_file, prepare_directory
 from pathgene.host.files.replacement import replace_files
 from pathgene.host.mission.build import terrain_of
 from pathgene.host.terrain import Terrain, embedded
+from pathgene.host.terrain.stated import STATEMENTS
 
 
 __all__ = ["Terrains"]
 
 # Values of a problem that decide how its terrain is read.
-_OWN = ("fill_voids", "cell", "origin", "water_level", "height_unit", "heights")
+_OWN = ("fill_voids", "cell", "origin", *STATEMENTS)
 # Terrains kept in memory, enough for a few tabs.
 _KEPT = 4
 # Files that GDAL writes next to a raster.

@@ -11,6 +11,7 @@ from pathgene.host.errors import InputError
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zones import Circle
 from pathgene.host.terrain import Terrain, load, names
+from pathgene.host.terrain.stated import Stated
 
 
 # Numbers that programs write for a void.
@@ -81,16 +82,18 @@ def test_a_number_that_repeats_far_from_all_heights_is_a_void(write_tif, mark):
 def test_a_single_number_of_no_form_is_refused(write_tif, value):
     message = refusal(lambda: load(write_tif(ground(value))))
     text = repr(float(np.float32(value))).removesuffix(".0")
-    assert message.startswith("made: 1 of 20 heights lie ")
+    assert message.startswith("made: 1 of 20 heights lies ")
     assert f"the first, 60 m east and 60 m north of the south-west node, is {text} m" in message
-    assert f"gdal_translate -a_nodata {text} IN.tif" in message
+    assert f": name the mark (--void {text}), " in message
+    is_possible = -11_000 <= value <= 9_000
+    assert message.endswith(" accept all numbers as heights (--void none).") is is_possible
 
 
 def test_heights_in_feet_are_refused(write_tif):
     heights = np.linspace(4_000, 14_000, 400, dtype=np.float32).reshape(20, 20)
     message = refusal(lambda: load(write_tif(heights)))
     assert message.startswith("made: 200 of 400 heights lie outside -11,000 to 9,000 m; the first")
-    assert "or state the unit of the heights (--height-unit m|ft|us-ft)." in message
+    assert "or state the unit of the heights (--height-unit m|dm|cm|ft|us-ft)." in message
 
 
 def test_a_mark_that_was_smeared_is_refused(write_tif):
@@ -99,7 +102,7 @@ def test_a_mark_that_was_smeared_is_refused(write_tif):
     heights[5:10, 5:10] = -9999
     smeared = (heights[:-1, :-1] + heights[1:, :-1] + heights[:-1, 1:] + heights[1:, 1:]) / 4
     message = refusal(lambda: load(write_tif(smeared)))
-    assert "heights lie below -500 m and do not join the ground around; the first" in message
+    assert "heights lie below -500 m, with no slope to the ground around; the first" in message
 
 
 @pytest.mark.parametrize("lowest", [-300.0, -900.0, -4000.0])
@@ -141,15 +144,22 @@ def test_steep_ground_is_kept(write_tif):
     assert not terrain.reading.warnings
 
 
-def test_outliers_are_named(write_tif):
+def test_outliers_are_refused(write_tif):
     heights = ground(4000.0, shape=(20, 20))
     heights[10, 10] = 4100.0
-    terrain = load(write_tif(heights))
-    assert not terrain.voids.any()
-    assert terrain.reading.warnings == (
-        "2 heights of 4000 to 4100 m lie more than 1,000 m from all other heights; "
-        "they are taken as ground.",
+    assert refusal(lambda: load(write_tif(heights))) == (
+        "made: 2 of 400 heights lie more than 1,000 m from all other heights, with no ground "
+        "between; the first, 60 m east and 540 m north of the south-west node, is 4000 m, probably "
+        "a void mark that is not declared, or no height in metres: name the mark (--void 4000), "
+        "state the unit of the heights (--height-unit m|dm|cm|ft|us-ft), or accept all numbers as "
+        "heights (--void none)."
     )
+    accepted = load(write_tif(heights), stated=Stated(void="none"))
+    assert not accepted.voids.any()
+    assert accepted.highest == 4100.0
+    named = load(write_tif(heights), stated=Stated(void=(4000.0, 4100.0)))
+    assert voids_of(named) == [[1, 2], [10, 10]]
+    assert not named.reading.warnings
 
 
 @pytest.mark.parametrize("fill_voids", [False, True])
@@ -177,8 +187,9 @@ def test_the_number_is_the_one_of_the_file(write_tif, unit, scale):
             with rasterio.open(file, "r+") as made:
                 made.scales = (scale,)
         if not is_void:
-            with pytest.raises(InputError, match=r"gdal_translate -a_nodata -31234 IN\.tif"):
+            with pytest.raises(InputError, match=r"name the mark \(--void -31234\)"):
                 load(file)
+            assert voids_of(load(file, stated=Stated(void=-31234))) == [[1, 2]]
             continue
         (found,) = load(file).reading.facts["voids"]["marks"]
         assert found == {"value": -9999.0, "cells": 1}
@@ -227,9 +238,9 @@ def test_arrays(tmp_path):
         assert np.argwhere(terrain.voids).tolist() == [[1, 2]]
         assert len(warnings_of(terrain)) == 1
     assert refusal(lambda: Terrain("made", ground(12345.0), 30, 20)) == (
-        "made: 1 of 20 heights lie outside -11,000 to 9,000 m; the first, 60 m east and 20 m north "
-        "of the south-west node, is 12345 m, probably a void mark that is not declared, or no "
-        "height in metres: write NaN where there is no height."
+        "made: 1 of 20 heights lies outside -11,000 to 9,000 m; the first, 60 m east and 20 m "
+        "north of the south-west node, is 12345 m, probably a void mark that is not declared, or "
+        "no height in metres: write NaN where there is no height."
     )
 
 

@@ -9,6 +9,7 @@ import pytest
 from rasterio import Affine
 
 import pathgene
+from pathgene.host.errors import InputError
 from pathgene.host.terrain import info, load
 from tests.support.host.earth import true_sides
 from tests.support.host.lands import Land, write
@@ -42,7 +43,7 @@ def test_all_facts_of_a_file(write_tif):
     }  # fmt: skip
     assert read["voids"] == {
         "nodes": 1, "share": round(1 / 600, 4), "declared": -1.0,
-        "marks": [{"value": -9999.0, "cells": 1}], "are_filled": False,
+        "marks": [{"value": -9999.0, "cells": 1}], "named": None, "are_filled": False,
     }  # fmt: skip
     assert [each["grade"] for each in read["remarks"]] == ["warning", "note", "note"]
 
@@ -68,13 +69,36 @@ def test_embedded_and_made_terrains_have_facts():
     assert info(made)["read"]["remarks"] == []
 
 
-def test_an_array_in_a_frame_of_false_metres_is_warned_of():
+@pytest.mark.parametrize(
+    ("crs", "origin", "said"),
+    [
+        ("EPSG:3857", (0.0, 8_399_737.0), "a metre of EPSG:3857 is 0.50"),
+        ("EPSG:3395", (0.0, 8_362_698.0), "a metre of EPSG:3395 is 0.50"),
+        ("EPSG:3857", (0.0, 0.0), "a metre of EPSG:3857 is 1.0000 m on the ground to the east and"),
+        ("EPSG:32631", (1_400_000.0, 7_000_000.0), "a metre of EPSG:32631 is 0.990"),
+        ("EPSG:5936", (2_000_000.0, 4_000_000.0), "a metre of EPSG:5936 is 0.98"),
+        ("EPSG:32661", (3_050_000.0, 2_000_000.0), "north of EPSG:32661 lies 90 degrees off true "),
+    ],
+)
+def test_an_array_in_a_frame_of_false_metres_is_refused(crs, origin, said):
+    with pytest.raises(InputError) as caught:
+        pathgene.Terrain.from_array(HEIGHTS, 30.0, crs=crs, origin=origin)
+    message = str(caught.value)
+    assert message.startswith(f"terrain: {said}")
+    assert message.endswith(
+        "; give an array in a UTM zone, or load the map from a file, which is warped."
+    )
+
+
+def test_an_array_has_cells_of_their_true_size():
+    origin = (700_000.0, 5_100_000.0)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        made = pathgene.Terrain.from_array(
-            HEIGHTS, 30.0, crs="EPSG:3857", origin=(0.0, 8_399_737.0)
-        )
-        utm = pathgene.Terrain.from_array(HEIGHTS, 30.0, crs="EPSG:32632", origin=(5e5, 5e6))
-    (text,) = made.reading.warnings
-    assert text.startswith("A metre of the frame is 0.50")
-    assert not utm.reading.warnings
+        made = pathgene.Terrain.from_array(HEIGHTS, 30.0, crs="EPSG:32632", origin=origin)
+    sides = true_sides("EPSG:32632", 700_435, 5_100_285, 30, 30)
+    assert (made.dx_m, made.dy_m) == pytest.approx(sides, rel=1e-7)
+    assert (made.on_paper.dx_m, made.on_paper.dy_m) == (30.0, 30.0)
+    north_east = pyproj.Transformer.from_crs("EPSG:32632", "EPSG:4326").transform(
+        700_000 + 29 * 30, 5_100_000 + 19 * 30
+    )
+    assert made.to_geographic(made.width_m, made.height_m) == pytest.approx(north_east, abs=1e-9)

@@ -78,7 +78,9 @@ def test_depths_count_downwards(write_tif):
 
 @pytest.mark.parametrize("value", ["yard", 3])
 def test_other_words(value):
-    with pytest.raises(InputError, match=r"^The unit of heights must be m or ft or us-ft, not "):
+    with pytest.raises(
+        InputError, match=r"^The unit of heights must be m or dm or cm or ft or us-ft, not "
+    ):
         Stated(height_unit=value)
 
 
@@ -100,7 +102,15 @@ class TestEllipsoid:
         assert text.startswith("Heights and all altitudes count from the ellipsoid, not from the ")
         assert terrain.reading.facts["heights"]["datum"] == "ellipsoid"
         terrain.save_npz(tmp_path / "grid.npz", terrain.voids)
-        for each in (terrain, load(tmp_path / "grid.npz")):
+        again = load(tmp_path / "grid.npz", stated=Stated(heights="ellipsoidal"))
+        np.testing.assert_array_equal(again.elevation, terrain.elevation)
+        assert again.reading.warnings == (text,)
+        assert refusal(tmp_path / "grid.npz") == (
+            f"{tmp_path / 'grid.npz'}: its heights count from the ellipsoid (datum), and as the "
+            "grid of a run they are final: plan again over heights above the sea, or accept "
+            "altitudes above the ellipsoid in all files (--heights ellipsoidal)."
+        )
+        for each in (terrain, again):
             assert heights_datum(each) == "above the ellipsoid WGS84, not AMSL"
         stated = load(file, stated=Stated(heights="sea-level"))
         assert stated.reading.facts["heights"]["datum"] == "mean sea level"

@@ -42,11 +42,12 @@ def under_water(terrain: Terrain, level: float | str | None) -> Terrain:
     facts["lowest_in_file_m"] = terrain.lowest
     heights = np.where(below, level_m, terrain.elevation)
     heights.setflags(write=False)
+    heights_lie, are = ("heights lie", "are") if count != 1 else ("height lies", "is")
     remark = Remark(
         Grade.WARNING if share >= _LARGE_SHARE else Grade.NOTE,
-        f"{count:,} heights, {share:.2%} of the map, lie below {level_m:g} m, down to "
-        f"{terrain.lowest:g} m, and are taken for water of that level; give --water-level none if "
-        "they are land.",
+        f"{count:,} {heights_lie} below {level_m:g} m, down to {terrain.lowest:g} m, on "
+        f"{share:.2%} of the map, and {are} taken for water of that level; give --water-level none "
+        "for land.",
     )
     reading = Reading(facts, terrain.reading.remarks).adding([remark])
     return terrain.having(elevation=heights, reading=reading, paper=terrain.paper or terrain)

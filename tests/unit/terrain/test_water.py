@@ -29,13 +29,23 @@ def test_the_sea_is_the_default(coast):
     np.testing.assert_array_equal(terrain.elevation, np.maximum(HEIGHTS[::-1], 0))
     (text,) = terrain.reading.warnings
     assert text == (
-        "180 heights, 45.00% of the map, lie below 0 m, down to -90 m, and are taken for water of "
-        "that level; give --water-level none if they are land."
+        "180 heights lie below 0 m, down to -90 m, on 45.00% of the map, and are taken for water "
+        "of that level; give --water-level none for land."
     )
     facts = terrain.reading.facts
     assert facts["water_level_m"] == 0.0
     assert facts["heights"]["share_below_0"] == 0.45
     assert (facts["heights"]["lowest_m"], facts["heights"]["lowest_in_file_m"]) == (0.0, -90.0)
+
+
+def test_one_height(write_tif):
+    heights = np.full((20, 20), 5.0)
+    heights[3, 3] = -1.0
+    (remark,) = [each for each in load(write_tif(heights)).reading.remarks if "below" in each.text]
+    assert remark.text == (
+        "1 height lies below 0 m, down to -1 m, on 0.25% of the map, and is taken for water of "
+        "that level; give --water-level none for land."
+    )
 
 
 @pytest.mark.parametrize("level", [-45.0, 30])

@@ -297,11 +297,12 @@ def _place(
         require_own_crs(path, name)
     try:
         # Loads GDAL, which a grid without a place does not need.
-        from pathgene.host.terrain.geodesy import known_crs
+        from pathgene.host.terrain.geodesy import known_crs, require_earth
 
-        known_crs(name)
+        system = known_crs(name)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
+    require_earth(path, system)
     return name, (float(origin[0]), float(origin[1]))
 
 
@@ -377,9 +378,11 @@ def _true_sized(terrain: Terrain) -> Terrain:
     if terrain.crs is None or terrain.origin is None:
         return terrain
     # Loads GDAL, which grids without a place do not need.
-    from pathgene.host.terrain.geodesy import known_crs
+    from pathgene.host.terrain.geodesy import known_crs, require_earth
 
-    if known_crs(terrain.crs).is_geographic:
+    system = known_crs(terrain.crs)
+    require_earth(terrain.name, system)
+    if system.is_geographic:
         raise _in_degrees(terrain.name, terrain.crs)
     metric = terrain.metric
     assert metric is not None

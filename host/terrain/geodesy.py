@@ -7,11 +7,14 @@ import re
 import warnings
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
+import pyproj
 import rasterio
 from numpy.typing import NDArray
+from pyproj.exceptions import ProjError
 from rasterio._err import CPLE_BaseError  # GDAL's errors, which no public module exports.
 from rasterio.crs import CRS
 from rasterio.errors import CRSError, RasterioError
@@ -28,6 +31,7 @@ __all__ = [
     "known_crs",
     "local_crs",
     "place_points",
+    "require_earth",
     "transform",
     "unit_m",
     "utm_zone",
@@ -50,6 +54,12 @@ _LIKE_WGS84 = re.compile(
     r"|RGF.?(19)?93|Reseau Geodesique Francais 1993",
     re.IGNORECASE,
 )
+
+
+# Radii of the Earth's ellipsoids and spheres, and of other bodies that have maps.
+_EARTH_KM = (6_300.0, 6_450.0)
+_BODIES_KM = {"Mercury": 2_440.0, "Venus": 6_052.0, "the Moon": 1_737.0, "Mars": 3_396.0}
+_NEAR_KM = 10.0
 
 
 def crs_name(crs: CRS) -> str:
@@ -93,6 +103,31 @@ def known_crs(text: str) -> CRS:
             f"{text[:60]!r} is no coordinate reference system; give EPSG:CODE or WKT."
         ) from None
     return crs
+
+
+def require_earth(file: str | Path, crs: CRS) -> None:
+    """Check that a reference system is one of the Earth.
+
+    Raises
+    ------
+    InputError
+        If its ellipsoid has the size of another body.
+    """
+    try:
+        system = pyproj.CRS.from_wkt(crs.to_wkt())
+    except (ProjError, CRSError, CPLE_BaseError):
+        return
+    if system.ellipsoid is None:
+        return
+    radius_km = 1e-3 * system.ellipsoid.semi_major_metre
+    if _EARTH_KM[0] < radius_km < _EARTH_KM[1]:
+        return
+    body = next((name for name, km in _BODIES_KM.items() if abs(km - radius_km) < _NEAR_KM), None)
+    raise InputError(
+        f"{file}: its reference system {system.name!r} is of {body or 'another body'}, with a "
+        f"radius of {radius_km:,.0f} km, and not of the Earth; give a terrain on the Earth, or one "
+        "without a reference system."
+    )
 
 
 @lru_cache(maxsize=64)

@@ -108,18 +108,23 @@ def measure_at(crs: str, x: Floats, y: Floats, step: tuple[float, float]) -> Met
     lon, lat = place_points(
         crs,
         WGS84,
-        np.concatenate((x - half_x, x + half_x, x, x)),
-        np.concatenate((y, y, y - half_y, y + half_y)),
+        np.concatenate((x - half_x, x + half_x, x, x, x)),
+        np.concatenate((y, y, y - half_y, y + half_y, y)),
     )
-    (west, east, south, north), (west_lat, east_lat, south_lat, north_lat) = (
-        np.split(values, 4) for values in (lon, lat)
-    )
-    along_east, _, east_m = _GEODESICS.inv(west, west_lat, east, east_lat)
-    along_north, _, north_m = _GEODESICS.inv(south, south_lat, north, north_lat)
-    skew = (np.asarray(along_east) - along_north - 90.0 + 180.0) % 360.0 - 180.0
-    return Metric(
-        np.asarray(east_m) / step[0], np.asarray(north_m) / step[1], np.asarray(along_north), skew
-    )
+    west, east, south, north, middle = zip(np.split(lon, 5), np.split(lat, 5), strict=True)
+    _, east_m = _geodesic(west, east)
+    _, north_m = _geodesic(south, north)
+    # Diagonals, because the directions of meridians differ between the points of a cross at a pole.
+    (_, right), (_, left) = _geodesic(east, north), _geodesic(west, north)
+    skew = np.degrees(np.arcsin(np.clip((left**2 - right**2) / (east_m * north_m), -1, 1)))
+    along_north, _ = _geodesic(middle, north)
+    return Metric(east_m / step[0], north_m / step[1], along_north, skew)
+
+
+def _geodesic(start: tuple[Floats, Floats], end: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
+    """Return direction in degrees and length in metres between longitudes and latitudes."""
+    direction, _, length = _GEODESICS.inv(start[0], start[1], end[0], end[1])
+    return np.asarray(direction), np.asarray(length)
 
 
 def measure_frame(

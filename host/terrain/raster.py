@@ -128,6 +128,8 @@ def read(
                         f"{file.dtypes[0]}."
                     )
                 require_cells(path, (file.height, file.width), max_cells)
+                if file.crs is not None:
+                    geodesy.require_earth(path, file.crs)
                 heights_in = vertical(
                     path, file.crs, file.units[0], stated.height_unit, stated.heights
                 )

@@ -40,7 +40,7 @@ def holds(numbers: NDArray[Any], value: float) -> NDArray[np.bool_]:
     if numbers.dtype.kind != "f":
         return np.asarray(numbers == value)
     tolerance = _ROUNDING * np.finfo(numbers.dtype).eps
-    return np.isclose(numbers, value, rtol=tolerance, atol=0.0)
+    return np.asarray(np.isclose(numbers, value, rtol=tolerance, atol=0.0))
 
 
 def from_corner(east_m: float, north_m: float) -> str:

@@ -26,6 +26,9 @@ Bools = NDArray[np.bool_]
 _SIDE_DECIMALS = 2
 # Widest geographic raster; in a wider one the frame's metres differ too much from true ones.
 _WIDEST_DEG = 12.0
+# Near a pole, maximum ratio of a pixel's sides, which multiplies the cells. Pixels of equal degrees
+# reach it at 85 degrees of latitude.
+_LONGEST, _POLAR_DEG = 12.0, 80.0
 # Nodes resampled at a time: bounds the memory of a large tile.
 _BLOCK_NODES = 1 << 22
 # Degrees of the polynomials tried for the inverse projection, and the largest error in pixels.
@@ -61,8 +64,8 @@ def to_frame(raster: Raster, frame: str, max_cells: int | None = None) -> Raster
     Raises
     ------
     InputError
-        If the raster is wider than 12 degrees, or its cells are much longer than wide and the grid
-        would have too many.
+        If the raster is wider than 12 degrees, its cells are more than 12 times as long as wide, or
+        the grid would have too many.
     """
     rows, columns = raster.heights.shape
     side = raster.transform
@@ -215,7 +218,13 @@ def _unit(values: Floats) -> Floats:
 
 
 def _side_m(raster: Raster, frame: str) -> float:
-    """Smaller side of the pixel at the centre, metres of the frame."""
+    """Return the smaller side of the pixel at the centre, metres of the frame.
+
+    Raises
+    ------
+    InputError
+        If it is far smaller than the larger side, near a pole, or less than a centimetre.
+    """
     rows, columns = raster.heights.shape
     side = raster.transform
     lon, lat = side.c + columns * side.a / 2, side.f + rows * side.e / 2
@@ -225,17 +234,23 @@ def _side_m(raster: Raster, frame: str) -> float:
         np.array((lon - side.a / 2, lon + side.a / 2, lon, lon)),
         np.array((lat, lat, lat - side.e / 2, lat + side.e / 2)),
     )
-    side_m = round(
-        min(
-            math.hypot(east[1] - east[0], north[1] - north[0]),
-            math.hypot(east[3] - east[2], north[3] - north[2]),
-        ),
-        _SIDE_DECIMALS,
-    )
+    sides = [
+        math.hypot(east[last] - east[first], north[last] - north[first])
+        for first, last in ((0, 1), (2, 3))
+    ]
+    side_m = round(min(sides), _SIDE_DECIMALS)
     if side_m <= 0:
         raise InputError(
             f"{raster.name}: its cells are smaller than a centimetre; "
             "check its coordinate reference system."
+        )
+    ratio = max(sides) / min(sides)
+    latitude = float(geodesy.place_points(frame, geodesy.WGS84, east, north)[1][0])
+    if ratio > _LONGEST and abs(latitude) > _POLAR_DEG:
+        polar = "EPSG:32661" if latitude > 0 else "EPSG:32761"
+        raise InputError(
+            f"{raster.name}: its cells are {ratio:.0f} times as long as wide, so near the pole; "
+            f"warp it to square cells first (gdalwarp -r max -t_srs {polar} IN.tif OUT.tif)."
         )
     return side_m
 

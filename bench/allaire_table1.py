@@ -14,8 +14,6 @@ from pathgene.host.planners import make
 from pathgene.host.planners.base import Options, Result
 
 
-__all__ = ["CLOCK_HZ", "GENERATIONS", "PHASES", "Phase", "run"]
-
 GENERATIONS = 60
 #: Clock of the paper's FPGA. The PC was a Pentium 4 of 2.8 GHz.
 CLOCK_HZ = 100e6

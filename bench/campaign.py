@@ -18,8 +18,6 @@ from pathgene.host.errors import PathgeneError
 from pathgene.host.machine import available_cores
 
 
-__all__ = ["Alteration", "measure"]
-
 Task = TypeVar("Task", bound=tuple[Any, ...])
 Measured = TypeVar("Measured")
 

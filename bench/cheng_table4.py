@@ -26,8 +26,6 @@ from pathgene.host.planners.routes.field import FEWEST_CONTROL_POINTS, MOST_CONT
 from pathgene.host.planners.routes.point_sampler import KINDS
 
 
-__all__ = ["PAPER", "contradictions", "optimize", "run"]
-
 #: Table IV: path length, elevation rate and minimum turn in degrees at generations 10, 20 .. 100,
 #: for the proposed planner and for the conventional GA.
 PAPER: dict[tuple[int, str], tuple[tuple[float, float, float], ...]] = {

@@ -36,8 +36,6 @@ from pathgene.host.planners.chip.schedule import ChipSchedule
 from pathgene.host.problem.rules import Rules
 
 
-__all__ = ["OTHERS", "TABLES", "TIMES_MS", "Other", "Table", "run"]
-
 #: Milliseconds of chip time.
 TIMES_MS = (1, 2, 5, 10, 20, 50, 100)
 _MOST_SEEDS = 10

@@ -14,8 +14,6 @@ from pathgene.hdl.protocol.runs import RunOptions
 from pathgene.host.errors import InputError
 
 
-__all__ = ["CHANGES", "run"]
-
 #: Cycles of a run: 10 ms.
 _CYCLES = CHIP.clock_hz // 100
 #: Paper mode, then clearances in metres.

@@ -29,8 +29,6 @@ from pathgene.host.problem.rules import Rules
 from pathgene.host.problem.zones import Zone
 
 
-__all__ = ["ROWS", "SCENARIOS", "Row", "Scenario", "run", "scenario"]
-
 #: Scenarios of each terrain.
 SCENARIOS = 23
 _FLIGHT_MS = 10

@@ -31,18 +31,6 @@ from pathgene.host.problem.rules import Rules
 from pathgene.sim.model.planner.run import plan
 
 
-__all__ = [
-    "BOARD_CHIP",
-    "BOARD_URL",
-    "CHIP",
-    "Outcome",
-    "Task",
-    "run_all",
-    "share",
-    "terrains",
-    "through_terrains",
-]
-
 #: The modelled chip: 8 lanes, 100 MHz.
 CHIP = Config(core=GeneticCore.PLANNER)
 #: The chip of the board that is routed for that clock, and the URL of its model.

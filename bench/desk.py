@@ -26,7 +26,6 @@ from pathgene.host.errors import JobError
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-__all__ = ["run"]
 
 _ROOT = Path(__file__).parents[1]
 _WIDTH, _HEIGHT = 1280, 720

@@ -30,8 +30,6 @@ from pathgene.host.problem.rules import Rules
 from pathgene.host.problem.zones import Circle, Polygon
 
 
-__all__ = ["ENTRANTS", "Timed", "clearance_table", "long_problem", "run", "strict_table"]
-
 #: The timed planners, by their names in ``BENCH=quality``.
 ENTRANTS = tuple(
     variant

@@ -23,8 +23,6 @@ from pathgene.sim.model.checker import Point, TerrainModel, paper_cycles, segmen
 from pathgene.sim.model.checker_cycles import batch_cycles
 
 
-__all__ = ["CANYON_SEED", "TESTING_TRAJECTORY", "canyon_map", "cells_per_cycle", "run"]
-
 #: Seed of :func:`pathgene.host.terrain.synthetic.large_canyon`.
 CANYON_SEED = 0
 

@@ -32,8 +32,6 @@ from pathgene.host.problem import aircraft
 from pathgene.host.problem.problem import Problem
 
 
-__all__ = ["MOST_SEEDS", "PLANNED", "STORE", "Row", "rows", "run"]
-
 _DOCS = Path(__file__).resolve().parents[1] / "docs"
 #: Where the results of all flights are kept.
 STORE = _DOCS / "flights.json"

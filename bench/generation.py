@@ -16,8 +16,6 @@ from pathgene.host.planners import make
 from pathgene.host.planners.base import Options as PlanOptions
 
 
-__all__ = ["run"]
-
 # Names of the chip's counters.
 _COUNTERS = {
     "selection_crossover": "crossover",

@@ -16,8 +16,6 @@ from pathgene.host.planners.base import Options
 from pathgene.host.problem.rules import Rules
 
 
-__all__ = ["VARIANTS", "run"]
-
 _MOST_SEEDS = 5
 _YARDSTICK = "astar"
 #: Columns of the tables: planners with their options.

@@ -25,8 +25,6 @@ from pathgene.host.planners.base import Options, Planner
 from pathgene.host.problem.problem import Problem
 
 
-__all__ = ["run"]
-
 _GENERATIONS = 300
 #: Terrains of additional plans on the simulated board.
 _SIMULATED = 2

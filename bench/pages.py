@@ -22,8 +22,6 @@ from bench.report import Report
 from pathgene.host.errors import InputError
 
 
-__all__ = ["FIGURES", "PAGES", "keep", "pages", "render", "write"]
-
 _ROOT = Path(__file__).resolve().parents[1]
 #: Folder of the kept reports, and folder of the pages that show them.
 FIGURES, PAGES = _ROOT / "docs" / "figures", _ROOT / "docs"

@@ -20,8 +20,6 @@ from pathgene.host.planners import PLANNERS, make
 from pathgene.host.planners.base import Options
 
 
-__all__ = ["VARIANTS", "Variant", "run"]
-
 #: The planner that every planner is compared with.
 _YARDSTICK = "astar"
 

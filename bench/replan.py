@@ -40,8 +40,6 @@ from pathgene.host.replanning.session import Session
 from pathgene.host.report import style
 
 
-__all__ = ["AMPLE_MS", "ROWS", "SCENARIOS", "Question", "fly_row", "is_there_a_path", "run"]
-
 #: Chip time in milliseconds of a plan whose first run finds a path; up to eight first runs, each at
 #: most a quarter of that time, search for one.
 AMPLE_MS = 50

@@ -13,8 +13,6 @@ from bench.report import Report
 from bench.scenarios import missing
 
 
-__all__ = ["report"]
-
 Result = dict[str, Any]
 #: Results by scenario.
 Flights = dict[int, Result]

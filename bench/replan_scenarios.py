@@ -19,8 +19,6 @@ from pathgene.host.problem.zones import Circle, Polygon, Zone
 from pathgene.host.replanning.scenario import Event, NewZone, Placed, Scenario
 
 
-__all__ = ["KINDS", "Drawn", "draw_mission", "draw_scenario"]
-
 #: Kinds of events, in rotation.
 KINDS = (
     "next leg",

@@ -15,8 +15,6 @@ from typing import Any
 from bench.store import digest
 
 
-__all__ = ["Options", "Report"]
-
 _NOTE_WIDTH = 120
 
 

@@ -19,8 +19,6 @@ from pathgene.host.planners.base import Options, Result
 from pathgene.host.planners.fpa.planner import FlowerPollinationPlanner
 
 
-__all__ = ["run"]
-
 MAP = "canyon"
 #: Table 3.
 ITERATIONS, POPULATION = 500, 512

@@ -18,8 +18,6 @@ from pathgene.host.planners import make
 from pathgene.host.planners.base import Options
 
 
-__all__ = ["run"]
-
 #: Table 3.
 ITERATIONS, POPULATION = 500, 512
 

@@ -29,8 +29,6 @@ from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
 
 
-__all__ = ["CLEARANCES", "MOST_SEEDS", "STORE", "Row", "rows", "run"]
-
 _DOCS = Path(__file__).resolve().parents[1] / "docs"
 #: Where the results of all runs are kept.
 STORE = _DOCS / "safety.json"

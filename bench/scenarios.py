@@ -15,22 +15,6 @@ from pathgene.host.problem.zones import Circle
 from pathgene.host.terrain import Terrain, load, synthetic
 
 
-__all__ = [
-    "EMBEDDED",
-    "HELD_OUT",
-    "LARGE",
-    "SYNTHETIC",
-    "TABLE_4",
-    "TILES",
-    "UNTUNED",
-    "missing",
-    "names",
-    "names_of",
-    "problem",
-    "problem_at_one_cell",
-    "source_of",
-]
-
 #: The real terrain that comes with the packages.
 EMBEDDED = "jacksboro"
 #: The kinds of synthetic land of *roberge*, 25 km2 at 10 m, with seed 0.

@@ -15,8 +15,6 @@ from pathgene.sim.board.scheme import start_simulated
 from pathgene.sim.model.core import PaperCore
 
 
-__all__ = ["run"]
-
 _GENERATIONS, _CORE_GENERATIONS = 60, 2000
 
 

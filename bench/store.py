@@ -15,8 +15,6 @@ from pathgene.host.errors import InputError
 from pathgene.host.files.output import replacing
 
 
-__all__ = ["Result", "Store", "code", "digest"]
-
 _ROOT = Path(__file__).resolve().parents[1]
 _SUFFIXES = (".py", ".xml", ".toml")
 _DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)

@@ -32,8 +32,6 @@ from pathgene.sim.model.checker import Point, TerrainModel, Verdict
 from pathgene.sim.model.checker_kernels import check_paths
 
 
-__all__ = ["BUILDS", "Ground", "differing", "run"]
-
 #: Every build, with its cells per cycle.
 BUILDS = ((CheckerBuild.TWO_TIER, 1), (CheckerBuild.PARALLEL, 8))
 _PATHS = 10_000

@@ -8,8 +8,6 @@ from urllib.parse import urlencode
 from pathgene.hdl.config import CheckerBuild, Config
 
 
-__all__ = ["SMALL", "board_url"]
-
 #: A chip that simulators build and run in seconds, with odd sizes, short messages, and a receive
 #: buffer that fills soon.
 SMALL = Config(

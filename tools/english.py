@@ -24,19 +24,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 
-__all__ = [
-    "COUNTED",
-    "GOAL",
-    "HABITS",
-    "OTHERS",
-    "ROOMS",
-    "Count",
-    "count",
-    "counts",
-    "main",
-    "room_files",
-]
-
 ROOT = Path(__file__).resolve().parents[1]
 
 #: The folders whose prose is counted; ``docs`` includes the pages at the root.

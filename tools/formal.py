@@ -40,8 +40,6 @@ from pathgene.host.errors import InputError, JobError, PathgeneError
 from pathgene.sim.cache import build_root
 
 
-__all__ = ["PROOFS", "Proof", "ProofError", "altered", "check", "proofs"]
-
 _ROOT = Path(__file__).resolve().parents[1]
 
 #: Folder of the project's proofs.

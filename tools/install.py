@@ -12,8 +12,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 
-__all__ = ["SetupError", "set_up"]
-
 # Optional dependencies of each level.
 EXTRAS = {
     "plan": "",

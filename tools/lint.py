@@ -14,8 +14,6 @@ from pathgene.host.errors import PathgeneError
 from pathgene.sim.verilator import run_verilator
 
 
-__all__ = ["WAIVERS", "lint"]
-
 WAIVERS = Path(__file__).parent / "amaranth.vlt"
 
 

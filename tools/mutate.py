@@ -36,8 +36,6 @@ from tools.mutation.sites import Alteration, draw, gateware_files, sites_of
 from tools.mutation.workshop import Workshop
 
 
-__all__ = ["main", "report"]
-
 #: Stages that an alteration goes through until it is killed.
 DEPTHS = ("near", "units", "chips")
 ROOT = Path(__file__).resolve().parents[1]

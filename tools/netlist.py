@@ -35,8 +35,6 @@ from typing import Any
 from pathgene.hdl.boards.tools import BuildError
 
 
-__all__ = ["Netlist", "main"]
-
 #: Parameters that are names or numbers; see :func:`_with_memories`.
 _NAMES = frozenset({"MEMID", "PORTID", "PRIORITY_MASK", "SRC_PATTERN"})
 _KINDS_OF_RAM = {"logic_block", "ram_block", "ram_style", "ramstyle", "syn_ramstyle"}

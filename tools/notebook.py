@@ -14,8 +14,6 @@ from pathlib import Path
 from typing import Any
 
 
-__all__ = ["NOTEBOOK", "TUTORIAL", "notebook"]
-
 _DOCS = Path(__file__).resolve().parents[1] / "docs"
 TUTORIAL = _DOCS / "tutorial.md"
 NOTEBOOK = _DOCS / "tutorial.ipynb"

@@ -42,18 +42,6 @@ from pathgene.sim.model.chip import ModelPort
 from tools.protocol_page.frames import golden_frames
 
 
-__all__ = [
-    "GOLDENS",
-    "GOLDEN_PARTS",
-    "PARTS",
-    "checksum",
-    "differences",
-    "evaluate",
-    "main",
-    "record_generations",
-    "record_paths",
-]
-
 #: Generations per run.
 GENERATIONS = 50
 _SEEDS = (1, 2, 3)

@@ -32,7 +32,6 @@ from pathgene.sim.verilator import build_verilator
 if TYPE_CHECKING:
     from pathgene.hdl.config import Config
 
-__all__ = ["BENCHES", "SIMULATORS", "CosimError", "CosimResult", "benches", "run", "run_bench"]
 
 SIMULATORS: tuple[Simulator, ...] = ("icarus", "verilator")
 

@@ -21,8 +21,6 @@ from bench.store import Store
 from pathgene.host.errors import InputError, PathgeneError
 
 
-__all__ = ["TABLES", "run", "tables"]
-
 _ROOT = Path(__file__).parents[2]
 _FOLDER = _ROOT / "build" / "fpga"
 STORE = _ROOT / "docs" / "results.json"

@@ -19,8 +19,6 @@ from pathgene.hdl.boards.route import Routed
 from tools.netlist import Netlist
 
 
-__all__ = ["BOARDS_TABLE", "LANES_TABLE", "board_jobs", "device_of", "lanes_jobs"]
-
 #: Families that can be placed and routed here.
 _FAMILIES = ("ecp5", "ice40")
 #: Boards with the full design, and the numbers of lanes to try.

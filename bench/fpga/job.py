@@ -20,21 +20,6 @@ from pathgene.host.errors import PathgeneError
 from tools.netlist import Netlist
 
 
-__all__ = [
-    "CELLS",
-    "LIMIT_S",
-    "XILINX",
-    "Family",
-    "Job",
-    "Measured",
-    "Table",
-    "chip_clock",
-    "digest_of",
-    "rows",
-    "used",
-    "without_names",
-]
-
 #: Maximum time of the router in seconds; the longest successful run took an hour and a half.
 LIMIT_S = 6 * 3600.0
 

@@ -23,8 +23,6 @@ from pathgene.hdl.verilog import convert
 from tools.netlist import Netlist
 
 
-__all__ = ["PAPERS_TABLE", "UNITS_TABLE", "paper_jobs", "unit_jobs"]
-
 _CORE, _CHECKER = (
     "pathgene.hdl.ga_core_top.PaperCoreTop",
     "pathgene.hdl.feasibility.checker.Checker",

@@ -31,8 +31,6 @@ from pathgene.host.planners import make
 from pathgene.host.planners.base import Options
 
 
-__all__ = ["run"]
-
 MAP = "canyon"
 WAYPOINTS = 6
 _ITERATIONS = 500

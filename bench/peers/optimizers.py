@@ -18,16 +18,6 @@ from pathgene.host.evaluation.jit import compiled
 from pathgene.host.planners.airspace import Airspace
 
 
-__all__ = [
-    "OPTIMIZERS",
-    "PLANNERS",
-    "POPULATION",
-    "BudgetSpentError",
-    "Objective",
-    "Optimizer",
-    "solve",
-]
-
 Vectors = NDArray[np.float64]
 
 

@@ -12,8 +12,6 @@ from tools.diagrams.blocks import chip, graphs
 from tools.diagrams.scenes import child_scene, scenes
 
 
-__all__ = ["PICTURES", "drawn", "is_drawn", "mark_of", "waveforms"]
-
 PICTURES = Path(__file__).resolve().parents[2] / "docs" / "pictures"
 
 

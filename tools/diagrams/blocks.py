@@ -20,8 +20,6 @@ from pathgene.hdl.top import Chip
 from tools.protocol_page.frames import PLANNER, SMALL
 
 
-__all__ = ["GRAPHS", "Unit", "chip", "graphs", "units_of"]
-
 _CLOCKING = (ClockSignal, ResetSignal)
 _ROOT = Path(__file__).resolve().parents[2]
 

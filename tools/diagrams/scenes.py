@@ -25,8 +25,6 @@ from tools.diagrams.waves import Trace, draw, hexadecimal, integer, text_of
 from tools.protocol_page.frames import SMALL
 
 
-__all__ = ["SCENES", "child_scene", "scenes"]
-
 #: Names of files in docs/pictures.
 SCENES = ("command", "command_inside", "generation", "check")
 #: Maximum cycles of a command.

@@ -8,8 +8,6 @@ from typing import Any
 from xml.sax.saxutils import escape
 
 
-__all__ = ["Trace", "draw", "hexadecimal", "integer", "text_of"]
-
 _LEFT, _TOP, _ROW, _HIGH = 190, 46, 30, 18
 #: Width of all cycles, pixels.
 _WIDE = 1000

@@ -19,8 +19,6 @@ from tools.faults.line_judge import LineJudge
 from tools.faults.planted import planted
 
 
-__all__ = ["Campaign", "case_of", "judge_of", "run", "sessions"]
-
 #: Number of cases that a process takes at a time.
 _CHUNK = 10
 

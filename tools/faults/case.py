@@ -14,8 +14,6 @@ from tools.faults.disk import SLOW
 from tools.faults.line import LineEvent, LineFault, Way
 
 
-__all__ = ["Case", "DiskExtent", "DiskFault", "Extent", "draw", "shrunk"]
-
 #: Number of sessions of a chip, by the seed of their work; their results without faults are kept.
 _WORKS = 8
 #: Numbers of sessions opened before: a session's number is the last one plus 1, modulo 256, and a

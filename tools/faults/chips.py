@@ -15,16 +15,6 @@ from tools.chips import SMALL
 from tools.faults.line import ChipOnLine
 
 
-__all__ = [
-    "CHIPS",
-    "CLOCK_HZ",
-    "Board",
-    "ModelOnLine",
-    "VerilatedOnLine",
-    "chip_names",
-    "chip_on_line",
-]
-
 _MAIN = Path(__file__).parents[2] / "sim" / "harness" / "chip_main.cpp"
 
 #: Clock of a Verilated chip in virtual time, slow because every silence is simulated.

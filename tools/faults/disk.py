@@ -16,7 +16,6 @@ from pathgene.host.files.disk import Disk
 if TYPE_CHECKING:
     from _typeshed import ReadableBuffer
 
-__all__ = ["SLOW", "FaultyDisk", "Killed"]
 
 #: Not an error number: the call takes a long time but succeeds.
 SLOW = 0

@@ -40,8 +40,6 @@ from tools.faults.judge import DifferentError, Judge, Verdict
 from tools.faults.tracing import counted_lines, signal_of, signalled
 
 
-__all__ = ["DISK_SESSIONS", "Comparison", "DiskJudge", "DiskSession", "Replacement", "in_folder"]
-
 #: Seeds of a comparison.
 _SEEDS = range(4)
 

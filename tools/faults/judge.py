@@ -16,8 +16,6 @@ from tools.faults.case import Case, DiskExtent, Extent
 from tools.faults.line import HangError
 
 
-__all__ = ["DifferentError", "Judge", "Verdict"]
-
 #: Real seconds after which a session counts as hanging, whatever the virtual time.
 _LIMIT_S = 600
 

@@ -11,18 +11,6 @@ from typing import Protocol
 from pathgene.hdl.protocol.codec import DELIMITER
 
 
-__all__ = [
-    "ChipOnLine",
-    "FaultyLine",
-    "Frame",
-    "HangError",
-    "LineEvent",
-    "LineFault",
-    "VirtualClock",
-    "Way",
-]
-
-
 class HangError(BaseException):
     """The host waits although it should have given up, or works forever."""
 

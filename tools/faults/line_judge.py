@@ -30,8 +30,6 @@ from tools.faults.line import ChipOnLine, FaultyLine, VirtualClock, Way
 from tools.faults.tracing import counted_lines, signal_of, signalled
 
 
-__all__ = ["GENERATIONS", "SESSIONS", "LineJudge", "Session", "Tell", "ground"]
-
 #: Number of generations in each link mode.
 GENERATIONS = 50
 #: Number of generations between two checks of the whole population.

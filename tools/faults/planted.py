@@ -24,8 +24,6 @@ from pathgene.host.files.disk import current
 from pathgene.sim.model.chip import Chip
 
 
-__all__ = ["PLANTED", "planted"]
-
 #: The place of a session in the reply to INFO is the same for all chips.
 _ANY = Config()
 

@@ -14,8 +14,6 @@ from pathgene import host
 from pathgene.host.interrupts import SIGNALS, caught
 
 
-__all__ = ["counted_lines", "signal_of", "signalled"]
-
 # The name in frames: through the link in pathgene/.
 _HOST = Path(host.__file__).parent
 

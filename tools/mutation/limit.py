@@ -14,9 +14,6 @@ from types import FrameType
 import pytest
 
 
-__all__ = ["pytest_runtest_protocol"]
-
-
 def _expire(number: int, frame: FrameType | None) -> None:
     pytest.fail("limit of processor time reached", pytrace=False)
 

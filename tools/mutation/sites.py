@@ -12,8 +12,6 @@ from pathlib import Path
 from pathgene.hdl.boards import BOARDS
 
 
-__all__ = ["EXCLUDED", "Alteration", "Site", "draw", "gateware_files", "sites_of"]
-
 #: Files of ``hdl/`` that are not gateware: board tables, build and routing tools, writers of files.
 EXCLUDED = frozenset(
     {

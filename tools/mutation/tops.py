@@ -22,8 +22,6 @@ from pathgene.hdl.verilog import convert
 from tools.chips import SMALL
 
 
-__all__ = ["SETS", "main"]
-
 #: Chips that elaborate in seconds: every build, with sizes at the ends of their ranges.
 _SMALL_CHIPS: dict[str, Config] = {
     "small": SMALL,

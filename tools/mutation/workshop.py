@@ -20,8 +20,6 @@ from tools.mutation.sites import Alteration
 from tools.netlist import Netlist
 
 
-__all__ = ["OptimizedNetlist", "Result", "Workshop", "equal_circuits", "slow_suite", "suites"]
-
 #: Packages whose tests exercise every file, cheapest first.
 _ALL = ("primitives", "protocol", "ga_core", "command", "feasibility", "link", "boards")
 #: Simulated whole chips. Tests that themselves alter the gateware's text are left out, because they

@@ -10,8 +10,6 @@ from tools.protocol_page.frames import golden_frames
 from tools.protocol_page.page import protocol_page
 
 
-__all__ = ["FRAMES", "PAGE", "contents"]
-
 _DOCS = Path(__file__).resolve().parents[2] / "docs"
 FRAMES = _DOCS / "protocol_frames.json"
 PAGE = _DOCS / "protocol.md"

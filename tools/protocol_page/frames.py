@@ -33,8 +33,6 @@ from tools import chips
 from tools.protocol_page.segments import split_reply, split_request, values_of
 
 
-__all__ = ["DEFAULT", "PLANNER", "SMALL", "TIMED", "golden_frames"]
-
 #: The chip of the URL ``sim:`` without options.
 DEFAULT = Config(clocks_per_bit=4)
 #: A chip with messages short enough to read.

@@ -19,8 +19,6 @@ from tools.protocol_page.frames import DEFAULT, PLANNER, SMALL
 from tools.protocol_page.segments import Segment, split_reply, split_request, waypoint_layout
 
 
-__all__ = ["CODES", "COMMANDS", "MESSAGES", "protocol_page"]
-
 #: Purpose of each command, payload of its request, payload of its reply.
 COMMANDS = {
     Command.INFO: ("ask what the chip is", "none", "configuration"),

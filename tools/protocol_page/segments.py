@@ -32,9 +32,6 @@ from pathgene.hdl.protocol.planner import no_fly_request, problem_request
 from pathgene.hdl.protocol.runs import run_request
 
 
-__all__ = ["Segment", "split_reply", "split_request", "values_of", "waypoint_layout"]
-
-
 @dataclass(frozen=True)
 class Segment:
     """The part of a payload that has one layout."""

@@ -10,9 +10,6 @@ from pathgene.host.terrain import Terrain
 from tools.protocol_page.__main__ import contents
 
 
-__all__ = ["compile_evaluation", "written_page"]
-
-
 def compile_evaluation():
     """Compile the kernels of the evaluation, so that no command notes that it compiles them."""
     terrain = Terrain("flat", np.full((30, 30), 100.0), 100.0, 100.0)

@@ -8,8 +8,6 @@ from pathgene.sim.model.requests import FrameReceiverModel
 from tests.support.gateware.faults import FaultyTransport, VirtualClock
 
 
-__all__ = ["CONFIG", "FIRST", "Recorder", "Script", "connect", "lose", "twice", "without_delimiter"]
-
 CONFIG = Config(receive_buffer=256)
 
 

@@ -33,20 +33,13 @@ class Board(StrEnum):
 CHIPS = {
     "paper": SMALL.replace(checker=CheckerBuild.TWO_TIER, lanes=1),
     "paper, 32 paths": Config(map_size=64, coarse_factor=8, altitude_bits=8),
-    "planner": Config(
-        population=8,
-        children=4,
-        elites=2,
-        survivors=2,
-        inserts=1,
-        deletes=1,
+    "planner": SMALL.replace(
         max_waypoints=8,
         map_size=64,
-        coarse_factor=4,
         altitude_bits=9,
         lanes=4,
-        clocks_per_bit=4,
         receive_buffer=512,
+        checker=CheckerBuild.PARALLEL,
         core=GeneticCore.PLANNER,
     ),
 }

@@ -7,7 +7,7 @@ import pytest
 
 from pathgene.hdl.command.layouts import AnswerKind
 from pathgene.hdl.command.transmitter import ReplyTransmitter
-from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.config import CheckerBuild
 from pathgene.hdl.protocol.codes import Status
 from pathgene.hdl.protocol.messages import (
     check_reply,
@@ -19,13 +19,11 @@ from pathgene.hdl.protocol.messages import (
     survivors_reply,
 )
 from pathgene.hdl.protocol.paths import pack_paths
+from tests.support.gateware.chips import TINY
 from tests.support.gateware.streams import collect, put, simulate
 
 
-CONFIG = Config(
-    population=8, children=4, survivors=2, inserts=1, deletes=1, max_waypoints=4, map_size=16,
-    coarse_factor=4,
-)  # fmt: skip
+CONFIG = TINY.replace(altitude_bits=12, checker="parallel")
 HEADER = bytes((3, 200, Status.OK))
 
 

@@ -8,7 +8,7 @@ from amaranth.hdl import Module
 from amaranth.lib import wiring
 from amaranth.lib.wiring import connect
 
-from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.config import CheckerBuild
 from pathgene.hdl.feasibility.check_controller import CheckController, PathSource
 from pathgene.hdl.feasibility.checker import Checker
 from pathgene.hdl.ga_core.core import PaperCore
@@ -16,22 +16,11 @@ from pathgene.hdl.protocol.codes import CheckFlag
 from pathgene.hdl.protocol.messages import check_paths_request, check_reply
 from pathgene.hdl.protocol.paths import pack_paths
 from pathgene.sim.model.check_commands import CheckingModel
-from tests.support.gateware.chips import SMALL, random_path, random_paths
+from tests.support.gateware.chips import SMALL, TINY, random_path, random_paths
 from tests.support.gateware.streams import collect, pulse, put, simulate
 
 
-CONFIG = Config(
-    population=16,
-    children=8,
-    elites=2,
-    survivors=6,
-    inserts=1,
-    deletes=1,
-    max_waypoints=5,
-    map_size=16,
-    coarse_factor=4,
-    altitude_bits=4,
-)
+CONFIG = TINY.replace(population=16, children=8, survivors=6, max_waypoints=5, checker="parallel")
 START, GOAL = 0x5A3, 0xC0F
 
 
@@ -335,11 +324,3 @@ def test_answers_are_those_of_the_model(build, flags):
         assert {counter.value: counters[counter] for counter in model.counters} == model.counters
 
     bench.run(compare)
-
-
-def test_configuration_is_checked():
-    with pytest.raises(TypeError, match=r"^Config must be a Config, not 'big'$"):
-        CheckController("big")
-    rule = r"^Config\.checker must name a build, not 'none'$"
-    with pytest.raises(ValueError, match=rule):
-        CheckController(SMALL.replace(checker=CheckerBuild.NONE))

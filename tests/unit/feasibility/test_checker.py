@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from pathgene.hdl.config import Config
+from pathgene.hdl.feasibility.check_controller import CheckController
 from pathgene.hdl.feasibility.checker import Checker
+from pathgene.hdl.feasibility.feasibility import Feasibility
 from tests.support.gateware.checker_cases import upload
 from tests.support.gateware.streams import put, simulate
 
@@ -49,3 +51,9 @@ def test_busy_until_the_last_point_of_a_path_that_collides_early(build, lanes):
 
     simulate(dut, bench)
     assert steps == ["transferred", "given"]
+
+
+@pytest.mark.parametrize("unit", [Checker, CheckController, Feasibility])
+def test_refuses_a_chip_without_a_checker(unit):
+    with pytest.raises(ValueError, match=r"^Config\.checker must name a build, not 'none'$"):
+        unit(Config(checker="none"))

@@ -95,11 +95,3 @@ def test_equals_model(config, count):
 
     simulate(dut, bench, background=[path_memory])
     assert set(flags) == set(itertools.permutations((0, 1)))
-
-
-def test_configuration_is_checked():
-    with pytest.raises(TypeError, match=r"^Config must be a Config, not 'big'$"):
-        Feasibility("big")
-    rule = r"^Config\.checker must name a build, not 'none'$"
-    with pytest.raises(ValueError, match=rule):
-        Feasibility(Config().replace(checker=CheckerBuild.NONE))

@@ -4,24 +4,14 @@ import random
 
 import pytest
 
-from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.hdl.feasibility.layouts import count_layout, verdict_layout
 from pathgene.hdl.feasibility.result_store import RecordLayouts, ResultStore
 from pathgene.hdl.protocol.paths import PathResult, pack_results
+from tests.support.gateware.chips import TINY
 from tests.support.gateware.streams import collect, pulse, put, simulate
 
 
-CONFIG = Config(
-    population=8,
-    children=4,
-    survivors=2,
-    inserts=1,
-    deletes=1,
-    max_waypoints=6,
-    map_size=32,
-    coarse_factor=4,
-    checker=CheckerBuild.PARALLEL,
-)
+CONFIG = TINY.replace(max_waypoints=6, map_size=32, altitude_bits=12, checker="parallel")
 PAUSES = pytest.mark.parametrize("pauses", [(0,), (0, 2, 1)], ids=["steady", "stalled"])
 
 

@@ -10,24 +10,14 @@ from pathgene.hdl.protocol.breeding import crossover
 from pathgene.sim.model.mutation import Limits
 from pathgene.sim.model.mutation import Mutation as Model
 from pathgene.sim.model.selection import Draws
+from tests.support.gateware.chips import TINY
 from tests.support.gateware.streams import simulate
 
 
-SMALL = Config(
-    population=16,
-    children=8,
-    elites=3,
-    survivors=5,
-    perturbs=2,
-    inserts=2,
-    deletes=2,
-    max_waypoints=5,
-    map_size=16,
-    coarse_factor=4,
-    altitude_bits=4,
-    box_percent=60,
-    checker=CheckerBuild.NONE,
-)
+SMALL = TINY.replace(
+    population=16, children=8, elites=3, survivors=5, perturbs=2, inserts=2, deletes=2,
+    max_waypoints=5, box_percent=60,
+)  # fmt: skip
 CONFIGS = {
     "default": Config(checker=CheckerBuild.NONE),
     "small": SMALL,

@@ -6,35 +6,18 @@ import random
 import pytest
 from amaranth.hdl import ResetInserter, Signal
 
-from pathgene.hdl.config import CheckerBuild, Config, MutationKind
+from pathgene.hdl.config import CheckerBuild, MutationKind
 from pathgene.hdl.ga_core.crossover import parents_of
 from pathgene.hdl.ga_core.population import Population
 from pathgene.hdl.ga_core.read_ports import PEEK_LATENCY
+from tests.support.gateware.chips import TINY, random_path, random_paths
 from tests.support.gateware.streams import pulse, put, simulate
 
 
-SMALL = Config(
-    population=8,
-    children=4,
-    elites=2,
-    survivors=2,
-    perturbs=1,
-    inserts=2,
-    deletes=1,
-    max_waypoints=5,
-    map_size=16,
-    coarse_factor=4,
-    altitude_bits=4,
-    checker=CheckerBuild.NONE,
-)
+SMALL = TINY.replace(inserts=2, max_waypoints=5)
 KEPT = SMALL.elites + SMALL.survivors
 #: Cycles from a read to its first waypoint, and between two paths.
 FIRST, BETWEEN = 5, 3
-
-
-def random_path(rng, config, length=None):
-    length = length or rng.randint(config.MIN_WAYPOINTS, config.max_waypoints)
-    return [rng.getrandbits(config.waypoint_bits) for _ in range(length)]
 
 
 async def load(ctx, dut, slot, path):
@@ -42,6 +25,14 @@ async def load(ctx, dut, slot, path):
         last = index == len(path) - 1
         word = {"slot": slot, "index": index, "waypoint": waypoint, "last": last}
         await put(ctx, dut.writes, word)
+
+
+async def loaded(ctx, dut, rng, length=None):
+    """Load a random path into every slot; return the paths."""
+    paths = random_paths(dut.config, rng, length)
+    for slot, path in enumerate(paths):
+        await load(ctx, dut, slot, path)
+    return paths
 
 
 async def read(ctx, dut, slot, count, pauses=(0,)):
@@ -163,7 +154,7 @@ def test_reads_return_writes(max_waypoints, pauses):
         paths = [[0, 0]] * config.population
         for slot in rng.sample(range(config.population), config.population):
             for _ in range(2):
-                paths[slot] = random_path(rng, config)
+                paths[slot] = random_path(config, rng)
                 await load(ctx, dut, slot, paths[slot])
             count = rng.randint(1, config.population - slot)
             assert await read(ctx, dut, slot, count, pauses) == paths[slot : slot + count]
@@ -177,7 +168,7 @@ def test_cycles_of_a_read():
     dut = Population(SMALL)
     words = []
     rng = random.Random(2)
-    paths = [random_path(rng, SMALL) for _ in range(3)]
+    paths = [random_path(SMALL, rng) for _ in range(3)]
     seen = []
 
     async def testbench(ctx):
@@ -234,9 +225,7 @@ def test_generations_without_mutations():
 
     async def bench(ctx, dut):
         rng = random.Random(3)
-        paths = [random_path(rng, SMALL) for _ in range(SMALL.population)]
-        for slot, path in enumerate(paths):
-            await load(ctx, dut, slot, path)
+        paths = await loaded(ctx, dut, rng)
         for _ in range(6):
             carried = rng.choices(range(SMALL.population), k=len(dut.carried))
             paths = await breed(ctx, dut, paths, carried)
@@ -252,7 +241,7 @@ def test_every_index_of_a_mutation(number):
     async def bench(ctx, dut):
         rng = random.Random(number)
         # Halves of 2 and 2: a child of 4 waypoints, which may grow and shrink.
-        paths = [random_path(rng, SMALL, 4) for _ in range(SMALL.population)]
+        paths = [random_path(SMALL, rng, 4) for _ in range(SMALL.population)]
         for index in range(4):
             child = (index + number) % SMALL.children
             for slot, path in enumerate(paths):
@@ -273,9 +262,7 @@ def test_waypoints_are_read_ahead():
 
     async def bench(ctx, dut):
         rng = random.Random(8)
-        paths = [random_path(rng, config, 4) for _ in range(config.population)]
-        for slot, path in enumerate(paths):
-            await load(ctx, dut, slot, path)
+        paths = await loaded(ctx, dut, rng, 4)
         patches = [rng.getrandbits(config.waypoint_bits) for _ in range(config.patches)]
         mutations = [(0, 0, 1), (1, 1, 0), (2, 2, 3), (3, 3, 0)]
         for count in (1, 2, 3, 8):
@@ -318,9 +305,7 @@ def test_read_after_reading_ahead():
 
     async def bench(ctx, dut):
         rng = random.Random(9)
-        paths = [random_path(rng, config) for _ in range(config.population)]
-        for slot, path in enumerate(paths):
-            await load(ctx, dut, slot, path)
+        paths = await loaded(ctx, dut, rng)
         for wait in range(9):
             await settle(ctx, dut)
             ctx.set(dut.peeks, 1)
@@ -342,9 +327,7 @@ def test_write_ends_reading_ahead():
 
     async def bench(ctx, dut):
         rng = random.Random(10)
-        paths = [random_path(rng, config) for _ in range(config.population)]
-        for slot, path in enumerate(paths):
-            await load(ctx, dut, slot, path)
+        paths = await loaded(ctx, dut, rng)
         for wait in range(9):
             await settle(ctx, dut)
             for cycle in range(wait):
@@ -355,7 +338,7 @@ def test_write_ends_reading_ahead():
             ctx.set(dut.peeks, wait < 3)
             ctx.set(dut.peek, wait < 3)
             slot = rng.randrange(config.population)
-            paths[slot] = random_path(rng, config)
+            paths[slot] = random_path(config, rng)
             last = len(paths[slot]) - 1
             for index, waypoint in enumerate(paths[slot]):
                 word = {"slot": slot, "index": index, "waypoint": waypoint, "last": index == last}
@@ -372,15 +355,13 @@ def test_write_ends_reading_ahead():
 def test_loading_a_path_discards_its_mutation():
     async def bench(ctx, dut):
         rng = random.Random(7)
-        paths = [random_path(rng, SMALL, 4) for _ in range(SMALL.population)]
-        for slot, path in enumerate(paths):
-            await load(ctx, dut, slot, path)
+        paths = await loaded(ctx, dut, rng, 4)
         patches = [rng.getrandbits(SMALL.waypoint_bits) for _ in range(SMALL.patches)]
         mutations = [(0, 0, 1), (1, 1, 0), (2, 2, 3), (3, 3, 0)]
         carried = rng.choices(range(SMALL.population), k=len(dut.carried))
         paths = await breed(ctx, dut, paths, carried, mutations, patches)
         for child in range(SMALL.children):
-            paths[KEPT + child] = random_path(rng, SMALL)
+            paths[KEPT + child] = random_path(SMALL, rng)
             await load(ctx, dut, KEPT + child, paths[KEPT + child])
             assert await read(ctx, dut, 0, SMALL.population) == paths
 
@@ -396,19 +377,17 @@ def test_reset_discards_mutations(cycles):
     async def testbench(ctx):
         rng = random.Random(11)
         ctx.set(dut.allow, 1)
-        loaded = [random_path(rng, SMALL, 4) for _ in range(SMALL.population)]
-        for slot, path in enumerate(loaded):
-            await load(ctx, dut, slot, path)
+        before = await loaded(ctx, dut, rng, 4)
         patches = [rng.getrandbits(SMALL.waypoint_bits) for _ in range(SMALL.patches)]
         mutations = [(0, 0, 0), (1, 1, 0), (2, 2, 1), (3, 3, 0)]
         carried = rng.choices(range(SMALL.population), k=len(dut.carried))
-        await breed(ctx, dut, loaded, carried, mutations, patches)
+        await breed(ctx, dut, before, carried, mutations, patches)
 
         ctx.set(rst, 1)
         for _ in range(cycles):
             await ctx.tick()
         ctx.set(rst, 0)
-        paths = [path[:2] for path in loaded]
+        paths = [path[:2] for path in before]
         carried = [KEPT + port % SMALL.children for port in range(len(dut.carried))]
         paths = await breed(ctx, dut, paths, carried)
         assert await read(ctx, dut, 0, SMALL.population) == paths

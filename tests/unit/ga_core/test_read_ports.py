@@ -4,7 +4,6 @@ import random
 
 import pytest
 
-from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.hdl.ga_core.read_ports import (
     PEEK_LATENCY,
     PathReader,
@@ -12,6 +11,7 @@ from pathgene.hdl.ga_core.read_ports import (
     ReadCrossbar,
     ReadPointer,
 )
+from tests.support.gateware.chips import TINY
 from tests.support.gateware.streams import simulate
 
 
@@ -247,16 +247,7 @@ def test_three_ports_share_a_register(ports, parts):
     assert len(ReadCrossbar(**{**CROSSBAR_SIZES, "ports": ports}).writing) == parts
 
 
-CONFIG = Config(
-    population=8,
-    children=4,
-    elites=2,
-    survivors=2,
-    inserts=1,
-    deletes=1,
-    max_waypoints=5,
-    checker=CheckerBuild.NONE,
-)
+CONFIG = TINY.replace(max_waypoints=5, map_size=512, coarse_factor=16, altitude_bits=12)
 SIZES = {
     "slot_bits": CONFIG.slot_bits,
     "waypoint_bits": CONFIG.waypoint_bits,

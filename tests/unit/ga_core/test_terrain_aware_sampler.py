@@ -9,24 +9,14 @@ from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.hdl.ga_core.layouts import limits_layout, offset_layout
 from pathgene.hdl.ga_core.read_ports import PEEK_LATENCY
 from pathgene.hdl.ga_core.terrain_aware_sampler import TerrainAwareSampler
+from tests.support.gateware.chips import TINY
 from tests.support.gateware.streams import simulate
 
 
-SMALL = Config(
-    population=16,
-    children=8,
-    elites=3,
-    survivors=5,
-    perturbs=1,
-    inserts=2,
-    deletes=1,
-    max_waypoints=5,
-    map_size=16,
-    coarse_factor=4,
-    altitude_bits=4,
-    box_percent=60,
-    checker=CheckerBuild.PARALLEL,
-)
+SMALL = TINY.replace(
+    population=16, children=8, elites=3, survivors=5, inserts=2, max_waypoints=5, box_percent=60,
+    checker="parallel",
+)  # fmt: skip
 CONFIGS = {
     "small": SMALL,
     "default": Config(checker=CheckerBuild.PARALLEL),

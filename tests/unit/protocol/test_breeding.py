@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from pathgene.hdl.config import CheckerBuild, Config, MutationKind
+from pathgene.hdl.config import MutationKind
 from pathgene.hdl.protocol.breeding import (
     MutationRecord,
     Recipe,
@@ -15,19 +15,11 @@ from pathgene.hdl.protocol.breeding import (
     mutate,
 )
 from pathgene.hdl.protocol.messages import recipe_reply
+from tests.support.gateware.chips import TINY
 
 
 # Two elites, two survivors, four children of two parents; one mutator of each kind.
-CONFIG = Config(
-    population=8,
-    children=4,
-    elites=2,
-    survivors=2,
-    inserts=1,
-    deletes=1,
-    max_waypoints=5,
-    checker=CheckerBuild.NONE,
-)
+CONFIG = TINY.replace(max_waypoints=5, map_size=512, coarse_factor=16, altitude_bits=12)
 PERTURB, INSERT, DELETE = CONFIG.mutations
 
 

@@ -9,7 +9,7 @@ import random
 import numpy as np
 import pytest
 
-from pathgene.hdl.config import CheckerBuild, Config
+from pathgene.hdl.config import CheckerBuild
 from pathgene.hdl.feasibility.checker import Checker
 from pathgene.hdl.feasibility.parallel.terrain_memory import TerrainMemory
 from pathgene.sim.model.checker import TerrainModel, check_path, segment_cells
@@ -344,13 +344,6 @@ def test_counting_raises_the_flag_at_the_first_hit():
 
     simulate(dut, bench, background=[collect(dut.counts, [])])
     assert offered == [2]
-
-
-def test_wrong_config():
-    with pytest.raises(TypeError, match=r"^Config must be a Config, not 'big'$"):
-        Checker("big")
-    with pytest.raises(ValueError, match=r"^Config.checker must name a build, not 'none'$"):
-        Checker(Config(checker="none"))
 
 
 @pytest.mark.parametrize(("lanes", "edge"), [(1, 1), (2, 1), (4, 2), (8, 4), (16, 8)])

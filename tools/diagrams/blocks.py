@@ -152,8 +152,6 @@ _HEAD = """digraph {
   edge [fontname="Helvetica", fontsize=9, color="#406080", fontcolor="#203040", arrowsize=0.7]
 """
 _BLUE, _GREY = "#e8f0fa", "#f4f4f4"
-#: Names of files in docs/pictures.
-GRAPHS = ("chip", "core", "host", "planner_core", "evolver", "evaluator")
 #: Packages in the host's picture, in addition to the folders of host.
 _NEIGHBOURS = (
     "pathgene.hdl.config",

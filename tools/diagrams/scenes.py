@@ -25,8 +25,36 @@ from tools.diagrams.waves import Trace, draw, hexadecimal, integer, text_of
 from tools.protocol_page.frames import SMALL
 
 
-#: Names of files in docs/pictures.
-SCENES = ("command", "command_inside", "generation", "check")
+#: Titles of the waveforms and their rows, by the name of the file in docs/pictures.
+_SCENES = {
+    "command": (
+        "OPEN of session 1 and its reply at the pins",
+        *("rx", "bytes of rx", "state", "tx", "bytes of tx"),
+    ),
+    "command_inside": (
+        "The same inside the chip, after the last bit of the request",
+        *("rx", "requests.valid", "requests.data", "state", "receiver.on"),
+        *("replies.valid", "replies.data", "tx"),
+    ),
+    "generation": (
+        "One generation with a map: crossover, new waypoints against the ground, update",
+        *("state", "carrying", "position", "waypoints[0].x", "waypoints[0].y"),
+        *("lookup_valid", "lookup_x", "lookup_y", "lookup_altitude", "update"),
+    ),
+    "check": (
+        "One CHECK: four points in, cells step by step, a hit in the second segment",
+        *("state", "points.valid", "points.ready", "points.x", "points.y", "points.altitude"),
+        *("step.valid", "step.segment", "step.cells", "step.hit"),
+        *("verdicts.valid", "verdicts.collision", "verdicts.x", "verdicts.y"),
+    ),
+}
+#: Rows that mark the values of other rows, besides ``valid`` of a stream.
+_VALID = {
+    **dict.fromkeys(("position", "waypoints[0].x", "waypoints[0].y"), "carrying"),
+    **dict.fromkeys(("lookup_x", "lookup_y"), "lookup_valid"),
+}
+#: Rows with values in words.
+_SHOWN = {"state": text_of(ChipState)}
 #: Maximum cycles of a command.
 _LIMIT = 20_000
 
@@ -105,10 +133,11 @@ class Recording:
             cycle += 10 * width
         return trace
 
-    def trace(self, label: str, show: Any = None, valid: str | None = None) -> Trace:
-        """Return a row of a picture; with ``valid``, values are shown where that row is high."""
-        chosen = self.values[valid] if valid else []
-        return Trace(label, show, self.values[label], chosen)
+    def trace(self, label: str) -> Trace:
+        """Return a row of a picture: of a recorded signal, or ``bytes of`` one."""
+        if label.startswith("bytes of "):
+            return self.bytes_of(label.removeprefix("bytes of "))
+        return _trace(label, self._rows, self.values)
 
     def around(self, label: str, after: int, before: int, after_it: int) -> tuple[int, int]:
         """Return the span of a row's first run of ones after cycle ``after``, with margins."""
@@ -124,11 +153,16 @@ def scenes(top: Unit) -> dict[str, str]:
     """Return the SVGs of the waveforms by name."""
     recording = Recording(top, _rows(top))
     recording.run(_frames())
+    begins = [first for first, _ in recording.spans]
+    spans = {
+        "command": recording.spans[0],
+        "command_inside": recording.around("requests.valid", begins[0], 6, 16),
+        "generation": recording.around("generating", begins[1], 4, 6),
+        "check": recording.around("checking", begins[2], 4, 6),
+    }
     return {
-        "command": _command(recording),
-        "command_inside": _command_inside(recording),
-        "generation": _generation(recording),
-        "check": _check(recording),
+        name: draw(title, [recording.trace(label) for label in labels], *spans[name])
+        for name, (title, *labels) in _SCENES.items()
     }
 
 
@@ -219,73 +253,13 @@ def _bits(byte: int) -> tuple[int, ...]:
     return (0, *(byte >> bit & 1 for bit in range(8)), 1)
 
 
-def _command(recording: Recording) -> str:
-    first, last = recording.spans[0]
-    traces = [
-        recording.trace("rx"),
-        recording.bytes_of("rx"),
-        recording.trace("state", text_of(ChipState)),
-        recording.trace("tx"),
-        recording.bytes_of("tx"),
-    ]
-    title = "OPEN of session 1 and its reply at the pins"
-    return draw(title, traces, first, last)
-
-
-def _command_inside(recording: Recording) -> str:
-    first, last = recording.around("requests.valid", recording.spans[0][0], 6, 16)
-    traces = [
-        recording.trace("rx"),
-        recording.trace("requests.valid"),
-        recording.trace("requests.data", hexadecimal, "requests.valid"),
-        recording.trace("state", text_of(ChipState)),
-        recording.trace("receiver.on"),
-        recording.trace("replies.valid"),
-        recording.trace("replies.data", hexadecimal, "replies.valid"),
-        recording.trace("tx"),
-    ]
-    title = "The same inside the chip, after the last bit of the request"
-    return draw(title, traces, first, last)
-
-
-def _generation(recording: Recording) -> str:
-    first, last = recording.around("generating", recording.spans[1][0], 4, 6)
-    traces = [
-        recording.trace("state", text_of(ChipState)),
-        recording.trace("carrying"),
-        recording.trace("position", integer, "carrying"),
-        recording.trace("waypoints[0].x", integer, "carrying"),
-        recording.trace("waypoints[0].y", integer, "carrying"),
-        recording.trace("lookup_valid"),
-        recording.trace("lookup_x", integer, "lookup_valid"),
-        recording.trace("lookup_y", integer, "lookup_valid"),
-        recording.trace("lookup_altitude", integer),
-        recording.trace("update"),
-    ]
-    title = "One generation with a map: crossover, new waypoints against the ground, update"
-    return draw(title, traces, first, last)
-
-
-def _check(recording: Recording) -> str:
-    first, last = recording.around("checking", recording.spans[2][0], 4, 6)
-    traces = [
-        recording.trace("state", text_of(ChipState)),
-        recording.trace("points.valid"),
-        recording.trace("points.ready"),
-        recording.trace("points.x", integer, "points.valid"),
-        recording.trace("points.y", integer, "points.valid"),
-        recording.trace("points.altitude", integer, "points.valid"),
-        recording.trace("step.valid"),
-        recording.trace("step.segment", integer, "step.valid"),
-        recording.trace("step.cells", integer, "step.valid"),
-        recording.trace("step.hit"),
-        recording.trace("verdicts.valid"),
-        recording.trace("verdicts.collision"),
-        recording.trace("verdicts.x", integer, "verdicts.valid"),
-        recording.trace("verdicts.y", integer, "verdicts.valid"),
-    ]
-    title = "One CHECK: four points in, cells step by step, a hit in the second segment"
-    return draw(title, traces, first, last)
+def _trace(label: str, signals: dict[str, Any], values: dict[str, list[int]]) -> Trace:
+    """Return a row: a bit, or values that are shown while the row that marks them is high."""
+    if len(Value.cast(signals[label])) == 1:
+        return Trace(label, None, values[label])
+    show = hexadecimal if label.endswith(".data") else integer
+    valid = _VALID.get(label, f"{label.rpartition('.')[0]}.valid")
+    return Trace(label, _SHOWN.get(label, show), values[label], values.get(valid, []))
 
 
 #: Waypoints of the parents by slot: x, y, altitude.
@@ -356,12 +330,6 @@ def child_scene() -> str:
     simulator.add_clock(1e-8)
     simulator.add_testbench(bench)
     simulator.run()
-    groups = {"read": "", "waypoint": "", "write": "write.valid", "points": "points.valid"}
-    traces = []
-    for label, row in values.items():
-        group, _, name = label.partition(".")
-        is_bit = name in ("valid", "ready", "last")
-        chosen = values[groups[group]] if groups.get(group) and not is_bit else []
-        traces.append(Trace(label, None if is_bit else integer, row, chosen))
+    traces = [_trace(label, rows, values) for label in rows]
     title = "A child: two waypoints of slot 2, two of slot 5, the third moved by 2 and -3"
     return draw(title, traces, 0, _CYCLES - 1)

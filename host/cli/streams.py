@@ -49,6 +49,10 @@ class _Guarded:
         if not self._lost:
             try:
                 self._stream.write(text)
+            except UnicodeEncodeError:
+                # A name of a file whose bytes are not of this encoding.
+                encoding = self._stream.encoding
+                self._stream.write(text.encode(encoding, "backslashreplace").decode(encoding))
             except OSError as error:
                 self._give_up(error)
         return len(text)

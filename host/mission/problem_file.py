@@ -84,7 +84,8 @@ def problem_text(values: Mapping[str, Any], folder: Path, name: str = "FILE") ->
     folder : Path
         The folder that the paths in the file are relative to.
     """
-    lines = [f"# A problem of pathgene; plan it with: pathgene plan {name}"]
+    shown = name.encode("utf-8", "backslashreplace").decode()
+    lines = [f"# A problem of pathgene; plan it with: pathgene plan {shown}"]
     for table in TABLES:
         if table == "zones":
             for zone in _all_zones(values):

@@ -181,7 +181,8 @@ class _Track:
         for number in np.argsort(away_m, kind="stable").tolist():
             if away_m[number] > best[0]:
                 break
-            best = min(best, _on_arc(*self._arcs[number], point, axes))
+            piece, begin_m = self._arcs[number]
+            best = min(best, _on_arc(piece, begin_m, point, axes))
         return best
 
     def _on_lines(self, point: Point, axes: int) -> tuple[float, float, float]:

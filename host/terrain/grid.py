@@ -34,6 +34,8 @@ Floats = NDArray[np.float64]
 _OF_FRAME = {"elevation", "dx_m", "dy_m", "crs", "origin", "metres_per_unit"}
 #: Grid north is taken for true north up to this difference.
 _NORTH_DEG = 0.1
+# Longest side of a map, metres: farther than any place on Earth.
+_MOST_M = 1e9
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +97,9 @@ class Terrain:
     accepts_all: bool = field(default=False, repr=False)
 
     def __post_init__(self) -> None:
+        # The name of a file may have bytes that are not UTF-8, which no other file can hold.
+        name = self.name.encode("utf-8", "backslashreplace").decode()
+        object.__setattr__(self, "name", name)
         elevation = _heights(self.name, self.elevation)
         sides = []
         for side in ("dx_m", "dy_m"):
@@ -105,6 +110,7 @@ class Terrain:
                     f"{side} is {value:g}."
                 )
             sides.append(value)
+        _require_size(self.name, sides, elevation.shape)
         file = FileHeights(
             self.name,
             max(sides),
@@ -341,6 +347,17 @@ class Terrain:
         if self.metres_per_unit is None:
             return LocalFrame(self.crs, self.origin)
         return LocalFrame(self.crs, self.origin, self.metres_per_unit)
+
+
+def _require_size(name: str, sides: list[float], shape: tuple[int, ...]) -> None:
+    """Check that no side of a map is longer than :data:`_MOST_M`."""
+    for side, nodes in zip(sides, reversed(shape), strict=True):
+        length_m = side * (nodes - 1)
+        if length_m > _MOST_M:
+            raise InputError(
+                f"{name}: {nodes} nodes at {side:g} m are a map of {length_m:g} m, and no map may "
+                f"be longer than {_MOST_M:g} m; give the sides of a cell in metres."
+            )
 
 
 def _heights(name: str, elevation: ArrayLike) -> Floats:

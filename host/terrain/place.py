@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -25,6 +26,8 @@ __all__ = ["to_terrain"]
 
 # Smallest side of a cell in metres; a map in degrees always has smaller cells.
 _SMALLEST_SIDE_M = 0.05
+# Maximum coordinate of a raster's corners, in metres, degrees or millimetres.
+_MOST_UNITS = 1e11
 # Points a side at which the geoid is computed; between them it is smooth.
 _GEOID_POINTS = 64
 # Radius of the Earth, metres.
@@ -82,6 +85,7 @@ def to_terrain(
         )
     else:
         raster = replace(raster, transform=Affine(cell[0], 0, 0, 0, -cell[1], 0), crs=None)
+    _require_near(raster)
     raster = _known_heights(north_up(raster), fill_voids=fill_voids)
     if raster.crs is None:
         return _off_earth(raster)
@@ -94,6 +98,32 @@ def to_terrain(
     )
     terrain = _terrain(replace(found.raster, reading=reading), found.metres_per_unit)
     return terrain.having(paper=_on_paper(plane, found, terrain))
+
+
+def _require_near(raster: Raster) -> None:
+    """Check that all corners of a raster have coordinates that a place on Earth may have.
+
+    Raises
+    ------
+    InputError
+        If one has not: some projections of it never end.
+    """
+    rows, columns = raster.heights.shape
+    side = raster.transform
+    farthest = max(
+        abs(part)
+        for column, row in itertools.product((0, columns), (0, rows))
+        for part in (
+            side.a * column + side.b * row + side.c,
+            side.d * column + side.e * row + side.f,
+        )
+    )
+    if not farthest <= _MOST_UNITS:
+        raise InputError(
+            f"{raster.name}: the corners of its cells lie up to {farthest:g} from the origin of "
+            f"its coordinates, and no place on Earth is beyond {_MOST_UNITS:g}; check the corner "
+            "and the sides of cells that the file states."
+        )
 
 
 def _known_heights(raster: Raster, *, fill_voids: bool) -> Raster:

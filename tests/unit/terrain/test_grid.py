@@ -113,12 +113,26 @@ def test_refuses_bad_heights(heights, message):
         ((1, -2.5), "t: the sides of a cell must be positive metres, but dy_m is -2.5."),
         ((np.nan, 1), "t: the sides of a cell must be positive metres, but dx_m is nan."),
         ((1, np.inf), "t: the sides of a cell must be positive metres, but dy_m is inf."),
+        (
+            (1e308, 1),
+            "t: 3 nodes at 1e+308 m are a map of inf m, and no map may be longer than 1e+09 m; "
+            "give the sides of a cell in metres.",
+        ),
+        (
+            (1, 2e9),
+            "t: 2 nodes at 2e+09 m are a map of 2e+09 m, and no map may be longer than 1e+09 m; "
+            "give the sides of a cell in metres.",
+        ),
     ],
 )
 def test_refuses_bad_sides(sides, message):
     with pytest.raises(InputError) as error:
         Terrain("t", HEIGHTS, *sides)
     assert str(error.value) == message
+
+
+def test_a_name_with_bytes_that_are_no_text_is_shown():
+    assert Terrain("x\udcff", HEIGHTS, 1, 1).name == "x\\udcff"
 
 
 def test_geographic_against_a_known_point():

@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from pathgene.host import interrupts
-from pathgene.host.cli.arguments import Commands, add_command
+from pathgene.host.cli.arguments import Commands, add_command, add_options
 from pathgene.host.cli.ending import ending
 from pathgene.host.cli.output import note, note_reading, print_json, print_pairs
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.files.output import prepare_directory, writing_into
 from pathgene.host.options.kinds import PATH
-from pathgene.host.options.table import NAMED
+from pathgene.host.options.table import NAMED, ZONE_READING
 from pathgene.host.planners import DEFAULT_BOARD
 
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from pathgene.host.flight.report import FlightReport
     from pathgene.host.replanning.outcome import Replanned
     from pathgene.host.replanning.scenario import Scenario
-    from pathgene.host.terrain import Terrain
+    from pathgene.host.report.read import Run
 
 
 __all__ = ["add", "run"]
@@ -85,6 +85,7 @@ def add(commands: Commands) -> None:
         help="zone that appears T seconds after the start: X,Y,R; ahead:M,R on the path, M metres "
         "ahead of the aircraft; goal:R; aircraft:R; or a file of zones; may be repeated",
     )
+    add_options(group, ZONE_READING)
     group.add_argument("--scenario", metavar="FILE.toml", help="events during the flight; see docs")
     group.add_argument(
         "--planner",
@@ -115,7 +116,9 @@ def run(args: argparse.Namespace) -> int:
         model_named(args.aircraft)  # Refuse it before reading anything.
     run = read_run(file)
     note_reading(run.summary.get("read"))
-    scenario = _scenario(args, run.problem.terrain)
+    scenario = _scenario(args, run)
+    for read in scenario.readings:
+        note_reading({"terrain": {}, "zones": read.to_dict()})
     directory = Path(args.out) if args.out else file.parent
     prepare_directory(directory)
     weather = {"gusts": args.gusts, "seed": args.seed}
@@ -138,11 +141,24 @@ def run(args: argparse.Namespace) -> int:
     return _flown(args, directory, replan, replanning.write, replanning.draw, _replan_pairs)
 
 
-def _scenario(args: argparse.Namespace, terrain: Terrain) -> Scenario:
-    """Return the events of the flight."""
+def _scenario(args: argparse.Namespace, run: Run) -> Scenario:
+    """Return the events of the flight; files of zones are read as those of the plan."""
+    from pathgene.host.mission.build import options_for_flight, zone_options_of
     from pathgene.host.replanning.scenario import Scenario, parse_popup, read_scenario
+    from pathgene.host.report.read import summary_zone_choices
 
-    scenario = Scenario(tuple(parse_popup(text, terrain) for text in args.popup))
+    problem = run.problem
+    given = {option.name: getattr(args, option.name) for option in ZONE_READING}
+    values = summary_zone_choices(run.file, run.summary)
+    options = options_for_flight(
+        zone_options_of(values | {name: value for name, value in given.items() if value}),
+        problem.terrain,
+        problem.aircraft,
+        problem.limits.ceiling_m,
+        problem.wind,
+        len(problem.way),
+    )
+    scenario = Scenario(tuple(parse_popup(text, problem.terrain, options) for text in args.popup))
     if args.scenario is not None:
         scenario = read_scenario(args.scenario) + scenario
     if scenario.events and args.aircraft is not None:

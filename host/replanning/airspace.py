@@ -91,8 +91,8 @@ class Airspace:
         self.wind = self.wind if event.wind is None else event.wind
         self._note(event.at_s)
 
-    def drift(self, time_s: float) -> bool:
-        """Move the zones that drift; return whether there are any."""
+    def drift(self, time_s: float) -> tuple[str, ...]:
+        """Move the zones that drift; return their names."""
         drifting = [known for known in self._known if known.velocity != (0.0, 0.0)]
         for known in drifting:
             flown_s = time_s - known.since_s
@@ -100,7 +100,7 @@ class Airspace:
             known.tiles = over_ground((known.origin.moved(*by),), self.mission.terrain)
         if drifting:
             self._note(time_s)
-        return bool(drifting)
+        return tuple(known.name for known in drifting)
 
     def zones_at(self, time_s: float) -> tuple[Zone, ...]:
         """Return the current zones that are or will be active, with times counted from now."""

@@ -227,6 +227,7 @@ class Replanned:
             "board": self.board,
             "processor_ms": 1000 * self.constant_s,
             "scenario": session.scenario.source or None,
+            "read": {"zones": [each.to_dict() for each in session.scenario.readings]},
             **self.outcome.to_dict(),
             "changes": [change.to_dict() for change in session.changes],
             "legs": [{"since_s": leg.since_s, "kind": leg.kind} for leg in session.pilot.legs],

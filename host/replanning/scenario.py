@@ -30,7 +30,15 @@ from pathgene.host.inputs import parse_toml, read_text
 from pathgene.host.numeric import is_number, numbers, parse
 from pathgene.host.problem.ends import Point
 from pathgene.host.problem.problem import Problem
-from pathgene.host.problem.zones import Circle, Zone, read_zones, zone_from_dict
+from pathgene.host.problem.zones import (
+    Circle,
+    ReadZones,
+    Zone,
+    ZoneOptions,
+    read_zones,
+    zone_from_dict,
+)
+from pathgene.host.remarks import Reading
 from pathgene.host.terrain import Terrain
 
 
@@ -41,16 +49,20 @@ __all__ = [
     "Placed",
     "Scenario",
     "check_mission",
+    "named_zones",
     "parse_popup",
     "read_scenario",
 ]
 
+_DEFAULTS = ZoneOptions()
 #: When an autopilot accepts a new path.
 AUTOPILOTS = ("at-once", "finishes-leg")
 #: Where a circle may be placed.
 _PLACES = ("path", "goal", "aircraft")
 _EVENT = ("at_s", "appear", "gone", "goal", "wind", "board")
 _OWN = ("name", "velocity")
+# Names in a sentence.
+_NAMES = 3
 
 
 @dataclass(frozen=True)
@@ -91,7 +103,13 @@ class NewZone:
 
 @dataclass(frozen=True)
 class Event:
-    """An event with its time; see the module."""
+    """An event with its time; see the module.
+
+    Parameters
+    ----------
+    reading : Reading, optional
+        The report on the file that its zones were read from.
+    """
 
     at_s: float
     appear: tuple[NewZone, ...] = ()
@@ -99,20 +117,32 @@ class Event:
     goal: Point | None = None
     wind: tuple[float, float] | None = None
     board_lost: bool = False
+    reading: Reading | None = field(default=None, compare=False)
 
     @property
     def what(self) -> str:
         """Description of the event."""
-        count = len(self.appear)
+        names = [new.name or getattr(new.shape, "name", "") for new in self.appear]
         words = (
             (self.board_lost, "the board is lost"),
-            (count > 1, f"{count} zones appear"),
-            (count == 1, "a zone appears"),
-            (self.gone, "a zone is gone"),
+            (names, f"{named_zones(names)} {'appears' if len({*names}) == 1 else 'appear'}"),
+            (self.gone, f"{named_zones(self.gone)} {'is' if len(self.gone) == 1 else 'are'} gone"),
             (self.goal is not None, "the goal is another"),
             (self.wind is not None, "the wind turns"),
         )
         return " and ".join(word for holds, word in words if holds)
+
+
+def named_zones(names: Sequence[str]) -> str:
+    """Return the zones with some names in words; those without a name are counted."""
+    known = list(dict.fromkeys(filter(None, names)))
+    if not known or not all(names):
+        return "a zone" if len(names) == 1 else f"{len(names)} zones"
+    if len(known) == 1:
+        return f"zone {known[0]}"
+    more = [f"{len(known) - _NAMES} more"] if len(known) > _NAMES else []
+    *first, last = [*known[:_NAMES], *more]
+    return f"zones {', '.join(first)} and {last}"
 
 
 @dataclass(frozen=True)
@@ -137,6 +167,11 @@ class Scenario:
                 f"The autopilot must be {' or '.join(AUTOPILOTS)}, not {self.autopilot!r}."
             )
         object.__setattr__(self, "events", tuple(sorted(self.events, key=lambda event: event.at_s)))
+
+    @property
+    def readings(self) -> tuple[Reading, ...]:
+        """The reports on the files that zones were read from."""
+        return tuple(event.reading for event in self.events if event.reading is not None)
 
     def __add__(self, other: Scenario) -> Scenario:
         return Scenario((*self.events, *other.events), self.autopilot, self.source or other.source)
@@ -200,10 +235,11 @@ def check_mission(mission: Problem, scenario: Scenario) -> None:
         )
 
 
-def parse_popup(text: str, terrain: Terrain) -> Event:
+def parse_popup(text: str, terrain: Terrain, options: ZoneOptions = _DEFAULTS) -> Event:
     """Return the event of ``--popup ZONE@T``.
 
-    ZONE is ``X,Y,R``, ``ahead:M,R``, ``goal:R``, ``aircraft:R``, or a file of zones.
+    ZONE is ``X,Y,R``, ``ahead:M,R``, ``goal:R``, ``aircraft:R``, or a file of zones, which is read
+    with ``options``.
 
     Raises
     ------
@@ -236,19 +272,22 @@ def parse_popup(text: str, terrain: Terrain) -> Event:
         pass
     else:
         if Path(shape).exists():
-            return Event(time_s, tuple(map(NewZone, _zones_in(shape, terrain))))
+            read = _zones_in(shape, terrain, options)
+            facts = {"files": [{"file": shape, **read.reading.facts}]}
+            reading = Reading(facts, read.reading.remarks)
+            return Event(time_s, tuple(map(NewZone, read.zones)), reading=reading)
     raise InputError(
         f"The zone of --popup must be X,Y,R, ahead:M,R, goal:R, aircraft:R or a file of zones, not "
         f"{shape!r}."
     )
 
 
-def _zones_in(file: str, terrain: Terrain) -> tuple[Zone, ...]:
-    read = read_zones(file, terrain)
-    if not read.zones:
+def _zones_in(file: str, terrain: Terrain, options: ZoneOptions) -> ReadZones:
+    read = read_zones(file, terrain, options)
+    if not read.reading.facts["can_forbid"]:
         why = " ".join(remark.text for remark in read.reading.remarks)
         raise InputError(f"No zone of --popup {file!r} is on the map and forbids flight. {why}")
-    return read.zones
+    return read
 
 
 def _event(table: Any) -> Event:

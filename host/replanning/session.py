@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -33,7 +33,7 @@ from pathgene.host.replanning.evasion import (
 from pathgene.host.replanning.pilot import Change, Pending, Pilot
 from pathgene.host.replanning.planner import Attempt, InFlightPlanner, PlanningTime
 from pathgene.host.replanning.present import Present
-from pathgene.host.replanning.scenario import Event, Scenario, check_mission
+from pathgene.host.replanning.scenario import Event, Scenario, check_mission, named_zones
 from pathgene.host.replanning.tracks import Track, end_of, part, pose_at, run_of
 from pathgene.host.terrain.surface import surface_below
 
@@ -163,8 +163,8 @@ class Session:
             self._happen(self._events.pop(0), now)
         if now >= self._next_drift_s:
             self._next_drift_s = now + DRIFT_S
-            if self.airspace.drift(now):
-                self._drifted(now)
+            if names := self.airspace.drift(now):
+                self._drifted(now, names)
         if self._pending is not None and now >= self._pending.ready_s:
             self._settle(self._pending, now)
         if self._change is not None and self._pending is None and now >= self._retry_s:
@@ -193,14 +193,15 @@ class Session:
         else:
             self._say(f"{now:.1f} s: {event.what}.")
 
-    def _drifted(self, now: float) -> None:
+    def _drifted(self, now: float, names: Sequence[str]) -> None:
         """Note where zones have drifted to; this is a change only if it affects the track."""
         self._update(now)
         if self._is_sought:
             # A plan is already being searched for, now with the zones at their current places.
             self._pending, self._retry_s = None, min(self._retry_s, now)
         elif math.isfinite(self._unsafe_m):
-            self._changed(now, "a zone has drifted", must=False)
+            verb = "has" if len(names) == 1 else "have"
+            self._changed(now, f"{named_zones(names)} {verb} drifted", must=False)
 
     def _update(self, now: float) -> None:
         """Update the current situation, and how far the track is safe in it."""
@@ -347,7 +348,9 @@ class Session:
         way = way_out(self._present, pose_at(self.pilot.track, leaves_m))
         if way is None:
             return
-        self._say(f"{now:.1f} s: in a zone; the shortest way out is {run_of(way):.0f} m.")
+        here = self._present.zones_at(pose_at(self.pilot.track, leaves_m))
+        names = named_zones([self._present.zones[number].name for number in here] or [""])
+        self._say(f"{now:.1f} s: in {names}; the shortest way out is {run_of(way):.0f} m.")
         before = part(self.pilot.track, self.pilot.along_m - _BACK_M, leaves_m)
         self._out_m = run_of((*before, *way))
         end = end_of(way[-1])

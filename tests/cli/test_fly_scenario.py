@@ -3,9 +3,68 @@
 import json
 import re
 
+import numpy as np
 import pytest
 
 from pathgene.host.cli import main
+
+
+CALM = ("--planner", "astar", "--planner-seconds", "0.1", "--json")
+# A circle of 300 m across the way, by classes that forbid on demand alone, and one far away.
+OPENAIR = """AC E
+AN OPEN
+AL GND
+AH 9000ft MSL
+V X=47:01:37 N 008:02:22 E
+DC 0.16
+AC R
+AN FAR
+AL GND
+AH 9000ft MSL
+V X=48:01:37 N 008:02:22 E
+DC 0.16
+"""
+
+
+@pytest.fixture(scope="module")
+def placed_flight(tmp_path_factory):
+    """The summary of a straight plan over level ground that has a place on Earth."""
+    folder = tmp_path_factory.mktemp("placed")
+    land = folder / "land.npz"
+    np.savez(land, elevation=np.full((101, 101), 100.0), dx_m=60.0, dy_m=60.0)
+    ends = "--start 800,3000,250 --goal 5200,3000,250 --origin 47,8 --forbid default,E"
+    arguments = f"plan --terrain {land} {ends} --planner astar --no-picture --out {folder}"
+    assert main(arguments.split()) == 0
+    return folder / "summary.json"
+
+
+@pytest.mark.parametrize("options", [(), ("--forbid", "E")], ids=["of the plan", "of the flight"])
+def test_a_file_of_zones_is_read_with_the_options(placed_flight, tmp_path, capsys, options):
+    zones = tmp_path / "zones.txt"
+    zones.write_text(OPENAIR)
+    command = ["fly", placed_flight, "--popup", f"{zones}@30", *options, *CALM, "--out", tmp_path]
+    main(list(map(str, command)))
+    printed, said = capsys.readouterr()
+    flight = json.loads(printed)
+    assert re.search(r"30\.0 s: (zone OPEN appears|zones OPEN and FAR appear)\.", said)
+    assert flight["changes"][0]["needed"]
+    assert "pathgene: Note: zones.txt: 2 zones read as OpenAir; 1 touches the map" in said
+    (read,) = flight["read"]["zones"]
+    assert read["files"][0]["file"] == str(zones)
+    assert all(each["text"] in said for each in read["remarks"])
+    assert flight["read"] == json.loads((tmp_path / "flight.json").read_text())["read"]
+
+
+def test_a_file_of_zones_is_refused_without_the_options(placed_flight, tmp_path, capsys):
+    zones = tmp_path / "zones.txt"
+    zones.write_text(OPENAIR)
+    command = ["fly", placed_flight, "--popup", f"{zones}@30", "--forbid", "R", *CALM]
+    assert main(list(map(str, command))) == 2
+    assert "is on the map and forbids flight" in capsys.readouterr().err
+    zones.write_text(OPENAIR.replace("DC 0.16", "DC none", 1))
+    command = ["fly", placed_flight, "--popup", f"{zones}@30", *CALM]
+    assert main(list(map(str, command))) == 2
+    assert "--skip-bad-zones reads the" in capsys.readouterr().err
 
 
 def test_a_popup_is_flown_around(straight_flight, tmp_path, capsys):

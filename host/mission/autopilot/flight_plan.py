@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pathgene.host.evaluation.track import SmoothedTrack
 from pathgene.host.formats.flight_plan import (
@@ -139,6 +140,12 @@ def flight_plan(
     )
 
 
+def _zone_under(problem: Problem, x: NDArray[np.float64], y: NDArray[np.float64]) -> str:
+    """Return the zone below some points that comes nearest to them, in words."""
+    zone = min(wholes(problem.zones), key=lambda zone: float(zone.footprint.distance_m(x, y).min()))
+    return f"the no-fly zone {zone.name}" if zone.name else "a no-fly zone"
+
+
 def _loiter_notes(problem: Problem, track: SmoothedTrack, radius_m: float) -> tuple[str, ...]:
     """Return a sentence if the circle over the goal comes near the ground or over a zone."""
     terrain = problem.terrain
@@ -151,7 +158,7 @@ def _loiter_notes(problem: Problem, track: SmoothedTrack, radius_m: float) -> tu
     if lowest_m >= needed_m and not blocked:
         return ()
     side = "below" if lowest_m >= 0 else "above"
-    what = "a no-fly zone" if blocked else f"ground {abs(lowest_m):.0f} m {side} it"
+    what = _zone_under(problem, *around) if blocked else f"ground {abs(lowest_m):.0f} m {side} it"
     return (
         f"The mission ends with a circle of {radius_m:.0f} m around the goal, over {what}; land or "
         "take over before the aircraft gets there.",

@@ -240,16 +240,6 @@ def test_clients_that_have_asked_stop_nobody_afterwards(tmp_path):
             frames += part
 
 
-def test_tabs_have_a_limit(tmp_path):
-    desk, address = served(tmp_path)
-    try:
-        pages = [answer(address)[2] for _ in range(34)]
-    finally:
-        ended(desk)
-    refused = [b"Too many tabs of this desk are open" in page for page in pages]
-    assert refused == [False] * 32 + [True] * 2
-
-
 def test_beyond_this_machine_it_warns(tmp_path):
     desk, text = served(tmp_path, "--host", "0.0.0.0", "--json")
     try:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import secrets
-from collections.abc import Awaitable, Callable, MutableMapping
+from collections.abc import Awaitable, Callable, MutableMapping, Sequence
 from http.cookies import CookieError, SimpleCookie
 from typing import Any, cast
 from urllib.parse import parse_qs
@@ -15,7 +15,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from pathgene.host.numeric import whole
 
 
-__all__ = ["Guard", "LimitedProtocol"]
+__all__ = ["BROWSER", "Guard", "LimitedProtocol"]
 
 
 #: Maximum simultaneous connections: 32 tabs, each with the maximum number that a browser opens.
@@ -98,13 +98,22 @@ _HEADERS = (
     (b"x-content-type-options", b"nosniff"),
 )
 _REFUSED = b"This desk asks for its token: open the whole address that pathgene desk has printed.\n"
+_FOREIGN = b"This desk answers its own pages only; open it in a tab of its own.\n"
 _TOO_LARGE = b"This is more than the desk takes; see pathgene desk --max-cells.\n"
 
 
-class Guard:
-    """An application that only passes on requests with the token.
+#: Key of a scope for the browser that sends a request, as far as its cookies tell.
+BROWSER = "pathgene.browser"
 
-    The token is in the query of the first address, ``?token=``, and in a cookie from then on.
+
+class Guard:
+    """An application that only passes on requests with the token, from no page but its own.
+
+    The token is in the query of the first address, ``?token=``, and in a cookie from then on. With
+    it, each browser gets a name in a cookie, which the application finds in the scope under
+    :data:`BROWSER`; a client without cookies is named by its address. A page of another origin on
+    this machine has the cookies of the browser too, so a request or a WebSocket that names another
+    ``Origin`` is refused.
 
     Parameters
     ----------
@@ -118,6 +127,7 @@ class Guard:
         self.app = app
         self._token, self._upload_bytes = token, upload_bytes
         self._cookie = f"pathgene-desk-{port}"
+        self._cookie_of_browser = f"pathgene-desk-{port}-browser"
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass on a request, or refuse it."""
@@ -125,9 +135,14 @@ class Guard:
             await self.app(scope, receive, send)
             return
         by_address = self._is_token(_query(scope))
-        if not by_address and not self._is_token(self._cookie_of(scope)):
-            await _refuse(scope, send)
+        if not by_address and not self._is_token(self._cookie_of(scope, self._cookie)):
+            await _refuse(scope, send, _REFUSED)
             return
+        if not _is_own_page(scope):
+            await _refuse(scope, send, _FOREIGN)
+            return
+        name = self._cookie_of(scope, self._cookie_of_browser)
+        scope[BROWSER] = name or str((scope.get("client") or ("",))[0])
         if scope["type"] == "websocket":
             await self.app(scope, receive, send)
             return
@@ -135,32 +150,25 @@ class Guard:
         if limited.is_too_long(_header(scope, b"content-length")):
             await _answer(send, 413, _TOO_LARGE)
             return
-        await self.app(scope, limited, self._with_headers(send, by_address))
+        cookies = []
+        if by_address and not name:
+            cookies.append((self._cookie_of_browser, secrets.token_urlsafe(12)))
+        if by_address:
+            cookies.append((self._cookie, self._token))
+        await self.app(scope, limited, _with_headers(send, cookies))
 
     def _is_token(self, given: str) -> bool:
         return secrets.compare_digest(given.encode(), self._token.encode())
 
-    def _cookie_of(self, scope: Scope) -> str:
+    def _cookie_of(self, scope: Scope, name: str) -> str:
         try:
             cookies = SimpleCookie(_header(scope, b"cookie"))
         except CookieError:
             return ""
-        return cookies[self._cookie].value if self._cookie in cookies else ""
+        return cookies[name].value if name in cookies else ""
 
     def _most_bytes(self, scope: Scope) -> int:
         return self._upload_bytes if "/upload/" in scope["path"] else _MOST_BYTES
-
-    def _with_headers(self, send: Send, by_address: bool) -> Send:
-        async def sending(message: Message) -> None:
-            if message["type"] == "http.response.start":
-                headers = [*message.get("headers", ()), *_HEADERS]
-                if by_address:
-                    cookie = f"{self._cookie}={self._token}; HttpOnly; SameSite=Strict; Path=/"
-                    headers.append((b"set-cookie", cookie.encode()))
-                message = {**message, "headers": headers}
-            await send(message)
-
-        return sending
 
 
 class _Limited:
@@ -194,12 +202,35 @@ def _header(scope: Scope, name: bytes) -> str:
     return "; ".join(value.decode("latin-1") for key, value in headers if key == name)
 
 
-async def _refuse(scope: Scope, send: Send) -> None:
+def _is_own_page(scope: Scope) -> bool:
+    """Return whether a request comes from a page of this server, or from no page."""
+    origin = _header(scope, b"origin").lower()
+    host = _header(scope, b"host").lower()
+    # Behind a proxy that encrypts, the scheme is another one.
+    return not origin or origin in (f"http://{host}", f"https://{host}")
+
+
+def _with_headers(send: Send, cookies: Sequence[tuple[str, str]]) -> Send:
+    """Return a sender that adds headers and cookies to the answer."""
+
+    async def sending(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            headers = [*message.get("headers", ()), *_HEADERS]
+            for name, value in cookies:
+                cookie = f"{name}={value}; HttpOnly; SameSite=Strict; Path=/"
+                headers.append((b"set-cookie", cookie.encode()))
+            message = {**message, "headers": headers}
+        await send(message)
+
+    return sending
+
+
+async def _refuse(scope: Scope, send: Send, text: bytes) -> None:
     if scope["type"] == "websocket":
         # Before the connection is accepted, this becomes status 403.
         await send({"type": "websocket.close", "code": 1008})
         return
-    await _answer(send, 403, _REFUSED)
+    await _answer(send, 403, text)
 
 
 async def _answer(send: Send, status: int, text: bytes) -> None:

@@ -14,14 +14,15 @@ from typing import Any
 import uvicorn
 from fastapi import FastAPI, Request, Response
 from fastapi.responses import FileResponse, PlainTextResponse
-from nicegui import Client, ui
+from nicegui import Client, core, ui
 
 from pathgene.host import interrupts
 from pathgene.host.errors import InputError
 from pathgene.host.terrain.untrusted import MAX_CELLS
 from pathgene.host.web.desk.desk import Desk
-from pathgene.host.web.desk.guard import Guard, LimitedProtocol
+from pathgene.host.web.desk.guard import BROWSER, Guard, LimitedProtocol
 from pathgene.host.web.desk.page import Page
+from pathgene.host.web.desk.tabs import Tabs
 
 
 __all__ = ["serve"]
@@ -31,8 +32,6 @@ _STYLES = [
     file.read_text(encoding="utf-8")
     for file in (_FOLDER.parent / "colours.css", _FOLDER / "desk.css")
 ]
-# Maximum open tabs; each has a problem in memory.
-_MOST_TABS = 32
 # Bytes of a cell in the largest common format, and of the file around the cells.
 _CELL_BYTES, _AROUND_BYTES = 8, 1_000_000
 _ICON = (
@@ -60,6 +59,8 @@ def serve(desk: Desk, host: str, port: int, ready: Callable[[str], object]) -> N
     """
     # NiceGUI would log each request for an unknown address.
     logging.getLogger("nicegui").setLevel(logging.ERROR)
+    # NiceGUI lets pages of all origins in, and tells their browsers so; the guard lets in none.
+    core.sio.eio.cors_allowed_origins = []
     token = secrets.token_urlsafe(24)
     with _listening(host, port) as listener:
         number = listener.getsockname()[1]
@@ -134,11 +135,13 @@ def _application(desk: Desk, address: str) -> FastAPI:
             return PlainTextResponse("No such file.", 404)
         return FileResponse(file, filename=name)
 
+    tabs = Tabs()
+
     @ui.page("/")
-    def page(request: Request) -> None:
+    def page(request: Request, client: Client) -> None:
         for style in _STYLES:
             ui.add_css(style)
-        if len(Client.instances) > _MOST_TABS:
+        if not tabs.admit(client, request.scope[BROWSER]):
             ui.label("Too many tabs of this desk are open; close one, and load this one again.")
             return
         # The name that the browser uses, which may be another name of this machine.

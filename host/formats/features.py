@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 from datetime import datetime, time
 from enum import StrEnum
 
+from pathgene.host.remarks import Remark
+
 
 __all__ = [
     "Bad",
@@ -143,6 +145,9 @@ class Feature:
         True for positions in metres of the terrain's frame instead of degrees.
     unread : tuple of str
         Names of properties that may limit the area and are not read.
+    remarks : tuple of Remark
+        Clauses about the area, such as ``its heights contradict each other``; the report adds the
+        names of the file and the area.
     """
 
     number: int
@@ -161,6 +166,7 @@ class Feature:
     keeps_in: bool = False
     is_local: bool = False
     unread: tuple[str, ...] = ()
+    remarks: tuple[Remark, ...] = ()
 
     @property
     def label(self) -> str:

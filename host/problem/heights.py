@@ -129,12 +129,12 @@ class Heights:
 
 
 def encloses_nothing(feature: Feature) -> bool:
-    """Return whether the upper limit of a feature is not above its lower, both above the ground."""
+    """Return whether limits above the ground are reversed, or any limits are equal."""
     lower, upper = _limits(feature)
     if lower is None or upper is None:
         return False
     are_above_ground = lower.reference is upper.reference is Reference.AGL
-    return are_above_ground and lower.height_m >= upper.height_m
+    return lower == upper or (are_above_ground and lower.height_m >= upper.height_m)
 
 
 def follows_ground(feature: Feature) -> bool:

@@ -57,6 +57,8 @@ class Record:
             return "it has no size"
         if not self.is_active:
             return "it is not active during the flight"
+        if self.feature.lower is not None and self.feature.lower == self.feature.upper:
+            return "its lower limit is its upper limit"
         if encloses_nothing(self.feature) or all(band.is_empty for band in self.bands):
             return "its lower limit is not below its upper limit"
         upper = self.feature.upper
@@ -184,6 +186,7 @@ def report(
         *_powerless(name, records, reasons, bool(on_map)),
         *_left_out(name, left_out),
         *_unread(name, [record for record in on_map if record.feature.forbids]),
+        *_own_remarks(name, on_map),
         *_assumed(name, able, terrain, has_departure=has_departure, has_qnh=has_qnh),
     ]
     return Reading(facts, tuple(remarks))
@@ -235,6 +238,7 @@ def _plural(reason: str) -> str:
         ("it has", "they have"),
         ("it is", "they are"),
         ("its lower limit is not below its upper limit", "no lower limit is below its upper limit"),
+        ("its lower limit is its upper limit", "their lower limits are their upper limits"),
         ("its lower limit is", "their lower limits are"),
         ("its upper limit is", "their upper limits are"),
     ):
@@ -266,6 +270,16 @@ def _unread(name: str, records: Iterable[Record]) -> Iterator[Remark]:
             f"{name}: {', '.join(names)} of {_labels(labels)} {verb} not read, so nothing is "
             "limited by it.",
         )
+
+
+def _own_remarks(name: str, records: Iterable[Record]) -> Iterator[Remark]:
+    """Yield the remarks of the format on zones, each once with all its zones."""
+    by_remark: dict[Remark, list[str]] = {}
+    for record in records:
+        for remark in record.feature.remarks:
+            by_remark.setdefault(remark, []).append(record.feature.label)
+    for remark, labels in by_remark.items():
+        yield Remark(remark.grade, f"{name}: {_labels(dict.fromkeys(labels))}: {remark.text}.")
 
 
 def _assumed(

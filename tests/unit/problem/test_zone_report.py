@@ -11,6 +11,7 @@ from pathgene.host.formats.features import Feature, Limit, Period, Reference
 from pathgene.host.formats.features import LeftOut as Left
 from pathgene.host.problem import zone_intake
 from pathgene.host.problem.zones import ZoneOptions, read_zones
+from pathgene.host.remarks import Grade, Remark
 from pathgene.host.terrain import Terrain
 
 
@@ -79,6 +80,11 @@ def test_counts_and_limits_are_said(monkeypatch):
             "its lower limit is not below its upper limit",
         ),
         (
+            {"lower": metres(300.0), "upper": metres(300.0)},
+            {},
+            "its lower limit is its upper limit",
+        ),
+        (
             {"periods": (Period(end=datetime(2026, 4, 1, tzinfo=UTC)),)},
             {"departure": DEPARTURE},
             "it is not active during the flight",
@@ -137,6 +143,35 @@ def test_properties_that_are_not_read_are_named(monkeypatch):
     found = read(monkeypatch, feature(unread=("floor", "ceiling")))
     (warning,) = said(found, "warning")
     assert 'floor, ceiling of feature 1, "R-7" are not read' in warning
+
+
+def test_zones_without_height_do_not_refuse_the_others(monkeypatch):
+    flat = {"lower": metres(300.0), "upper": metres(300.0)}
+    found = read(monkeypatch, feature(1, "A", **flat), feature(2, "B", **flat), feature(3, "C"))
+    assert [zone.name for zone in found.zones] == ["C"]
+    assert said(found, "warning") == [
+        'airspace.txt: feature 1, "A", feature 2, "B" forbid nothing: their lower limits are their '
+        "upper limits."
+    ]
+    turned = {"lower": metres(301.0), "upper": metres(300.0)}
+    with pytest.raises(InputError, match=r'feature 1, "A": .*lower'):
+        read(monkeypatch, feature(1, "A", **turned), feature(3, "C"))
+
+
+def test_remarks_of_the_format_are_said_once_with_their_zones(monkeypatch):
+    doubt = Remark(Grade.WARNING, "its heights contradict each other")
+    paper = Remark(Grade.NOTE, "it names no authority")
+    found = read(
+        monkeypatch,
+        feature(1, "A", remarks=(doubt, paper)),
+        feature(1, "A", remarks=(doubt,)),
+        feature(2, "B", remarks=(doubt,)),
+        feature(3, "far", at=(90_000.0, 1000.0), remarks=(doubt,)),
+    )
+    assert said(found, "warning") == [
+        'airspace.txt: feature 1, "A", feature 2, "B": its heights contradict each other.'
+    ]
+    assert 'airspace.txt: feature 1, "A": it names no authority.' in said(found, "note")
 
 
 def test_categories_forbid_as_the_user_says(monkeypatch):

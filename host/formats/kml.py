@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from itertools import pairwise
 from xml.etree import ElementTree as ET
 
@@ -14,14 +14,14 @@ from pathgene.host.errors import InputError
 from pathgene.host.formats.content import Content
 from pathgene.host.formats.features import LeftOut, Read
 from pathgene.host.formats.limits import height_of
-from pathgene.host.formats.placemarks import placemark, tag_of, text_of
+from pathgene.host.formats.placemarks import TIMES, placemark, tag_of, text_of
 from pathgene.host.formats.places import degrees, number_text
 from pathgene.host.formats.shapes import Ring, Shape
 from pathgene.host.formats.track import Track
 from pathgene.host.terrain import Terrain
 
 
-__all__ = ["features", "recognises", "write"]
+__all__ = ["document_of", "features", "links_of", "parts", "recognises", "with_areas", "write"]
 
 # Roots that Google Earth reads.
 _ROOTS = ("kml", "Document", "Folder", "Placemark")
@@ -30,6 +30,12 @@ _NOT_READ = {
     "NetworkLink": "linked zones are not read; save them in one file",
     "GroundOverlay": "a picture on the ground is not an area; draw its zones as polygons",
     "PhotoOverlay": "a picture is not an area",
+    "Update": "changes of other files are not applied",
+}
+# Parts that show something else.
+_NO_AREA = {
+    "ScreenOverlay": "a picture on the screen is not an area",
+    "Tour": "a Tour is not an area",
 }
 _NAMESPACE = "http://www.opengis.net/kml/2.2"
 # Corners of the polygon drawn around a circle.
@@ -204,6 +210,17 @@ def features(content: Content) -> Iterator[Read]:
     InputError
         If the text is not KML, or has no area.
     """
+    yield from with_areas(parts(document_of(content)))
+
+
+def document_of(content: Content) -> ET.Element:
+    """Return the root of a KML document.
+
+    Raises
+    ------
+    InputError
+        If the text is not KML.
+    """
     root = content.xml
     if root is None:
         raise InputError(f"not KML: {content.xml_error}.")
@@ -211,22 +228,68 @@ def features(content: Content) -> Iterator[Read]:
         raise InputError(
             f"not KML: its root is no kml element; it looks like {content.looks_like}."
         )
-    count, has_areas = 0, False
-    left_out: list[LeftOut] = []
+    return root
+
+
+def links_of(root: ET.Element) -> Iterator[tuple[ET.Element, str]]:
+    """Yield the links to more features, each with its address as in the document."""
     for element in root.iter():
+        if tag_of(element) == "NetworkLink":
+            for link in element:
+                if tag_of(link) in ("Link", "Url"):
+                    yield element, text_of(link, "href")
+
+
+def parts(
+    root: ET.Element, prefix: str = "", read_links: Collection[ET.Element] = ()
+) -> Iterator[Read]:
+    """Yield the parts of a document.
+
+    Parameters
+    ----------
+    root : Element
+        Its root.
+    prefix : str
+        Beginning of the labels.
+    read_links : collection of Element
+        Links whose documents are read, too.
+    """
+    count = 0
+    waiting: list[tuple[ET.Element, tuple[str, ...]]] = [(root, ())]
+    while waiting:
+        element, around = waiting.pop()
         tag = tag_of(element)
-        if tag in _NOT_READ:
-            name = text_of(element, "name")
-            left_out.append(
-                LeftOut(f'{tag} "{name}"' if name else f"a {tag}", _NOT_READ[tag], True)
-            )
-            yield left_out[-1]
-        elif tag == "Placemark":
+        if tag == "Placemark":
             count += 1
-            for read in placemark(count, element):
-                has_areas |= not isinstance(read, LeftOut)
-                left_out += [read] if isinstance(read, LeftOut) else []
-                yield read
+            yield from placemark(count, element, kind=f"{prefix}placemark", around=around)
+            continue
+        if (tag in _NOT_READ or tag in _NO_AREA) and element not in read_links:
+            name = text_of(element, "name")
+            what = (
+                f'{prefix}{tag} "{name}"'
+                if name
+                else f"{prefix}{'an' if tag == 'Update' else 'a'} {tag}"
+            )
+            yield LeftOut(what, (_NOT_READ | _NO_AREA)[tag], tag in _NOT_READ)
+        if tag != "Tour":
+            limiting = tuple(tag_of(child) for child in element if tag_of(child) in TIMES)
+            waiting += ((child, (*around, *limiting)) for child in reversed(element))
+
+
+def with_areas(reads: Iterable[Read]) -> Iterator[Read]:
+    """Yield parts of documents, and check that one of them is an area.
+
+    Raises
+    ------
+    InputError
+        If none is.
+    """
+    has_areas = False
+    left_out: list[LeftOut] = []
+    for read in reads:
+        has_areas |= not isinstance(read, LeftOut)
+        left_out += [read] if isinstance(read, LeftOut) else []
+        yield read
     if not has_areas:
         least = "".join(f"; {each.label}: {each.reason}" for each in left_out[:3])
         raise InputError(f"there is no polygon or circle in it{least}.")

@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 from xml.etree import ElementTree as ET
 
 from pathgene.host.errors import InputError
@@ -24,18 +24,21 @@ from pathgene.host.formats.features import (
     Reference,
     label,
 )
-from pathgene.host.formats.limits import limit_text
+from pathgene.host.formats.limits import limit_text, stated_limits
 from pathgene.host.numeric import parse
 
 
-__all__ = ["every", "placemark", "tag_of", "text_of"]
+__all__ = ["TIMES", "every", "placemark", "tag_of", "text_of"]
 
 # Extended data of a zone with numeric values.
 _NUMBERS = ("radius_m", "t0", "t1")
 _LIMITS = ("lower", "upper")
 _READ = (*_NUMBERS, *_LIMITS, "pathgene", "name", "centre")
 _REFERENCES = {"absolute": Reference.AMSL, "relativeToGround": Reference.AGL}
-_TIMES = ("TimeSpan", "TimeStamp", "Region")
+# Heights in these modes do not count.
+_CLAMPED = ("", "clampToGround", "clampToSeaFloor")
+#: Parts that limit the display of a placemark, or of all placemarks of a folder.
+TIMES = ("TimeSpan", "TimeStamp", "Region")
 # Area of a wall as seen from above, square degrees: a tenth of a millimetre by some kilometres.
 _WALL_AREA = 1e-10
 
@@ -84,7 +87,9 @@ class _Drawn:
         )
 
 
-def placemark(number: int, element: ET.Element) -> Iterator[Read]:
+def placemark(
+    number: int, element: ET.Element, *, kind: str = "placemark", around: Iterable[str] = ()
+) -> Iterator[Read]:
     """Yield the areas of a placemark.
 
     An area is a polygon with its holes, a closed path, a ring, or a point or polygon with the
@@ -93,12 +98,24 @@ def placemark(number: int, element: ET.Element) -> Iterator[Read]:
     Without them, polygons with walls are one area from their lowest to their highest altitude, and
     a polygon that is extruded to the ground has an upper limit: its highest altitude, above mean
     sea level or above the ground as its ``altitudeMode`` says. Every other polygon has no limit.
+    Extended data of other programs, such as ``upperLimit``, prevail over altitudes.
+
+    Parameters
+    ----------
+    number : int
+        Place in the document, from 1.
+    element : Element
+        The placemark.
+    kind : str
+        Word for a placemark in sentences.
+    around : iterable of str
+        Names of the parts of its folders that limit its display.
     """
     data = _extended(element)
     is_ours = data.get("pathgene") == "zone"
     name = data.get("name", "") if is_ours else text_of(element, "name")
     name = " ".join(name.split())[:MOST_NAME]
-    tag = label("placemark", number, name)
+    tag = label(kind, number, name)
     try:
         numbers = {key: _number(key, data.get(key, "none")) for key in _NUMBERS}
         limits = {key: _limit(key, data.get(key, "none")) for key in _LIMITS}
@@ -108,14 +125,16 @@ def placemark(number: int, element: ET.Element) -> Iterator[Read]:
     except InputError as error:
         yield Bad(tag, str(error))
         return
+    lower, upper, named = stated_limits(data)
+    limiting = (*around, *(each for each in TIMES if any(True for _ in every(element, each))))
     common: dict[str, Any] = {
-        "kind": "placemark",
+        "kind": kind,
         "edges": Edges.FRAME if is_ours else Edges.DEGREES,
         "t0_s": numbers["t0"],
         "t1_s": numbers["t1"],
         "unread": (
-            *unread(data, _READ),
-            *(name for name in _TIMES if any(True for _ in every(element, name))),
+            *unread(data, (*_READ, *named)),
+            *dict.fromkeys(limiting),
         ),
     }
     own = limits["lower"], limits["upper"]
@@ -128,9 +147,14 @@ def placemark(number: int, element: ET.Element) -> Iterator[Read]:
         yield Feature(number, name, drawn[0].rings, None, *own, **common)
         return
     yield from _others(element, tag, data, bool(drawn))
-    for rings, lower, upper in areas:
-        heights = own if {*_LIMITS} & set(data) else (lower, upper)
-        yield Feature(number, name, rings, None, *heights, **common)
+    for rings, heights in areas:
+        if {*_LIMITS} & set(data):
+            heights = _Heights(*own)
+        elif named:
+            heights = _Heights(lower, upper)
+        modes = tuple(f"altitudeMode {mode}" for mode in heights.unread)
+        facts = common | {"unread": (*common["unread"], *modes)}
+        yield Feature(number, name, rings, None, heights.lower, heights.upper, **facts)
 
 
 def _others(
@@ -147,10 +171,12 @@ def _others(
         yield LeftOut(tag, "a Point is not an area")
     if lines:
         yield LeftOut(tag, "an open path is not an area")
-    for kind in ("Model", "Track", "MultiTrack"):
-        if any(True for _ in every(element, kind)):
-            yield LeftOut(tag, f"a {kind} is not an area")
-    if not (points or lines or has_areas or any(True for _ in every(element, "Model"))):
+    kinds = {tag_of(each) for each in element.iter()}
+    # A MultiTrack consists of tracks.
+    others = [kind for kind in ("Model", "MultiTrack", "Track") if kind in kinds]
+    for kind in others[:-1] if others[-2:] == ["MultiTrack", "Track"] else others:
+        yield LeftOut(tag, f"a {kind} is not an area")
+    if not (points or lines or has_areas or others):
         yield LeftOut(tag, "it has no geometry")
 
 
@@ -172,15 +198,19 @@ def _drawn(element: ET.Element) -> list[_Drawn]:
 
 
 def _polygon(element: ET.Element) -> _Drawn:
-    rings = [
-        _ring(text_of(ring, "coordinates"))
+    outer, holes = (
+        [
+            _ring(text_of(ring, "coordinates"))
+            for boundary in every(element, side)
+            for ring in every(boundary, "LinearRing")
+        ]
         for side in ("outerBoundaryIs", "innerBoundaryIs")
-        for boundary in every(element, side)
-        for ring in every(boundary, "LinearRing")
-    ]
-    if not rings:
+    )
+    if not outer:
         raise InputError("a polygon must have an outer boundary.")
-    return _of(element, tuple(ring for ring, _ in rings), rings[0][1])
+    if len(outer) > 1:
+        raise InputError(f"a polygon must have one outer boundary, not {len(outer)}.")
+    return _of(element, tuple(ring for ring, _ in (*outer, *holes)), outer[0][1])
 
 
 def _of(element: ET.Element, rings: Rings, heights: tuple[float, ...]) -> _Drawn:
@@ -188,8 +218,8 @@ def _of(element: ET.Element, rings: Rings, heights: tuple[float, ...]) -> _Drawn
     return _Drawn(rings, heights, text_of(element, "altitudeMode"), extrudes)
 
 
-def _joined(drawn: list[_Drawn]) -> Iterator[tuple[Rings, Limit | None, Limit | None]]:
-    """Yield areas with their lower and upper limits; lid, bottom and walls are one area."""
+def _joined(drawn: list[_Drawn]) -> Iterator[tuple[Rings, _Heights]]:
+    """Yield areas with their limits; lid, bottom and walls are one area."""
     walls = [each for each in drawn if each.is_wall]
     flat: dict[frozenset[frozenset[Position]], list[_Drawn]] = {}
     for each in drawn:
@@ -200,27 +230,36 @@ def _joined(drawn: list[_Drawn]) -> Iterator[tuple[Rings, Limit | None, Limit | 
     for footprint, layers in flat.items():
         alone = [wall for wall in alone if not any(map(wall.corners.intersection, footprint))]
         own = [wall for wall in walls if wall.corners & layers[0].corners]
-        yield (layers[0].rings, *_heights(layers, own))
+        yield layers[0].rings, _heights(layers, own)
     if alone:
         ring = _around(alone)
         prism = [_Drawn((ring,), each.heights, each.mode, False) for each in alone]
-        yield (ring,), *_heights(prism, [])
+        yield (ring,), _heights(prism, [])
 
 
-def _heights(layers: list[_Drawn], walls: list[_Drawn]) -> tuple[Limit | None, Limit | None]:
+class _Heights(NamedTuple):
+    """Limits of an area, and the modes of its altitudes that are not read."""
+
+    lower: Limit | None = None
+    upper: Limit | None = None
+    unread: tuple[str, ...] = ()
+
+
+def _heights(layers: list[_Drawn], walls: list[_Drawn]) -> _Heights:
     """Return the limits of layers over one footprint, with the walls between them."""
     parts = [*layers, *walls]
-    modes = {each.mode for each in parts}
-    reference = _REFERENCES.get(next(iter(modes))) if len(modes) == 1 else None
+    modes = tuple(dict.fromkeys(each.mode for each in parts))
+    reference = _REFERENCES.get(modes[0]) if len(modes) == 1 else None
     if reference is None:
-        return None, None
+        are_clamped = all(each.mode in _CLAMPED or not any(each.heights) for each in parts)
+        return _Heights(unread=() if are_clamped else tuple(filter(None, modes)))
     low = min(min(each.heights) for each in parts)
     high = max(max(each.heights) for each in parts)
     if any(each.extrudes for each in layers):
-        return None, Limit(high, reference) if high > 0 else None
+        return _Heights(None, Limit(high, reference) if high > 0 else None)
     if len(parts) > 1 and low < high:
-        return Limit(low, reference), Limit(high, reference)
-    return None, None
+        return _Heights(Limit(low, reference), Limit(high, reference))
+    return _Heights()
 
 
 def _around(walls: list[_Drawn]) -> tuple[Position, ...]:

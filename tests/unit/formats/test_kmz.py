@@ -8,7 +8,7 @@ import pytest
 from pathgene.host.errors import InputError
 from pathgene.host.formats import kml, kmz
 from pathgene.host.formats.content import Content
-from pathgene.host.formats.features import LeftOut
+from pathgene.host.formats.features import Bad
 from pathgene.host.inputs import MOST_TEXT_BYTES
 
 
@@ -51,20 +51,80 @@ def test_reads_a_document_in_its_declared_encoding():
     assert names(archive({"doc.kml": text.encode("utf-16")})) == ["Ål"]
 
 
-def test_doc_is_the_main_document_else_the_first():
+def test_reads_every_document_of_the_archive_the_main_one_first():
     one, other = document(POLYGON.format("one")), document(POLYGON.format("other"))
-    left_out = LeftOut("'more/a.kml' in the archive", "only the first document is read", True)
     found = list(kmz.features(archive({"more/a.kml": one, "Doc.KML": other})))
-    assert [found[0].name, found[1]] == ["other", left_out]
-    found = list(kmz.features(archive({"b.kml": other, "more/a.kml": one})))
-    assert [found[0].name, found[1]] == ["other", left_out]
+    assert [each.label for each in found] == [
+        'placemark 1, "other"',
+        'more/a.kml: placemark 1, "one"',
+    ]
+    assert names(archive({"b.kml": other, "more/a.kml": one})) == ["other", "one"]
+    # A main document that has links only.
+    assert names(archive({"doc.kml": document(LINK), "zones/more.kml": one})) == ["one"]
+    # A document without areas is no fault.
+    assert names(archive({"doc.kml": one, "empty.kml": document()})) == ["one"]
 
 
-def test_names_network_links():
-    content = archive({"doc.kml": document(POLYGON.format("R-7"), LINK)})
-    _, link = sorted(kmz.features(content), key=lambda part: isinstance(part, LeftOut))
-    assert link.is_suspicious
-    assert "more" in link.label + link.reason
+@pytest.mark.parametrize("address", ["zones/more.kml", "./zones/More.kml", "zones/m%6Fre.kml"])
+def test_a_link_to_a_document_of_the_archive_is_read(address):
+    link = LINK.replace("zones/more.kml", address)
+    files = {"doc.kml": document(POLYGON.format("R-7"), link)}
+    inside = archive({**files, "zones/more.kml": document(POLYGON.format("R-8"))})
+    assert names(inside) == ["R-7", "R-8"]
+    back = LINK.replace("zones/more.kml", "../doc.kml").replace("Link><href", "Url><href")
+    back = back.replace("</href></Link>", "</href></Url>")
+    inside = archive({**files, "zones/more.kml": document(POLYGON.format("R-8"), back)})
+    assert names(inside) == ["R-7", "R-8"]
+    (_, left_out) = kmz.features(archive(files))
+    assert left_out.label == 'NetworkLink "more"'
+    assert left_out.is_suspicious
+
+
+def test_names_an_archive_in_the_archive():
+    files = {"doc.kml": document(POLYGON.format("R-7")), "b.kmz": b"PK"}
+    _, left_out = kmz.features(archive(files))
+    assert left_out.label == "'b.kmz' in the archive"
+    assert left_out.is_suspicious
+
+
+def test_names_a_bad_document_and_reads_the_others():
+    good, bad = (
+        document(POLYGON.format("R-7")),
+        document(POLYGON.format("R-8")).replace("<kml", "<gpx"),
+    )
+    bad_zone = POLYGON.format("R-9").replace("10,60", "here")
+    found = list(
+        kmz.features(archive({"doc.kml": good, "a.kml": bad, "b.kml": document(bad_zone)}))
+    )
+    assert found[0].name == "R-7"
+    assert found[1].label == "'a.kml' in the archive"
+    assert found[1].reason.startswith("not KML: ")
+    assert found[2].label == 'b.kml: placemark 1, "R-9"'
+    assert all(isinstance(each, Bad) for each in found[1:])
+
+
+def test_all_documents_together_unpack_to_a_limited_size(monkeypatch):
+    main, more = document(POLYGON.format("R-7")), document(POLYGON.format("R-8"))
+    files = {"doc.kml": main, "a.kml": more, "b.kml": more + " " * 500, "c.kml": more}
+    monkeypatch.setattr(kmz, "MOST_TEXT_BYTES", len(main) + len(more) + 400)
+    found = list(kmz.features(archive(files)))
+    assert [getattr(each, "name", None) for each in found] == ["R-7", "R-8", None, None]
+    assert [each.label for each in found[2:]] == [
+        "'b.kml' in the archive",
+        "'c.kml' in the archive",
+    ]
+    assert {each.reason for each in found[2:]} == {
+        "the documents unpack to more than 64 MB with it."
+    }
+
+
+def test_a_broken_document_besides_the_main_one_is_named():
+    whole = archive(
+        {"doc.kml": document(POLYGON.format("R-7")), "a.kml": document(POLYGON.format("R-8"))},
+        method=zipfile.ZIP_STORED,
+    )
+    _, bad = kmz.features(Content(whole.data.replace(b"R-8", b"R-9"), "zones.kmz"))
+    assert bad == Bad("'a.kml' in the archive", "it is broken or encrypted; save it again.")
 
 
 def refusal(content):

@@ -29,7 +29,11 @@ _MARKS = (
 _BEGINNINGS = ((b"<\0", "utf-16-le"), (b"\0<", "utf-16-be"))
 _DECLARED = re.compile(rb"""^\s*<\?xml[^>]*?\sencoding\s*=\s*["']([\w.:-]+)["']""")
 _WIDE = re.compile(r"(?i)(utf|ucs|iso-10646-ucs)[-_]?(16|32|2|4)")
-_CONTROL = re.compile(r"[\x00-\x08\x0b\x0e-\x1a\x1c-\x1f]")
+# The separator of texts in a sequence of JSON, which begins each of them.
+_SEPARATOR = "\x1e"
+_CONTROL = re.compile(r"[\x00-\x08\x0b\x0e-\x1a\x1c\x1d\x1f]")
+# Bytes in which text of two bytes a character is recognised.
+_SAMPLE = 4_000
 _FIRST_TAG = re.compile(r"<(?![?!])[^\s/>]+")
 _PREFIX = re.compile(r"[<\s/]([A-Za-z_][\w.-]*):[A-Za-z_]")
 # Kinds of files by their first bytes or words.
@@ -93,6 +97,8 @@ class Content:
         for mark, encoding in (*_MARKS, *_BEGINNINGS):
             if self.data.startswith(mark):
                 return encoding
+        if wide := _unmarked_wide(self.data[:_SAMPLE]):
+            return wide
         declared = _DECLARED.match(self.data)
         encoding = declared.group(1).decode("ascii") if declared else "utf-8-sig"
         # A declaration in single bytes is not UTF-16: Mission Planner writes one into UTF-8.
@@ -108,11 +114,11 @@ class Content:
         try:
             return parse_json(self.text), None
         except ValueError as error:
-            return None, str(error)
+            return _sequence(self.text, str(error))
 
     @property
     def json(self) -> Any:
-        """The value of the text parsed as JSON, or None."""
+        """The value of the text parsed as JSON, or None; a sequence is a FeatureCollection."""
         return self._parsed_json[0]
 
     @property
@@ -166,6 +172,36 @@ class Content:
             tag = self.xml.tag.rpartition("}")[2]
             return _ROOTS.get(tag, f"XML with the root {tag!r}")
         return next((kind for text, kind in _TEXTS if re.search(text, self.text[:100_000])), "")
+
+
+def _unmarked_wide(data: bytes) -> str:
+    """Return the encoding of text with two bytes a character and no mark, or an empty string."""
+    first, second = data[::2], data[1::2]
+    for zeros, characters, encoding in ((second, first, "utf-16-le"), (first, second, "utf-16-be")):
+        if 0 not in characters and zeros.count(0) > len(zeros) / 2:
+            return encoding
+    return ""
+
+
+def _sequence(text: str, why: str) -> tuple[Any, str | None]:
+    """Return the members of a sequence of JSON, one a line or after separators, or the fault."""
+    is_separated = text.startswith(_SEPARATOR)
+    texts = text.split(_SEPARATOR if is_separated else "\n")
+    members: list[Any] = []
+    for number, part in enumerate(texts, start=0 if is_separated else 1):
+        if not part.strip():
+            continue
+        try:
+            value = parse_json(part)
+        except ValueError as error:
+            if members:
+                why = f"{'text' if is_separated else 'line'} {number} of the sequence: {error}"
+            return None, why
+        if not isinstance(value, dict):
+            return None, why
+        listed = value.get("features") if value.get("type") == "FeatureCollection" else None
+        members += listed if isinstance(listed, list) else [value]
+    return {"type": "FeatureCollection", "features": members}, None
 
 
 def _as_is(text: str) -> str:

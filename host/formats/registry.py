@@ -138,7 +138,7 @@ FORMATS = (
         "path.geojson",
         placed=False,
         zones="GeoJSON",
-        suffixes=(".geojson", ".json"),
+        suffixes=(".geojson", ".json", ".geojsonl", ".geojsons"),
         path_suffix="*",
     ),
     Format("html", "any browser", "path.html", placed=False, button="Web page"),

@@ -35,6 +35,8 @@ def test_texts_are_made_of_the_rows():
     assert sorted(zone_suffixes()) == [
         ".fen",
         ".geojson",
+        ".geojsonl",
+        ".geojsons",
         ".json",
         ".kml",
         ".kmz",

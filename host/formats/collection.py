@@ -66,7 +66,8 @@ def read_members(document: Any, reader: Callable[[Member], Iterator[Read]]) -> I
     for number, value in enumerate(members(document), start=1):
         properties = properties_of(value)
         name = next(filter(None, map(plain_text, map(properties.get, _NAMES))), "")
-        member = Member(number, name, properties, value.get("geometry") if properties else None)
+        geometry = value.get("geometry") if isinstance(value, dict) else None
+        member = Member(number, name, properties, geometry)
         try:
             if not isinstance(value, dict):
                 raise InputError("it is not an object.")
@@ -78,7 +79,17 @@ def read_members(document: Any, reader: Callable[[Member], Iterator[Read]]) -> I
         yield from parts
 
 
-_NAMES = ("name", "Name", "identifier", "designator", "id", "_id")
+_NAMES = (
+    "name",
+    "Name",
+    "NAME",
+    "identifier",
+    "designator",
+    "IDENT",
+    "APT1_NAME",
+    "id",
+    "_id",
+)
 
 
 def plain_text(value: Any) -> str:

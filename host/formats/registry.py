@@ -122,6 +122,7 @@ FORMATS = (
     Format("ed318", zones="ED-318"),
     Format("openaip", zones="openAIP"),
     Format("inav", zones="INAV"),
+    Format("faa", zones="FAA"),
     Format("kmz", zones="KMZ", suffixes=(".kmz",)),
     Format(
         "kml",

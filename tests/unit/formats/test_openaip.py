@@ -143,6 +143,13 @@ def test_hours_in_local_time_are_not_read():
     assert (found.periods, found.unread) == ((), ("hoursOfOperation",))
 
 
+def test_an_airspace_without_properties_forbids():
+    first, second = read({}, FACTS)
+    assert (first.label, first.category, first.forbids) == ("feature 1", "OTHER", True)
+    assert (first.lower, first.upper) == (None, None)
+    assert second.name == "TMA"
+
+
 def test_leaves_out_points_and_lines():
     line = {"type": "LineString", "coordinates": RING[:2]}
     assert read(FACTS, geometry=line) == [

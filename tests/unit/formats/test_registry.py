@@ -29,7 +29,7 @@ def test_texts_are_made_of_the_rows():
     )
     assert extra_names() == "plan, waypoints, kml and html"
     assert zone_files() == (
-        "GeoJSON, KML, KMZ, INAV, openAIP, ED-318, ED-269, OpenAir, a .fen, the fences "
+        "GeoJSON, KML, KMZ, FAA, INAV, openAIP, ED-318, ED-269, OpenAir, a .fen, the fences "
         "of a .waypoints or the fences of a .plan"
     )
     assert sorted(zone_suffixes()) == [
@@ -75,6 +75,7 @@ def test_the_page_has_each_format_of_zones():
         ".waypoints",
         "ED-269",
         "ED-318",
+        "FAA",
         "GeoJSON",
         "INAV",
         "KML",

@@ -18,7 +18,7 @@ _FLIGHT_LEVEL_M = 100 * FOOT_M
 
 _UNITS_M = {
     **dict.fromkeys(("M", "MT", "MTR", "METER", "METERS", "METRE", "METRES"), 1.0),
-    **dict.fromkeys(("FT", "FEET", "FOOT"), FOOT_M),
+    **dict.fromkeys(("FT", "FEET", "FOOT", "'"), FOOT_M),
     "FL": _FLIGHT_LEVEL_M,
 }
 _REFERENCES = {
@@ -29,7 +29,9 @@ _REFERENCES = {
 }
 _GROUND = frozenset({"GND", "GROUND", "SFC", "SURFACE"})
 _UNLIMITED = frozenset({"UNL", "UNLIM", "UNLIMITED", "UNLTD"})
-_WORD = re.compile(r"WGS84|[A-Z]+|[-+]?\d[\d.,]*")
+_WORD = re.compile(r"WGS84|[A-Z]+|[-+]?\d[\d.,]*|'")
+# Marks of feet.
+_PRIMES = str.maketrans(dict.fromkeys("’′´`", "'"))
 _NUMBER = re.compile(r"[-+]?(?:\d+|\d{1,3}(?:,\d{3})+)(?:\.\d{1,2}|\.\d{4,}|\.0*)?")
 
 # Properties that state a lower and an upper limit; the first one present of each is read.
@@ -64,8 +66,11 @@ def limit(value: Any, unit: Any, reference: Any) -> Limit:
             f"{reference!r}."
         )
     if metres == _FLIGHT_LEVEL_M:
+        if surface in (Reference.AGL, Reference.WGS84):
+            raise InputError(f"a flight level, {value:g}, has no height {surface}.")
         return Limit(float(value) * metres, Reference.STANDARD, f"FL {value:g}")
-    return Limit(float(value) * metres, surface, f"{value:g} {str(unit).strip().lower()} {surface}")
+    name = str(unit).strip().lower().replace("'", "ft")
+    return Limit(float(value) * metres, surface, f"{value:g} {name} {surface}")
 
 
 def limit_text(text: str, unit: str | None = None, reference: str | None = None) -> Limit | None:
@@ -83,7 +88,7 @@ def limit_text(text: str, unit: str | None = None, reference: str | None = None)
     ValueError
         If the text states no limit, or more than one, or could mean several.
     """
-    upper = text.upper().replace("WGS-84", "WGS84")
+    upper = text.upper().replace("WGS-84", "WGS84").translate(_PRIMES)
     words = _WORD.findall(upper)
     if not words or re.sub(r"[\s+.]", "", _WORD.sub("", upper)):
         raise ValueError(text)
@@ -108,7 +113,11 @@ def limit_text(text: str, unit: str | None = None, reference: str | None = None)
     surface = next(iter(surfaces)) if surfaces else _REFERENCES.get(reference or "")
     if chosen_unit is None or surface is None:
         raise ValueError(text)
-    return limit(float(numbers[0].replace(",", "")), chosen_unit, surface)
+    try:
+        return limit(float(numbers[0].replace(",", "")), chosen_unit, surface)
+    except InputError:
+        # A flight level above the ground.
+        raise ValueError(text) from None
 
 
 def height_of(text: str, what: str) -> Limit:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 from pathgene.host.errors import InputError
@@ -40,10 +40,15 @@ _SAME_DEG = 5e-9
 _BEGINS = re.compile(r"(?im)^[ \t]*AC[ \t]+\S")
 _OUTLINES = re.compile(r"(?im)^[ \t]*(?:D[PCABY][ \t]+[\d.+-]|V[ \t]*X[ \t]*=)")
 _RECORD = re.compile(r"([A-Za-z]{2}|[Vv])(?![A-Za-z])[ \t]*(.*)")
-_ANGLE = r"(\d+(?:\.\d+)?)(?::(\d+(?:\.\d+)?))?(?::(\d+(?:\.\d+)?))?"
+# Degrees, minutes and seconds with separators, or together as DDMMSS.
+_NUMBER = r"(\d+(?:\.\d+)?)"
+_BETWEEN = r"(?:\s*[:°'′]\s*|\s+)"
+_ANGLE = rf"{_NUMBER}(?:{_BETWEEN}{_NUMBER})?(?:{_BETWEEN}{_NUMBER})?\s*[°'′\"″]{{0,2}}"
 _PLACE = re.compile(
     rf"\s*([NS]?)\s*{_ANGLE}\s*([NS]?)[\s,]*([EW]?)\s*{_ANGLE}\s*([EW]?)\s*", re.IGNORECASE
 )
+# Digits of a number that has minutes, and of one that has seconds, too.
+_WITH_MINUTES, _WITH_SECONDS = 4, 6
 # Records that limit no zone: frequency, station, identifier, transponder code, label, colours.
 _HARMLESS = frozenset({"AF", "AG", "AI", "AX", "TP", "AT", "AS", "SB", "SP"})
 
@@ -225,6 +230,8 @@ def _features(airspace: _Airspace) -> Iterator[Read]:
             limits[name] = limit_text(stated, "FT", "AMSL") if stated else None
         except ValueError:
             unread.append(f"{name} {stated}")
+        if name in airspace.limits and not stated:
+            unread.append(name)
     for rings, radius_m, edges in shapes:
         yield Feature(
             airspace.number,
@@ -324,7 +331,7 @@ def _place(text: str) -> Position:
     for before, *angle, after in (parts[:5], parts[5:]):
         if bool(before) == bool(after):
             raise InputError(f"{text!r} is no place, such as 60:01:30 N 010:03:00 E")
-        degrees, minutes, seconds = (float(part or 0) for part in angle)
+        degrees, minutes, seconds = _angle(angle)
         if minutes > 60 or seconds > 60:
             raise InputError(f"{text!r} has more than 60 minutes or seconds")
         size = degrees + minutes / 60 + seconds / 3600
@@ -333,6 +340,18 @@ def _place(text: str) -> Position:
     if abs(latitude) > 90 or abs(longitude) > 360:
         raise InputError(f"{text!r} is no place on Earth")
     return longitude, latitude
+
+
+def _angle(parts: Sequence[str | None]) -> tuple[float, float, float]:
+    """Return degrees, minutes and seconds, which may be one number such as ``0100300``."""
+    first, *rest = parts
+    whole, point, decimals = (first or "").partition(".")
+    if any(rest) or len(whole) < _WITH_MINUTES:
+        degrees, minutes, seconds = (float(part or 0) for part in parts)
+        return degrees, minutes, seconds
+    if len(whole) < _WITH_SECONDS:
+        return float(whole[:-2]), float(whole[-2:] + point + decimals), 0.0
+    return float(whole[:-4]), float(whole[-4:-2]), float(whole[-2:] + point + decimals)
 
 
 def _number(text: str) -> float:

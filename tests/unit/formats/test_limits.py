@@ -35,6 +35,13 @@ def test_reads_texts(text, expected, change):
         ("3500 FT STD", 1066.8, "STD"),
         ("100 m WGS84", 100, "WGS84"),
         ("100 m WGS-84", 100, "WGS84"),
+        ("2500' AGL", 762, "AGL"),
+        ("2500'", 762, "AMSL"),
+        ("2500 ’ msl", 762, "AMSL"),
+        ("2500ft agl", 762, "AGL"),
+        ("2500 Ft. Agl", 762, "AGL"),
+        ("fl 95", 2895.6, "STD"),
+        ("FL95 MSL", 2895.6, "STD"),
     ],
 )
 def test_takes_the_unit_and_reference_of_a_format_where_a_text_has_none(text, height_m, reference):
@@ -60,6 +67,13 @@ def test_takes_the_unit_and_reference_of_a_format_where_a_text_has_none(text, he
         "FL",
         "ft AMSL",
         "FL 95 AGL AMSL",
+        # A flight level is a pressure, not a height above the ground.
+        "FL95 AGL",
+        "FL 95 WGS84",
+        "FL 95'",
+        # Feet and inches.
+        "6'3\"",
+        "6' 3",
         "95 km AMSL",
         # From the ground to 500 feet.
         "GND-500 ft",
@@ -86,6 +100,7 @@ def test_assumes_neither_unit_nor_reference():
         ((True, "m", "AGL"), "a limit of height must be a number, not True."),
         ((float("nan"), "m", "AGL"), "a limit of height must be a number, not nan."),
         ((5, "yd", "AGL"), "the unit of a limit of height must be m, ft or FL, not 'yd'."),
+        ((95, "FL", "AGL"), "a flight level, 95, has no height AGL."),
         (
             (5, "m", "QFE"),
             "the reference of a limit of height must be AGL, AMSL, WGS84 or STD, not 'QFE'.",

@@ -113,6 +113,7 @@ _BY_NUMBER = {row.openaip: row for row in CLASSES if row.openaip is not None}
 _DEFAULT = frozenset(row.name for row in CLASSES if row.forbids)
 # Classes of ICAO by their numbers in openAIP.
 _ICAO = "ABCDEFG"
+_NO_CLASS = 8
 
 
 def of_word(text: str) -> str:
@@ -128,8 +129,13 @@ def of_openaip(number: int, icao_class: Any = None) -> str:
     Raises
     ------
     InputError
-        If there is no such type.
+        If there is no such type or class.
     """
+    if isinstance(icao_class, int) and icao_class not in (*range(len(_ICAO)), _NO_CLASS):
+        raise InputError(
+            f"{icao_class!r} is no ICAO class of openAIP, which has 0 to 6, and {_NO_CLASS} for "
+            "none."
+        )
     if number not in _BY_NUMBER:
         raise InputError(f"{number!r} is no type of openAIP, which has 0 to 36.")
     if number == 0 and isinstance(icao_class, int) and icao_class in range(len(_ICAO)):

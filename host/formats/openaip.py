@@ -20,6 +20,7 @@ from pathgene.host.formats.content import Content
 from pathgene.host.formats.features import Feature, LeftOut, Limit, Period, Read, SunEvent
 from pathgene.host.formats.limits import limit, limit_text
 from pathgene.host.formats.times import daily, moment
+from pathgene.host.remarks import Grade, Remark
 
 
 __all__ = ["features", "recognises"]
@@ -30,7 +31,16 @@ _REFERENCES = {0: "AGL", 1: "AMSL", 2: "STD"}
 # openAIP's OpenAir reader writes the second pair.
 _LIMITS = (("lowerLimit", "upperLimit"), ("lowerCeiling", "upperCeiling"))
 # Activations that have no fixed time: the airspace counts as always active.
-_AT_ANY_TIME = ("byNotam", "onDemand", "onRequest")
+_AT_ANY_TIME = {"byNotam": "by NOTAM", "onDemand": "on demand", "onRequest": "on request"}
+# Activities by their numbers.
+_ACTIVITIES = (
+    "",
+    "parachuting",
+    "aerobatics",
+    "aeroclub and aerial work",
+    "ultralight flight",
+    "hang gliding and paragliding",
+)
 
 
 def recognises(content: Content) -> bool:
@@ -59,6 +69,7 @@ def _airspace(member: Member) -> Iterator[Read]:
     unread: list[str] = []
     limits = list(_limits(facts, names, unread))
     periods = _periods(facts, unread)
+    remarks = tuple(_remarks(facts, forbids=forbids))
     found, others = areas(member.geometry, Placing(), is_circle=False)
     if any(len(set(ring)) < 3 for rings in found for ring in rings):
         raise InputError("a ring must have three corners or more.")
@@ -76,7 +87,24 @@ def _airspace(member: Member) -> Iterator[Read]:
             category,
             forbids=forbids,
             unread=tuple(unread),
+            remarks=remarks,
         )
+
+
+def _remarks(facts: Mapping[str, Any], *, forbids: bool) -> Iterator[Remark]:
+    """Yield remarks on activations without a time, and on activities that nothing forbids."""
+    ways = [text for name, text in _AT_ANY_TIME.items() if facts.get(name) is True]
+    if ways:
+        text = f"it is activated {' or '.join(ways)} and counts as always active"
+        yield Remark(Grade.NOTE, text)
+    activity = facts.get("activity")
+    if activity is not None:
+        if activity not in range(len(_ACTIVITIES)) or isinstance(activity, bool):
+            most = len(_ACTIVITIES) - 1
+            raise InputError(f"{activity!r:.40} is no activity of openAIP, which has 0 to {most}.")
+        if activity and not forbids:
+            why = f"its activity is {_ACTIVITIES[activity]}, and its class does not forbid flight"
+            yield Remark(Grade.WARNING, why)
 
 
 def _category(facts: Mapping[str, Any]) -> str:
@@ -123,16 +151,19 @@ def _limit(facts: Mapping[str, Any], name: str, unread: list[str]) -> Limit | No
     if value.get("unlimited") is True:
         return None
     unit, reference = value.get("unit"), value.get("referenceDatum")
-    return limit(
-        value.get("value"),
-        _UNITS.get(unit, unit) if isinstance(unit, int) else unit,
-        _REFERENCES.get(reference, reference) if isinstance(reference, int) else reference,
-    )
+    unit = _UNITS.get(unit, unit) if isinstance(unit, int) else unit
+    reference = _REFERENCES.get(reference, reference) if isinstance(reference, int) else reference
+    if (unit, reference) in (("FL", "AGL"), ("FL", "GND")):
+        # A pressure is no height above the ground, so the limit is unknown.
+        unread.append(f"{name} FL {value.get('value')} {reference}")
+        return None
+    return limit(value.get("value"), unit, reference)
 
 
 def _periods(facts: Mapping[str, Any], unread: list[str]) -> tuple[Period, ...]:
     """Return the times of activity, UTC; none for an airspace that may be active at any time."""
-    if any(facts.get(name) is True for name in _AT_ANY_TIME):
+    activations = [_is_true(facts, name) for name in _AT_ANY_TIME]
+    if any(activations):
         return ()
     start, end = (
         moment(facts[name]) if facts.get(name) else None for name in ("activeFrom", "activeUntil")
@@ -140,7 +171,9 @@ def _periods(facts: Mapping[str, Any], unread: list[str]) -> tuple[Period, ...]:
     if start and end and end < start:
         raise InputError("its activeUntil lies before its activeFrom.")
     hours = facts.get("hoursOfOperation") or {}
-    listed = hours.get("operatingHours") if isinstance(hours, dict) else None
+    if not isinstance(hours, dict):
+        raise InputError(f"its hoursOfOperation must be an object, not {hours!r:.40}.")
+    listed = hours.get("operatingHours")
     if not listed:
         return (Period(start, end),) if start or end else ()
     if not isinstance(listed, list) or not all(isinstance(each, dict) for each in listed):
@@ -148,7 +181,8 @@ def _periods(facts: Mapping[str, Any], unread: list[str]) -> tuple[Period, ...]:
     if "local" in str(hours.get("remarks", "")).lower():
         unread.append("hoursOfOperation")
         return ()
-    if any(each.get("byNotam") is True for each in listed):
+    activations = [_is_true(each, "byNotam") for each in listed]
+    if any(activations):
         return ()
     periods: dict[Any, Period] = {}
     for each in listed:
@@ -167,6 +201,16 @@ def _periods(facts: Mapping[str, Any], unread: list[str]) -> tuple[Period, ...]:
 
 
 def _bounds(each: Mapping[str, Any]) -> tuple[str | SunEvent | None, str | SunEvent | None]:
-    first = SunEvent.SUNRISE if each.get("sunrise") is True else each.get("startTime")
-    last = SunEvent.SUNSET if each.get("sunset") is True else each.get("endTime")
+    first = SunEvent.SUNRISE if _is_true(each, "sunrise") else each.get("startTime")
+    last = SunEvent.SUNSET if _is_true(each, "sunset") else each.get("endTime")
+    for name, value in (("startTime", first), ("endTime", last)):
+        if value is not None and not isinstance(value, str):
+            raise InputError(f"its {name} must be a text, not {value!r:.40}.")
     return first, last
+
+
+def _is_true(facts: Mapping[str, Any], name: str) -> bool:
+    value = facts.get(name)
+    if not isinstance(value, bool | None):
+        raise InputError(f"{name} must be true or false, not {value!r:.40}.")
+    return value is True

@@ -8,6 +8,7 @@ import pytest
 from pathgene.host.formats import openaip
 from pathgene.host.formats.content import Content
 from pathgene.host.formats.features import Bad, LeftOut, Limit, Period, Reference, SunEvent
+from pathgene.host.remarks import Grade, Remark
 
 
 RING = [[10.0, 60.0], [10.1, 60.0], [10.1, 60.1], [10.0, 60.0]]
@@ -138,6 +139,76 @@ def test_an_airspace_that_somebody_may_activate_counts_as_always_active(name):
     assert periods(**hours(MONDAY, {**MONDAY, "byNotam": True})) == ()
 
 
+def test_an_activation_without_a_time_is_said():
+    (found,) = read(FACTS | {"byNotam": True, "onRequest": True, "onDemand": False})
+    text = "it is activated by NOTAM or on request and counts as always active"
+    assert found.remarks == (Remark(Grade.NOTE, text),)
+    assert read(FACTS | {"byNotam": None})[0].remarks == ()
+
+
+def test_an_activity_in_a_class_that_does_not_forbid_is_a_warning():
+    open_ = {"type": 0, "icaoClass": 6}
+    (found,) = read(FACTS | open_ | {"activity": 1})
+    assert not found.forbids
+    (remark,) = found.remarks
+    assert remark.grade is Grade.WARNING
+    assert remark.text.startswith("its activity is parachuting, and its class")
+    assert read(FACTS | open_ | {"activity": 0})[0].remarks == ()
+    assert read(FACTS | {"activity": 5})[0].remarks == ()
+
+
+@pytest.mark.parametrize(
+    ("unit", "datum", "expected"),
+    [
+        (0, 0, Limit(300, Reference.AGL)),
+        (0, 1, Limit(300, Reference.AMSL)),
+        (0, 2, Limit(300, Reference.STANDARD)),
+        (1, 0, Limit(91.44, Reference.AGL)),
+        (1, 1, Limit(91.44, Reference.AMSL)),
+        (1, 2, Limit(91.44, Reference.STANDARD)),
+        (6, 1, Limit(9144, Reference.STANDARD)),
+        (6, 2, Limit(9144, Reference.STANDARD)),
+    ],
+)
+@pytest.mark.parametrize("name", ["lowerLimit", "upperLimit", "lowerLimitMin", "upperLimitMax"])
+def test_reads_each_unit_and_datum_of_each_limit(name, unit, datum, expected):
+    far = {"value": 400 if "lower" in name else 0, "unit": 6, "referenceDatum": 2}
+    facts = {key: value for key, value in FACTS.items() if "Limit" not in key}
+    facts["upperLimit" if "lower" in name else "lowerLimit"] = far
+    value = {"value": 300, "unit": unit, "referenceDatum": datum}
+    found = [
+        limit
+        for each in read(facts | {name: value})
+        for limit in ((each.lower,) if "lower" in name else (each.upper,))
+    ]
+    assert any(
+        limit is not None
+        and limit.height_m == pytest.approx(expected.height_m)
+        and limit.reference is expected.reference
+        for limit in found
+    )
+    assert all(each.unread == () for each in read(facts | {name: value}))
+
+
+def test_a_flight_level_above_the_ground_is_named_and_no_limit():
+    for name in ("lowerLimit", "upperLimit"):
+        (found,) = read(FACTS | {name: {"value": 95, "unit": 6, "referenceDatum": 0}})
+        assert (found.lower if name == "lowerLimit" else found.upper) is None
+        assert found.unread == (f"{name} FL 95 AGL",)
+
+
+def test_members_that_limit_nothing_change_nothing():
+    others = {
+        "specialAgreement": True,
+        "requestCompliance": True,
+        "country": "NO",
+        "frequencies": [{"value": "118.0", "unit": 2, "primary": True}],
+        "remarks": "see AIP",
+        "createdAt": "2026-05-01T00:00:00Z",
+    }
+    assert read(FACTS | others) == read(FACTS)
+
+
 def test_hours_in_local_time_are_not_read():
     (found,) = read(FACTS | hours(MONDAY, remarks="Times are LOCAL"))
     assert (found.periods, found.unread) == ((), ("hoursOfOperation",))
@@ -164,6 +235,19 @@ def test_leaves_out_points_and_lines():
     ("change", "reason"),
     [
         ({"type": 99}, "99 is no type of openAIP, which has 0 to 36."),
+        (
+            {"icaoClass": 7},
+            "7 is no ICAO class of openAIP, which has 0 to 6, and 8 for none.",
+        ),
+        ({"activity": 9}, "9 is no activity of openAIP, which has 0 to 5."),
+        ({"activity": "jumps"}, "'jumps' is no activity of openAIP, which has 0 to 5."),
+        ({"byNotam": "yes"}, "byNotam must be true or false, not 'yes'."),
+        ({"onDemand": 1}, "onDemand must be true or false, not 1."),
+        ({"onRequest": []}, "onRequest must be true or false, not []."),
+        (hours({**MONDAY, "byNotam": "yes"}), "byNotam must be true or false, not 'yes'."),
+        (hours({**MONDAY, "sunset": 1}), "sunset must be true or false, not 1."),
+        (hours({**MONDAY, "endTime": 16}), "its endTime must be a text, not 16."),
+        ({"hoursOfOperation": "H24"}, "its hoursOfOperation must be an object, not 'H24'."),
         ({"upperLimit": 95}, "upperLimit must be an object with value, unit and referenceDatum."),
         (
             {"upperLimit": {"value": "95", "unit": 6, "referenceDatum": 2}},

@@ -197,10 +197,12 @@ def _finished(feature: Feature, parts: Sequence[_Part], terrain: Terrain) -> tup
     """Return the parts of a feature in local metres, or everything outside an inclusion fence."""
     if not feature.keeps_in:
         return tuple(Placed(rings, radius_m) for rings, radius_m in parts)
-    return tuple(
+    outside = tuple(
         Placed(_outside(rings[0] if radius_m is None else _circle(rings[0][0], radius_m), terrain))
         for rings, radius_m in parts
     ) or (Placed(_outside((), terrain)),)
+    holes = [hole for rings, radius_m in parts if radius_m is None for hole in rings[1:]]
+    return (*outside, *(Placed((hole,)) for hole in holes))
 
 
 def _circle(centre: Position, radius_m: float) -> Ring:

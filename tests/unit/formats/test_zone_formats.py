@@ -180,22 +180,35 @@ def judge_openaip(data, features):
 
 
 def judge_inav(data, features):
-    for feature, each in zip(features, json.loads(data)["features"], strict=True):
+    found = iter(features)
+    for each in json.loads(data)["features"]:
         properties = each["properties"]
+        feature = next(found)
         shape = shapely.geometry.shape(each["geometry"])
         if shape.geom_type == "Point":
             same_circle(feature, shape.coords[0], properties["Radius"])
         else:
             same_polygon(feature, shape)
         assert feature.keeps_in == (properties["Type"] == "Inclusive")
-        is_read = properties["IsAMSL"] == "true" and not feature.keeps_in
-        stated = [properties["MinAlt"], properties["MaxAlt"]]
-        same_heights(
-            feature, [(height, "AMSL") if height and is_read else None for height in stated]
+        low, high = (
+            (properties[name], "AMSL") if properties[name] else None
+            for name in ("MinAlt", "MaxAlt")
         )
-        assert feature.unread == tuple(
-            name for name in ("MinAlt", "MaxAlt") if properties[name] and not is_read
-        )
+        is_above_home = properties["IsAMSL"] == "false" and (low or high)
+        assert len(feature.remarks) == bool(is_above_home)
+        low, high = (None, None) if is_above_home else (low, high)
+        if not feature.keeps_in:
+            same_heights(feature, [low, high])
+            continue
+        same_heights(feature, [None, None])
+        # Below the floor and above the ceiling of the same area.
+        for limits in ([None, low], [high, None]):
+            if any(limits):
+                part = next(found)
+                assert (part.rings, part.radius_m) == (feature.rings, feature.radius_m)
+                assert not part.keeps_in
+                same_heights(part, limits)
+    assert next(found, None) is None
 
 
 def judge_kmz(data, features):

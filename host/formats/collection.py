@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from pathgene.host.errors import InputError
@@ -28,12 +28,15 @@ class Member:
         The properties.
     geometry : object
         The geometry as in the file.
+    whole : mapping
+        The member as in the file.
     """
 
     number: int
     name: str
     properties: Mapping[str, Any]
     geometry: Any
+    whole: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def label(self) -> str:
@@ -67,11 +70,14 @@ def read_members(document: Any, reader: Callable[[Member], Iterator[Read]]) -> I
         properties = properties_of(value)
         name = next(filter(None, map(plain_text, map(properties.get, _NAMES))), "")
         geometry = value.get("geometry") if isinstance(value, dict) else None
-        member = Member(number, name, properties, geometry)
+        whole = value if isinstance(value, dict) else {}
+        member = Member(number, name, properties, geometry, whole)
         try:
             if not isinstance(value, dict):
                 raise InputError("it is not an object.")
-            if value.get("type") == "Feature" and not isinstance(value.get("properties"), dict):
+            if value.get("type") == "Feature" and not isinstance(
+                value.get("properties"), dict | None
+            ):
                 raise InputError("its properties must be an object.")
             parts = list(reader(member)) or [LeftOut(member.label, "its geometry is empty")]
         except InputError as error:

@@ -101,7 +101,7 @@ def _parts(
 ) -> Iterator[tuple[bool, Limit | None, Limit | None]]:
     """Yield the parts that forbid: all outside the area, or the area, between two limits.
 
-    A geozone to stay in forbids everything outside it, and what lies in its area below its lower
+    A geozone to stay in forbids everything outside it, and in its area all heights below its lower
     and above its upper limit.
     """
     if not keeps_in:

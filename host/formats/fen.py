@@ -45,7 +45,7 @@ def features(content: Content) -> Iterator[Read]:
     except InputError as error:
         yield Bad(label("fence", 1), str(error))
         return
-    yield Feature(1, "", (ring,), kind="fence", keeps_in=True)
+    yield Feature(1, "outside of the fence", (ring,), kind="fence", keeps_in=True)
 
 
 def _rows(content: Content) -> list[tuple[int, list[str]]]:

@@ -131,11 +131,12 @@ def _fence(number: int, part: list[_FenceRow], corners: int) -> Feature:
             raise InputError("a polygon must have three corners or more.")
     elif not row.size > 0:
         raise InputError(f"the radius of a circle must be above 0 m, not {row.size:g}.")
+    keeps_in = (_CORNERS | _CIRCLES)[row.command]
     return Feature(
         number,
-        "",
+        f"outside of fence {number}" if keeps_in else "",
         (ring,),
         None if corners else row.size,
         kind="fence",
-        keeps_in=(_CORNERS | _CIRCLES)[row.command],
+        keeps_in=keeps_in,
     )

@@ -19,7 +19,7 @@ def test_reads_the_polygon_after_the_return_point():
     assert fen.recognises(file)
     (found,) = fen.features(file)
     assert found.rings == (((10.04, 59.99), (10.06, 59.99), (10.05, 60.01)),)
-    assert (found.keeps_in, found.label) == (True, "fence 1")
+    assert (found.keeps_in, found.label) == (True, 'fence 1, "outside of the fence"')
 
 
 def test_the_polygon_may_be_open():

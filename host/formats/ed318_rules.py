@@ -166,9 +166,9 @@ def _members(
         if not isinstance(value, dict):
             raise InputError(f"{where} must be an object, not {value!r:.40}.")
         has = "have" if where.endswith("properties") else "has"
-        for name in required:
-            if name not in value:
-                yield f"{where} {has} no {name}"
+        missing = [name for name in required if name not in value]
+        if missing:
+            yield f"{where} {has} no {', '.join(missing)}"
         for name, each in value.items():
             if name in members and each is None:
                 yield f"its {name} is null"

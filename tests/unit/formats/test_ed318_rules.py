@@ -204,7 +204,7 @@ def test_refuses_faults_of_features_and_positions(feature, reason):
     assert reason in bad.reason
 
 
-# Reasons for which the reader refuses what the schema allows: contradictions and impossible places.
+# Reasons beyond the schema: contradictions and impossible places.
 BEYOND = (
     "lies above its upper",
     "three corners or more",

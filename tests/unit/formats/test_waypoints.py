@@ -71,6 +71,7 @@ def test_reads_polygons_and_circles_of_a_fence():
     assert found[0].rings == (((10.04, 60.0),),)
     assert found[2].rings == (tuple((lon, lat) for lat, lon in CORNERS),)
     assert found[4].label == "fence 5"
+    assert found[0].name == "outside of fence 1"
 
 
 def test_waypoints_among_fences_are_left_out():

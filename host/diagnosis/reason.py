@@ -173,6 +173,8 @@ def broken_limit(limits: Sequence[Mapping[str, Any]] | None) -> str | None:
     place = f"{limits[0]['at_m']:.0f} m from the start"
     if worst is None:
         return f"breaks the limit {name} over a void, {place}"
+    if name == "map":
+        return f"has a corridor that leaves the map by {-worst:.3g} m, {place}"
     # Loads the kernels, which a reason alone does not need.
     from pathgene.host.evaluation.aircraft_limits import limit_named
 

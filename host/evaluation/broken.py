@@ -23,7 +23,7 @@ from pathgene.host.evaluation.terrain_rule import (
     Surface,
     extreme,
     is_near_end,
-    is_off_map,
+    room_on_map_m,
     track_point,
 )
 
@@ -56,7 +56,7 @@ class Stretch(NamedTuple):
     Parameters
     ----------
     limit : str
-        Name of the limit as in the report, or ``map`` where the track leaves the map.
+        Name of the limit as in the report.
     from_m, to_m : float
         Metres flown to its start and to its end.
     """
@@ -88,11 +88,14 @@ def _mark_parts(
     stack: Floats,
     marks: Floats,
 ) -> None:
-    """Write 1 for each part of a piece that violates a requirement, 2 off the map, otherwise 0."""
+    """Write 1 for each part of a piece that violates a requirement, 2 off the map, otherwise 0.
+
+    A part is off the map if its strip is, to the half width of the requirement.
+    """
     run = pieces[row, fields.RUN]
     for number in range(parts):
         part = Part(row, run * number / parts, run * (number + 1) / parts)
-        if is_off_map(surface.c, pieces, part):
+        if not room_on_map_m(surface.c, pieces, part, required.half_width_m) >= 0.0:
             marks[number] = 2.0
             continue
         excess, _ = extreme(surface, required, pieces, part, _ROUNDING_M, 0.0, True, stack)
@@ -104,7 +107,7 @@ def _mark_parts(
 def off_demand(
     surface: Surface, required: Required, below: Required, track: LaidTrack
 ) -> tuple[list[Span], list[Span]]:
-    """Return the parts that violate the required height, and the parts off the map.
+    """Return the parts that violate the required height, and the parts whose strip is off the map.
 
     A part is at most ``ds_m`` long, or a 4000th of a longer track, and counts whole.
     """

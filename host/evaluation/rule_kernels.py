@@ -27,6 +27,7 @@ from pathgene.host.evaluation.terrain_rule import (
     Surface,
     excess_m,
     extreme,
+    room_on_map_m,
 )
 from pathgene.host.evaluation.zones import zone_metres_with
 
@@ -43,6 +44,7 @@ __all__ = [
     "add_zone_metres",
     "extreme_of_track",
     "first_kept",
+    "least_room_on_map",
     "piece_figures",
     "scratch",
     "strict_penalty",
@@ -106,8 +108,9 @@ def strict_terms(
 ) -> tuple[float, float, float, float, float, float, int, float]:
     """Return every term of one path by the strict rule, as ``path_terms`` does.
 
-    The distance under the terrain adds up the parts with a point too low, or off the map, and the
-    parts with a point above the ceiling over ground. The distance in no-fly zones is exact.
+    The distance under the terrain adds up the parts with a point too low, or with a corridor that
+    leaves the map, and the parts with a point above the ceiling over ground. The distance in
+    no-fly zones is exact.
 
     Parameters
     ----------
@@ -175,6 +178,31 @@ def extreme_of_track(
                 if found > best:
                     best, worst_row, place = found, row, along / run if run > 0.0 else 0.0
     return best, worst_row, place
+
+
+@compiled
+def least_room_on_map(
+    c: Constants, pieces: Floats, rows: int, half_width_m: float
+) -> tuple[float, int, float]:
+    """Return the least distance of a track's strip to the edge of the map, its piece and share.
+
+    The share belongs to the middle of a part of at most ``ds_m``. See
+    :func:`pathgene.host.evaluation.terrain_rule.room_on_map_m`.
+    """
+    least = math.inf
+    worst_row = 0
+    share = 0.0
+    for row in range(rows):
+        run = pieces[row, _RUN]
+        if not pieces[row, _LENGTH] > 0.0:
+            continue
+        parts = np.int64(math.ceil(run / c.ds_m)) if run > 0.0 else 1
+        for number in range(parts):
+            part = Part(row, run * number / parts, run * (number + 1) / parts)
+            room = room_on_map_m(c, pieces, part, half_width_m)
+            if room < least:
+                least, worst_row, share = room, row, (number + 0.5) / parts
+    return least, worst_row, share
 
 
 @compiled

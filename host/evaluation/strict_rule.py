@@ -138,6 +138,8 @@ class StrictRule:
     def off_demand_m(self, pieces: Floats) -> float:
         """Return the metres of any track too low, too high over the surface, or off the map.
 
+        A track is off the map where its corridor is.
+
         ``pieces`` come from :func:`pathgene.host.evaluation.laid_track.lay_pieces`.
         """
         stack = np.empty(STACK_SHAPE)
@@ -156,18 +158,31 @@ class StrictRule:
 
         Heights are in metres, the least one that within the corridor. A limit is broken if its
         ``worst`` is beyond its ``allowed``; the worst come first. Over a void the least height is
-        NaN, and the worst clearance is minus infinity.
+        NaN, and the worst clearance is minus infinity. If the corridor leaves the map, the least
+        height is NaN, too, but the clearance is that over the ground on the map; the limit ``map``
+        is the distance between the rim of the corridor and the edge of the map, and it is only
+        listed where that is negative.
         """
         lowest = self._extreme(track, self._lowest)
         highest = self._extreme(track, self._highest)
+        off_map = list(self._off_map(track))
         found = [
+            *off_map,
             *self._heights(track, lowest, highest),
             *self._zone_distances(track),
             *self._figures(track, self._aircraft_limits()[1]),
         ]
         limits = [limit for _, limit in sorted(found, key=lambda item: -item[0])]
-        least_m = -lowest[0]
-        return (least_m if least_m > -ANY_VOID_M else math.nan), highest[0], limits
+        least_m = -lowest[0] if not off_map and lowest[0] < ANY_VOID_M else math.nan
+        return least_m, highest[0], limits
+
+    def _off_map(self, track: LaidTrack) -> Iterator[_Scored]:
+        """Yield how far the corridor leaves the map, if it does."""
+        room_m, row, share = rule_kernels.least_room_on_map(
+            self._constants, track.pieces, track.rows, self._rules.corridor_m
+        )
+        if room_m < 0:
+            yield _least("map", room_m, 0.0, track.flown_m(row, share))
 
     def _extreme(self, track: LaidTrack, required: Required, known: float = _NONE) -> _Extreme:
         """Return the greatest excess over ``required``; ``known`` if none is greater than that."""

@@ -42,8 +42,8 @@ class Evaluation:
     Under the rules of safe flight, the strict rule gives ``feasible``, ``penalty``, ``fitness`` and
     the distances; ``feasible_at_ds`` is true if the path is feasible by the strict rule or by the
     search surface, and ``penalty_fine`` equals ``penalty``. ``minimum_clearance_m`` is then exact
-    to a centimetre and counts the whole corridor, NaN where that covers a void. The following are
-    None with ``as_paper``.
+    to a centimetre and counts the whole corridor, NaN where that covers a void or leaves the map.
+    The following are None with ``as_paper``.
 
     distance_beyond_limits_m : float
         Distance above a ceiling or with more than the engine's power, and the share of the path

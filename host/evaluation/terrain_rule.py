@@ -4,6 +4,9 @@ The surface under a point is the greater of its nearest node's height and the he
 four nodes around it. A stretch of a piece, as wide as the corridor, is bounded by the altitudes at
 its ends and the extremes of the surface in a rectangle around it. A stretch whose bound does not
 decide is halved, down to millimetres: a violation of more than a millimetre is never missed.
+
+The surface beyond the edge of the map is unknown, so the corridor must stay on the map. Its extent
+is known in closed form; only a corridor on the map is searched.
 """
 
 import math
@@ -14,10 +17,9 @@ import numpy as np
 from pathgene.host.evaluation import laying as fields
 from pathgene.host.evaluation.constants import Constants, Floats
 from pathgene.host.evaluation.jit import compiled, inlined
-from pathgene.host.evaluation.sampling import inside_map
 
 
-__all__ = ["STACK_SHAPE", "Part", "Required", "Surface", "excess_m", "extreme"]
+__all__ = ["STACK_SHAPE", "Part", "Required", "Surface", "excess_m", "extreme", "room_on_map_m"]
 
 # Depth-first search: a halving leaves one half on the stack.
 STACK_SHAPE = (192, 4)
@@ -25,6 +27,8 @@ STACK_SHAPE = (192, 4)
 _LEAF_M = 0.001
 # Heights are compared up to rounding.
 _ROUNDING_M = 1e-9
+# A corridor may reach this far beyond the edge of the map: coordinates are rounded, too.
+_BEYOND_EDGE_M = 1e-6
 _NEVER = -1e300
 
 _X, _Y, _Z = fields.X, fields.Y, fields.Z
@@ -328,7 +332,7 @@ def extreme(
 def excess_m(
     surface: Surface, required: Required, below: Required, pieces: Floats, rows: int, stack: Floats
 ) -> float:
-    """Return the metres of a track that violate a requirement, or lie off the map.
+    """Return the metres of a track that violate a requirement, or whose strip leaves the map.
 
     Each piece is cut into equal parts of at most ``ds_m``; a part counts whole if any of its points
     violates the requirement. ``below`` is required right below the track, too, where ``required``
@@ -342,9 +346,11 @@ def excess_m(
             continue
         parts = np.int64(math.ceil(run / c.ds_m)) if run > 0.0 else 1
         broken = 0
+        wide = required.half_width_m
+        on_map = room_on_map_m(c, pieces, Part(row, 0.0, run), wide) >= 0.0
         for number in range(parts):
             part = Part(row, run * number / parts, run * (number + 1) / parts)
-            if is_off_map(c, pieces, part):
+            if not (on_map or room_on_map_m(c, pieces, part, wide) >= 0.0):
                 broken += 1
                 continue
             excess, _ = extreme(surface, required, pieces, part, _ROUNDING_M, 0.0, True, stack)
@@ -366,23 +372,29 @@ def is_near_end(required: Required, pieces: Floats, part: Part) -> bool:
 
 
 @inlined
-def is_off_map(c: Constants, pieces: Floats, part: Part) -> bool:
-    """Return whether a part of a piece leaves the map."""
+def room_on_map_m(c: Constants, pieces: Floats, part: Part, half_width_m: float) -> float:
+    """Return the distance between the edge of the map and the strip along a part of a piece.
+
+    The strip reaches ``half_width_m`` to either side of the track. The distance is negative if the
+    strip leaves the map.
+    """
     row, first, last = part
     x0, y0, ux0, uy0 = track_point(pieces, row, first, 0.0)
     x1, y1, ux1, uy1 = track_point(pieces, row, last, 0.0)
-    west, east, south, north = min(x0, x1), max(x0, x1), min(y0, y1), max(y0, y1)
+    aside = max(half_width_m - _BEYOND_EDGE_M, 0.0)
+    wide_x0, wide_x1 = aside * abs(uy0), aside * abs(uy1)
+    wide_y0, wide_y1 = aside * abs(ux0), aside * abs(ux1)
+    west, east = min(x0 - wide_x0, x1 - wide_x1), max(x0 + wide_x0, x1 + wide_x1)
+    south, north = min(y0 - wide_y0, y1 - wide_y1), max(y0 + wide_y0, y1 + wide_y1)
     if pieces[row, _ANGLE] > 0.0:
         # An arc turns by less than half a circle: it is furthest out where its heading is an axis.
         radius = pieces[row, _RUN] / pieces[row, _ANGLE]
-        aside = pieces[row, _SIDE] * radius
-        x, y = x0 - aside * uy0, y0 + aside * ux0
+        left = pieces[row, _SIDE] * radius
         if ux0 * ux1 < 0.0:
-            west, east = (
-                (west, max(east, x + radius)) if ux0 > 0.0 else (min(west, x - radius), east)
-            )
+            x = x0 - left * uy0 + math.copysign(radius, ux0)
+            west, east = min(west, x - aside), max(east, x + aside)
         if uy0 * uy1 < 0.0:
-            south, north = (
-                (south, max(north, y + radius)) if uy0 > 0.0 else (min(south, y - radius), north)
-            )
-    return not (inside_map(west, south, c) and inside_map(east, north, c))
+            y = y0 + left * ux0 + math.copysign(radius, uy0)
+            south, north = min(south, y - aside), max(north, y + aside)
+    far_x, far_y = (c.columns - 1) * c.dx_m, (c.rows - 1) * c.dy_m
+    return min(min(west, far_x - east), min(south, far_y - north))

@@ -28,13 +28,14 @@ def surface_and_demand(evaluator: Evaluator, samples: Samples) -> tuple[Floats, 
     -------
     tuple of ndarray
         The surface below; the highest surface within the corridor, along five lines; the lowest
-        altitude that the rules allow. All (k,) float64 metres, NaN over a void. With ``as_paper``
-        the first two are the ground of the samples, and nothing is required: NaN.
+        altitude that the rules allow. All (k,) float64 metres, NaN over a void; the last two are
+        NaN where the corridor leaves the map, too. With ``as_paper`` the first two are the ground
+        of the samples, and nothing is required: NaN.
     """
     problem = evaluator.problem
     if problem.rules is None:
         return samples.ground, samples.ground, np.full(len(samples.s), np.nan)
-    from pathgene.host.terrain.surface import surface_below
+    from pathgene.host.terrain.surface import is_beyond, surface_below
 
     dx, dy = np.gradient(samples.x), np.gradient(samples.y)
     run = np.maximum(np.hypot(dx, dy), 1e-9)
@@ -42,7 +43,9 @@ def surface_and_demand(evaluator: Evaluator, samples: Samples) -> tuple[Floats, 
     for share in _LINES:
         aside = share * problem.rules.corridor_m
         x, y = samples.x - aside * dy / run, samples.y + aside * dx / run
-        highest = np.maximum(highest, surface_below(problem.terrain, x, y))
+        beside = surface_below(problem.terrain, x, y)
+        beside[is_beyond(problem.terrain, x, y) & (problem.rules.corridor_m > 0)] = np.inf
+        highest = np.maximum(highest, beside)
     surface = surface_below(problem.terrain, samples.x, samples.y)
     required = problem.demand.required_m(samples.x, samples.y)
     return (
@@ -104,6 +107,11 @@ def why(reason: Mapping[str, Any], limits: Sequence[Mapping[str, Any]] | None) -
 
     worst = limits[0]
     name = worst["limit"]
+    if name == "map":
+        return (
+            f"Not feasible: the corridor leaves the map by {-worst['worst']:,.1f} m, after "
+            f"{worst['at_m'] / 1000:.2f} km"
+        )
     unit = unit_of(name)
     return (
         f"Not feasible: {name} is {worst['worst']:,.1f} {unit}, "

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pathgene.host.terrain.grid import Terrain
 
 
-__all__ = ["ANY_VOID_M", "VOID_M", "surface_below"]
+__all__ = ["ANY_VOID_M", "VOID_M", "is_beyond", "surface_below"]
 
 Floats = NDArray[np.float64]
 
@@ -22,14 +22,16 @@ Floats = NDArray[np.float64]
 VOID_M = 1e300
 #: Greater than any height, and less than any sum that includes the height of a void.
 ANY_VOID_M = 1e200
+# Coordinates are rounded, so the edge of the map is this wide, metres.
+_EDGE_M = 1e-6
 
 
 def surface_below(terrain: Terrain, x: Floats, y: Floats, *, void_m: float = math.inf) -> Floats:
     """Return the surface below points (k,) of the frame, metres.
 
-    Outside the map, the nearest point of its edge is used. If the nearest node, or one of the four
-    nodes with a nonzero weight, is a void, the surface is ``void_m``: infinite for a rule that must
-    reject voids, NaN for a figure that is unknown there.
+    Outside the map, the nearest point of its edge is used; see :func:`is_beyond`. If the nearest
+    node, or one of the four nodes with a nonzero weight, is a void, the surface is ``void_m``:
+    infinite for a rule that must reject voids, NaN for a figure that is unknown there.
     """
     rows, columns = terrain.shape
 
@@ -47,3 +49,13 @@ def surface_below(terrain: Terrain, x: Floats, y: Floats, *, void_m: float = mat
     between = (1 - north) * below + north * above
     highest = np.maximum(between, height(*terrain.nearest_nodes(x, y)))
     return np.where(highest > ANY_VOID_M, void_m, highest)
+
+
+def is_beyond(terrain: Terrain, x: Floats, y: Floats) -> NDArray[np.bool_]:
+    """Return which points lie beyond the edge of the map, where the surface is unknown."""
+    return (
+        (x < -_EDGE_M)
+        | (x > terrain.width_m + _EDGE_M)
+        | (y < -_EDGE_M)
+        | (y > terrain.height_m + _EDGE_M)
+    )

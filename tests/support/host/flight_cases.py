@@ -202,3 +202,66 @@ def _limited(plane, limit, found, factor):
         most = getattr(plane, name) * (1 + found.shares[limit]) * factor
         return dataclasses.replace(plane, **{name: most})
     return plane
+
+
+def _at_south_edge(rng, width_m, corridor_m, radius_m):
+    """Return points of a path along the south edge of a map, or away from it.
+
+    Its corridor ends within a few metres of the edge, on the map or beyond it.
+    """
+    aim = float(rng.choice([0.0, rng.uniform(-0.01, 0.01), rng.uniform(-4, 8)]))
+    rim = corridor_m + aim
+    middle = rng.uniform(0.2, 0.8) * width_m
+    far = rng.uniform(0.5, 3) * (corridor_m + 4 * radius_m)
+    kind = rng.integers(5)
+    if kind == 0:  # Along the edge, not always parallel to it.
+        tilt = 0.0 if rng.random() < 0.5 else rng.uniform(-0.05, 0.05) * width_m
+        return [(rng.uniform(0, 0.3) * width_m, rim), (rng.uniform(0.7, 1) * width_m, rim + tilt)]
+    if kind == 1:  # Around the south-west corner.
+        other = corridor_m + rng.uniform(-2, 6)
+        return [(rim, far), (rim, other), (far, other)]
+    if kind == 2:  # Towards the edge and back: the arc is nearest in its middle.
+        angle = rng.uniform(0.2, 1.3)
+        reach = radius_m * (1 / math.cos(angle) - 1)
+        run = far * np.array((math.cos(angle), math.sin(angle)))
+        return [
+            (middle - run[0], rim - reach + run[1]),
+            (middle, rim - reach),
+            (middle + run[0], rim - reach + run[1]),
+        ]
+    # From an end that is nearer than the corridor, and perhaps in the corner.
+    away = rng.uniform(0, 1) * corridor_m
+    heading = math.acos(min(max(away - aim, 0.0) / max(corridor_m, 1e-9), 1.0))
+    heading = 0.5 * math.pi - heading if rng.random() < 0.8 else rng.uniform(0.3, 2.8)
+    begin = np.array((middle if kind == 3 else rng.uniform(0, 2) * corridor_m, away))
+    return [begin, begin + far * np.array((math.cos(heading), math.sin(heading)))]
+
+
+def random_edge_case(rng):
+    """Return a problem and a path near an edge or a corner of the map, mostly far above ground."""
+    while True:
+        terrain = random_terrain(rng)
+        rules = _random_rules(rng, min(terrain.dx_m, terrain.dy_m))
+        plane = dataclasses.replace(
+            _FOX, turn_radius_m=float(10 ** rng.uniform(0.5, 1.8)), lift_coefficient_max=None
+        )
+        turned, flipped_x, flipped_y = rng.random(3) < 0.5
+        size = np.array((terrain.width_m, terrain.height_m))
+        points = np.array(
+            _at_south_edge(rng, size[int(turned)], rules.corridor_m, plane.turn_radius_m)
+        )
+        points = points[:, ::-1] if turned else points
+        points = np.where((flipped_x, flipped_y), size - points, points)
+        if rng.random() < 0.5:
+            points = points[::-1]
+        height = np.nanmax(terrain.elevation) + rng.choice([rules.clearance_m + 0.5, 150.0])
+        path = np.column_stack((points, np.full(len(points), height)))
+        options = {"rules": rules, "aircraft": plane}
+        if rng.random() < 0.2:
+            way = path[1] - path[0]
+            heading = math.degrees(math.atan2(way[0], way[1])) + rng.uniform(-60, 60)
+            options["start_heading_deg"] = heading % 360
+        try:
+            return Problem(terrain, path[0], path[-1], **options), path
+        except InputError:
+            continue

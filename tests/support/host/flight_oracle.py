@@ -55,7 +55,10 @@ class Findings:
 
 
 def surface(terrain, x, y):
-    """Return the greater of nearest node and bilinear height under points; infinite over voids."""
+    """Return the greater of nearest node and bilinear height under points; infinite over voids.
+
+    Off the map, the nearest point of its edge is used.
+    """
     rows, columns = terrain.elevation.shape
     gx = np.clip(np.asarray(x) / terrain.dx_m, 0, columns - 1)
     gy = np.clip(np.asarray(y) / terrain.dy_m, 0, rows - 1)
@@ -74,6 +77,15 @@ def surface(terrain, x, y):
         total += np.where(weight > 0, weight * heights[iy, ix], 0.0)
     highest = np.maximum(nearest, total)
     return np.where(np.isnan(nearest) | np.isnan(total), np.inf, highest)
+
+
+def known_surface(terrain, x, y):
+    """Return the surface under points, infinite over voids and off the map."""
+    # Coordinates are rounded.
+    beyond = 1e-9
+    on_x = (x >= -beyond) & (x <= terrain.width_m + beyond)
+    on_y = (y >= -beyond) & (y <= terrain.height_m + beyond)
+    return np.where(on_x & on_y, surface(terrain, x, y), np.inf)
 
 
 def examine(problem, path):
@@ -169,12 +181,15 @@ def _look(metres, problem, piece, times):
     points = piece.points(coarse)
     fine = np.linspace(0, 1, int(np.ceil(piece.length_m / parts / STEP_M)) + 1)
     rules, terrain = problem.rules, problem.terrain
-    x, y, z = points.T
-    edges = np.stack((-x, x - terrain.width_m, -y, y - terrain.height_m))
-    if isinstance(piece, Arc):
-        x, y, _ = piece.points(np.linspace(0, 1, 1001)).T
-        edges = np.stack((-x, x - terrain.width_m, -y, y - terrain.height_m))
-    _worst(metres, "map", edges.max())
+    z = points[:, 2]
+    places = np.linspace(0, 1, 2001) if isinstance(piece, Arc) else coarse
+    x, y, _ = piece.points(places).T
+    east, north = _headings(piece, places)
+    wide = max(rules.corridor_m - TOLERANCE_M, 0.0) if piece.run_m else 0.0
+    for aside in (-wide, wide):
+        rim_x, rim_y = x - aside * north, y + aside * east
+        off = np.stack((-rim_x, rim_x - terrain.width_m, -rim_y, rim_y - terrain.height_m))
+        _worst(metres, "map", off.max())
     ceilings = [c for c in (rules.ceiling_m, problem.aircraft.service_ceiling_m) if c is not None]
     if ceilings:
         _worst(metres, "ceiling", z.max() - min(ceilings))
@@ -194,6 +209,9 @@ def _clearance(metres, problem, piece, coarse, points, fine):
     iy = np.clip(np.round(points[:, 1] / terrain.dy_m), 0, rows - 1).astype(int)
     # No point of the corridor around a stretch is above the highest node around.
     room = points[:, 2] - around[iy, ix] - rules.clearance_m
+    x, y = points[:, :2].T
+    away = np.min((x, terrain.width_m - x, y, terrain.height_m - y), axis=0)
+    room = np.where(away < rules.corridor_m + _COARSE_M, -np.inf, room)
     near = np.flatnonzero(np.minimum(room[:-1], room[1:]) < 1.5)
     _worst(metres, "clearance", -1.5)
     if near.size:
@@ -225,10 +243,10 @@ def _excess(problem, piece, fractions):
     wide = max(rules.corridor_m - TOLERANCE_M, 0.0)
     spacing = min(_ACROSS_M, 0.25 * terrain.dx_m, 0.25 * terrain.dy_m)
     asides = np.linspace(-wide, wide, 2 * math.ceil(wide / spacing) + 1)
-    highest = surface(terrain, x, y)
+    highest = known_surface(terrain, x, y)
     for aside in (*asides, *_borders(terrain, x, y, east, north, wide)) if piece.run_m else ():
-        highest = np.maximum(highest, surface(terrain, x - aside * north, y + aside * east))
-    return np.maximum(highest + required, surface(terrain, x, y) + below) - z
+        highest = np.maximum(highest, known_surface(terrain, x - aside * north, y + aside * east))
+    return np.maximum(highest + required, known_surface(terrain, x, y) + below) - z
 
 
 def _borders(terrain, x, y, east, north, wide):
@@ -249,7 +267,10 @@ def _borders(terrain, x, y, east, north, wide):
 
 
 def _around(problem, end):
-    """Return the surface below an end, and the highest within the corridor."""
+    """Return the surface below an end, and the highest within the corridor and on the map.
+
+    Ground that is unknown must not lower the requirement.
+    """
     x, y = np.array([end[0]]), np.array([end[1]])
     own = surface(problem.terrain, x, y)[0]
     corridor = problem.rules.corridor_m

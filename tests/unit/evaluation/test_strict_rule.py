@@ -15,7 +15,7 @@ from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
 from pathgene.host.report.summary import terms
 from pathgene.host.terrain import Terrain
-from tests.support.host.flight_cases import random_case
+from tests.support.host.flight_cases import random_case, random_edge_case
 from tests.support.host.flight_oracle import examine
 
 
@@ -25,13 +25,13 @@ def strict_penalty(problem, path):
     return float(evaluator.penalty_cost(path[None], np.array([len(path)]), fine=True)[0][0])
 
 
-def compare(count, seed):
+def compare(count, seed, make=random_case):
     """Compare ``count`` random paths; return counts, such as of paths near a limit."""
     counts = Counter()
     case = 0
     while counts["paths"] < count:
         case += 1
-        problem, path = random_case(np.random.default_rng((seed, case)))
+        problem, path = make(np.random.default_rng((seed, case)))
         try:
             penalty = strict_penalty(problem, path)
         except InputError:
@@ -63,6 +63,42 @@ def test_no_path_of_many_is_feasible_that_samples_reject():
     assert counts["near"] >= 5_000
     assert counts["roomy"] >= 3_500
     assert counts["refused"] <= 0.01 * counts["roomy"]
+
+
+def test_no_path_along_the_edge_is_feasible_that_samples_reject():
+    counts = compare(150, 3, random_edge_case)
+    assert counts["near"] >= 70
+    assert counts["feasible"] >= 40
+    assert counts["roomy"] >= 15
+    assert counts["refused"] <= 0.01 * counts["roomy"]
+
+
+@pytest.mark.long
+def test_no_path_of_many_along_the_edge_is_feasible_that_samples_reject():
+    """Takes about 10 minutes on one core."""
+    counts = compare(5_000, 4, random_edge_case)
+    assert counts["roomy"] >= 800
+    assert counts["refused"] <= 0.01 * counts["roomy"]
+
+
+def beyond_the_edge(problem, path):
+    """Return a problem and its path over land that extends beyond the edge at its height."""
+    terrain = problem.terrain
+    nodes = math.ceil(problem.rules.corridor_m / min(terrain.dx_m, terrain.dy_m)) + 1
+    wide = Terrain("wide", np.pad(terrain.elevation, nodes, "edge"), terrain.dx_m, terrain.dy_m)
+    moved = path + np.array((nodes * terrain.dx_m, nodes * terrain.dy_m, 0.0))
+    heading = problem.start_heading_deg
+    options = {"rules": problem.rules, "start_heading_deg": heading}
+    return Problem(wide, moved[0], moved[-1], problem.aircraft, **options), moved
+
+
+def test_samples_find_paths_that_take_the_height_of_the_edge_for_the_ground_beyond():
+    found = 0
+    for case in range(60):
+        problem, path = random_edge_case(np.random.default_rng((3, case)))
+        if strict_penalty(*beyond_the_edge(problem, path)) == 0:
+            found += examine(problem, path).rejected
+    assert found >= 10
 
 
 def land(elevation, cell_m=30.0):
@@ -109,6 +145,56 @@ def test_limits_touched_all_along_take_milliseconds():
             began = time.process_time()
             strict_penalty(problem, path)
             assert time.process_time() - began < 0.5
+
+
+FLAT = np.full((34, 34), 10.0)
+
+
+def along_the_edge(away_m, **rules):
+    """Return the evaluation of a level flight of 900 m along the south edge of flat land."""
+    problem, path = straight(FLAT, (45.0, away_m, 90.0), (945.0, away_m, 90.0), **rules)
+    return Evaluator(problem, threads=1).evaluate(np.array(path))
+
+
+def test_the_corridor_stays_on_the_map():
+    for away_m, corridor_m in ((25.0, 25.0), (24.9, 24.9), (0.0, 0.0), (5.0, 0.0)):
+        kept = along_the_edge(away_m, corridor_m=corridor_m)
+        assert kept.feasible
+        assert "map" not in [limit["limit"] for limit in kept.limits]
+        assert kept.minimum_clearance_m == pytest.approx(80)
+    left = along_the_edge(20.0)
+    assert not left.feasible
+    assert left.distance_under_terrain_m == pytest.approx(900)
+    assert left.limits[0] == {
+        "limit": "map",
+        "worst": pytest.approx(-5, abs=1e-5),
+        "allowed": 0.0,
+        "at_m": pytest.approx(7.5),
+    }
+    summary = terms(left)
+    assert summary["minimum_clearance_m"] is None
+    clearance = next(limit for limit in summary["limits"] if limit["limit"] == "clearance")
+    assert clearance["worst"] == pytest.approx(80)
+    assert broken_limit(summary["limits"]) == (
+        "has a corridor that leaves the map by 5 m, 8 m from the start"
+    )
+
+
+def test_the_place_where_the_corridor_leaves_the_map():
+    problem, path = straight(FLAT, (100.0, 500.0, 90.0), (900.0, 20.0, 90.0))
+    evaluator = Evaluator(problem, threads=1)
+    track = np.array(path)
+    way = (track[1] - track[0])[:2]
+    east, north = way / np.hypot(*way)
+    # The south rim is at y = 25 * east.
+    along = (500.0 - 25.0 * east) / -north
+    (stretch,) = evaluator.broken(track)
+    assert stretch.limit == "map"
+    assert stretch.from_m == pytest.approx(along, abs=problem.ds_m)
+    assert stretch.to_m == pytest.approx(np.hypot(*way))
+    # At the edge itself, the corridor of a path straight inwards is on the map.
+    inwards, path = straight(FLAT, (500.0, 0.0, 90.0), (500.0, 500.0, 90.0))
+    assert strict_penalty(inwards, path) == 0
 
 
 def test_end_beside_a_void_excuses_nothing():

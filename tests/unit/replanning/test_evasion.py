@@ -114,6 +114,22 @@ def test_a_circle_is_entered_as_late_as_possible_and_is_safe(mission, straight):
     assert holding_on(air, track, 500.0, 400.0) is None
 
 
+def test_circles_near_the_edge_keep_the_corridor_on_the_map(mission):
+    """The track follows the south edge, 60 m from it: only circles to the left fit."""
+    air = present(mission)
+    track = (Pose(3000.0, 60.0, 290.0, 1.0, 0.0, 0.0).straight(1500.0),)
+    holding = holding_on(air, track, 0.0, 1500.0)
+    assert holding.is_safe(air)
+    for piece in (*holding.way, *holding.circle):
+        assert piece.points(np.linspace(0, 1, 500))[:, 1].min() >= 25
+    beside = (Pose(3000.0, 20.0, 290.0, 1.0, 0.0, 0.0).straight(1500.0),)
+    assert not air.is_safe(beside)
+    # An aircraft that is nearer to the edge than the corridor continues with half the corridor.
+    on = way_on(air, Pose(3000.0, 20.0, 290.0, 1.0, 0.0, 0.0))
+    assert air.off_limits_m(on, 0.5) == 0
+    assert way_on(air, Pose(3000.0, 2.0, 290.0, 0.0, 1.0, 0.0))[-1].run_m > 800
+
+
 def test_in_a_narrow_valley_the_circle_lies_above(mission):
     """No level circle fits between the walls, but a climbing path rises above them."""
     y, _ = np.mgrid[:151, :151]

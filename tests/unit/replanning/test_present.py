@@ -9,7 +9,7 @@ import pytest
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.problem.zones import Circle, Polygon
 from pathgene.host.replanning.present import Present
-from pathgene.host.replanning.tracks import Pose, part, run_of
+from pathgene.host.replanning.tracks import Pose, end_of, part, run_of
 
 
 def present(mission, *zones, wind=(0.0, 0.0), goal=None):
@@ -65,6 +65,24 @@ def test_ceilings_and_the_edge_of_the_map_count(mission):
     assert not present(mission).is_safe((level.straight(9_000.0),))
     far = Pose(1e9, 0.0, 290.0, 1.0, 0.0, 0.0)
     assert not present(mission).is_safe((far.straight(10.0),))
+
+
+def test_a_circle_keeps_the_corridor_on_the_map(mission):
+    """A circle near the west edge, flown in both directions; the rim is outside the circle."""
+    air, radius_m = present(mission), 1.1 * 150.0
+    for away_m, share, is_on_map in (
+        (25.01, 1.0, True),
+        (24.99, 1.0, False),
+        (12.51, 0.5, True),
+        (12.49, 0.5, False),
+    ):
+        for side in (1, -1):
+            at = Pose(radius_m + away_m, 4500.0 - side * radius_m, 290.0, 1.0, 0.0, 0.0)
+            circle = []
+            for _ in range(4):
+                circle.append(at.arc(radius_m, side * 0.5 * math.pi))
+                at = end_of(circle[-1])
+            assert (air.off_limits_m(circle, share) == 0) == is_on_map, (away_m, side)
 
 
 def test_wind_widens_turns_and_changes_climbs(mission):

@@ -39,6 +39,8 @@ _BELOW_ENDS_M = 0.005
 # surface there.
 _RIM_PLACES = 3600
 _RIM_SLACK_M = 1e-3
+# A square that ends this far beyond the corridor from the edge of the map is not in it, metres.
+_EDGE_M = 1e-6
 # Number of places of a terrain whose surroundings are cached.
 _MOST_PLACES = 64
 
@@ -59,9 +61,9 @@ class Demand:
     heights_m : (float, float)
         Height of start and goal over the surface below.
     heights_beside_m : (float, float)
-        Height over the highest surface within the corridor around the end, but at least minus the
-        corridor's width, because a cliff next to an end does not excuse the path. If it exceeds the
-        clearance, it may be computed for a wider corridor.
+        Height over the highest surface on the map within the corridor around the end, but at least
+        minus the corridor's width, because a cliff next to an end does not excuse the path. If it
+        exceeds the clearance, it may be computed for a wider corridor.
     slopes : (float, float)
         Growth of the required clearance with distance from start and goal.
     ends : ((float, float, float), (float, float, float))
@@ -177,7 +179,8 @@ class SearchRasters:
     floor : (ny, nx) float64, metres
         Minimum altitude at each node: the highest surface within the corridor of any point of the
         square, plus the required clearance, and zones to be flown over; NaN over voids and near
-        them.
+        them, and if the corridor of any point of the square leaves the map. Around an end that is
+        near the edge of the map, fewer nodes are NaN, so that paths can leave the end.
     roof : (ny, nx) float64, metres, or None
         Maximum altitude at each node: the ceiling above ground, and zones to be flown under;
         infinite if it is not limited. None if no node is limited.
@@ -272,7 +275,44 @@ def _floor(
         # Nodes near a void are not lowered, unless the end itself is next to the void.
         near &= (there < ANY_VOID_M) | (away <= _CELLS_AT_ENDS * half_diagonal)
         floor[rows, columns] = np.where(near, eased, there)
-    return np.where(floor > ANY_VOID_M, np.nan, floor)
+    floor = np.where(floor > ANY_VOID_M, np.nan, floor)
+    if corridor_m > 0:
+        _block_edges(floor, terrain, demand.ends, corridor_m)
+    return floor
+
+
+def _block_edges(
+    floor: Floats, terrain: Terrain, ends: tuple[Point, Point], corridor_m: float
+) -> None:
+    """Write NaN to the nodes with a point in their square whose corridor leaves the map.
+
+    Around an end, a node keeps its floor unless its square and half a cell beyond it are nearer to
+    an edge than the end and the corridor. Half a cell, because the chip looks at the four nodes
+    around a corner, and one of them may lie between the end and the edge.
+    """
+    half_diagonal = 0.5 * math.hypot(terrain.dx_m, terrain.dy_m)
+    kept = []
+    for x, y, _ in ends:
+        # Distances from the west, east, south and north.
+        away = (x, terrain.width_m - x, y, terrain.height_m - y)
+        reach_m = (_CELLS_AT_ENDS + 1) * half_diagonal + max(corridor_m - min(away), 0.0)
+        window = _window(terrain, (x, y, 0.0), reach_m)
+        at_x, at_y = _places(terrain, *window)
+        near = np.hypot(at_x - x, at_y - y) <= reach_m
+        for places, side, end_m in (
+            (at_x, terrain.dx_m, away[0]),
+            (terrain.width_m - at_x, terrain.dx_m, away[1]),
+            (at_y, terrain.dy_m, away[2]),
+            (terrain.height_m - at_y, terrain.dy_m, away[3]),
+        ):
+            near &= places + side > min(end_m, corridor_m)
+        kept.append((window, near, floor[window].copy()))
+    rows, columns = (
+        math.ceil((corridor_m - _EDGE_M) / side + 0.5) for side in (terrain.dy_m, terrain.dx_m)
+    )
+    floor[:rows] = floor[-rows:] = floor[:, :columns] = floor[:, -columns:] = np.nan
+    for window, near, heights in kept:
+        floor[window] = np.where(near, heights, floor[window])
 
 
 def _reaches_m(demand: Demand, half_diagonal: float) -> tuple[float, float]:

@@ -134,7 +134,8 @@ def committed_points(problem: Problem) -> tuple[Point | None, Point | None]:
     at the goal, to a point the same distance before it. As the point lies straight ahead, there is
     no turn at the end itself, which the evaluation would put before the start or beyond the goal.
     The point is as high as its end, or higher if the ground on the way requires it, within the
-    slope limit. If the map ends before that, the point is at its edge.
+    slope limit. If the map ends before that, the point is the corridor away from its edge, or at
+    the edge if the end itself is nearer.
     """
     after, before = problem.headings
     first = last = None
@@ -164,12 +165,18 @@ def _ahead(problem: Problem, end: Point, way: tuple[float, float], steepest_rad:
     """Return the point ahead of an end, with the steepest slope from the end up to it."""
     terrain = problem.terrain
     run_m = _AHEAD_RADII * problem.limits.turn_radius_m
-    for at, along, most in zip(end[:2], way, (terrain.width_m, terrain.height_m), strict=True):
+    corridor_m = 0.0 if problem.rules is None else problem.rules.corridor_m
+    for at, along, far_m in zip(end[:2], way, (terrain.width_m, terrain.height_m), strict=True):
         if along:
-            run_m = min(run_m, ((most if along > 0 else 0.0) - at) / along)
+            left_m = far_m - at if along > 0 else at
+            run_m = min(
+                run_m, (left_m - corridor_m if left_m > corridor_m else left_m) / abs(along)
+            )
     share = np.arange(1, _PLACES + 1) / _PLACES
     x, y = (at + share * run_m * along for at, along in zip(end[:2], way, strict=True))
-    needed_m = float(((surface_below(problem.surface, x, y) - end[2]) / share).max())
+    # Blocked nodes need no height: no path passes there.
+    surface = surface_below(problem.surface, x, y, void_m=-math.inf)
+    needed_m = float(((surface - end[2]) / share).max())
     rise_m = min(max(needed_m, 0.0), _SHARE_OF_SLOPE * math.tan(steepest_rad) * run_m)
     return float(x[-1]), float(y[-1]), end[2] + rise_m
 

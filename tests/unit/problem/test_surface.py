@@ -40,7 +40,8 @@ def test_no_node_lies_below_what_its_square_demands(corridor_m):
         x = (ix + rng.uniform(-0.5, 0.5, 400)) * terrain.dx_m + aside * np.cos(angle)
         y = (iy + rng.uniform(-0.5, 0.5, 400)) * terrain.dy_m + aside * np.sin(angle)
         floor = problem.surface.elevation[iy, ix]
-        assert (floor >= surface(terrain, x, y) + 30.0 - 1e-9).all()
+        blocked = np.isnan(floor)
+        assert (blocked | (floor >= surface(terrain, x, y) + 30.0 - 1e-9)).all()
 
 
 def test_flat_land_is_raised_by_the_clearance_and_zones_by_their_tops():
@@ -61,7 +62,53 @@ def test_voids_spread_by_the_corridor():
     problem = Problem(land(elevation, 50.0, 50.0), (0, 0, 100), (500, 500, 100), FOX, rules=Rules())
     floor = problem.surface.elevation
     assert np.isnan(floor[4:7, 4:7]).all()
-    assert np.isfinite(floor[5, :3]).all()
+    assert np.isfinite(floor[5, 1:3]).all()
+
+
+@pytest.mark.parametrize("cells", [(30.0, 30.0), (30.0, 12.5), (100.0, 50.0), (7.0, 20.0)])
+def test_nodes_are_blocked_where_the_corridor_of_their_square_leaves_the_map(cells):
+    """At 50 m, the square of the second node begins 25 m from the edge: exactly the corridor."""
+    dx_m, dy_m = cells
+    flat = land(np.full((61, 61), 10.0), dx_m, dy_m)
+    ends = (0.4 * flat.width_m, 0.5 * flat.height_m, 100), (0.6 * flat.width_m, 30 * dy_m, 100)
+    floor = Problem(flat, *ends, FOX, rules=Rules()).surface.elevation
+    share = np.linspace(-0.5, 0.5, 201)
+    for heights, side in ((floor[30], dx_m), (floor[:, 30], dy_m)):
+        places = np.clip((np.arange(61)[:, None] + share) * side, 0, 60 * side)
+        nearest = np.minimum(places, 60 * side - places).min(axis=1)
+        np.testing.assert_array_equal(np.isnan(heights), nearest < 25 - 1e-6)
+    bare = Problem(flat, *ends, FOX, rules=Rules(corridor_m=0.0)).surface.elevation
+    assert np.isfinite(bare).all()
+
+
+@pytest.mark.parametrize("cell_m", [10.0, 30.0, 60.0, 90.0])
+@pytest.mark.parametrize("away_m", [0.0, 20.0, 25.0, 26.0, 30.0, 44.0])
+def test_a_path_can_leave_an_end_near_the_edge(cell_m, away_m):
+    flat = land(np.full((61, 61), 10.0), cell_m, cell_m)
+    far_m = 60 * cell_m - away_m
+    start, goal = (away_m, 0.4 * far_m, 100), (0.6 * far_m, far_m, 100)
+    problem = Problem(flat, start, goal, FOX, rules=Rules())
+    free = np.isfinite(problem.surface.elevation)
+    # The chip looks at the four nodes around the corner nearest to an end.
+    columns = int(away_m // cell_m) + np.arange(2)
+    rows = int(start[1] // cell_m) + np.arange(2)
+    assert free[np.ix_(rows, columns)].all()
+    # From there, nodes are free up to the middle of the map.
+    assert free[rows[0], columns[0] : 31].all()
+    assert free[30 : 61 - columns[0], int(goal[0] // cell_m)].all()
+    # Whole squares that are nearer to the edge than the end and the corridor stay blocked.
+    beyond = int(min(away_m, 25.0) // cell_m)
+    assert not free[:, :beyond].any()
+    assert not free[45, : int(25 // cell_m)].any()
+
+
+def test_unknown_ground_beyond_the_edge_lowers_no_demand():
+    flat = land(np.full((41, 41), 10.0), 50.0, 50.0)
+    for x in (0.0, 10.0, 25.0, 500.0):
+        problem = Problem(flat, (x, 1000, 60), (1900, 1000, 60), FOX, rules=Rules())
+        assert problem.demand.heights_beside_m == pytest.approx((50, 50), abs=0.01)
+        places = np.linspace(x, 1900, 100)
+        assert problem.demand.required_m(places, np.full(100, 1000.0), beside=True).min() == 30
 
 
 def test_demand_grows_from_low_ends():

@@ -221,3 +221,16 @@ def test_a_committed_point_stays_on_the_map():
     problem = dataclasses.replace(problem, start=start, start_heading_deg=90)
     first, _ = committed_points(problem)
     assert first[0] == pytest.approx(problem.terrain.width_m)
+    # The aircraft turns there, with the corridor beside it.
+    with_corridor = dataclasses.replace(problem, rules=Rules(zone_margin_m=0, clearance_m=0))
+    first, _ = committed_points(with_corridor)
+    assert first[0] == pytest.approx(problem.terrain.width_m - 25)
+
+
+def test_a_committed_point_climbs_over_no_blocked_node():
+    flat = Terrain("t", np.full((100, 100), 10.0), dx_m=30.0, dy_m=30.0)
+    # Along the edge, 27 m from it: far from the end, the nodes there are blocked.
+    problem = Problem(flat, (300, 27, 90), (1500, 1500, 90), rules=Rules(), start_heading_deg=90)
+    assert np.isnan(problem.surface.elevation[0, 16])
+    first, _ = committed_points(problem)
+    assert first == pytest.approx((300 + 1.1 * problem.limits.turn_radius_m, 27, 90))

@@ -17,6 +17,7 @@ from pathgene.host.planners.base import Options
 from pathgene.host.planners.fpa.engines import CpuEngine, Setup
 from pathgene.host.planners.fpa.planner import first_population
 from pathgene.host.planners.fpa.steps import Pollination
+from pathgene.host.problem.rules import Rules
 
 
 ROOT = Path(__file__).resolve().parents[4]
@@ -92,6 +93,38 @@ def test_simulated_gpu_equals_the_cpu(make_evaluator, tmp_path, waypoints, threa
             assert path == pytest.approx(leader.path, rel=TOLERANCE)
             assert (best, mean) == pytest.approx((leader.fitness, leader.mean), rel=TOLERANCE)
     assert (np.argmax(setups[0].fitness), np.argmax(found_fitness[0])) == (1, 3)
+
+
+@pytest.mark.ci  # Numba's simulator is slow.
+def test_simulated_gpu_sees_the_edge_of_the_map(make_evaluator, tmp_path):
+    """Paths along the edge, nearer than the corridor, have the penalty that the CPU gives them."""
+    evaluator = make_evaluator(zones=(), ds_m=150.0, rules=Rules(corridor_m=60.0))
+    space = Airspace(evaluator.problem)
+    paths = first_population(space, np.random.default_rng(2), 3, 2)
+    for path, away_m in zip(paths, (400.0, 120.0, 40.0), strict=True):
+        path[1:-1] = (2000, away_m, 800), (4000, away_m, 800)
+    fitness = evaluator.fitness(paths, np.full(3, 4))
+    setup = Setup(
+        evaluator,
+        Pollination(np.uint64(1), 1, 0.5, 0.25, 0.02),
+        np.stack((space.low, space.high)),
+        paths,
+        np.zeros(3),
+    )
+    file = tmp_path / "run.pickle"
+    runs = [(evaluator.problem, 1, paths, np.zeros(3))]
+    options = {"threads": 4, "width": 2, "blocks": 1}
+    file.write_bytes(pickle.dumps((runs, 1, 1, 1, options)))
+    done = run_script("gpu_run.py", file, NUMBA_ENABLE_CUDASIM="1", NUMBA_DISABLE_JIT="1")
+    assert done.returncode == 0, (done.returncode, done.stdout, done.stderr)
+    _, (found_paths, found_fitness) = pickle.loads(file.with_suffix(".out").read_bytes())
+    cpu = CpuEngine(setup, 1, threads=1)
+    cpu.advance(1, 1)
+    (cpu_paths,), (cpu_fitness,) = cpu.populations()
+    assert found_paths[0] == pytest.approx(cpu_paths, rel=TOLERANCE)
+    assert found_fitness[0] == pytest.approx(cpu_fitness, rel=TOLERANCE)
+    bare = make_evaluator(zones=(), ds_m=150.0, rules=Rules(corridor_m=0.0))
+    assert fitness[2] < bare.fitness(paths, np.full(3, 4))[2]
 
 
 def test_kernel_compiles_to_ptx():

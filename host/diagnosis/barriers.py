@@ -118,6 +118,9 @@ class Barrier:
         Number of the zone of each capsule.
     diagonal : bool
         Nodes that touch at a corner are linked.
+    edges_m : (float, float, float, float)
+        Widths of the strips along the west, east, south and north edges of the map that count as
+        outside. They hold neither end.
     """
 
     def __init__(
@@ -130,6 +133,7 @@ class Barrier:
         owners: Ints,
         *,
         diagonal: bool = True,
+        edges_m: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0),
     ) -> None:
         self._terrain = terrain
         self._ends = np.array([start[:2], goal[:2]])
@@ -151,7 +155,7 @@ class Barrier:
         self._link_nodes(kept, _STEPS if diagonal else _STEPS[:2])
         self._link_zones(count)
         self._link_zones_to_nodes(count)
-        self._link_outside(count)
+        self._link_outside(count, edges_m)
         self._graph, self._odd = self._doubled()
 
     @property
@@ -293,28 +297,32 @@ class Barrier:
             tails = np.full(len(heads), first + number)
             self._add(tails, heads, (self._places[tails], p, q, centres))
 
-    def _link_outside(self, first: int) -> None:
-        rows, columns = self._terrain.shape
-        row, column = self._nodes.T
-        rim = (row == 0) | (row == rows - 1) | (column == 0) | (column == columns - 1)
-        tails = np.flatnonzero(rim)
-        at = self._places[tails]
-        self._add(tails, np.full(len(tails), self._outside), (at, at))
+    def _link_outside(self, first: int, edges_m: tuple[float, float, float, float]) -> None:
+        terrain = self._terrain
+        centres = self._places[:first]
         ends = self._pieces[:, :4].reshape(-1, 2, 2)
         radius = self._pieces[:, 4]
-        for axis, far_m in ((0, self._terrain.width_m), (1, self._terrain.height_m)):
-            for border, sign in ((0.0, 1.0), (far_m, -1.0)):
-                which = np.argmin(sign * ends[:, :, axis], axis=1)
-                end = ends[np.arange(len(ends)), which]
-                out = np.flatnonzero(sign * (end[:, axis] - border) < radius)
-                corner = end[out].copy()
-                corner[:, axis] = border
-                tails = out + first
-                self._add(
-                    tails,
-                    np.full(len(out), self._outside),
-                    (self._places[tails], end[out], corner, corner),
-                )
+        borders = (
+            (0, 0.0, 1.0),
+            (0, terrain.width_m, -1.0),
+            (1, 0.0, 1.0),
+            (1, terrain.height_m, -1.0),
+        )
+        for (axis, border, sign), strip_m in zip(borders, edges_m, strict=True):
+            half = 0.5 * (terrain.dx_m, terrain.dy_m)[axis]
+            out = np.flatnonzero(sign * (centres[:, axis] - border) < half + strip_m)
+            self._add_outside(out, axis, border, centres[out])
+            which = np.argmin(sign * ends[:, :, axis], axis=1)
+            end = ends[np.arange(len(ends)), which]
+            out = np.flatnonzero(sign * (end[:, axis] - border) < radius + strip_m)
+            self._add_outside(out + first, axis, border, end[out])
+
+    def _add_outside(self, tails: Ints, axis: int, border: float, points: Floats) -> None:
+        """Link pieces to the outside, straight across a border from a point of each piece."""
+        corner = points.copy()
+        corner[:, axis] = border
+        outside = np.full(len(tails), self._outside)
+        self._add(tails, outside, (self._places[tails], points, corner, corner))
 
     def _doubled(self) -> tuple[csr_array, Flags]:
         """Return the graph of the pieces for both parities of crossings, and the odd pieces."""

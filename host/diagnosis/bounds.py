@@ -60,6 +60,23 @@ class Bounds:
         return 0.0 if self.problem.rules is None else self.problem.rules.zone_margin_m
 
     @cached_property
+    def edges_m(self) -> tuple[float, float, float, float]:
+        """Widths of the strips along the west, east, south and north edges that no path can enter.
+
+        A track is parallel to an edge at its place nearest to the edge, unless this is an end of
+        the track. So a strip is as wide as the corridor if both ends are at least that far from the
+        edge, and 0 otherwise.
+        """
+        problem, terrain = self.problem, self.problem.terrain
+        corridor_m = 0.0 if problem.rules is None else problem.rules.corridor_m
+        x, y, _ = np.array([problem.start, problem.goal]).T
+        west, east, south, north = (
+            corridor_m if away.min() >= corridor_m else 0.0
+            for away in (x, terrain.width_m - x, y, terrain.height_m - y)
+        )
+        return west, east, south, north
+
+    @cached_property
     def lowest(self) -> Floats:
         """Minimum altitude of any path in the square of each node; infinite over voids."""
         terrain = self.problem.terrain
@@ -104,6 +121,7 @@ class Bounds:
             forbidden,
             np.concatenate(pieces),
             np.concatenate(owners),
+            edges_m=self.edges_m,
         )
 
     def closing_zones(self, top_m: float = math.inf, agl_m: float = math.inf) -> tuple[int, ...]:

@@ -18,7 +18,7 @@ from pathgene.host.problem.zones import Zone
 from pathgene.host.terrain.surface import surface_below
 
 
-__all__ = ["end_reasons"]
+__all__ = ["edge_reasons", "end_reasons"]
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -37,14 +37,27 @@ def end_reasons(bounds: Bounds) -> Iterator[Reason]:
         point: Point = getattr(bounds.problem, end)
         yield from _ceilings(bounds.problem, end, point)
         yield from _zones(bounds, end, point)
-        yield from _sides(bounds.problem, end, point)
+        if bounds.problem.headings[0 if end == "start" else 1] is None:
+            # With a heading, the track turns before the start or after the goal, and may not pass
+            # through it.
+            yield from _edges(bounds.problem, end, point, proven=True)
+            yield from _sides(bounds.problem, end, point)
 
 
-def _reason(end: str, point: Point, sentence: str, figure: Figure, *zones: str) -> Reason:
+def edge_reasons(problem: Problem) -> Iterator[Reason]:
+    """Yield the ends so near the edge of the map that the corridor fits at some headings only."""
+    if problem.rules is not None:
+        yield from _edges(problem, "start", problem.start, proven=False)
+        yield from _edges(problem, "goal", problem.goal, proven=False)
+
+
+def _reason(
+    end: str, point: Point, sentence: str, figure: Figure, *zones: str, proven: bool = True
+) -> Reason:
     return Reason(
         code=end,
         sentence=sentence,
-        proven=True,
+        proven=proven,
         zones=zones,
         place=point[:2],
         figure=figure,
@@ -126,13 +139,42 @@ def _distance_m(zone: Zone, point: Point) -> float:
     return float((np.hypot(*(on - at).T) - pieces[:, 4]).min())
 
 
+def _edges(problem: Problem, end: str, point: Point, *, proven: bool) -> Iterator[Reason]:
+    """Yield the reason that the corridor leaves the map at an end.
+
+    It is proven if the corridor does so whatever the heading, which it does only near a corner.
+    """
+    rules, terrain, (x, y, _) = problem.rules, problem.terrain, point
+    assert rules is not None
+    corridor_m = rules.corridor_m
+    # Half the width of the corridor fits in x and in y.
+    fits_x = min(x, terrain.width_m - x, corridor_m)
+    fits_y = min(y, terrain.height_m - y, corridor_m)
+    least = min(fits_x, fits_y)
+    if least >= corridor_m - _LEAST_M:
+        return
+    if proven and math.hypot(fits_x, fits_y) >= corridor_m - _LEAST_M:
+        return
+    remedy = f"give --corridor {rounded_down(least):g}"
+    if 2 * corridor_m <= min(terrain.width_m, terrain.height_m):
+        inwards = rounded_up(math.hypot(corridor_m - fits_x, corridor_m - fits_y))
+        remedy = f"move the {end} {inwards:.1f} m into the map or {remedy}"
+    yield _reason(
+        end,
+        point,
+        f"The {end} is {rounded_down(least):.1f} m from the edge of the map, and the corridor of "
+        f"{corridor_m:g} m leaves the map there{', whatever the heading' if proven else ''}; "
+        f"{remedy}.",
+        Figure("corridor", corridor_m, rounded_down(least), "m"),
+        proven=proven,
+    )
+
+
 def _sides(problem: Problem, end: str, point: Point) -> Iterator[Reason]:
     """Yield the reason that no heading avoids the ground or a void around an end."""
     rules, x, y, z = problem.rules, *point
     assert rules is not None
-    # With a heading, the track turns before the start or after the goal, and may not pass through
-    # it.
-    if rules.corridor_m == 0 or problem.headings[0 if end == "start" else 1] is not None:
+    if rules.corridor_m == 0:
         return
     demand = problem.demand
     angles: Floats = np.linspace(0.0, 2 * math.pi, _NUMBER_OF_HEADINGS, endpoint=False)

@@ -18,7 +18,7 @@ from pathgene.host.diagnosis.aircraft import (
 )
 from pathgene.host.diagnosis.barriers import Barrier, Ring
 from pathgene.host.diagnosis.bounds import Bounds, zone_name
-from pathgene.host.diagnosis.ends import end_reasons
+from pathgene.host.diagnosis.ends import edge_reasons, end_reasons
 from pathgene.host.diagnosis.reason import Figure, Reason, geographic, listed
 from pathgene.host.evaluation.aircraft_limits import SERVICE_CEILING
 from pathgene.host.problem.problem import Problem
@@ -39,7 +39,8 @@ def diagnose(problem: Problem) -> Reason:
     In this order: start or goal violates a limit; zones, voids and the edge of the map enclose one
     of them; they do so below the ceilings; the climb or descent limit; power; fuel; a turn that the
     aircraft cannot fly. A reason of this list is proven: it never names a limit that some path
-    keeps. Then come the same limits on the search surface, which are not proven. The last reason is
+    keeps. Then come an end so near the edge of the map that the corridor hardly fits, and the same
+    limits on the search surface, which are not proven. The last reason is
     that no path was found at this cell size, which is also the answer for a problem that has paths.
 
     Parameters
@@ -66,6 +67,7 @@ def _reasons(bounds: Bounds) -> Iterator[Reason]:
     yield from power_reasons(bounds)
     yield from fuel_reasons(bounds)
     yield from stall_reasons(bounds)
+    yield from edge_reasons(bounds.problem)
     yield from _too_narrow(bounds)
     yield from slopes
 

@@ -233,6 +233,20 @@ class Mission:
                 f"{_upper(name)} is {height_m:.1f} m above the ground, less than the clearance of "
                 f"{problem.rules.clearance_m:g} m; raise it or reduce the clearance."
             )
+        self._check_edges(name, point)
+
+    def _check_edges(self, name: str, point: Point) -> None:
+        """Refuse a via point whose corridor leaves the map, because no path turns there."""
+        terrain, rules, (x, y, _) = self.problem.terrain, self.problem.rules, point
+        assert rules is not None
+        away_m = min(x, terrain.width_m - x, y, terrain.height_m - y)
+        if away_m < rules.corridor_m:
+            raise InputError(
+                f"{_upper(name)} is {away_m:.1f} m from the edge of the map, less than the "
+                f"corridor of {rules.corridor_m:g} m; move it "
+                f"{math.ceil(rules.corridor_m - away_m)} m into the map or give --corridor "
+                f"{math.floor(away_m)}."
+            )
 
     def _check_lines(self) -> None:
         """Refuse a leg whose straight line cannot be a reference for costs.
@@ -251,7 +265,7 @@ class Mission:
                     from pathgene.host.diagnosis import diagnose
 
                     reason = diagnose(self.leg(index))
-                    if reason.code != "not-found":
+                    if reason.proven or reason.code not in ("not-found", "start", "goal"):
                         raise NoPathError(
                             f"{name}{reason.sentence}", reason, None if single else index + 1
                         ) from error

@@ -114,6 +114,52 @@ def test_ground_and_voids_beside_an_end():
     assert (reason.code, reason.figure.limit) == ("goal", "void")
 
 
+def test_ends_near_the_edge_of_the_map():
+    reason = diagnose(problem(start=(3.0, 4.0, 250.0)))
+    assert (reason.code, reason.proven, reason.place) == ("start", True, (3.0, 4.0))
+    assert reason.sentence == (
+        "The start is 3.0 m from the edge of the map, and the corridor of 25 m leaves the map "
+        "there, whatever the heading; move the start 30.5 m into the map or give --corridor 3."
+    )
+    assert reason.figure.to_dict() == {
+        "limit": "corridor",
+        "allowed": 25.0,
+        "would_do": 3.0,
+        "unit": "m",
+    }
+    # Some headings keep the corridor on the map, so that a search decides.
+    reason = diagnose(problem(goal=(5000.0, 5880.0, 250.0)))
+    assert (reason.code, reason.proven) == ("goal", False)
+    assert reason.sentence == (
+        "The goal is 20.0 m from the edge of the map, and the corridor of 25 m leaves the map "
+        "there; move the goal 5.0 m into the map or give --corridor 20."
+    )
+    assert diagnose(problem(goal=(5000.0, 5875.0, 250.0))).code == "not-found"
+    assert diagnose(problem(goal=(5000.0, 5880.0, 250.0), rules=Rules(corridor_m=20))).code == (
+        "not-found"
+    )
+    corner = {"start": (3.0, 4.0, 250.0)}
+    assert diagnose(problem(**corner, as_paper=True)).code == "not-found"
+    assert diagnose(problem(**corner, rules=Rules(corridor_m=0))).code == "not-found"
+    assert not diagnose(problem(**corner, start_heading_deg=45.0)).proven
+    assert diagnose(problem(start=(18.0, 18.0, 250.0))).proven is False
+
+
+@pytest.mark.parametrize(("gap_m", "closed"), [(20.0, True), (24.9, True), (25.1, False)])
+def test_a_gap_along_the_edge_narrower_than_the_corridor_is_closed(gap_m, closed):
+    """Zone and margin leave a gap along the east edge; in the west they reach the edge."""
+    east = 5900.0 - gap_m - 25.0
+    zone = Polygon(((-100.0, 2960.0), (east, 2960.0), (east, 3040.0), (-100.0, 3040.0)), name="a")
+    reason = diagnose(problem(zone))
+    assert ((reason.code, reason.proven) == ("closed", True)) == closed
+    if closed:
+        assert reason.zones == ("zone a",)
+        assert "the edge of the map and zone a enclose" in reason.sentence
+    # A path may pass if it begins in the gap.
+    start = (5900.0 - 1.0, 2900.0, 250.0)
+    assert not diagnose(problem(zone, start=start)).proven
+
+
 def test_zones_enclose_an_end():
     reason = diagnose(problem(Circle(3000, 800, 50), Polygon(WALL, name="border")))
     assert (reason.code, reason.proven) == ("closed", True)

@@ -68,6 +68,11 @@ def test_via_points_above_the_ground():
             "Via point 1 is 20.0 m above the ground, less than the clearance of 30 m; raise it or "
             "reduce the clearance.",
         ),
+        (
+            (2000, 18, 300),
+            "Via point 1 is 18.0 m from the edge of the map, less than the corridor of 25 m; move "
+            "it 7 m into the map or give --corridor 18.",
+        ),
         (START, "The start and via point 1 are one point; leave one out."),
         (GOAL, "Via point 1 and the goal are one point; leave one out."),
         (

@@ -54,7 +54,10 @@ def shut_in():
 
 KINDS = {
     "plain": problem,
-    "mission": lambda: Mission(problem(), via=VIA, return_to_start=True, agl=True),
+    # There is room to turn back beyond the goal.
+    "mission": lambda: Mission(
+        problem(terrain=hills(rows=71)), via=VIA, return_to_start=True, agl=True
+    ),
     "not feasible": shut_in,
     "voids": lambda: problem(terrain=hills(void=True)),
     "on Earth": lambda: problem(terrain=hills(crs="EPSG:32632")),

@@ -27,7 +27,7 @@ def cut(rings: Sequence[Ring], axis: int, bound: float, sign: int) -> list[tuple
     bound : float
         The coordinate of the line.
     sign : int
-        1 for the side of greater coordinates, -1 for the other.
+        1 for the side of greater coordinates, -1 for the side of smaller ones.
     """
     chains: list[list[Point]] = []
     uncut: list[Ring] = []
@@ -49,7 +49,7 @@ def cut(rings: Sequence[Ring], axis: int, bound: float, sign: int) -> list[tuple
 
 
 def _chains(ring: Ring, axis: int, bound: float, sign: int) -> list[list[Point]]:
-    """Return the chains of a ring on one side; its first corner is on the other side."""
+    """Return the chains of a ring on one side; its first corner is not on this side."""
     chains: list[list[Point]] = []
     for start, stop in zip(ring, (*ring[1:], ring[0]), strict=True):
         a, b = sign * (start[axis] - bound), sign * (stop[axis] - bound)

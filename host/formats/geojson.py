@@ -227,6 +227,8 @@ def features(content: Content) -> Iterator[Read]:
     document = content.json
     if not isinstance(document, dict):
         raise InputError("not a GeoJSON object.")
+    if kind := _other_kind(document):
+        raise InputError(f"it is {kind}, not GeoJSON; save or request it as GeoJSON.")
     local = document.get("crs_local", False)
     if not isinstance(local, bool):
         raise InputError(f'"crs_local" must be true or false, not {local!r}.')
@@ -235,6 +237,15 @@ def features(content: Content) -> Iterator[Read]:
     is_own = isinstance(document.get("heights"), str)
     for number, feature in enumerate(_members(document), start=1):
         yield from _read(number, feature, placing, is_own)
+
+
+def _other_kind(document: dict[str, Any]) -> str:
+    """Return the kind of JSON with areas that is not GeoJSON, or an empty string."""
+    if document.get("type") == "Topology":
+        return "TopoJSON"
+    listed = document.get("features")
+    first = listed[0] if isinstance(listed, list) and listed else None
+    return "the JSON of ArcGIS" if isinstance(first, dict) and "attributes" in first else ""
 
 
 def _members(document: dict[str, Any]) -> list[Any]:

@@ -270,6 +270,43 @@ def inav(rng):
     return json.dumps({"type": "FeatureCollection", "features": features}).encode(), "a.geojson"
 
 
+def _side_of_faa(rng, side):
+    value, unit, code = rng.choice(
+        (
+            (rng.randrange(100, 18000), "FT", rng.choice(("MSL", "AGL", "SFC", "STD"))),
+            (str(rng.randrange(100, 18000)), "FT", "MSL"),
+            (rng.randrange(180, 600), "FL", "STD"),
+            (rng.randrange(30, 900), "M", "MSL"),
+            (0, "FT", "SFC"),
+            (-9998, None, None),
+            (None, None, "UNLTD"),
+        )
+    )
+    return {f"{side}_VAL": value, f"{side}_UOM": unit, f"{side}_CODE": code}
+
+
+def faa(rng):
+    features = []
+    for number in range(rng.randint(1, 4)):
+        properties = {"NAME": f"Area {number}", "OBJECTID": number}
+        if rng.random() < 0.3:
+            properties |= {"CEILING": rng.choice((0, 100, 400)), "UNIT": "Feet", "MAP_EFF": "5/1"}
+        else:
+            low, high = _side_of_faa(rng, "LOWER"), _side_of_faa(rng, "UPPER")
+            # The order of two limits with the same reference is another test's.
+            ground = ("SFC", "AGL")
+            codes = [low["LOWER_CODE"], high["UPPER_CODE"]]
+            if codes[0] == codes[1] or all(code in ground for code in codes):
+                low |= {"LOWER_VAL": 0, "LOWER_UOM": "FT", "LOWER_CODE": "SFC"}
+                high |= {"UPPER_VAL": -9998, "UPPER_UOM": None, "UPPER_CODE": None}
+            properties |= low | high
+            properties["TYPE_CODE"] = rng.choice(("CLASS", "R", "P", "W", "MOA"))
+            properties["CLASS"] = rng.choice("BCDEG")
+        geometry = {"type": "Polygon", "coordinates": [_ring(rng, _centre(rng))]}
+        features.append({"type": "Feature", "properties": properties, "geometry": geometry})
+    return json.dumps({"type": "FeatureCollection", "features": features}).encode(), "a.geojson"
+
+
 def kmz(rng):
     placemarks = []
     for number in range(rng.randint(1, 4)):
@@ -324,6 +361,7 @@ FORMATS = {
     "ed318": ed318,
     "openaip": openaip,
     "inav": inav,
+    "faa": faa,
     "kmz": kmz,
     "waypoints": waypoints,
     "fen": fen,
@@ -336,7 +374,7 @@ _BYTES = b"0123456789.,:; NSEWACDHPL\n*-+="
 def broken(kind, rng):
     """Return a file of a format with a few values replaced, or bytes changed, removed or added."""
     data, name = FORMATS[kind](rng)
-    if kind in ("ed269", "ed318", "openaip", "inav"):
+    if kind in ("ed269", "ed318", "openaip", "inav", "faa"):
         document = json.loads(data)
         for _ in range(rng.randint(1, 3)):
             _break(document, rng)

@@ -211,6 +211,38 @@ def judge_inav(data, features):
     assert next(found, None) is None
 
 
+def judge_faa(data, features):
+    found = iter(features)
+    units = {"FT": 0.3048, "M": 1.0, "FL": 30.48}
+    references = {"MSL": "AMSL", "AGL": "AGL", "SFC": "AGL", "STD": "STD"}
+    for each in json.loads(data)["features"]:
+        properties, shape = each["properties"], shapely.geometry.shape(each["geometry"])
+        if "CEILING" in properties:
+            height = (properties["CEILING"] * 0.3048, "AGL")
+            both = [([None, height], "REQ_AUTHORISATION"), ([height, None], "RESTRICTED")]
+            for limits, category in both if height[0] else [([None, None], "RESTRICTED")]:
+                feature = next(found)
+                same_polygon(feature, shape)
+                same_heights(feature, limits)
+                assert feature.category == category
+            continue
+        feature = next(found)
+        same_polygon(feature, shape)
+        limits = []
+        for side in ("LOWER", "UPPER"):
+            code, value = properties[f"{side}_CODE"], properties[f"{side}_VAL"]
+            is_none = code in (None, "UNLTD")
+            limits.append(
+                None
+                if is_none
+                else (float(value) * units[properties[f"{side}_UOM"]], references[code])
+            )
+        same_heights(feature, limits)
+        is_class = properties["TYPE_CODE"] == "CLASS"
+        assert feature.forbids == (not is_class or properties["CLASS"] in "BCD")
+    assert next(found, None) is None
+
+
 def judge_kmz(data, features):
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         (name,) = (name for name in archive.namelist() if name.lower().endswith("kml"))

@@ -333,6 +333,14 @@ def test_read_geographic_zones(tmp_path):
     [
         ("{", r"is not JSON: .+; give GeoJSON, .+\.$"),
         ("[]", r": not a GeoJSON object\.$"),
+        (
+            {"features": [{"attributes": {"NAME": "R-7"}, "geometry": {"rings": []}}]},
+            r": it is the JSON of ArcGIS, not GeoJSON; save or request it as GeoJSON\.$",
+        ),
+        (
+            {"type": "Topology", "objects": {}, "arcs": []},
+            r": it is TopoJSON, not GeoJSON; save or request it as GeoJSON\.$",
+        ),
         (collection(crs_local="yes"), r': "crs_local" must be true or false, not \'yes\'\.$'),
         (
             collection(feature("Point", [1, 2], radius_m=5)),

@@ -22,7 +22,7 @@ from pathgene.host.options.arguments import own_options
 from pathgene.host.options.table import FALLBACKS
 from pathgene.host.planners import DEFAULT_BOARD, PLANNERS, make, named_or_default
 from pathgene.host.planners.base import Options, Progress, Result, Stop
-from pathgene.host.planners.timed import plan_in_time
+from pathgene.host.planners.timed import plan_in_time, plan_together_in_time
 from pathgene.host.problem.changes import changed_problem
 from pathgene.host.problem.zones import Zone
 from pathgene.host.report.summary import summarise
@@ -142,6 +142,7 @@ class Plan:
         gone: Iterable[Zone] = (),
         goal: Sequence[float] | None = None,
         wind: Sequence[float] | None = None,
+        elapsed_s: float = 0.0,
     ) -> Plan:
         """Plan the rest of a flight after zones have appeared or gone and the aircraft has moved.
 
@@ -165,6 +166,9 @@ class Plan:
             A new goal.
         wind : (float, float), optional
             A new wind, m/s in x and y.
+        elapsed_s : float
+            Seconds flown from the start of this plan to the new start, from which the times of
+            zones then count; the times of new zones count from there already.
 
         Returns
         -------
@@ -184,7 +188,14 @@ class Plan:
                 "Only a plan that a planner has made here can be replanned; plan the problem first."
             )
         problem = changed_problem(
-            self.evaluator.problem, zones, start, heading, gone=gone, goal=goal, wind=wind
+            self.evaluator.problem,
+            zones,
+            start,
+            heading,
+            gone=gone,
+            goal=goal,
+            wind=wind,
+            elapsed_s=elapsed_s,
         )
         return self.search.replan(self, Evaluator(problem, threads=self.evaluator.threads))
 
@@ -365,7 +376,11 @@ class Search:
         for search, seed in zip(searches, seeds, strict=True):
             search.options = dataclasses.replace(self.options, seed=seed)
         planner = cast(_TogetherPlanner, self._planner)  # Only these have the engine gpu.
-        results = planner.plan_together(evaluators, [search.options for search in searches], stop)
+        results = plan_together_in_time(
+            lambda some, options: planner.plan_together(some, options, stop),
+            evaluators,
+            [search.options for search in searches],
+        )
         if stop is not None:
             stop.heeded = True
         return [

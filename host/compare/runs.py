@@ -11,6 +11,7 @@ from pathgene.host.compare.entrants import Entrant
 from pathgene.host.errors import InputError, PathgeneError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners.base import Result
+from pathgene.host.planners.timed import plan_in_time
 from pathgene.host.problem.problem import Problem
 from pathgene.host.report.summary import describe_run, version
 from pathgene.host.workers.cluster import on_cluster
@@ -113,4 +114,4 @@ def execute(evaluator: Evaluator, task: Task) -> Outcome:
 
 def _plan(evaluator: Evaluator, entrant: Entrant, seed: int, **changes: Any) -> Result:
     options = dataclasses.replace(entrant.options, seed=seed, **changes)
-    return entrant.make().plan(evaluator, options)
+    return plan_in_time(entrant.make(), evaluator, options)

@@ -138,6 +138,7 @@ class MissionPlan(Plan):
         gone: Iterable[Zone] = (),
         goal: Sequence[float] | None = None,
         wind: Sequence[float] | None = None,
+        elapsed_s: float = 0.0,
     ) -> Plan:
         """Refuse: a plan of several legs has no single search to continue from."""
         raise InputError(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 import math
 from collections.abc import Iterable, Sequence
@@ -14,10 +13,10 @@ import numpy as np
 
 from pathgene.host.errors import InputError, NoPathError
 from pathgene.host.evaluation import line_utopia, utopia
+from pathgene.host.problem.changes import zones_after
 from pathgene.host.problem.ends import Point, check_above_ground, end_point
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.way import WayProblem
-from pathgene.host.problem.zones import Zone
 from pathgene.host.terrain.surface import surface_below
 
 
@@ -149,7 +148,7 @@ class Mission:
             problem.terrain,
             way,
             aircraft=problem.aircraft,
-            zones=_shifted(problem.zones, elapsed_s),
+            zones=zones_after(problem.zones, elapsed_s),
             wind=problem.wind,
             ds_m=problem.ds_m,
             rules=problem.rules,
@@ -205,7 +204,7 @@ class Mission:
             start,
             stop,
             problem.aircraft,
-            _shifted(problem.zones, elapsed_s),
+            zones_after(problem.zones, elapsed_s),
             problem.wind,
             min(problem.ds_m, max(math.dist(start, stop), half_a_cell_m)),
             rules=problem.rules,
@@ -273,21 +272,6 @@ class Mission:
                 line_utopia(problem, start, stop)
             except InputError as error:
                 raise InputError(f"{name}{error}") from None
-
-
-def _shifted(zones: tuple[Zone, ...], elapsed_s: float) -> tuple[Zone, ...]:
-    """Return the zones with times relative to ``elapsed_s``; zones that have ended are left out."""
-    shifted = []
-    for zone in zones:
-        t0, t1 = zone.t0_s, zone.t1_s
-        if elapsed_s and (t0 is not None or t1 is not None):
-            if t1 is not None and t1 <= elapsed_s:
-                continue
-            begin_s = None if t0 is None or t0 <= elapsed_s else t0 - elapsed_s
-            end_s = None if t1 is None else t1 - elapsed_s
-            zone = dataclasses.replace(zone, t0_s=begin_s, t1_s=end_s)
-        shifted.append(zone)
-    return tuple(shifted)
 
 
 def _upper(text: str) -> str:

@@ -8,6 +8,7 @@ are active are always active in the next search, until a path passes.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable, Generator, Sequence
 
 from pathgene.host.errors import InputError
 from pathgene.host.evaluation import Evaluator
@@ -15,7 +16,15 @@ from pathgene.host.planners.base import Options, Planner, Progress, Result, Stop
 from pathgene.host.problem.zones import Zone
 
 
-__all__ = ["plan_in_time"]
+__all__ = ["plan_in_time", "plan_together_in_time"]
+
+# Time limit of the last search where another problem has used the time up.
+_LEAST_S = 1e-3
+
+#: Plans several problems at once, each with its own options.
+Together = Callable[[Sequence[Evaluator], Sequence[Options]], list[Result]]
+# The searches of a problem: receives the result of each, and returns the final one.
+_Searches = Generator[Evaluator, Result, Result]
 
 
 def plan_in_time(
@@ -41,6 +50,53 @@ def plan_in_time(
     InputError, JobError
         As for the planner.
     """
+
+    def alone(evaluators: Sequence[Evaluator], options: Sequence[Options]) -> list[Result]:
+        return [planner.plan(evaluators[0], options[0], progress, stop)]
+
+    return plan_together_in_time(alone, [evaluator], [options])[0]
+
+
+def plan_together_in_time(
+    plan: Together, evaluators: Sequence[Evaluator], options: Sequence[Options]
+) -> list[Result]:
+    """Plan several problems at once as :func:`plan_in_time` plans one.
+
+    Problems that need another search are searched again together, without those that are done.
+
+    Parameters
+    ----------
+    plan : callable
+        Plans problems at once.
+    evaluators, options : sequences
+        One of each per problem. A time limit applies to all searches of all problems together.
+
+    Raises
+    ------
+    InputError, JobError
+        As for ``plan``.
+    """
+    limit_s = options[0].time_limit_s
+    spent_s = 0.0
+    searches = [_searches(evaluator, limit_s) for evaluator in evaluators]
+    results: dict[int, Result] = {}
+    waiting = {number: next(search) for number, search in enumerate(searches)}
+    while waiting:
+        found = plan(
+            list(waiting.values()), [_remaining(options[number], spent_s) for number in waiting]
+        )
+        spent_s += max((result.seconds.get("total", 0.0) for result in found), default=0.0)
+        for number, result in zip(list(waiting), found, strict=True):
+            try:
+                waiting[number] = searches[number].send(result)
+            except StopIteration as end:
+                results[number] = end.value
+                del waiting[number]
+    return [results[number] for number in range(len(searches))]
+
+
+def _searches(evaluator: Evaluator, limit_s: float | None) -> _Searches:
+    """Yield the evaluator of each search of a problem; return the result of the last."""
     timed = _timed(evaluator)
     blocked: tuple[Zone, ...] = ()
     spent: dict[str, float] = {}
@@ -48,18 +104,19 @@ def plan_in_time(
         searched = _without_times(evaluator, timed, blocked)
         if searched is None:
             break
-        result = planner.plan(searched, _remaining(options, spent), progress, stop)
+        result = yield searched
         spent = _summed(spent, result.seconds)
         judged = dataclasses.replace(
             result, evaluation=evaluator.evaluate(result.path), seconds=spent
         )
         known = {_whole(zone) for zone in (*blocked, *evaluator.entered(result.path))}
         more = tuple(zone for zone in timed if _whole(zone) in known)
-        is_over = judged.interrupted or judged.failure is not None or _is_late(options, spent)
+        is_late = limit_s is not None and spent["total"] >= limit_s
+        is_over = judged.interrupted or judged.failure is not None or is_late
         if judged.evaluation.feasible or more == blocked or is_over:
             return judged
         blocked = more
-    result = planner.plan(evaluator, _remaining(options, spent), progress, stop)
+    result = yield evaluator
     return dataclasses.replace(result, seconds=_summed(spent, result.seconds))
 
 
@@ -94,15 +151,12 @@ def _without_times(
         return None
 
 
-def _remaining(options: Options, spent: dict[str, float]) -> Options:
+def _remaining(options: Options, spent_s: float) -> Options:
     """Return the options of the next search."""
-    if options.time_limit_s is None or not spent:
+    if options.time_limit_s is None or not spent_s:
         return options
-    return dataclasses.replace(options, time_limit_s=options.time_limit_s - spent["total"])
-
-
-def _is_late(options: Options, spent: dict[str, float]) -> bool:
-    return options.time_limit_s is not None and spent["total"] >= options.time_limit_s
+    left_s = max(options.time_limit_s - spent_s, _LEAST_S)
+    return dataclasses.replace(options, time_limit_s=left_s)
 
 
 def _summed(spent: dict[str, float], seconds: dict[str, float]) -> dict[str, float]:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from pathgene.host.errors import InputError
+from pathgene.host.problem.changes import zones_after
 from pathgene.host.problem.ends import Point
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.tiles import over_ground, tiles_of
@@ -104,7 +104,7 @@ class Airspace:
 
     def zones_at(self, time_s: float) -> tuple[Zone, ...]:
         """Return the current zones that are or will be active, with times counted from now."""
-        return tuple(zone for tile in self._zones if (zone := _from_now(tile, time_s)) is not None)
+        return zones_after(self._zones, time_s)
 
     @property
     def _zones(self) -> tuple[Zone, ...]:
@@ -126,18 +126,3 @@ class Airspace:
             return Circle(x, y, new.shape.radius_m, name=new.name or self._unused_name(appeared))
         name = new.name or new.shape.name or self._unused_name(appeared)
         return dataclasses.replace(new.shape, name=name)
-
-
-def _from_now(zone: Zone, time_s: float) -> Zone | None:
-    """Return a zone with its times counted from ``time_s``; None once it has ended."""
-    if zone.t0_s is None and zone.t1_s is None:
-        return zone
-    ends_s = math.inf if zone.t1_s is None else zone.t1_s - time_s
-    if ends_s <= 0:
-        return None
-    begins_s = 0.0 if zone.t0_s is None else max(zone.t0_s - time_s, 0.0)
-    return dataclasses.replace(
-        zone,
-        t0_s=begins_s or None,
-        t1_s=ends_s if math.isfinite(ends_s) else None,
-    )

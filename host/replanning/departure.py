@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from pathgene.host.evaluation.geometry import Straight
 from pathgene.host.problem.aircraft import Aircraft
+from pathgene.host.problem.changes import zones_after
 from pathgene.host.problem.problem import Problem
 from pathgene.host.replanning.present import Present
 from pathgene.host.replanning.tracks import Pose, Track, is_smooth, part, pose_at
@@ -48,8 +49,13 @@ class Departure:
         pose = pose_at(self.track, self.leaves_m)
         return pose if self.lead is None else pose_at((self.lead,), self.lead.run_m)
 
-    def problem(self, present: Present, aircraft: Aircraft) -> Problem:
+    def problem(self, present: Present, aircraft: Aircraft, after_s: float = 0.0) -> Problem:
         """Return the problem of the rest of the flight; a new goal has no heading.
+
+        Parameters
+        ----------
+        after_s : float
+            Seconds from now to its start, from which the times of its zones count.
 
         Raises
         ------
@@ -63,7 +69,7 @@ class Departure:
             start.point,
             present.goal,
             aircraft,
-            present.zones,
+            zones_after(present.zones, after_s),
             present.wind,
             mission.ds_m,
             rules=mission.rules,

@@ -235,10 +235,16 @@ class Session:
         air = self.airspace
         return Present(self.mission, air.zones_at(now), air.goal, air.wind)
 
+    def _refresh(self, now: float) -> None:
+        """Count the times of zones from now."""
+        if any(zone.t0_s is not None or zone.t1_s is not None for zone in self._present.zones):
+            self._present = self._look(now)
+
     # --- Planning -------------------------------------------------------------------------------
 
     def _plan(self, change: Change, now: float) -> None:
         """Begin an attempt."""
+        self._refresh(now)
         planner = self._active_planner(now)
         leaves_m = self._leaves_m(planner.budget_s)
         if self.pilot.kind != "way-out" and self._present.zones_at(self.pilot.pose(self._reach_m)):
@@ -272,7 +278,10 @@ class Session:
 
     def _attempted(self, planner: InFlightPlanner, departure: Departure) -> Attempt:
         try:
-            problem = departure.problem(self._present, self.pilot.aircraft)
+            lead_m = 0.0 if departure.lead is None else departure.lead.run_m
+            ahead_m = departure.leaves_m - self.pilot.along_m + lead_m
+            after_s = max(ahead_m, 0.0) / self.pilot.ground_speed_m_s
+            problem = departure.problem(self._present, self.pilot.aircraft, after_s)
         except InputError as error:
             # Takes no time, because the host refuses it itself. A different start may help, a
             # different goal will not.
@@ -390,6 +399,7 @@ class Session:
             self._holding = None
         if self._holding is None and now >= self._next_look_s:
             self._next_look_s = now + every_s
+            self._refresh(now)
             if first_m >= min(last_m, run_of(self.pilot.track)):
                 return
             self._holding = holding_on(self._present, self.pilot.track, first_m, last_m)

@@ -292,3 +292,21 @@ def test_reports_an_option_without_effect(compared, hills, capsys):
     assert capsys.readouterr().err.splitlines()[0] == (
         "pathgene: --board means nothing to ga-pc and is ignored."
     )
+
+
+def test_times_of_zones_are_those_of_a_plan(hills, tmp_path, capsys):
+    """A zone over the straight way, active an hour after the flight, does not matter."""
+    wall = "polygon = [[2500, -500], [3500, -500], [3500, 4500], [2500, 4500]]"
+    text = f'[terrain]\nsource = "{hills}"\n[mission]\nstart = [500, 500, 100]\n'
+    text += "goal = [5500, 3500, 100]\nagl = true\n"
+    found = {}
+    for name, zone in (("free", ""), ("later", f"[[zones]]\n{wall}\nt0 = 4000\nt1 = 5000\n")):
+        file = tmp_path / f"{name}.toml"
+        file.write_text(text + zone)
+        out = tmp_path / name
+        options = ["--planners", "astar,ga-pc:generations=30", "--runs", 1, "--jobs", 1]
+        assert main(list(map(str, ["compare", file, *options, "--out", out, "--json"]))) == 0
+        report = json.loads(capsys.readouterr().out)
+        found[name] = [each["statistics"]["fitness"]["best"] for each in report["planners"]]
+        assert all(each["statistics"]["feasible_share"] == 1 for each in report["planners"])
+    assert found["free"] == found["later"]

@@ -7,7 +7,9 @@ import pytest
 from shapely.geometry import Point, Polygon
 
 from pathgene.host.evaluation import Evaluator
+from pathgene.host.planners.base import Options
 from pathgene.host.planners.grid.astar import AstarPlanner
+from pathgene.host.planners.timed import plan_in_time, plan_together_in_time
 from pathgene.host.planning import Search
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zones import Zone
@@ -103,3 +105,28 @@ def test_tiles_of_a_zone_that_is_entered_are_avoided_together(monkeypatch):
     found = Search("astar").run(Evaluator(problem, threads=1))
     assert found.evaluation.feasible
     assert len(searches) == 2
+
+
+def test_several_problems_are_searched_in_rounds():
+    square = [(4400, 2400), (5600, 2400), (5600, 3600), (4400, 3600)]
+    cases = [
+        [Zone.polygon(square, t0_s=100, t1_s=400), wall(7000, t0_s=0, t1_s=150)],
+        [wall(4000, t0_s=600, t1_s=900)],
+        [Zone.polygon(square)],
+    ]
+    ends = (1000, 3000, 200), (9000, 3000, 200)
+    evaluators = [Evaluator(Problem(LEVEL, *ends, zones=zones), threads=1) for zones in cases]
+    options = [Options(generations=40, seed=seed) for seed in range(3)]
+    rounds = []
+
+    def together(some, options):
+        rounds.append([each.seed for each in options])
+        planner = AstarPlanner()
+        return [planner.plan(*each) for each in zip(some, options, strict=True)]
+
+    found = plan_together_in_time(together, evaluators, options)
+    assert rounds == [[0, 1, 2], [0]]
+    for each, evaluator, own in zip(found, evaluators, options, strict=True):
+        alone = plan_in_time(AstarPlanner(), evaluator, own)
+        assert each.evaluation.feasible
+        assert np.array_equal(each.path, alone.path)

@@ -88,3 +88,20 @@ def test_a_zone_above_the_ground_comes_and_goes_whole():
     assert len(with_zone.zones) > 10
     assert changed_problem(with_zone, [zone]).zones == with_zone.zones
     assert changed_problem(with_zone, gone=[zone]).zones == ()
+
+
+def test_times_of_zones_count_from_the_new_start(problem):
+    ended = Zone.circle(1000, 3500, 50, t1_s=90)
+    active = Zone.circle(4000, 3500, 50, t0_s=60, t1_s=200)
+    later = Zone.circle(5000, 3500, 50, t0_s=150)
+    given = changed_problem(problem, [ended, active, later])
+    new = Zone.circle(2000, 3500, 50, t0_s=10)
+    changed = changed_problem(given, [new], (900, 600, 120), gone=[OLD], elapsed_s=100)
+    assert [(zone.t0_s, zone.t1_s) for zone in changed.zones] == [
+        (None, 100.0),
+        (50.0, None),
+        (10.0, None),
+    ]
+    for seconds in (-1, float("nan"), "x"):
+        with pytest.raises(InputError, match="The seconds flown must be a number of 0 or more"):
+            changed_problem(given, elapsed_s=seconds)

@@ -1,6 +1,7 @@
 """The place where a plan leaves a track, and the problem for the rest of a flight."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from pathgene.host.planners import make
 from pathgene.host.planners.base import Options
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
-from pathgene.host.problem.zones import Circle
+from pathgene.host.problem.zones import Circle, Polygon
 from pathgene.host.replanning.departure import Departure
 from pathgene.host.replanning.present import Present
 from pathgene.host.replanning.tracks import end_of, is_smooth
@@ -135,3 +136,21 @@ def test_a_goal_in_a_zone_has_no_path(asked, board, mission):
 def test_a_path_that_cannot_be_joined_is_none(asked, board, monkeypatch):
     monkeypatch.setattr(replan, "fault_of", lambda *_: "The path turns too sharply.")
     assert not is_there_a_path(asked([]), board)
+
+
+def test_times_of_zones_count_from_the_start_of_the_plan(mission, on_processor):
+    """A wall opens 100 s from now; a plan that begins in 60 s gets there later than that."""
+    zones = [Polygon([(4000, 0), (4200, 0), (4200, 9000), (4000, 9000)], name="wall", t1_s=100.0)]
+    present = Present(mission, zones, mission.goal, (0.0, 0.0))
+    track = Evaluator(mission, threads=1).track(np.array([mission.start, mission.goal])).pieces
+    departure = Departure(track, 500.0, None)
+    (now,) = departure.problem(present, mission.aircraft).zones
+    (then,) = departure.problem(present, mission.aircraft, 60.0).zones
+    assert (now.t1_s, then.t1_s) == (100.0, 40.0)
+    assert departure.problem(present, mission.aircraft, 100.0).zones == ()
+    attempt = on_processor(0.5).attempt(departure.problem(present, mission.aircraft, 60.0), 0)
+    assert attempt.plan is not None
+    # Active from now on, the wall leaves no way.
+    always = Present(mission, [replace(zones[0], t1_s=None)], mission.goal, (0.0, 0.0))
+    attempt = on_processor(0.5).attempt(departure.problem(always, mission.aircraft), 0)
+    assert attempt.plan is None

@@ -16,6 +16,9 @@ from pathgene.host.planners.fpa.engines import CpuEngine, Setup
 from pathgene.host.planners.fpa.planner import first_population, with_more_waypoints
 from pathgene.host.planners.fpa.steps import Pollination
 from pathgene.host.planners.fpa.two_opt import is_two_opt
+from pathgene.host.planning import Search
+from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.zones import Zone
 
 from . import reference
 
@@ -407,3 +410,22 @@ def test_new_waypoints_halve_the_longest_leg():
         [400, 0, 30],
     ]
     assert with_more_waypoints(path, 3) is path
+
+
+def test_runs_together_honour_the_times_of_zones(make_evaluator, several, monkeypatch):
+    block = [(2000, 1500), (4000, 1500), (4000, 4200), (2000, 4200)]
+    idle = Zone.polygon(block, t0_s=5000.0)
+    busy = Zone.polygon(block, t0_s=1.0)
+    cases = [(idle,), (), (busy,)]
+    evaluators = [make_evaluator(zones=zones, rules=Rules()) for zones in cases]
+    settings = {"generations": 60, "population": 24, "two_opt_every": 7}
+    search = Search("fpa-2opt", engine="gpu", **settings)
+    monkeypatch.setattr(search, "_planner", several())
+    plans = search.run_together(evaluators, [3, 3, 3])
+    later, free, around = (plan.result.evaluation.fitness for plan in plans)
+    # A zone that is active only after the flight changes nothing, and an active one does.
+    assert later == free
+    assert around < free
+    for plan, evaluator in zip(plans, evaluators, strict=True):
+        alone = Search("fpa-2opt", engine="sequential", seed=3, **settings).run(evaluator)
+        assert np.array_equal(plan.path, alone.path)

@@ -9,7 +9,6 @@ import socket
 import threading
 import time
 import tty
-from types import TracebackType
 from typing import Self
 
 from pathgene.host.device.socket_port import BUSY
@@ -98,12 +97,7 @@ class ServedModel:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
 
     def _run(self) -> None:

@@ -6,7 +6,6 @@ import contextlib
 import fcntl
 import json
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Self
 
 from pathgene.host.compare.entrants import Entrant
@@ -68,12 +67,7 @@ class RunStore:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         # Every run has been flushed, and errors have been reported.
         with contextlib.suppress(OSError):
             self._file.close()

@@ -10,7 +10,6 @@ import socket
 import termios
 import time
 from collections.abc import Callable
-from types import TracebackType
 from typing import Self
 
 from pathgene.host.device.link import LinkError
@@ -130,12 +129,7 @@ class SocketPort:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
 
     def _wait(self, *, read: bool, deadline: float | None) -> bool:

@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 
 from pathgene.hdl.protocol.codes import Command, LinkMode, Status
-from pathgene.hdl.protocol.messages import map_request, start_request
-from pathgene.hdl.protocol.paths import pack_paths
+from pathgene.hdl.protocol.messages import check_paths_request, map_request, start_request
+from pathgene.hdl.protocol.paths import pack_cells, pack_paths
 from pathgene.hdl.protocol.planner import BLOCKS, SCALE_FRACTION, NoFlyShape
 from pathgene.hdl.protocol.runs import RunOptions, run_request
 from tests.support.planner.cases import record
@@ -64,6 +64,57 @@ def refusals(config, order):
         (Command.GENERATE, bytes((LinkMode.RANK, *order, 0, 1)), Status.BAD_LENGTH),
         (Command.GENERATE, bytes((LinkMode.RECIPE, *order[:-1], 8)), Status.BAD_VALUE),
         (Command.GENERATE, bytes((LinkMode.RECIPE, *order[:-1], order[0])), Status.BAD_VALUE),
+    ]
+
+
+def rectangle(config, x, y, width, height, cells):
+    """Return the payload of a MAP."""
+    header = map_request(config).pack(x=x, y=y, width=width, height=height)
+    return header + pack_cells(config, cells)
+
+
+def check(config, flags, path):
+    """Return the payload of a CHECK."""
+    return bytes((flags,)) + pack_paths(config, [path])
+
+
+def check_paths(config, slot, count, flags, start=0x123, goal=0xABC):
+    """Return the payload of a CHECK_PATHS."""
+    return check_paths_request(config).pack(
+        slot=slot, count=count, flags=flags, start=start, goal=goal
+    )
+
+
+def check_refusals(config):
+    """Return the same for a checker with a map of 16 cells that has checked at most 5 paths."""
+    single = map_request(config).pack(x=0, y=0, width=1, height=1)
+    rectangles = [
+        (0, 0, 0, 1, [1]), (0, 0, 1, 0, [1]), (15, 0, 2, 1, [1, 2]), (0, 15, 1, 2, [1, 2]),
+        (0xFFFF, 0, 1, 1, [1]), (1, 0, 0xFFFF, 1, [1]), (0, 2, 1, 0xFFFF, [1]),
+    ]  # fmt: skip
+    wrong_lengths = [
+        *((Command.MAP, payload) for payload in (b"", single[:-1], single)),
+        *((Command.CHECK, payload) for payload in (b"", b"\0", b"\0" + bytes(3))),
+        (Command.CHECK_PATHS, b""),
+        (Command.CHECK_PATHS, check_paths(config, 0, 1, 0)[:-1]),
+        (Command.CHECK_PATHS, check_paths(config, 0, 1, 0) + b"\0"),
+        *((Command.RESULTS, payload) for payload in (b"\0", b"\0\1\0")),
+    ]
+    checks = [(4, [1, 2]), (0x81, [1, 2]), (0, [1]), (0, [1] * (config.max_waypoints + 3))]
+    two_paths = check(config, 0, [1, 2]) + pack_paths(config, [[1, 2]])
+    batches = [(0, 0, 0), (7, 2, 0), (255, 255, 0), (0, 1, 4)]
+    beyond = start_request(config).pack(seed=0, x=16, y=0, altitude=0, avoid_ground=1)
+    wrong_values = [
+        *((Command.MAP, rectangle(config, *each)) for each in rectangles),
+        *((Command.CHECK, check(config, *each)) for each in checks),
+        (Command.CHECK, two_paths),
+        *((Command.CHECK_PATHS, check_paths(config, *each)) for each in batches),
+        *((Command.RESULTS, payload) for payload in (b"\0\0", b"\3\3", b"\xff\xff")),
+        (Command.START, beyond),
+    ]
+    return [
+        *((*each, Status.BAD_LENGTH) for each in wrong_lengths),
+        *((*each, Status.BAD_VALUE) for each in wrong_values),
     ]
 
 

@@ -1,10 +1,12 @@
 """Bench of the command receiver, which drives it as the control unit does."""
 
+from functools import partial
+
 from pathgene.hdl.command.receiver import CommandReceiver
 from pathgene.hdl.config import CheckerBuild
 from pathgene.hdl.protocol.codes import Command, Status, StickyError
-from pathgene.hdl.protocol.messages import check_paths_request, map_request, start_request
-from pathgene.hdl.protocol.paths import pack_cells, pack_paths
+from pathgene.hdl.protocol.messages import map_request, start_request
+from tests.support.gateware import refusals
 from tests.support.gateware.chips import TINY
 from tests.support.gateware.streams import collect, put, simulate
 
@@ -26,19 +28,9 @@ def generate(mode, order):
     return bytes((mode, *order))
 
 
-def rectangle(x, y, width, height, cells):
-    header = MAP.pack(x=x, y=y, width=width, height=height)
-    return header + pack_cells(CONFIG, cells)
-
-
-def check(flags, path):
-    return bytes((flags,)) + pack_paths(CONFIG, [path])
-
-
-def check_paths(slot, count, flags, start=0x123, goal=0xABC):
-    return check_paths_request(CONFIG).pack(
-        slot=slot, count=count, flags=flags, start=start, goal=goal
-    )
+rectangle = partial(refusals.rectangle, CONFIG)
+check = partial(refusals.check, CONFIG)
+check_paths = partial(refusals.check_paths, CONFIG)
 
 
 class Chip:

@@ -5,11 +5,10 @@ import pytest
 from pathgene.hdl.command.layouts import AnswerKind
 from pathgene.hdl.protocol.codes import CheckFlag, Command, Status, StickyError
 from pathgene.hdl.protocol.messages import results_request
-from pathgene.hdl.protocol.paths import pack_paths
+from tests.support.gateware.refusals import check_refusals
 from tests.unit.command.receiver_bench import (
     CHECKING,
     CONFIG,
-    MAP,
     START,
     Chip,
     after_open,
@@ -80,43 +79,10 @@ def test_repeated_checks_change_nothing():
 @pytest.mark.parametrize(
     ("code", "payload", "status"),
     [
-        (Command.MAP, b"", Status.BAD_LENGTH),
-        (Command.MAP, MAP.pack(x=0, y=0, width=1, height=1)[:-1], Status.BAD_LENGTH),
-        (Command.MAP, MAP.pack(x=0, y=0, width=1, height=1), Status.BAD_LENGTH),
+        *check_refusals(CONFIG),
+        # Cells of the rectangle may have changed.
         (Command.MAP, rectangle(0, 0, 4, 4, range(13)), Status.BAD_LENGTH),
         (Command.MAP, rectangle(0, 0, 4, 1, range(6)), Status.BAD_LENGTH),
-        (Command.MAP, rectangle(0, 0, 0, 1, [1]), Status.BAD_VALUE),
-        (Command.MAP, rectangle(0, 0, 1, 0, [1]), Status.BAD_VALUE),
-        (Command.MAP, rectangle(15, 0, 2, 1, [1, 2]), Status.BAD_VALUE),
-        (Command.MAP, rectangle(0, 15, 1, 2, [1, 2]), Status.BAD_VALUE),
-        (Command.MAP, rectangle(0xFFFF, 0, 1, 1, [1]), Status.BAD_VALUE),
-        (Command.MAP, rectangle(1, 0, 0xFFFF, 1, [1]), Status.BAD_VALUE),
-        (Command.MAP, rectangle(0, 2, 1, 0xFFFF, [1]), Status.BAD_VALUE),
-        (Command.CHECK, b"", Status.BAD_LENGTH),
-        (Command.CHECK, b"\0", Status.BAD_LENGTH),
-        (Command.CHECK, b"\0" + bytes(3), Status.BAD_LENGTH),
-        (Command.CHECK, check(4, [1, 2]), Status.BAD_VALUE),
-        (Command.CHECK, check(0x81, [1, 2]), Status.BAD_VALUE),
-        (Command.CHECK, check(0, [1]), Status.BAD_VALUE),
-        (Command.CHECK, check(0, [1] * 7), Status.BAD_VALUE),
-        (Command.CHECK, check(0, [1, 2]) + pack_paths(CONFIG, [[1, 2]]), Status.BAD_VALUE),
-        (Command.CHECK_PATHS, b"", Status.BAD_LENGTH),
-        (Command.CHECK_PATHS, check_paths(0, 1, 0)[:-1], Status.BAD_LENGTH),
-        (Command.CHECK_PATHS, check_paths(0, 1, 0) + b"\0", Status.BAD_LENGTH),
-        (Command.CHECK_PATHS, check_paths(0, 0, 0), Status.BAD_VALUE),
-        (Command.CHECK_PATHS, check_paths(7, 2, 0), Status.BAD_VALUE),
-        (Command.CHECK_PATHS, check_paths(255, 255, 0), Status.BAD_VALUE),
-        (Command.CHECK_PATHS, check_paths(0, 1, 4), Status.BAD_VALUE),
-        (Command.RESULTS, b"\0", Status.BAD_LENGTH),
-        (Command.RESULTS, b"\0\1\0", Status.BAD_LENGTH),
-        (Command.RESULTS, b"\0\0", Status.BAD_VALUE),
-        (Command.RESULTS, b"\3\3", Status.BAD_VALUE),
-        (Command.RESULTS, b"\xff\xff", Status.BAD_VALUE),
-        (
-            Command.START,
-            start(16, 0, 0, 1),
-            Status.BAD_VALUE,
-        ),
     ],
 )
 def test_refused_of_the_checker(code, payload, status):

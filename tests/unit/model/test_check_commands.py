@@ -1,44 +1,34 @@
 """Commands of the checker in the model of the chip."""
 
 import random
+from functools import partial
 
 import pytest
 
 from pathgene.hdl.protocol.codes import CheckFlag, Command, Counter, Status
 from pathgene.hdl.protocol.messages import (
-    check_paths_request,
     check_reply,
     counters_reply,
-    map_request,
     read_request,
     results_request,
     start_request,
     status_reply,
 )
-from pathgene.hdl.protocol.paths import PathResult, pack_cells, pack_paths, unpack_results
+from pathgene.hdl.protocol.paths import PathResult, pack_paths, unpack_results
 from pathgene.sim.model.checker import check_path
 from pathgene.sim.model.checker_cycles import batch_cycles
 from pathgene.sim.model.chip import Chip
+from tests.support.gateware import refusals
 from tests.support.gateware.chips import CHECKING, random_path, random_paths
 from tests.unit.model.test_chip import Session, ask
 
 
-MAP = map_request(CHECKING)
 TOTALS = check_reply(CHECKING)
 
 
-def rectangle(x, y, width, height, cells):
-    return MAP.pack(x=x, y=y, width=width, height=height) + pack_cells(CHECKING, cells)
-
-
-def check(flags, path):
-    return bytes((flags,)) + pack_paths(CHECKING, [path])
-
-
-def check_paths(slot, count, flags, start=0x123, goal=0xABC):
-    return check_paths_request(CHECKING).pack(
-        slot=slot, count=count, flags=flags, start=start, goal=goal
-    )
+rectangle = partial(refusals.rectangle, CHECKING)
+check = partial(refusals.check, CHECKING)
+check_paths = partial(refusals.check_paths, CHECKING)
 
 
 @pytest.fixture
@@ -192,30 +182,8 @@ def test_writes_the_cells_of_a_map_of_wrong_length(host, payload, written):
 
 @pytest.mark.parametrize(
     ("code", "payload", "status"),
-    [
-        (Command.MAP, b"", Status.BAD_LENGTH),
-        (Command.MAP, rectangle(0, 0, 1, 1, [])[:-1], Status.BAD_LENGTH),
-        (Command.MAP, rectangle(0, 0, 0, 1, [1]), Status.BAD_VALUE),
-        (Command.MAP, rectangle(0, 0, 1, 0, [1]), Status.BAD_VALUE),
-        (Command.MAP, rectangle(15, 0, 2, 1, [1, 2]), Status.BAD_VALUE),
-        (Command.MAP, rectangle(0, 15, 1, 2, [1, 2]), Status.BAD_VALUE),
-        (Command.MAP, rectangle(1, 0, 0xFFFF, 1, [1]), Status.BAD_VALUE),
-        (Command.CHECK, b"", Status.BAD_LENGTH),
-        (Command.CHECK, b"\0", Status.BAD_LENGTH),
-        (Command.CHECK, b"\0\0\0\0", Status.BAD_LENGTH),
-        (Command.CHECK, check(4, [1, 2]), Status.BAD_VALUE),
-        (Command.CHECK, check(0, [1]), Status.BAD_VALUE),
-        (Command.CHECK, check(0, [1] * 8), Status.BAD_VALUE),
-        (Command.CHECK, check(0, [1, 2]) + pack_paths(CHECKING, [[1, 2]]), Status.BAD_VALUE),
-        (Command.CHECK_PATHS, check_paths(0, 1, 0)[:-1], Status.BAD_LENGTH),
-        (Command.CHECK_PATHS, check_paths(0, 1, 0) + b"\0", Status.BAD_LENGTH),
-        (Command.CHECK_PATHS, check_paths(0, 0, 0), Status.BAD_VALUE),
-        (Command.CHECK_PATHS, check_paths(7, 2, 0), Status.BAD_VALUE),
-        (Command.CHECK_PATHS, check_paths(0, 1, 4), Status.BAD_VALUE),
-        (Command.RESULTS, b"\0", Status.BAD_LENGTH),
-        (Command.RESULTS, b"\0\0", Status.BAD_VALUE),
-        (Command.RESULTS, b"\0\1", Status.BAD_VALUE),  # Nothing has been checked.
-    ],
+    # Nothing has been checked, so there are no results.
+    [*refusals.check_refusals(CHECKING), (Command.RESULTS, b"\0\1", Status.BAD_VALUE)],
 )
 def test_refuses_bad_requests(host, code, payload, status):
     before = host.chip.checking.terrain.heights.tolist()

@@ -10,37 +10,19 @@ from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.host.device.chip_map import padded_map
 from pathgene.sim.harness import VerilatedChecker
 from pathgene.sim.model.checker import TerrainModel, check_path
-from pathgene.sim.model.checker_cycles import batch_cycles
-from pathgene.sim.model.checker_kernels import check_paths
-from tests.support.gateware.checker_cases import TINY, ground, paths_of, random_batch
+from tests.support.gateware.checker_cases import (
+    TINY,
+    check_verilated,
+    ground,
+    paths_of,
+    random_batch,
+)
 
 
 pytestmark = pytest.mark.cosim
 
 FOUR = TINY.replace(checker=CheckerBuild.PARALLEL, lanes=4)
 FULL = Config(checker=CheckerBuild.PARALLEL)
-
-
-def assert_equal(chip, terrain, paths, count=False, stall=0):
-    """Compare verdicts and counts and, without stalls, cycles and reads; return the batch."""
-    config = chip.config
-    batch = chip.check(paths, count=count, stall=stall)
-    for path, verdict, entries, model in zip(
-        paths,
-        batch.verdicts,
-        batch.entries,
-        check_paths(config, terrain, paths, count),
-        strict=True,
-    ):
-        counted = tuple((entry["segment"], entry["terrain"], entry["nofly"]) for entry in entries)
-        place = (verdict["segment"], verdict["x"], verdict["y"], verdict["cells"])
-        assert bool(verdict["collision"]) == model.collision, path
-        assert place == (model.segment, model.x, model.y, model.cells), path
-        assert counted == model.entries, path
-    if not stall:
-        costs = [(verdict["cycles"], verdict["reads"]) for verdict in batch.verdicts]
-        assert costs == batch_cycles(config, terrain, paths, count)
-    return batch
 
 
 @pytest.mark.ci
@@ -56,9 +38,9 @@ def test_every_segment_of_a_tiny_map():
             chip.write(terrain.heights)
             altitudes = rng.integers(3, 16, (len(ends), 2, 1))
             paths = np.concatenate([ends, altitudes], axis=2).tolist()
-            batch = assert_equal(chip, terrain, paths)
+            batch = check_verilated(chip, terrain, paths)
             hits += sum(verdict["collision"] for verdict in batch.verdicts)
-            assert_equal(chip, terrain, paths, count=True)
+            check_verilated(chip, terrain, paths, count=True)
     assert 2_000 < hits < 9_000
 
 
@@ -76,11 +58,11 @@ def test_many_lanes_on_a_small_map(lanes, latency, bits):
             chip.write(terrain.heights)
             paths = paths_of(random_batch(config, rng, 2_000))
             for count in (False, True):
-                batch = assert_equal(chip, terrain, paths, count)
+                batch = check_verilated(chip, terrain, paths, count)
                 assert 0 < sum(verdict["collision"] for verdict in batch.verdicts) < len(paths)
-            assert_equal(chip, terrain, paths, count=True, stall=50)
+            check_verilated(chip, terrain, paths, count=True, stall=50)
             for path in paths[:20]:
-                assert_equal(chip, terrain, [path])
+                check_verilated(chip, terrain, [path])
         cells = [(int(x), int(y)) for x, y in rng.integers(0, config.map_size, (200, 2))]
         found = chip.look_up(cells, config.lookup_latency)
         assert found == [terrain.heights[y, x] for x, y in cells]
@@ -93,7 +75,7 @@ def check_full_size(config, paths, limit):
     terrain.write(0, 0, padded_map(canyon_map(), config))
     with VerilatedChecker(config) as chip:
         chip.write(terrain.heights)
-        (verdict,) = assert_equal(chip, terrain, [TESTING_TRAJECTORY]).verdicts
+        (verdict,) = check_verilated(chip, terrain, [TESTING_TRAJECTORY]).verdicts
         assert not verdict["collision"]
         assert verdict["cycles"] <= limit
 
@@ -104,13 +86,13 @@ def check_full_size(config, paths, limit):
             terrain.write(201, 333, block)
             chip.write(block, 201, 333)
             drawn = paths_of(random_batch(config, rng, paths))
-            batch = assert_equal(chip, terrain, drawn)
+            batch = check_verilated(chip, terrain, drawn)
             assert 0 < sum(verdict["collision"] for verdict in batch.verdicts) < paths
-            batch = assert_equal(chip, terrain, drawn, count=True)
+            batch = check_verilated(chip, terrain, drawn, count=True)
             # Counting reads every cell of every path, without gaps.
             reads = sum(verdict["reads"] for verdict in batch.verdicts)
             assert reads >= 0.8 * config.lanes * batch.cycles
-            assert_equal(chip, terrain, drawn[: paths // 4], count=True, stall=50)
+            check_verilated(chip, terrain, drawn[: paths // 4], count=True, stall=50)
 
         cells = [(int(x), int(y)) for x, y in rng.integers(0, config.map_size, (500, 2))]
         found = chip.look_up(cells, config.lookup_latency)

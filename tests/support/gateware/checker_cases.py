@@ -6,8 +6,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pathgene.hdl.config import CheckerBuild, Config
-from pathgene.sim.model.checker import TerrainModel
-from pathgene.sim.model.checker_kernels import Batch, Verdicts
+from pathgene.sim.model.checker import TerrainModel, check_path
+from pathgene.sim.model.checker_cycles import batch_cycles
+from pathgene.sim.model.checker_kernels import Batch, Verdicts, check_paths
 from tests.support.gateware.streams import collect, put, simulate
 
 
@@ -21,6 +22,8 @@ TINY = Config(
     lanes=1,
 )
 FULL = Config(checker=CheckerBuild.TWO_TIER, lanes=1)
+
+_PLACE = ("collision", "segment", "x", "y", "coarse", "cells")
 
 BUILDS = tuple(build for build in CheckerBuild if build is not CheckerBuild.NONE)
 
@@ -55,6 +58,13 @@ def paths_of(batch):
     """Return the paths of a batch in the form of :func:`pathgene.sim.model.checker.check_path`."""
     points = [tuple(point) for point in batch.points.tolist()]
     return [points[i:j] for i, j in zip(batch.bounds[:-1], batch.bounds[1:], strict=True)]
+
+
+def drawn(config, seed, paths, *, peaks=0.02, blocked=0.01):
+    """Return ground and paths."""
+    rng = np.random.default_rng(seed)
+    terrain = ground(config, rng, peaks=peaks, blocked=blocked)
+    return terrain, paths_of(random_batch(config, rng, paths))
 
 
 def closed_form(config, terrain, batch):
@@ -130,15 +140,7 @@ class Results:
         """The model's verdict of each path."""
         counts = iter([(count.segment, count.terrain, count.nofly) for count in self.counts])
         return [
-            (
-                bool(verdict.collision),
-                verdict.segment,
-                verdict.x,
-                verdict.y,
-                bool(verdict.coarse),
-                verdict.cells,
-                tuple(itertools.islice(counts, verdict.entries)),
-            )
+            (*place_of(verdict), tuple(itertools.islice(counts, verdict.entries)))
             for verdict in self.verdicts
         ]
 
@@ -148,17 +150,42 @@ class Results:
         return [(verdict.cycles, verdict.reads) for verdict in self.verdicts]
 
 
-def summary(verdict):
-    """The same for a verdict of the model."""
-    return (
-        verdict.collision,
-        verdict.segment,
-        verdict.x,
-        verdict.y,
-        verdict.coarse,
-        verdict.cells,
-        verdict.entries,
-    )
+def place_of(verdict):
+    """Return the fields that verdicts of the checker and of the model share."""
+    return tuple(getattr(verdict, name) for name in _PLACE)
+
+
+def defined(config, terrain, paths, count=False):
+    """Return the verdicts of the definition."""
+    return [check_path(config, terrain, path, count) for path in paths]
+
+
+def expected(config, terrain, paths, count=False, model=defined):
+    """Return a model's verdicts, in the form of :attr:`Results.summaries`."""
+    verdicts = model(config, terrain, paths, count)
+    return [(*place_of(verdict), verdict.entries) for verdict in verdicts]
+
+
+def check_verilated(checker, terrain, paths, count=False, stall=0, *, model=check_paths):
+    """Compare a batch of a Verilated checker with a model, its costs too unless it stalls.
+
+    Return the batch.
+    """
+    batch = checker.check(paths, count=count, stall=stall)
+    found = [
+        (
+            *(verdict[name] for name in _PLACE),
+            tuple((entry["segment"], entry["terrain"], entry["nofly"]) for entry in entries),
+        )
+        for verdict, entries in zip(batch.verdicts, batch.entries, strict=True)
+    ]
+    wanted = expected(checker.config, terrain, paths, count, model)
+    for path, one, other in zip(paths, found, wanted, strict=True):
+        assert one == other, path
+    if not stall:
+        costs = [(verdict["cycles"], verdict["reads"]) for verdict in batch.verdicts]
+        assert costs == batch_cycles(checker.config, terrain, paths, count)
+    return batch
 
 
 async def upload(ctx, dut, heights, x=0, y=0):

@@ -16,13 +16,14 @@ from pathgene.sim.model.checker import TerrainModel, check_path, segment_cells
 from pathgene.sim.model.checker_cycles import batch_cycles
 from tests.support.gateware.checker_cases import (
     TINY,
+    drawn,
+    expected,
     feed,
     ground,
     look_up,
     paths_of,
     random_batch,
     results_of,
-    summary,
     upload,
 )
 from tests.support.gateware.streams import collect, pulse, simulate
@@ -31,17 +32,6 @@ from tests.support.gateware.streams import collect, pulse, simulate
 PAIR = TINY.replace(checker=CheckerBuild.PARALLEL, lanes=2)
 SMALL = PAIR.replace(map_size=16, altitude_bits=6)
 LANES = (1, 2, 4)
-
-
-def batch(config, seed, paths, peaks=0.02):
-    """Ground and paths."""
-    rng = np.random.default_rng(seed)
-    terrain = ground(config, rng, peaks=peaks, blocked=peaks / 2)
-    return terrain, paths_of(random_batch(config, rng, paths))
-
-
-def expected(config, terrain, paths, count=False):
-    return [summary(check_path(config, terrain, path, count)) for path in paths]
 
 
 def flat(config, altitude=0):
@@ -56,7 +46,7 @@ def flat(config, altitude=0):
 def test_queue_equals_model(lanes, latency, count):
     """Verdicts, counts, cycles and reads of paths without a gap between them."""
     config = SMALL.replace(lanes=lanes, memory_latency=latency)
-    terrain, paths = batch(config, seed=2 * lanes, paths=20, peaks=0.04)
+    terrain, paths = drawn(config, seed=2 * lanes, paths=20, peaks=0.04, blocked=0.02)
     results = results_of(Checker(config), terrain, paths, count=count)
     assert results.summaries == expected(config, terrain, paths, count)
     assert results.costs == batch_cycles(config, terrain, paths, count)
@@ -66,7 +56,7 @@ def test_queue_equals_model(lanes, latency, count):
 def test_widest_altitudes():
     """The products are too wide for a multiplier of 18 bits."""
     config = SMALL.replace(lanes=4, altitude_bits=16)
-    terrain, paths = batch(config, seed=16, paths=20)
+    terrain, paths = drawn(config, seed=16, paths=20)
     results = results_of(Checker(config), terrain, paths)
     assert results.summaries == expected(config, terrain, paths)
     assert {verdict.collision for verdict in results.verdicts} == {0, 1}
@@ -137,7 +127,7 @@ def test_throughput_on_mixed_segments():
 )
 def test_nothing_is_lost_under_back_pressure(pauses, count_pauses):
     config = PAIR.replace(lanes=4)
-    terrain, paths = batch(config, 8, 30, peaks=0.3)
+    terrain, paths = drawn(config, 8, 30, peaks=0.3, blocked=0.15)
     results = results_of(
         Checker(config), terrain, paths, count=True, pauses=pauses, count_pauses=count_pauses
     )
@@ -148,7 +138,7 @@ def test_nothing_is_lost_under_back_pressure(pauses, count_pauses):
 def test_counts_are_there_with_their_verdict():
     """A reader of verdicts, and of as many counts as each announces, never waits for a count."""
     config = PAIR.replace(lanes=2)
-    terrain, paths = batch(config, 9, 40, peaks=0.3)
+    terrain, paths = drawn(config, 9, 40, peaks=0.3, blocked=0.15)
     dut = Checker(config)
     taken = []
 

@@ -4,6 +4,7 @@ The queues run at full speed, under Verilator.
 """
 
 import itertools
+from functools import partial
 
 import numpy as np
 import pytest
@@ -15,13 +16,17 @@ from pathgene.sim.model.checker import TerrainModel, check_path, segment_cells
 from pathgene.sim.model.checker_cycles import batch_cycles
 from tests.support.gateware.checker_cases import (
     TINY,
+    check_verilated,
+    defined,
+    drawn,
+    expected,
     feed,
     ground,
     look_up,
     paths_of,
+    place_of,
     random_batch,
     results_of,
-    summary,
     upload,
 )
 from tests.support.gateware.streams import collect, put, simulate
@@ -32,34 +37,12 @@ SMALL = TINY.replace(map_size=16, coarse_factor=4, altitude_bits=6)
 LONG = TINY.replace(map_size=128, coarse_factor=16, altitude_bits=12)
 
 
-def batch(config, seed, paths, **strewn):
-    rng = np.random.default_rng(seed)
-    terrain = ground(config, rng, **{"peaks": 0.02, "blocked": 0.01} | strewn)
-    return terrain, paths_of(random_batch(config, rng, paths))
-
-
-def expected(config, terrain, paths, count=False):
-    return [summary(check_path(config, terrain, path, count)) for path in paths]
-
-
-def shortened(verdict):
-    """The part of :func:`summary` without the counts."""
-    return (
-        bool(verdict.collision),
-        verdict.segment,
-        verdict.x,
-        verdict.y,
-        bool(verdict.coarse),
-        verdict.cells,
-    )
-
-
 @pytest.mark.parametrize("count", [False, True], ids=["first", "count"])
 @pytest.mark.parametrize(("base", "latency"), [(TINY, 2), (SMALL, 1)], ids=["tiny", "small"])
 def test_queue_equals_model(base, latency, count):
     """Verdicts, counts, cycles and reads match for paths that follow without gaps."""
     config = base.replace(memory_latency=latency)
-    terrain, paths = batch(config, latency, 25)
+    terrain, paths = drawn(config, latency, 25)
     results = results_of(Checker(config), terrain, paths, count=count)
     assert results.summaries == expected(config, terrain, paths, count)
     assert results.costs == batch_cycles(config, terrain, paths, count)
@@ -69,7 +52,7 @@ def test_queue_equals_model(base, latency, count):
 
 
 def test_paths_alone():
-    terrain, paths = batch(SMALL, 3, 25)
+    terrain, paths = drawn(SMALL, 3, 25)
     results = results_of(Checker(SMALL), terrain, paths, alone=True)
     assert results.summaries == expected(SMALL, terrain, paths)
     assert results.costs == [batch_cycles(SMALL, terrain, [path])[0] for path in paths]
@@ -136,7 +119,7 @@ def test_map_rises_and_falls():
             await feed(ctx, dut, path)
             while len(verdicts) < number:
                 await ctx.tick()
-            assert shortened(verdicts[-1]) == summary(check_path(SMALL, terrain, path))[:6]
+            assert place_of(verdicts[-1]) == place_of(check_path(SMALL, terrain, path))
 
     simulate(dut, bench, background=[collect(dut.verdicts, verdicts)])
     assert [verdict.collision for verdict in verdicts] == [1, 1, 1, 0, 1, 0]
@@ -166,7 +149,7 @@ def test_waits_while_the_coarse_map_is_rebuilt():
 
 def test_looks_up():
     """One cell per cycle, after ``lookup_latency``; an earlier coarse cell makes no difference."""
-    terrain, paths = batch(TINY, 5, 10)
+    terrain, paths = drawn(TINY, 5, 10)
     dut = Checker(TINY)
     cells = [(x, y) for y in range(8) for x in range(8)]
     found = []
@@ -188,7 +171,7 @@ def test_looks_up():
     ("pauses", "count_pauses"), [((0, 3, 40), (0,)), ((0,), (0, 60, 2))], ids=["verdicts", "counts"]
 )
 def test_nothing_is_lost_under_back_pressure(pauses, count_pauses):
-    terrain, paths = batch(TINY, 8, 40, peaks=0.2)
+    terrain, paths = drawn(TINY, 8, 40, peaks=0.2)
     results = results_of(
         Checker(TINY), terrain, paths, count=True, pauses=pauses, count_pauses=count_pauses
     )
@@ -198,7 +181,7 @@ def test_nothing_is_lost_under_back_pressure(pauses, count_pauses):
 
 def test_a_slow_source():
     """Gaps between the points do not change the verdicts."""
-    terrain, paths = batch(TINY, 9, 30)
+    terrain, paths = drawn(TINY, 9, 30)
     dut = Checker(TINY)
     verdicts = []
 
@@ -214,33 +197,14 @@ def test_a_slow_source():
             await ctx.tick()
 
     simulate(dut, bench, background=[collect(dut.verdicts, verdicts)])
-    assert [shortened(verdict) for verdict in verdicts] == [
+    assert [place_of(verdict) for verdict in verdicts] == [
         verdict[:6] for verdict in expected(TINY, terrain, paths)
     ]
 
 
 pytestmark = pytest.mark.cosim
 
-
-def check(checker, terrain, paths, *, count=False, stall=0):
-    """Compare a queue with the model, including cycles and reads; return the verdicts."""
-    config = checker.config
-    batch = checker.check(paths, count=count, stall=stall)
-    found = []
-    for verdict, entries in zip(batch.verdicts, batch.entries, strict=True):
-        fields = ("segment", "x", "y", "coarse", "cells")
-        segment, x, y, coarse, cells = (verdict[field] for field in fields)
-        entries = tuple((entry["segment"], entry["terrain"], entry["nofly"]) for entry in entries)
-        found.append((bool(verdict["collision"]), segment, x, y, bool(coarse), cells, entries))
-    assert found == [summary(check_path(config, terrain, path, count)) for path in paths]
-    if not stall:
-        costs = [(verdict["cycles"], verdict["reads"]) for verdict in batch.verdicts]
-        assert costs == batch_cycles(config, terrain, paths, count)
-    return batch.verdicts
-
-
-def load(checker, terrain):
-    checker.write(terrain.heights)
+check = partial(check_verilated, model=defined)
 
 
 @pytest.mark.ci
@@ -251,13 +215,13 @@ def test_every_segment_of_a_tiny_map():
     cells = list(itertools.product(range(config.map_size), repeat=2))
     with VerilatedChecker(config) as checker:
         terrain = ground(config, rng, peaks=0.1, blocked=0.03)
-        load(checker, terrain)
+        checker.write(terrain.heights)
         for before in range(3):
             paths = []
             for start, stop in itertools.product(cells, repeat=2):
                 z = rng.integers(4, 15, 2)
                 paths.append([(*start, 15)] * before + [(*start, int(z[0])), (*stop, int(z[1]))])
-            verdicts = check(checker, terrain, paths)
+            verdicts = check(checker, terrain, paths).verdicts
             assert 0.2 < np.mean([verdict["collision"] for verdict in verdicts]) < 0.9
 
 
@@ -279,7 +243,7 @@ def test_queues_over_a_changing_map(latency, turns):
     terrain = TerrainModel(config)
     with VerilatedChecker(config) as checker:
         terrain.write(0, 0, rng.integers(0, top // 4, (edge, edge)))
-        load(checker, terrain)
+        checker.write(terrain.heights)
         for turn in range(turns):
             x, y = rng.integers(0, edge - 1, 2).tolist()
             width, height = rng.integers(1, 20, 2).tolist()

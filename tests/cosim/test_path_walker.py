@@ -6,23 +6,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pathgene.hdl.config import Config
 from pathgene.hdl.planner.walker.path_walker import PathWalker
 from pathgene.hdl.verilog import convert
 from pathgene.sim.exported import cached_verilog
 from pathgene.sim.harness.program import VerilatedProgram
 from pathgene.sim.model.planner.evaluator_cycles import back, cost, walked
 from pathgene.sim.model.planner.walk import walk
-from tests.support.planner.cases import USUAL, any_point, ground, heights_of, segments_of
+from tests.support.planner.cases import SMALL, USUAL, any_point, ground, heights_of, segments_of
 from tests.support.planner.plain import Memo
 
 
 pytestmark = pytest.mark.cosim
 
-TINY = Config(
-    population=8, children=4, elites=2, survivors=2, perturbs=1, inserts=1, deletes=1,
-    map_size=8, coarse_factor=2, altitude_bits=4, max_waypoints=4, lanes=4, core="planner",
-)  # fmt: skip
+TINY = SMALL.replace(max_waypoints=4, map_size=8, coarse_factor=2, altitude_bits=4)
 
 
 class VerilatedWalker(VerilatedProgram):

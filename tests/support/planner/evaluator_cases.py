@@ -117,14 +117,18 @@ def outcomes(evaluator, rows, paths):
         if each.first and (scored.penalty or max(value, 0) >= limit):
             continue
         outcome.margins = [(each.slot, *margin) for margin in enumerate(margins[1:-1])]
-        arcs = [None if arc is None else arc.chord for arc in scored.arcs]
-        record = evaluator.record
-        chords = [*[None] * (1 - record.has_entry), *arcs, *[None] * (1 - record.has_exit)]
+        chords = chords_of(evaluator.record, scored)
         outcome.costs = [
             _cost(evaluator.config, memo, start, stop)
             for start, stop, _ in segments_of(each.points, chords, each.first)
         ]
     return results
+
+
+def chords_of(record, scored):
+    """Return the chord at each point of a path, None where there is none."""
+    arcs = [None if arc is None else arc.chord for arc in scored.arcs]
+    return [*[None] * (1 - record.has_entry), *arcs, *[None] * (1 - record.has_exit)]
 
 
 def _cost(config, memo, start, stop):

@@ -3,27 +3,22 @@
 Cycles, and many paths: ``tests/cosim/test_path_walker.py``.
 """
 
-import dataclasses
 import itertools
 
 import numpy as np
 import pytest
 
-from pathgene.hdl.config import Config
 from pathgene.hdl.planner.walker.path_walker import PathWalker
-from pathgene.hdl.protocol.planner import POSITION_FRACTION, SLOPE_BITS, VALUE_BITS, PathClass
+from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
 from pathgene.sim.model.planner.definition.score import score
 from pathgene.sim.model.planner.evaluation import NO_LIMIT
 from pathgene.sim.model.planner.evaluator_cycles import back, cost, walked
 from tests.support.gateware.streams import put, simulate
-from tests.support.planner.cases import corner, ground, path, record, segments_of, upload
-from tests.support.planner.plain import Evaluator
+from tests.support.planner.cases import SMALL, corner, ground, path, segments_of, upload
+from tests.support.planner.evaluator_cases import chords_of, drawn_evaluator
 
 
-CONFIG = Config(
-    population=8, children=4, elites=2, survivors=2, perturbs=1, inserts=1, deletes=1,
-    map_size=16, coarse_factor=4, altitude_bits=6, max_waypoints=4, lanes=4, core="planner",
-)  # fmt: skip
+CONFIG = SMALL.replace(max_waypoints=4, map_size=16, altitude_bits=6)
 
 
 def case(config, rng, number, heading):
@@ -32,32 +27,15 @@ def case(config, rng, number, heading):
     With a heading, 1 at the start and 2 at the goal, the problem has an entry or an exit.
     """
     terrain = ground(config, rng, blocked=0.03)
-    steepest = (1 << SLOPE_BITS) - 1
-    problem = record(config, rng, climb=steepest, descent=steepest, radius=300)
-    far = (config.map_size - 2) << POSITION_FRACTION
-    problem = dataclasses.replace(
-        problem,
-        has_entry=heading & 1,
-        entry_y=far // 3,
-        entry_altitude=problem.start_altitude,
-        has_exit=heading >> 1,
-        exit_x=far,
-        exit_altitude=problem.goal_altitude,
-    )
-    evaluator = Evaluator(config, problem, terrain, 0)
+    evaluator = drawn_evaluator(config, rng, terrain, heading, radius=300)
     start, goal = evaluator.ends
     paths = []
     while len(paths) < number:
         points = [start, *path(config, rng)[1:-1], goal]
-        scored = score(problem, points)
+        scored = score(evaluator.record, points)
         first = bool(rng.integers(2))
         if scored.penalty == 0:
-            chords = [
-                *[None] * (1 - problem.has_entry),
-                *(arc.chord for arc in scored.arcs),
-                *[None] * (1 - problem.has_exit),
-            ]
-            paths.append((points, chords, first))
+            paths.append((points, chords_of(evaluator.record, scored), first))
     return evaluator, paths
 
 

@@ -20,7 +20,7 @@ from pathgene.host.terrain.datum import (
     ellipsoid_refusal,
 )
 from pathgene.host.terrain.file_heights import FileHeights, remedy_of_file
-from pathgene.host.terrain.grid import Terrain
+from pathgene.host.terrain.grid import Terrain, as_heights
 from pathgene.host.terrain.marks import marked, named, without_marks
 from pathgene.host.terrain.stated import HEIGHT_UNITS, Stated
 from pathgene.host.terrain.suspects import suspicions
@@ -258,7 +258,7 @@ class _Grid:
 
     def _checked(self, upright: Vertical) -> tuple[Floats, Reading]:
         """Return the numbers, with NaN for voids, and the facts."""
-        numbers = Terrain(str(self.path), self.numbers, *self.sides, accepts_all=True).elevation
+        numbers = as_heights(str(self.path), self.numbers)
         reading, voids = named(Reading({"heights": upright.facts}), self.numbers, self.stated)
         return (numbers if voids is None else np.where(voids, np.nan, numbers)), reading
 

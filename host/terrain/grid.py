@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from pathgene.host.terrain.geodesy import LocalFrame
     from pathgene.host.terrain.metric import Metric
 
-__all__ = ["Terrain"]
+__all__ = ["Terrain", "as_heights"]
 
 Floats = NDArray[np.float64]
 
@@ -100,7 +100,7 @@ class Terrain:
         # The name of a file may have bytes that are not UTF-8, which no other file can hold.
         name = self.name.encode("utf-8", "backslashreplace").decode()
         object.__setattr__(self, "name", name)
-        elevation = _heights(self.name, self.elevation)
+        elevation = as_heights(self.name, self.elevation)
         sides = []
         for side in ("dx_m", "dy_m"):
             value = float(getattr(self, side))
@@ -142,7 +142,7 @@ class Terrain:
         elevation : array_like
             ``(ny, nx)`` heights, as for the terrain.
         """
-        heights = _heights(self.name, elevation)
+        heights = as_heights(self.name, elevation)
         heights.setflags(write=False)
         return self.having(elevation=heights)
 
@@ -360,7 +360,14 @@ def _require_size(name: str, sides: list[float], shape: tuple[int, ...]) -> None
             )
 
 
-def _heights(name: str, elevation: ArrayLike) -> Floats:
+def as_heights(name: str, elevation: ArrayLike) -> Floats:
+    """Return numbers as heights, with NaN for voids and for SRTM's mark.
+
+    Raises
+    ------
+    InputError
+        If they are not a grid of 2 x 2 real numbers or more, or are all void.
+    """
     raw = np.asarray(elevation)
     if raw.dtype.kind not in "iufb":
         raise InputError(f"{name}: the heights must be real numbers, but are {raw.dtype}.")

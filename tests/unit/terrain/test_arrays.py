@@ -165,3 +165,20 @@ def test_final_heights_are_not_checked_again(tmp_path):
     terrain.save_npz(tmp_path / "run.npz", terrain.voids)
     again = load(tmp_path / "run.npz")
     np.testing.assert_array_equal(again.elevation, heights)
+
+
+@pytest.mark.parametrize(("unit", "unit_m"), [("cm", 0.01), ("dm", 0.1), ("ft", 0.3048)])
+def test_heights_in_small_units(npz, tmp_path, unit, unit_m):
+    """Numbers above 9,000 are heights in such a unit."""
+    stated = Stated(height_unit=unit)
+    tall = HEIGHTS / unit_m
+    np.save(tmp_path / "a.npy", tall)
+    np.savez(tmp_path / "a.npz", elevation=tall, dx_m=30.0, dy_m=30.0)
+    np.savez(tmp_path / "b.npz", elevation=tall, dx_m=30.0, dy_m=30.0, crs="EPSG:32632", **PLACE)
+    for terrain in (
+        load(tmp_path / "a.npy", cell=(30, 30), stated=stated),
+        load(tmp_path / "a.npz", stated=stated),
+        load(tmp_path / "b.npz", stated=stated),
+    ):
+        np.testing.assert_allclose(terrain.elevation, HEIGHTS, rtol=1e-12)
+        assert terrain.reading.facts["heights"]["unit"] == unit

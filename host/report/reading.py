@@ -64,4 +64,5 @@ def _terrain(facts: Mapping[str, Any]) -> str:
 def _short(crs: str) -> str:
     """Return the name of a reference system, without the rest of its WKT."""
     name = crs.partition('"')[2].partition('"')[0]
-    return name or crs
+    # A local frame has no name.
+    return "local metres" if name == "unknown" else name or crs

@@ -50,6 +50,8 @@ def complete(terrain: Terrain) -> Terrain:
             "are_filled": bool(terrain.loading.get("fill_voids")),
         },
     }
+    if known.get("is_own"):
+        facts["is_own"] = True
     paper = None if terrain.paper is None else complete(terrain.on_paper)
     return terrain.having(reading=Reading(facts, terrain.reading.remarks), paper=paper)
 

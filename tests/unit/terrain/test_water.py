@@ -71,6 +71,14 @@ def test_without_a_place_there_is_no_sea(tmp_path):
     assert load(tmp_path / "a.npy", cell=(30, 30), stated=Stated(water_level=-10)).lowest == -10
 
 
+def test_the_grid_of_a_run_stays_as_it_is_at_its_origin(tmp_path):
+    np.save(tmp_path / "a.npy", HEIGHTS)
+    terrain = load(tmp_path / "a.npy", cell=(30, 30))
+    terrain.save_npz(tmp_path / "terrain.npz", np.zeros(terrain.shape, bool))
+    again = at_origin(load(tmp_path / "terrain.npz"), 46.0, 8.0)
+    np.testing.assert_array_equal(again.elevation, HEIGHTS)
+
+
 def test_the_papers_have_no_sea(coast):
     terrain = load(coast)
     ends = ((300.0, 300.0, 200.0), (400.0, 500.0, 200.0))

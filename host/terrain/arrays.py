@@ -20,7 +20,7 @@ from pathgene.host.terrain.datum import (
     ellipsoid_refusal,
 )
 from pathgene.host.terrain.file_heights import FileHeights, remedy_of_file
-from pathgene.host.terrain.grid import Terrain, as_heights
+from pathgene.host.terrain.grid import Terrain, as_heights, as_sides
 from pathgene.host.terrain.marks import marked, named, without_marks
 from pathgene.host.terrain.stated import HEIGHT_UNITS, Stated
 from pathgene.host.terrain.suspects import suspicions
@@ -139,13 +139,12 @@ def _of_run(
             "as the grid of a run they are final: plan again over heights above the sea",
         )
     made = Terrain(
-        path.stem,
+        str(path),
         elevation,
         *sides,
-        source=str(path),
         reading=Reading(facts, (ELLIPSOID_ACCEPTED,) if is_accepted else ()),
         accepts_all=True,
-    )
+    ).having(name=path.stem, source=str(path))
     return _filled(made) if fill_voids else made
 
 
@@ -212,13 +211,8 @@ class _Grid:
             is_unit_known = upright.unit_from != "assumed"
             reading = reading.adding(suspicions(file, heights, is_unit_known=is_unit_known))
         made = Terrain(
-            self.path.stem,
-            heights,
-            *self.sides,
-            source=str(self.path),
-            reading=reading,
-            accepts_all=accepts_all,
-        )
+            str(self.path), heights, *self.sides, reading=reading, accepts_all=accepts_all
+        ).having(name=self.path.stem, source=str(self.path))
         return _filled(made) if self.fill_voids else made
 
     def on_earth(self, crs: str, origin: tuple[float, float], max_cells: int | None) -> Terrain:
@@ -259,6 +253,7 @@ class _Grid:
     def _checked(self, upright: Vertical) -> tuple[Floats, Reading]:
         """Return the numbers, with NaN for voids, and the facts."""
         numbers = as_heights(str(self.path), self.numbers)
+        as_sides(str(self.path), self.sides, numbers.shape)
         reading, voids = named(Reading({"heights": upright.facts}), self.numbers, self.stated)
         return (numbers if voids is None else np.where(voids, np.nan, numbers)), reading
 

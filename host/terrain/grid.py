@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from pathgene.host.terrain.geodesy import LocalFrame
     from pathgene.host.terrain.metric import Metric
 
-__all__ = ["Terrain", "as_heights"]
+__all__ = ["Terrain", "as_heights", "as_sides"]
 
 Floats = NDArray[np.float64]
 
@@ -101,16 +101,7 @@ class Terrain:
         name = self.name.encode("utf-8", "backslashreplace").decode()
         object.__setattr__(self, "name", name)
         elevation = as_heights(self.name, self.elevation)
-        sides = []
-        for side in ("dx_m", "dy_m"):
-            value = float(getattr(self, side))
-            if not (math.isfinite(value) and value > 0):
-                raise InputError(
-                    f"{self.name}: the sides of a cell must be positive metres, but "
-                    f"{side} is {value:g}."
-                )
-            sides.append(value)
-        _require_size(self.name, sides, elevation.shape)
+        sides = as_sides(self.name, (self.dx_m, self.dy_m), elevation.shape)
         file = FileHeights(
             self.name,
             max(sides),
@@ -349,8 +340,20 @@ class Terrain:
         return LocalFrame(self.crs, self.origin, self.metres_per_unit)
 
 
-def _require_size(name: str, sides: list[float], shape: tuple[int, ...]) -> None:
-    """Check that no side of a map is longer than :data:`_MOST_M`."""
+def as_sides(name: str, cell: tuple[float, float], shape: tuple[int, ...]) -> tuple[float, float]:
+    """Return the sides of a cell of a map with ``shape`` nodes, metres.
+
+    Raises
+    ------
+    InputError
+        If one is not positive, or the map longer than :data:`_MOST_M`.
+    """
+    sides = float(cell[0]), float(cell[1])
+    for word, value in zip(("dx_m", "dy_m"), sides, strict=True):
+        if not (math.isfinite(value) and value > 0):
+            raise InputError(
+                f"{name}: the sides of a cell must be positive metres, but {word} is {value:g}."
+            )
     for side, nodes in zip(sides, reversed(shape), strict=True):
         length_m = side * (nodes - 1)
         if length_m > _MOST_M:
@@ -358,6 +361,7 @@ def _require_size(name: str, sides: list[float], shape: tuple[int, ...]) -> None
                 f"{name}: {nodes} nodes at {side:g} m are a map of {length_m:g} m, and no map may "
                 f"be longer than {_MOST_M:g} m; give the sides of a cell in metres."
             )
+    return sides
 
 
 def as_heights(name: str, elevation: ArrayLike) -> Floats:

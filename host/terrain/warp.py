@@ -27,8 +27,8 @@ _SIDE_DECIMALS = 2
 # Widest geographic raster; in a wider one the frame's metres differ too much from true ones.
 _WIDEST_DEG = 12.0
 # Near a pole, maximum ratio of a pixel's sides, which multiplies the cells. Pixels of equal degrees
-# reach it at 85 degrees of latitude.
-_LONGEST, _POLAR_DEG = 12.0, 80.0
+# reach it at 86.4 degrees of latitude.
+_LONGEST, _POLAR_DEG = 16.0, 80.0
 # Nodes resampled at a time: bounds the memory of a large tile.
 _BLOCK_NODES = 1 << 22
 # Degrees of the polynomials tried for the inverse projection, and the largest error in pixels.
@@ -64,7 +64,7 @@ def to_frame(raster: Raster, frame: str, max_cells: int | None = None) -> Raster
     Raises
     ------
     InputError
-        If the raster is wider than 12 degrees, its cells are more than 12 times as long as wide, or
+        If the raster is wider than 12 degrees, its cells near a pole are too long and narrow, or
         the grid would have too many.
     """
     rows, columns = raster.heights.shape

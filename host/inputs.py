@@ -22,6 +22,7 @@ from pathgene.host.errors import InputError
 
 __all__ = [
     "MOST_TEXT_BYTES",
+    "MOST_TOML_BYTES",
     "exists",
     "opened",
     "parse_json",
@@ -33,8 +34,8 @@ __all__ = [
 
 #: Maximum size of a text file in bytes: a problem, an aircraft, zones, a path or a summary.
 MOST_TEXT_BYTES = 64_000_000
-# Maximum size of a text in TOML, which tomllib reads at some megabytes a second.
-_MOST_TOML_BYTES = 16_000_000
+#: Maximum size of a text in TOML, which tomllib reads at some megabytes a second.
+MOST_TOML_BYTES = 16_000_000
 # A dotted key of TOML with this many parts is refused; no table here is that deep.
 _KEY_PARTS = 20
 _KEY_PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+"""
@@ -135,8 +136,8 @@ def parse_toml(text: str) -> dict[str, Any]:
     """
     # Notepad writes a byte order mark.
     text = text.removeprefix("\ufeff")
-    if len(text) > _MOST_TOML_BYTES:
-        most = _MOST_TOML_BYTES // 1_000_000
+    if len(text) > MOST_TOML_BYTES:
+        most = MOST_TOML_BYTES // 1_000_000
         raise ValueError(f"it has more than {most} MB; put zones into a file of their own")
     # The time of tomllib grows with the square of their number.
     if _LONG_KEY.search(text):

@@ -14,6 +14,7 @@ from pathgene.host.planners.registry import DEFAULT_BOARD
 from pathgene.host.terrain import Terrain
 from pathgene.host.web.desk.job import FlightJob, PlanJob
 from pathgene.host.web.desk.jobs import Jobs
+from pathgene.host.web.desk.kept import KeptProblems
 from pathgene.host.web.desk.saving import files_of, saved_plans
 from pathgene.host.web.desk.sheet import Sheet
 from pathgene.host.web.desk.terrains import Terrains
@@ -24,6 +25,8 @@ __all__ = ["Desk"]
 
 # Folder of uploaded terrains, within the folder of plans.
 _TERRAINS = "terrains"
+# Folder of problems that are too large for a link, within the folder of plans.
+_PROBLEMS = "problems"
 # Maximum characters of a terrain's name in the name of a folder.
 _LONGEST_NAME = 60
 # Number of meshes kept in memory; each has up to 700 kB.
@@ -59,6 +62,7 @@ class Desk:
     ) -> None:
         self.directory, self.local = directory, local
         self.terrains = Terrains(directory / _TERRAINS, max_cells)
+        self.kept = KeptProblems(directory / _PROBLEMS)
         self._first = Sheet(self.terrains)
         if problem is not None:
             self._first.open_file(problem)

@@ -10,12 +10,12 @@ from typing import Any
 from pathgene.host.errors import InputError
 from pathgene.host.files.output import output_file
 from pathgene.host.formats.registry import zone_suffixes
-from pathgene.host.inputs import parse_toml
+from pathgene.host.inputs import MOST_TOML_BYTES, parse_toml
 from pathgene.host.mission.build import read_zones_of
 from pathgene.host.options.table import TABLES
 from pathgene.host.problem import aircraft
 from pathgene.host.report.reading import sentences
-from pathgene.host.web.desk.sheet import MOST_BYTES, Sheet
+from pathgene.host.web.desk.sheet import Sheet
 from pathgene.host.web.desk.terrains import Terrains
 
 
@@ -50,8 +50,9 @@ def open_upload(sheet: Sheet, terrains: Terrains, name: str, content: bytes) -> 
 
 
 def _open_toml(sheet: Sheet, name: str, content: bytes) -> None:
-    if len(content) > MOST_BYTES:
-        raise InputError(f"{name}: has more than {MOST_BYTES // 1000} kB, too much for a problem.")
+    if len(content) > MOST_TOML_BYTES:
+        most = MOST_TOML_BYTES // 1_000_000
+        raise InputError(f"{name}: has more than {most} MB, too much for a problem.")
     try:
         text = content.decode()
         tables = parse_toml(text)

@@ -206,7 +206,7 @@ def _is_own_page(scope: Scope) -> bool:
     """Return whether a request comes from a page of this server, or from no page."""
     origin = _header(scope, b"origin").lower()
     host = _header(scope, b"host").lower()
-    # Behind a proxy that encrypts, the scheme is another one.
+    # With a proxy that encrypts, the scheme is another one.
     return not origin or origin in (f"http://{host}", f"https://{host}")
 
 

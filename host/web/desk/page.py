@@ -26,6 +26,7 @@ from pathgene.host.web.desk.job import FlightJob, Job, PlanJob
 from pathgene.host.web.desk.panels import Panels, panel
 from pathgene.host.web.desk.results import EARLIER, PlanView, Results, SavedPlans
 from pathgene.host.web.desk.saving import PROBLEM
+from pathgene.host.web.desk.sheet import Sheet
 from pathgene.host.web.desk.stage import Stage
 from pathgene.host.web.scene import path_scene
 
@@ -50,6 +51,8 @@ class Page:
         self._desk, self._address = desk, address
         self._sheet = desk.sheet()
         self._drawn_terrain: Any = None
+        # Number of the latest drawing of the problem.
+        self._settled = 0
         self._build()
 
     def _build(self) -> None:
@@ -99,7 +102,7 @@ class Page:
     async def _ready(self, event: events.GenericEventArguments) -> None:
         """Load the problem from the address, and draw it."""
         fragment = str(event.args.get("fragment") or "")
-        if fragment and await self._tried(self._sheet.open_link, fragment):
+        if fragment and await self._tried(self._desk.kept.open_link, self._sheet, fragment):
             self._show_values()
         await self._settle()
         self._list()
@@ -116,25 +119,38 @@ class Page:
     async def _settle(self) -> None:
         """Draw the current problem, and say what is wrong with it."""
         self._settling.deactivate()
-        sheet = self._sheet
+        self._settled += 1
+        number = self._settled
+        # The user may change the problem while a thread works on the copy.
+        sheet = self._sheet.copy()
         try:
             terrain = await asyncio.to_thread(sheet.terrain)
-            drawn = drawn_problem(sheet, terrain)
+            drawn = await asyncio.to_thread(drawn_problem, sheet, terrain)
+            if number != self._settled:
+                return  # A later change is being drawn.
             if terrain is not self._drawn_terrain:
-                url = await asyncio.to_thread(self._desk.mesh_url, terrain)
                 self._drawn_terrain = terrain
+                url = await asyncio.to_thread(self._desk.mesh_url, terrain)
                 self._cockpit.leave()
                 self._following.leave()
                 self._results.show(None, None)
                 self._stage.set_terrain(url, drawn)
             else:
                 self._stage.set_problem(drawn)
-            self._stage.set_link(sheet.link())
+            self._stage.set_link(await asyncio.to_thread(self._link, sheet))
             await asyncio.to_thread(sheet.mission)
+            sentence = ""
         except PathgeneError as error:
-            self._say(str(error))
-        else:
-            self._say("")
+            sentence = str(error)
+        if number == self._settled:
+            self._say(sentence)
+
+    def _link(self, sheet: Sheet) -> str:
+        """Return the fragment for the address of the page; empty if there is no link."""
+        try:
+            return self._desk.kept.link(sheet)
+        except InputError:
+            return ""
 
     def _say(self, sentence: str) -> None:
         self._trouble.text = sentence
@@ -327,10 +343,19 @@ class Page:
     def _download(self) -> None:
         ui.download.content(self._sheet.text(), "problem.toml", "application/toml")
 
-    def _show_link(self) -> None:
-        link = f"{self._address}#{self._sheet.link()}"
+    async def _show_link(self) -> None:
+        try:
+            fragment = await asyncio.to_thread(self._desk.kept.link, self._sheet.copy())
+        except InputError as error:
+            ui.notify(str(error), type="negative", multi_line=True)
+            return
+        link = f"{self._address}#{fragment}"
         with ui.dialog(value=True) as dialog, ui.card():
-            ui.label("This link holds the whole problem. It opens on this desk while it runs.")
+            ui.label(
+                "The problem is too large for a link. The desk keeps it, and this link opens it."
+                if fragment.startswith("kept=")
+                else "This link holds the whole problem. It opens on this desk while it runs."
+            )
             field = ui.input("link", value=link).props("readonly outlined dense").classes("link")
             with ui.row():
                 ui.button("Copy", on_click=lambda: _copy(field.value or "")).props("no-caps")

@@ -21,6 +21,8 @@ __all__ = ["Panels", "panel"]
 # Size of a new zone added by keyboard, as a share of the shorter side of the map.
 _NEW_ZONE_SHARE = 0.08
 _NEW_ZONES = "circle", "polygon"
+# Zones in the list at a time: NiceGUI takes a second to make the buttons of some hundreds.
+_LISTED = 50
 
 
 class Panels:
@@ -37,6 +39,7 @@ class Panels:
     ) -> None:
         self._sheet, self._changed, self._picked = sheet, changed, picked
         self._zone: int | None = None
+        self._first_zone = 0
         # Buttons that add to a list are outside the list, so that they keep the keyboard focus.
         with panel("Points", is_open=True):
             self._points()
@@ -66,6 +69,7 @@ class Panels:
         """Open the fields of a zone."""
         self._zone = number
         if number is not None:
+            self._first_zone = number - number % _LISTED
             ui.run_javascript(f"getHtmlElement({self._zones_panel.id}).open = true")
         self._zones.refresh()
 
@@ -91,7 +95,11 @@ class Panels:
 
     @ui.refreshable_method
     def _zones(self) -> None:
-        for number, zone in enumerate(self._sheet.zones):
+        zones = self._sheet.zones
+        first = min(self._first_zone, max(len(zones) - 1, 0) // _LISTED * _LISTED)
+        if len(zones) > _LISTED:
+            self._turner(first, len(zones))
+        for number, zone in enumerate(zones[first : first + _LISTED], start=first):
             name = zone.get("name") or f"Zone {number + 1}"
             kind = "circle" if "circle" in zone else "polygon"
             is_open = number == self._zone
@@ -103,6 +111,22 @@ class Panels:
                     _remover(f"Remove {name}", self._zone_remover(number))
                 if is_open:
                     self._zone_fields(number, zone)
+
+    def _turner(self, first: int, total: int) -> None:
+        """Add the buttons that show earlier and later zones of a long list."""
+
+        def turned(to: int) -> Callable[[], None]:
+            def turn() -> None:
+                self._first_zone = to
+                self._zones.refresh()
+
+            return turn
+
+        with ui.row().classes("actions"):
+            ui.label(f"{first + 1} to {min(first + _LISTED, total)} of {total:,}").classes("word")
+            for text, to in (("Earlier", first - _LISTED), ("Later", first + _LISTED)):
+                button = ui.button(text, on_click=turned(to)).props("flat dense no-caps")
+                button.set_enabled(0 <= to < total)
 
     def _zone_fields(self, number: int, zone: dict[str, Any]) -> None:
         with ui.element("div").classes("fields"):

@@ -105,7 +105,9 @@ class Sheet:
         """Return a copy of the problem, which is independent of later changes."""
         other = Sheet.__new__(Sheet)
         other._terrains, other.board = self._terrains, self.board
-        other.values, other.misread = copy.deepcopy((self.values, self.misread))
+        # Points and rings are replaced and never changed, so they need no copy.
+        other.values = {name: _copied(value) for name, value in self.values.items()}
+        other.misread = copy.deepcopy(self.misread)
         return other
 
     def terrain(self) -> Terrain:
@@ -351,6 +353,13 @@ class Sheet:
         """Return the options that the planner does not have."""
         own = PLANNERS[self.planner].options
         return frozenset(name for name in OWN if name not in own)
+
+
+def _copied(value: Any) -> Any:
+    """Return a copy of a value whose lists and tables can be changed independently."""
+    if isinstance(value, list):
+        return [dict(each) if isinstance(each, dict) else each for each in value]
+    return dict(value) if isinstance(value, dict) else value
 
 
 def zone_table(zone: Zone) -> dict[str, Any]:

@@ -100,7 +100,7 @@ def test_a_terrain_keeps_planner_and_rules(sheet):
         ("a.toml", b"\xff", "a.toml: not valid TOML: "),
         ("a.toml", b"x =", "a.toml: not valid TOML: "),
         ("a.toml", b"x = 1", "a.toml: unknown UAV parameter 'x'; "),
-        ("a.toml", b"#" * 1_000_001, "a.toml: has more than 1000 kB, too much for a problem."),
+        ("a.toml", b"#" * 16_000_001, "a.toml: has more than 16 MB, too much for a problem."),
         ("a.geojson", b"{}", "No-fly file 'a.geojson': "),
         ("a.kml", b"<kml", "No-fly file 'a.kml': "),
         ("a.png", b"PNG", "a.png: "),

@@ -21,7 +21,14 @@ from pathgene.host.cli.arguments import (
     add_problem,
     complete_by_file,
 )
-from pathgene.host.cli.output import note, note_compiling, print_json, print_pairs, print_table
+from pathgene.host.cli.output import (
+    note,
+    note_compiling,
+    note_reading,
+    print_json,
+    print_pairs,
+    print_table,
+)
 from pathgene.host.cli.values import complete_options, own_options, source_of
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.files.output import prepare_directory
@@ -108,6 +115,7 @@ def run(args: argparse.Namespace) -> int:
     from pathgene.host.compare.report import document, write_report
     from pathgene.host.compare.session import complete, kept
     from pathgene.host.compare.store import RunStore
+    from pathgene.host.report.summary import describe_reading
 
     complete_options(args)
     entrants = parse_entrants(
@@ -118,6 +126,7 @@ def run(args: argparse.Namespace) -> int:
     seeds = _seeds(args, entrants)
     jobs = _jobs(args, entrants)
     problem = _problem(args)
+    note_reading(describe_reading(problem))
     directory = Path(args.out)
     prepare_directory(directory)
     if args.scheduler is None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pathgene.host.cli.arguments import Commands, add_command, add_problem, complete_by_file
-from pathgene.host.cli.output import note, note_compiling, print_json, print_pairs
+from pathgene.host.cli.output import note, note_compiling, note_reading, print_json, print_pairs
 from pathgene.host.cli.values import complete_options
 from pathgene.host.errors import JobError, NoPathError
 from pathgene.host.files.output import prepare_directory
@@ -52,6 +52,7 @@ def run(args: argparse.Namespace) -> int:
     from pathgene.host.connection import connect
     from pathgene.host.evaluation import Evaluator
     from pathgene.host.mission.build import mission_of
+    from pathgene.host.report.summary import describe_reading
 
     complete_options(args)
     directory = None if args.out is None else Path(args.out)
@@ -63,6 +64,8 @@ def run(args: argparse.Namespace) -> int:
         # Its costs have no reference, so nothing is searched or drawn.
         _tell(args, directory, _report(error.reason, error.leg), [])
         raise
+    read = describe_reading(mission.problem)
+    note_reading(read)
     note_compiling(as_paper=mission.problem.as_paper)
     planners: list[str] = []
     for number in range(mission.legs):
@@ -73,7 +76,7 @@ def run(args: argparse.Namespace) -> int:
         planners.append(str(found.planner))
     leg = mission.name_of(number) if mission.legs > 1 and found.reason is not None else None
     place = f"{mission.problem.terrain.name}{'' if leg is None else f', {leg}'}"
-    report = _report(found.reason, None if leg is None else number + 1)
+    report = {**_report(found.reason, None if leg is None else number + 1), "read": read}
     _tell(args, directory, report, planners, (evaluator, found.result, place))
     if found.reason is None:
         return 0

@@ -142,7 +142,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _scenario(args: argparse.Namespace, run: Run) -> Scenario:
-    """Return the events of the flight; files of zones are read as those of the plan."""
+    """Return the events of the flight; files of zones are read like the plan's files."""
     from pathgene.host.mission.build import options_for_flight, zone_options_of
     from pathgene.host.replanning.scenario import Scenario, parse_popup, read_scenario
     from pathgene.host.report.read import summary_zone_choices

@@ -48,12 +48,18 @@ _BYTES = (
     (b"MM\x00*", "a GeoTIFF"),
     (b"\x1f\x8b", "an archive of gzip"),
 )
-_TEXTS = (
+_TEXTS: tuple[tuple[str, str], ...] = (
     (r"(?m:^A[CN][ \t]+\S)", "OpenAir"),
     (r"(?im:\bINCLUDE=(YES|NO)\b|^TITLE=)", "airspace in the format of Tim Newport-Peace"),
     (r"^QGC WPL \d+", "a list of waypoints or a fence of Mission Planner"),
-    (r"(?i)^\s*(SRID=\d+;)?(POLYGON|MULTIPOLYGON|LINESTRING|POINT) *Z? *\(", "well-known text"),
-    (r"(?i)^[^\n]*\b(lat|lon|latitude|longitude|x)\b[^\n]*[,;]", "a table of positions"),
+    (
+        r"(?i)^\s*(SRID=\d+;)?(POLYGON|MULTIPOLYGON|LINESTRING|POINT) {0,9}Z? {0,9}\(",
+        "well-known text",
+    ),
+    (
+        r"(?i)^[^\n]{0,200}\b(lat|lon|latitude|longitude|x)\b[^\n]{0,200}[,;]",
+        "a table of positions",
+    ),
     (r"(?i)^\s*<!doctype html|^\s*<html", "a web page"),
     (r"^\s*[{\[]", "JSON"),
 )

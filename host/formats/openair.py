@@ -47,6 +47,8 @@ _ANGLE = rf"{_NUMBER}(?:{_BETWEEN}{_NUMBER})?(?:{_BETWEEN}{_NUMBER})?\s*[°'′\
 _PLACE = re.compile(
     rf"\s*([NS]?)\s*{_ANGLE}\s*([NS]?)[\s,]*([EW]?)\s*{_ANGLE}\s*([EW]?)\s*", re.IGNORECASE
 )
+# Characters of a place.
+_MOST_PLACE = 80
 # Digits of a number that has minutes, and of one that has seconds, too.
 _WITH_MINUTES, _WITH_SECONDS = 4, 6
 # Records that limit no zone: frequency, station, identifier, transponder code, label, colours.
@@ -323,22 +325,24 @@ def _periods(airspace: _Airspace) -> Iterator[Period]:
 
 def _place(text: str) -> Position:
     """Return a place such as ``60:01:30 N 010:03.5 E`` as longitude and latitude."""
-    match = _PLACE.fullmatch(text)
+    # Runs of blanks would make the search long, and no place has more characters.
+    stated = " ".join(text.split())
+    match = _PLACE.fullmatch(stated) if len(stated) <= _MOST_PLACE else None
     if match is None:
-        raise InputError(f"{text!r} is no place, such as 60:01:30 N 010:03:00 E")
+        raise InputError(f"{text[:_MOST_PLACE]!r} is no place, such as 60:01:30 N 010:03:00 E")
     parts = match.groups()
     angles = []
     for before, *angle, after in (parts[:5], parts[5:]):
         if bool(before) == bool(after):
-            raise InputError(f"{text!r} is no place, such as 60:01:30 N 010:03:00 E")
+            raise InputError(f"{text[:_MOST_PLACE]!r} is no place, such as 60:01:30 N 010:03:00 E")
         degrees, minutes, seconds = _angle(angle)
         if minutes > 60 or seconds > 60:
-            raise InputError(f"{text!r} has more than 60 minutes or seconds")
+            raise InputError(f"{text[:_MOST_PLACE]!r} has more than 60 minutes or seconds")
         size = degrees + minutes / 60 + seconds / 3600
         angles.append(-size if (before or after).upper() in "SW" else size)
     latitude, longitude = angles
     if abs(latitude) > 90 or abs(longitude) > 360:
-        raise InputError(f"{text!r} is no place on Earth")
+        raise InputError(f"{text[:_MOST_PLACE]!r} is no place on Earth")
     return longitude, latitude
 
 

@@ -5,7 +5,6 @@ A prism drawn with lid, bottom and walls is one area between two heights.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -293,7 +292,7 @@ def _circle(element: ET.Element, data: dict[str, str]) -> Position:
 
 def _is_closed(element: ET.Element) -> bool:
     """Return whether a path ends where it begins, around an area."""
-    places = re.sub(r"\s*,\s*", ",", text_of(element, "coordinates")).split()
+    places = _places(text_of(element, "coordinates"))
     ends = [place.split(",")[:2] for place in (places[:1] + places[-1:])]
     return len(places) > 3 and ends[0] == ends[1]
 
@@ -309,10 +308,7 @@ def _ring(text: str) -> tuple[tuple[Position, ...], tuple[float, ...]]:
 def _positions(text: str) -> tuple[tuple[Position, ...], tuple[float, ...]]:
     """Return positions ``lon,lat[,alt]`` in degrees and heights, 0 if not given."""
     try:
-        points = [
-            tuple(map(parse, position.split(",")))
-            for position in re.sub(r"\s*,\s*", ",", text).split()
-        ]
+        points = [tuple(map(parse, position.split(","))) for position in _places(text)]
     except ValueError:
         points = []
     if not points or not all(len(point) in (2, 3) for point in points):
@@ -320,6 +316,11 @@ def _positions(text: str) -> tuple[tuple[Position, ...], tuple[float, ...]]:
     pairs = tuple((point[0], point[1]) for point in points)
     check_degrees(pairs)
     return pairs, tuple(point[2] if len(point) == 3 else 0.0 for point in points)
+
+
+def _places(text: str) -> list[str]:
+    """Return positions as texts, without the blanks around their commas."""
+    return ",".join(part.strip() for part in text.split(",")).split()
 
 
 def _extended(element: ET.Element) -> dict[str, str]:

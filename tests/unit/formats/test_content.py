@@ -1,6 +1,7 @@
 """Texts of two bytes a character without a mark, and sequences of JSON."""
 
 import json
+import time
 
 import pytest
 
@@ -52,6 +53,14 @@ def test_reads_text_of_two_bytes_a_character_without_a_mark(text, kind, encoding
 )
 def test_other_files_with_many_zeros_are_binary(data):
     assert not Content(data).is_text
+
+
+@pytest.mark.parametrize("text", ["lat ", "POLYGON" + " " * 99_000, "x;", "SRID=1"])
+def test_a_long_line_is_named_in_a_short_time(text):
+    content = Content((text * (100_000 // len(text))).encode())
+    began = time.process_time()
+    assert isinstance(content.looks_like, str)
+    assert time.process_time() - began < 1.0
 
 
 SEQUENCES = {

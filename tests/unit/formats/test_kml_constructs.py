@@ -1,5 +1,7 @@
 """Every construct of KML that carries an area or hides one, compared with fastkml and shapely."""
 
+import time
+
 import pytest
 import shapely
 from fastkml import KML, Placemark
@@ -346,6 +348,14 @@ def test_names_each_bad_construct_with_the_reason(row):
     assert bad.label == 'placemark 1, "R-7"'
     assert reason in bad.reason
     assert good.name == "zone"
+
+
+def test_coordinates_of_many_blanks_take_no_longer():
+    began = time.process_time()
+    text = RING.replace(" ", " " * 40_000)
+    (found,) = read(HEAD.format(placemark(f"<Polygon>{side('outerBoundaryIs', text)}</Polygon>")))
+    assert Polygon(found.rings[0]).equals(Polygon(CORNERS))
+    assert time.process_time() - began < 1.0
 
 
 NAMESPACES = {

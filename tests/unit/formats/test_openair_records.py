@@ -1,6 +1,7 @@
 """Every record of OpenAir in its spellings, compared with aerofiles where that reads them."""
 
 import io
+import time
 
 import numpy as np
 import pytest
@@ -100,6 +101,15 @@ def test_names_a_bad_place(place, reason):
     assert bad.label == 'airspace 1, "R-7"'
     assert reason in bad.reason
     assert good.number == 2
+
+
+def test_a_place_of_many_blanks_takes_no_longer():
+    began = time.process_time()
+    for text in (f"60:00:00{' ' * 9000}x", f"60:00{' ,' * 9000} x", "6" * 9000, "6 " * 9000):
+        bad, _ = read("AC R", f"DP {text}", "AC Q", *CORNERS)
+        assert isinstance(bad, Bad)
+        assert len(bad.reason) < 200
+    assert time.process_time() - began < 1.0
 
 
 # Limits that are read, and the ones that are named because they could mean several heights.

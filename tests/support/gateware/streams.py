@@ -1,5 +1,7 @@
 """Drivers of streams and of pipelines for test benches in the Amaranth simulator."""
 
+import functools
+import inspect
 import itertools
 
 from amaranth.sim import Simulator
@@ -51,6 +53,34 @@ def simulate(dut, *benches, background=()):
     for bench in background:
         simulator.add_testbench(bench, background=True)
     simulator.run()
+
+
+def as_test(run):
+    """Make a test of an async bench, which ``run`` executes.
+
+    Parameters of the bench other than ``unit``, ``ctx`` and ``dut`` are parameters of the test.
+    """
+
+    def decorate(bench):
+        def test(**given):
+            run(functools.partial(bench, **given))
+
+        own = inspect.signature(bench).parameters.values()
+        given = [each for each in own if each.name not in ("unit", "ctx", "dut")]
+        functools.update_wrapper(test, bench).__signature__ = inspect.Signature(given)
+        return test
+
+    return decorate
+
+
+def on(make):
+    """Make a test of an async bench of ``ctx`` and ``dut``, a design that ``make`` returns."""
+
+    def run(bench):
+        dut = make()
+        simulate(dut, functools.partial(bench, dut=dut))
+
+    return as_test(run)
 
 
 def outputs(dut, output, inputs):

@@ -7,7 +7,7 @@ import pytest
 
 from pathgene.hdl.config import Config, MutationKind
 from pathgene.hdl.ga_core.chromosome import ChildIndex, Chromosome, ReadIndex
-from tests.support.gateware.streams import pulse, simulate
+from tests.support.gateware.streams import on, pulse, simulate
 
 
 CONFIG = Config(max_waypoints=7)
@@ -16,58 +16,50 @@ SIZES = {"waypoint_bits": CONFIG.waypoint_bits, **INDEX_SIZES}
 
 
 @pytest.mark.parametrize("kind", [None, "perturb", "insert", "delete"])
-def test_index_of_every_path_and_mutation(kind):
+@on(lambda: ReadIndex(**INDEX_SIZES))
+async def test_index_of_every_path_and_mutation(ctx, dut, kind):
     """The head and the path take every length, and the mutation every place."""
-    dut = ReadIndex(**INDEX_SIZES)
-
-    async def testbench(ctx):
-        ctx.set(dut.advance, 1)
-        for head, tail in itertools.product(range(CONFIG.head_size + 1), repeat=2):
-            length = head + tail
-            for at in range(length if kind else 1):
-                path = [*(("head", i) for i in range(head)), *(("tail", i) for i in range(tail))]
-                match kind:
-                    case "perturb":
-                        path[at] = ("patch", 2)
-                    case "insert":
-                        path.insert(at + 1, ("patch", 2))
-                    case "delete":
-                        del path[at]
-                ctx.set(dut.head, head)
-                ctx.set(dut.pending, {"at": at, "patch": 2, **({kind: 1} if kind else {})})
+    ctx.set(dut.advance, 1)
+    for head, tail in itertools.product(range(CONFIG.head_size + 1), repeat=2):
+        length = head + tail
+        for at in range(length if kind else 1):
+            path = [*(("head", i) for i in range(head)), *(("tail", i) for i in range(tail))]
+            match kind:
+                case "perturb":
+                    path[at] = ("patch", 2)
+                case "insert":
+                    path.insert(at + 1, ("patch", 2))
+                case "delete":
+                    del path[at]
+            ctx.set(dut.head, head)
+            ctx.set(dut.pending, {"at": at, "patch": 2, **({kind: 1} if kind else {})})
+            await ctx.tick()
+            seen = []
+            for position in range(len(path)):
+                ctx.set(dut.position, position)
                 await ctx.tick()
-                seen = []
-                for position in range(len(path)):
-                    ctx.set(dut.position, position)
-                    await ctx.tick()
-                    source = ctx.get(dut.source)
-                    if source.patches:
-                        assert not source.head
-                        assert not source.tail
-                        seen.append(("patch", source.patches.bit_length() - 1))
-                        assert source.patches == 1 << seen[-1][1]
-                    else:
-                        assert source.head != source.tail
-                        seen.append(("tail" if source.tail else "head", source.at))
-                assert seen == path, (head, tail, at)
-
-    simulate(dut, testbench)
+                source = ctx.get(dut.source)
+                if source.patches:
+                    assert not source.head
+                    assert not source.tail
+                    seen.append(("patch", source.patches.bit_length() - 1))
+                    assert source.patches == 1 << seen[-1][1]
+                else:
+                    assert source.head != source.tail
+                    seen.append(("tail" if source.tail else "head", source.at))
+            assert seen == path, (head, tail, at)
 
 
-def test_index_stays_without_advance():
-    dut = ReadIndex(**INDEX_SIZES)
-
-    async def testbench(ctx):
-        ctx.set(dut.head, 3)
-        await ctx.tick()
-        ctx.set(dut.position, 2)
-        await pulse(ctx, dut.advance)
-        ctx.set(dut.position, 5)
-        await ctx.tick()
-        source = ctx.get(dut.source)
-        assert (source.tail, source.at) == (0, 2)
-
-    simulate(dut, testbench)
+@on(lambda: ReadIndex(**INDEX_SIZES))
+async def test_index_stays_without_advance(ctx, dut):
+    ctx.set(dut.head, 3)
+    await ctx.tick()
+    ctx.set(dut.position, 2)
+    await pulse(ctx, dut.advance)
+    ctx.set(dut.position, 5)
+    await ctx.tick()
+    source = ctx.get(dut.source)
+    assert (source.tail, source.at) == (0, 2)
 
 
 def test_banks_and_halves_keep_what_is_written():
@@ -105,23 +97,19 @@ def test_banks_and_halves_keep_what_is_written():
     simulate(dut, testbench)
 
 
-def test_patches_stand_in_for_the_halves():
-    dut = Chromosome(**SIZES)
-
-    async def testbench(ctx):
-        ctx.set(dut.advance, 1)
-        for number, patch in enumerate(dut.patches):
-            ctx.set(patch, 100 + number)
-        for number in range(CONFIG.patches):
-            ctx.set(dut.source, {"patches": 1 << number})
-            await ctx.tick()
-            assert ctx.get(dut.waypoint) == 100 + number
-        ctx.set(dut.advance, 0)
-        ctx.set(dut.source, {"tail": 1})
+@on(lambda: Chromosome(**SIZES))
+async def test_patches_stand_in_for_the_halves(ctx, dut):
+    ctx.set(dut.advance, 1)
+    for number, patch in enumerate(dut.patches):
+        ctx.set(patch, 100 + number)
+    for number in range(CONFIG.patches):
+        ctx.set(dut.source, {"patches": 1 << number})
         await ctx.tick()
-        assert ctx.get(dut.waypoint) == 100 + CONFIG.patches - 1
-
-    simulate(dut, testbench)
+        assert ctx.get(dut.waypoint) == 100 + number
+    ctx.set(dut.advance, 0)
+    ctx.set(dut.source, {"tail": 1})
+    await ctx.tick()
+    assert ctx.get(dut.waypoint) == 100 + CONFIG.patches - 1
 
 
 MOST = 7
@@ -164,29 +152,25 @@ async def update(ctx, dut, head, tail, number, index):
 
 
 @pytest.mark.parametrize("number", [None, 0, 1, 2, 3])
-def test_every_child(number):
+@on(lambda: ChildIndex(**CHILD_SIZES))
+async def test_every_child(ctx, dut, number):
     """Both halves take all lengths, and the mutation all places."""
-    dut = ChildIndex(**CHILD_SIZES)
-
-    async def bench(ctx):
-        for head, tail in itertools.product(range(1, HEAD_SIZE + 1), range(1, TAIL_SIZE + 1)):
-            bred = [("head", at) for at in range(head)]
-            bred += [("tail", at) for at in range(tail)]
-            for index in range(len(bred) if number is not None else 1):
-                path = list(bred)
-                match None if number is None else KINDS[number]:
-                    case MutationKind.PERTURB:
-                        path[index] = ("patch", number)
-                    case MutationKind.INSERT:
-                        path.insert(index + 1, ("patch", number))
-                    case MutationKind.DELETE:
-                        del path[index]
-                if 2 <= len(path) <= MOST:
-                    await update(ctx, dut, head, tail, number, index)
-                    assert ctx.get(dut.length) == len(path)
-                    assert await sources(ctx, dut, len(path)) == path
-
-    simulate(dut, bench)
+    for head, tail in itertools.product(range(1, HEAD_SIZE + 1), range(1, TAIL_SIZE + 1)):
+        bred = [("head", at) for at in range(head)]
+        bred += [("tail", at) for at in range(tail)]
+        for index in range(len(bred) if number is not None else 1):
+            path = list(bred)
+            match None if number is None else KINDS[number]:
+                case MutationKind.PERTURB:
+                    path[index] = ("patch", number)
+                case MutationKind.INSERT:
+                    path.insert(index + 1, ("patch", number))
+                case MutationKind.DELETE:
+                    del path[index]
+            if 2 <= len(path) <= MOST:
+                await update(ctx, dut, head, tail, number, index)
+                assert ctx.get(dut.length) == len(path)
+                assert await sources(ctx, dut, len(path)) == path
 
 
 def test_rewritten_path_lies_in_order():

@@ -5,6 +5,7 @@ waypoint lies in the ground.
 """
 
 import random
+from functools import partial
 
 import pytest
 from amaranth.hdl import Value
@@ -14,6 +15,7 @@ from pathgene.hdl.protocol.codes import ChipState, Counter
 from pathgene.sim.model.mutation import Limits
 from tests.support.gateware.chips import TINY
 from tests.support.gateware.core_driver import Driver, fill, ranked_after, shuffled, simulate
+from tests.support.gateware.streams import as_test
 
 
 CONFIGS = {
@@ -56,111 +58,99 @@ def test_matches_model(name):
     simulate(config, bench)
 
 
-def test_longest_paths_take_four_cycles_more_than_waypoints():
-    async def bench(ctx, dut):
-        rng = random.Random(2)
-        driver = Driver(ctx, dut, rng)
-        await driver.start(1)
-        await fill(driver, TINY.max_waypoints)
-        for _ in range(3):
-            await driver.generate(shuffled(rng, TINY))
-            counters = ctx.get(dut.counters)
-            assert counters[Counter.LONGEST] == TINY.max_waypoints + 4
-
-    simulate(TINY, bench)
+@as_test(partial(simulate, TINY))
+async def test_longest_paths_take_four_cycles_more_than_waypoints(ctx, dut):
+    rng = random.Random(2)
+    driver = Driver(ctx, dut, rng)
+    await driver.start(1)
+    await fill(driver, TINY.max_waypoints)
+    for _ in range(3):
+        await driver.generate(shuffled(rng, TINY))
+        counters = ctx.get(dut.counters)
+        assert counters[Counter.LONGEST] == TINY.max_waypoints + 4
 
 
-def test_refused_mutations_are_counted():
-    async def bench(ctx, dut):
-        rng = random.Random(3)
-        driver = Driver(ctx, dut, rng)
-        refused = 0
-        for _ in range(6):
-            done = await driver.generate(shuffled(rng, TINY))
-            refused += sum(not mutated.applied for mutated in done.mutations)
-        # All paths have two waypoints at first, so deletions are refused.
-        assert refused > 1
-        assert ctx.get(dut.counters)[Counter.REFUSED_MUTATIONS] == refused
-
-    simulate(TINY, bench)
+@as_test(partial(simulate, TINY))
+async def test_refused_mutations_are_counted(ctx, dut):
+    rng = random.Random(3)
+    driver = Driver(ctx, dut, rng)
+    refused = 0
+    for _ in range(6):
+        done = await driver.generate(shuffled(rng, TINY))
+        refused += sum(not mutated.applied for mutated in done.mutations)
+    # All paths have two waypoints at first, so deletions are refused.
+    assert refused > 1
+    assert ctx.get(dut.counters)[Counter.REFUSED_MUTATIONS] == refused
 
 
-def test_cycles_of_a_ranking():
-    async def bench(ctx, dut):
-        driver = Driver(ctx, dut, random.Random(4))
-        await driver.rank(range(TINY.population))
-        assert await ranked_after(driver) == TINY.mutators + 13
-
-    simulate(TINY, bench)
+@as_test(partial(simulate, TINY))
+async def test_cycles_of_a_ranking(ctx, dut):
+    driver = Driver(ctx, dut, random.Random(4))
+    await driver.rank(range(TINY.population))
+    assert await ranked_after(driver) == TINY.mutators + 13
 
 
 @pytest.mark.parametrize("event", ["start", "write", "rank", "generation"])
-def test_ranking_is_discarded(event):
-    async def bench(ctx, dut):
-        rng = random.Random(5)
-        driver = Driver(ctx, dut, rng)
-        order = shuffled(rng, TINY)
-        for wait in range(TINY.mutators + 16):
-            await driver.rank(order)
-            # The event occurs while the ranking is processed, or later.
-            for _ in range(wait):
-                await driver.tick()
-            match event:
-                case "start":
-                    await driver.start(wait)
-                case "write":
-                    await driver.load(1, driver.path())
-                case "rank":
-                    await driver.rank([3])
-                case "generation":
-                    await driver.generate(order)
-            for _ in range(TINY.mutators + 16):
-                assert not ctx.get(dut.ranked)
-                await driver.tick()
-        await driver.generate(order)
-        await driver.check_population()
-
-    simulate(TINY, bench)
-
-
-def test_results_stay_until_the_next_generation():
-    async def bench(ctx, dut):
-        rng = random.Random(6)
-        driver = Driver(ctx, dut, rng)
-
-        def results():
-            ports = (*dut.parents, *dut.survivors, *dut.mutations, *dut.patches)
-            return [ctx.get(Value.cast(port)) for port in ports]
-
-        await fill(driver)
-        await driver.generate(shuffled(rng, TINY))
-        before = results()
-        await driver.rank(shuffled(rng, TINY))
-        await ranked_after(driver)
-        assert results() == before
-        await driver.generate(shuffled(rng, TINY))
-        assert results() != before
-
-    simulate(TINY, bench)
-
-
-def test_nothing_is_accepted_during_a_generation():
-    async def bench(ctx, dut):
-        driver = Driver(ctx, dut, random.Random(7))
-        await driver.rank(range(TINY.population))
-        await ranked_after(driver)
-        for name in ("pending", "receive_done", "generate"):
-            ctx.set(getattr(dut, name), 1)
-        await driver.enter(ChipState.CROSSOVER)
-        for flow in (dut.start_requests, dut.writes, dut.ranking, dut.reads):
-            ctx.set(flow.valid, 1)
-        while ctx.get(dut.state) != ChipState.TRANSMIT:
-            for flow in (dut.start_requests, dut.writes, dut.ranking, dut.reads):
-                assert not ctx.get(flow.ready)
+@as_test(partial(simulate, TINY))
+async def test_ranking_is_discarded(ctx, dut, event):
+    rng = random.Random(5)
+    driver = Driver(ctx, dut, rng)
+    order = shuffled(rng, TINY)
+    for wait in range(TINY.mutators + 16):
+        await driver.rank(order)
+        # The event occurs while the ranking is processed, or later.
+        for _ in range(wait):
             await driver.tick()
-        assert ctx.get(dut.start_requests.ready)
+        match event:
+            case "start":
+                await driver.start(wait)
+            case "write":
+                await driver.load(1, driver.path())
+            case "rank":
+                await driver.rank([3])
+            case "generation":
+                await driver.generate(order)
+        for _ in range(TINY.mutators + 16):
+            assert not ctx.get(dut.ranked)
+            await driver.tick()
+    await driver.generate(order)
+    await driver.check_population()
 
-    simulate(TINY, bench)
+
+@as_test(partial(simulate, TINY))
+async def test_results_stay_until_the_next_generation(ctx, dut):
+    rng = random.Random(6)
+    driver = Driver(ctx, dut, rng)
+
+    def results():
+        ports = (*dut.parents, *dut.survivors, *dut.mutations, *dut.patches)
+        return [ctx.get(Value.cast(port)) for port in ports]
+
+    await fill(driver)
+    await driver.generate(shuffled(rng, TINY))
+    before = results()
+    await driver.rank(shuffled(rng, TINY))
+    await ranked_after(driver)
+    assert results() == before
+    await driver.generate(shuffled(rng, TINY))
+    assert results() != before
+
+
+@as_test(partial(simulate, TINY))
+async def test_nothing_is_accepted_during_a_generation(ctx, dut):
+    driver = Driver(ctx, dut, random.Random(7))
+    await driver.rank(range(TINY.population))
+    await ranked_after(driver)
+    for name in ("pending", "receive_done", "generate"):
+        ctx.set(getattr(dut, name), 1)
+    await driver.enter(ChipState.CROSSOVER)
+    for flow in (dut.start_requests, dut.writes, dut.ranking, dut.reads):
+        ctx.set(flow.valid, 1)
+    while ctx.get(dut.state) != ChipState.TRANSMIT:
+        for flow in (dut.start_requests, dut.writes, dut.ranking, dut.reads):
+            assert not ctx.get(flow.ready)
+        await driver.tick()
+    assert ctx.get(dut.start_requests.ready)
 
 
 SMALL = TINY.replace(checker=CheckerBuild.PARALLEL, box_percent=60)
@@ -287,13 +277,11 @@ def test_all_redraws_hide_behind_the_longest_paths():
     assert needed + config.lookup_latency + 6 == 19 <= config.max_waypoints + 4
 
 
-def test_cycles_of_a_ranking_with_a_map():
-    async def bench(ctx, dut):
-        driver = Driver(ctx, dut, random.Random(4))
-        await driver.rank(range(SMALL.population))
-        assert await ranked_after(driver) == SMALL.mutators + SMALL.patches + 18
-
-    simulate(SMALL, bench)
+@as_test(partial(simulate, SMALL))
+async def test_cycles_of_a_ranking_with_a_map(ctx, dut):
+    driver = Driver(ctx, dut, random.Random(4))
+    await driver.rank(range(SMALL.population))
+    assert await ranked_after(driver) == SMALL.mutators + SMALL.patches + 18
 
 
 @pytest.mark.ci

@@ -1,6 +1,7 @@
 """The mutation unit compared with the model: plans, captured waypoints, limits, cycles."""
 
 import random
+from functools import partial
 
 import pytest
 
@@ -11,7 +12,7 @@ from pathgene.sim.model.mutation import Limits
 from pathgene.sim.model.mutation import Mutation as Model
 from pathgene.sim.model.selection import Draws
 from tests.support.gateware.chips import TINY
-from tests.support.gateware.streams import simulate
+from tests.support.gateware.streams import as_test, simulate
 
 
 SMALL = TINY.replace(
@@ -151,53 +152,46 @@ def test_matches_model(config):
     ("length", "kind"),
     [(SMALL.MIN_WAYPOINTS, MutationKind.DELETE), (SMALL.max_waypoints, MutationKind.INSERT)],
 )
-def test_limits_on_the_length(length, kind):
+@as_test(partial(run_bench, SMALL))
+async def test_limits_on_the_length(ctx, dut, length, kind):
     """Parents of equal length have children of that length: every such mutation is refused."""
-
-    async def bench(ctx, dut):
-        case = Case(SMALL, random.Random(4), length=length)
-        await run(ctx, dut, case)
-        check(ctx, dut, case)
-        applied = [bool(ctx.get(mutation.applied)) for mutation in dut.mutations]
-        assert applied == [other is not kind for other in SMALL.mutations]
-        assert ctx.get(dut.refused) == 2
-
-    run_bench(SMALL, bench)
+    case = Case(SMALL, random.Random(4), length=length)
+    await run(ctx, dut, case)
+    check(ctx, dut, case)
+    applied = [bool(ctx.get(mutation.applied)) for mutation in dut.mutations]
+    assert applied == [other is not kind for other in SMALL.mutations]
+    assert ctx.get(dut.refused) == 2
 
 
-def test_clear_stops_a_plan():
-    async def bench(ctx, dut):
-        case = Case(SMALL, random.Random(5))
-        for cycles in range(dut.latency):
-            ctx.set(dut.start, 1)
-            for _ in range(cycles):
-                await ctx.tick()
-                ctx.set(dut.start, 0)
-            ctx.set(dut.clear, 1)
-            await ctx.tick()
-            ctx.set(dut.start, 0)
-            ctx.set(dut.clear, 0)
-            for _ in range(dut.latency + 2):
-                assert not ctx.get(dut.planned)
-                await ctx.tick()
-        latency, _ = await run(ctx, dut, case)
-        assert latency == dut.latency
-        check(ctx, dut, case)
-
-    run_bench(SMALL, bench)
-
-
-def test_results_stay_while_the_next_are_planned():
-    async def bench(ctx, dut):
-        rng = random.Random(6)
-        case, following = Case(SMALL, rng), Case(SMALL, rng)
-        await run(ctx, dut, case)
-        ctx.set(dut.children, list(following.draws.children))
-        ctx.set(dut.draws, list(following.draws.waypoints))
+@as_test(partial(run_bench, SMALL))
+async def test_clear_stops_a_plan(ctx, dut):
+    case = Case(SMALL, random.Random(5))
+    for cycles in range(dut.latency):
         ctx.set(dut.start, 1)
-        for _ in range(dut.latency + 2):
+        for _ in range(cycles):
             await ctx.tick()
             ctx.set(dut.start, 0)
-            check(ctx, dut, case)
+        ctx.set(dut.clear, 1)
+        await ctx.tick()
+        ctx.set(dut.start, 0)
+        ctx.set(dut.clear, 0)
+        for _ in range(dut.latency + 2):
+            assert not ctx.get(dut.planned)
+            await ctx.tick()
+    latency, _ = await run(ctx, dut, case)
+    assert latency == dut.latency
+    check(ctx, dut, case)
 
-    run_bench(SMALL, bench)
+
+@as_test(partial(run_bench, SMALL))
+async def test_results_stay_while_the_next_are_planned(ctx, dut):
+    rng = random.Random(6)
+    case, following = Case(SMALL, rng), Case(SMALL, rng)
+    await run(ctx, dut, case)
+    ctx.set(dut.children, list(following.draws.children))
+    ctx.set(dut.draws, list(following.draws.waypoints))
+    ctx.set(dut.start, 1)
+    for _ in range(dut.latency + 2):
+        await ctx.tick()
+        ctx.set(dut.start, 0)
+        check(ctx, dut, case)

@@ -10,7 +10,7 @@ from pathgene.hdl.ga_core.crossover import parents_of
 from pathgene.hdl.ga_core.layouts import limits_layout, offset_layout
 from pathgene.hdl.ga_core.mutator import MutationPlan, Mutator, WaypointPerturber
 from pathgene.sim.model.mutation import clamp
-from tests.support.gateware.streams import pulse, simulate
+from tests.support.gateware.streams import on, pulse, simulate
 
 
 MUTATORS, CROSSOVERS, MAX_WAYPOINTS = 5, 3, 9
@@ -29,56 +29,48 @@ def expected(child, draw, lengths):
     }  # fmt: skip
 
 
-def test_plans_follow_one_per_cycle():
+@on(lambda: MutationPlan(**PLAN_SIZES))
+async def test_plans_follow_one_per_cycle(ctx, dut):
     """The plan of mutator ``i`` is valid ``i + 8`` cycles after ``start``."""
-    dut = MutationPlan(**PLAN_SIZES)
-
-    async def bench(ctx):
-        rng = random.Random(1)
-        for _ in range(60):
-            children = rng.sample(range(2 * CROSSOVERS), MUTATORS)
-            draws = [rng.choice((0, 0xFFFF, rng.getrandbits(16))) for _ in range(MUTATORS)]
-            lengths = [rng.randint(2, MAX_WAYPOINTS) for _ in range(CROSSOVERS)]
-            ctx.set(dut.children, children)
-            ctx.set(dut.draws, draws)
-            for port, length in zip(dut.lengths, lengths, strict=True):
-                ctx.set(port, length)
-            ctx.set(dut.start, 1)
-            seen = {}
-            for cycle in range(MutationPlan.latency_of(MUTATORS) + 4):
-                if ctx.get(dut.valid):
-                    plan = ctx.get(dut.plan)
-                    fields = ("child", "length", "index", "parent", "position")
-                    seen[cycle] = ctx.get(dut.number), {name: plan[name] for name in fields}
-                await ctx.tick()
-                ctx.set(dut.start, 0)
-            assert seen == {
-                number + 8: (number, expected(child, draw, lengths))
-                for number, (child, draw) in enumerate(zip(children, draws, strict=True))
-            }
-            assert max(seen) == MutationPlan.latency_of(MUTATORS)
-
-    simulate(dut, bench)
-
-
-def test_clear_in_every_cycle():
-    dut = MutationPlan(**PLAN_SIZES)
-
-    async def bench(ctx):
-        for cycles in range(MutationPlan.latency_of(MUTATORS)):
-            ctx.set(dut.start, 1)
-            for _ in range(cycles):
-                await ctx.tick()
-                ctx.set(dut.start, 0)
-            ctx.set(dut.clear, 1)
+    rng = random.Random(1)
+    for _ in range(60):
+        children = rng.sample(range(2 * CROSSOVERS), MUTATORS)
+        draws = [rng.choice((0, 0xFFFF, rng.getrandbits(16))) for _ in range(MUTATORS)]
+        lengths = [rng.randint(2, MAX_WAYPOINTS) for _ in range(CROSSOVERS)]
+        ctx.set(dut.children, children)
+        ctx.set(dut.draws, draws)
+        for port, length in zip(dut.lengths, lengths, strict=True):
+            ctx.set(port, length)
+        ctx.set(dut.start, 1)
+        seen = {}
+        for cycle in range(MutationPlan.latency_of(MUTATORS) + 4):
+            if ctx.get(dut.valid):
+                plan = ctx.get(dut.plan)
+                fields = ("child", "length", "index", "parent", "position")
+                seen[cycle] = ctx.get(dut.number), {name: plan[name] for name in fields}
             await ctx.tick()
             ctx.set(dut.start, 0)
-            ctx.set(dut.clear, 0)
-            for _ in range(MutationPlan.latency_of(MUTATORS) + 1):
-                assert not ctx.get(dut.valid)
-                await ctx.tick()
+        assert seen == {
+            number + 8: (number, expected(child, draw, lengths))
+            for number, (child, draw) in enumerate(zip(children, draws, strict=True))
+        }
+        assert max(seen) == MutationPlan.latency_of(MUTATORS)
 
-    simulate(dut, bench)
+
+@on(lambda: MutationPlan(**PLAN_SIZES))
+async def test_clear_in_every_cycle(ctx, dut):
+    for cycles in range(MutationPlan.latency_of(MUTATORS)):
+        ctx.set(dut.start, 1)
+        for _ in range(cycles):
+            await ctx.tick()
+            ctx.set(dut.start, 0)
+        ctx.set(dut.clear, 1)
+        await ctx.tick()
+        ctx.set(dut.start, 0)
+        ctx.set(dut.clear, 0)
+        for _ in range(MutationPlan.latency_of(MUTATORS) + 1):
+            assert not ctx.get(dut.valid)
+            await ctx.tick()
 
 
 MUTATOR_SIZES = {

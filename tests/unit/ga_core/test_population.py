@@ -11,7 +11,7 @@ from pathgene.hdl.ga_core.crossover import parents_of
 from pathgene.hdl.ga_core.population import Population
 from pathgene.hdl.ga_core.read_ports import PEEK_LATENCY
 from tests.support.gateware.chips import TINY, random_path, random_paths
-from tests.support.gateware.streams import pulse, put, simulate
+from tests.support.gateware.streams import as_test, pulse, put, simulate
 
 
 SMALL = TINY.replace(inserts=2, max_waypoints=5)
@@ -136,11 +136,9 @@ def bench_of(function, config=SMALL):
     simulate(dut, testbench)
 
 
-def test_reset():
-    async def bench(ctx, dut):
-        assert await read(ctx, dut, 0, SMALL.population) == [[0, 0]] * SMALL.population
-
-    bench_of(bench)
+@as_test(bench_of)
+async def test_reset(ctx, dut):
+    assert await read(ctx, dut, 0, SMALL.population) == [[0, 0]] * SMALL.population
 
 
 @pytest.mark.ci
@@ -206,54 +204,46 @@ def test_cycles_of_a_read():
     assert seen == expected
 
 
-def test_nothing_is_accepted_unless_allowed():
-    async def bench(ctx, dut):
-        ctx.set(dut.allow, 0)
-        for flow in (dut.reads, dut.writes):
-            ctx.set(flow.valid, 1)
-        for _ in range(8):
-            assert not ctx.get(dut.reads.ready)
-            assert not ctx.get(dut.writes.ready)
-            await ctx.tick()
-        assert ctx.get(dut.settled)
-
-    bench_of(bench)
+@as_test(bench_of)
+async def test_nothing_is_accepted_unless_allowed(ctx, dut):
+    ctx.set(dut.allow, 0)
+    for flow in (dut.reads, dut.writes):
+        ctx.set(flow.valid, 1)
+    for _ in range(8):
+        assert not ctx.get(dut.reads.ready)
+        assert not ctx.get(dut.writes.ready)
+        await ctx.tick()
+    assert ctx.get(dut.settled)
 
 
-def test_generations_without_mutations():
+@as_test(bench_of)
+async def test_generations_without_mutations(ctx, dut):
     """Copies and children span several updates, so that both banks are read and written."""
-
-    async def bench(ctx, dut):
-        rng = random.Random(3)
-        paths = await loaded(ctx, dut, rng)
-        for _ in range(6):
-            carried = rng.choices(range(SMALL.population), k=len(dut.carried))
-            paths = await breed(ctx, dut, paths, carried)
-            assert await read(ctx, dut, 0, SMALL.population) == paths
-
-    bench_of(bench)
+    rng = random.Random(3)
+    paths = await loaded(ctx, dut, rng)
+    for _ in range(6):
+        carried = rng.choices(range(SMALL.population), k=len(dut.carried))
+        paths = await breed(ctx, dut, paths, carried)
+        assert await read(ctx, dut, 0, SMALL.population) == paths
 
 
 @pytest.mark.parametrize("number", range(4), ids=["perturb", "insert_0", "insert_1", "delete"])
-def test_every_index_of_a_mutation(number):
+@as_test(bench_of)
+async def test_every_index_of_a_mutation(ctx, dut, number):
     """A mutation at each index of a child is read once from its halves and once from a copy."""
-
-    async def bench(ctx, dut):
-        rng = random.Random(number)
-        # Halves of 2 and 2: a child of 4 waypoints, which may grow and shrink.
-        paths = [random_path(SMALL, rng, 4) for _ in range(SMALL.population)]
-        for index in range(4):
-            child = (index + number) % SMALL.children
-            for slot, path in enumerate(paths):
-                await load(ctx, dut, slot, path)
-            patches = [rng.getrandbits(SMALL.waypoint_bits) for _ in range(SMALL.patches)]
-            carried = rng.choices(range(SMALL.population), k=len(dut.carried))
-            mutated = await breed(ctx, dut, paths, carried, [(number, child, index)], patches)
-            assert await read(ctx, dut, KEPT + child, 1) == [mutated[KEPT + child]]
-            again = await breed(ctx, dut, mutated, [KEPT + child] * len(dut.carried))
-            assert await read(ctx, dut, 0, SMALL.population) == again
-
-    bench_of(bench)
+    rng = random.Random(number)
+    # Halves of 2 and 2: a child of 4 waypoints, which may grow and shrink.
+    paths = [random_path(SMALL, rng, 4) for _ in range(SMALL.population)]
+    for index in range(4):
+        child = (index + number) % SMALL.children
+        for slot, path in enumerate(paths):
+            await load(ctx, dut, slot, path)
+        patches = [rng.getrandbits(SMALL.waypoint_bits) for _ in range(SMALL.patches)]
+        carried = rng.choices(range(SMALL.population), k=len(dut.carried))
+        mutated = await breed(ctx, dut, paths, carried, [(number, child, index)], patches)
+        assert await read(ctx, dut, KEPT + child, 1) == [mutated[KEPT + child]]
+        again = await breed(ctx, dut, mutated, [KEPT + child] * len(dut.carried))
+        assert await read(ctx, dut, 0, SMALL.population) == again
 
 
 def test_waypoints_are_read_ahead():
@@ -352,20 +342,18 @@ def test_write_ends_reading_ahead():
     bench_of(bench, config)
 
 
-def test_loading_a_path_discards_its_mutation():
-    async def bench(ctx, dut):
-        rng = random.Random(7)
-        paths = await loaded(ctx, dut, rng, 4)
-        patches = [rng.getrandbits(SMALL.waypoint_bits) for _ in range(SMALL.patches)]
-        mutations = [(0, 0, 1), (1, 1, 0), (2, 2, 3), (3, 3, 0)]
-        carried = rng.choices(range(SMALL.population), k=len(dut.carried))
-        paths = await breed(ctx, dut, paths, carried, mutations, patches)
-        for child in range(SMALL.children):
-            paths[KEPT + child] = random_path(SMALL, rng)
-            await load(ctx, dut, KEPT + child, paths[KEPT + child])
-            assert await read(ctx, dut, 0, SMALL.population) == paths
-
-    bench_of(bench)
+@as_test(bench_of)
+async def test_loading_a_path_discards_its_mutation(ctx, dut):
+    rng = random.Random(7)
+    paths = await loaded(ctx, dut, rng, 4)
+    patches = [rng.getrandbits(SMALL.waypoint_bits) for _ in range(SMALL.patches)]
+    mutations = [(0, 0, 1), (1, 1, 0), (2, 2, 3), (3, 3, 0)]
+    carried = rng.choices(range(SMALL.population), k=len(dut.carried))
+    paths = await breed(ctx, dut, paths, carried, mutations, patches)
+    for child in range(SMALL.children):
+        paths[KEPT + child] = random_path(SMALL, rng)
+        await load(ctx, dut, KEPT + child, paths[KEPT + child])
+        assert await read(ctx, dut, 0, SMALL.population) == paths
 
 
 @pytest.mark.parametrize("cycles", [1, 2])

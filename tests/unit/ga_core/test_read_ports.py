@@ -12,7 +12,7 @@ from pathgene.hdl.ga_core.read_ports import (
     ReadPointer,
 )
 from tests.support.gateware.chips import TINY
-from tests.support.gateware.streams import simulate
+from tests.support.gateware.streams import on, simulate
 
 
 @pytest.mark.parametrize("most", [3, 6, 16, 20])
@@ -95,72 +95,60 @@ class Registers:
 
 
 @pytest.mark.parametrize("cause", ["rewinds", "update", "taken"])
-def test_the_first_waypoints_are_read_again(cause):
-    dut = ReadPointer(**POINTER_SIZES)
-
-    async def bench(ctx):
-        rng = random.Random(1)
-        registers = Registers(ctx, dut)
+@on(lambda: ReadPointer(**POINTER_SIZES))
+async def test_the_first_waypoints_are_read_again(ctx, dut, cause):
+    rng = random.Random(1)
+    registers = Registers(ctx, dut)
+    await registers.settle()
+    for _ in range(30):
+        for _ in range(rng.randrange(MAX_WAYPOINTS)):
+            await registers.tick("passes")
+        await registers.tick(cause)
+        # Waypoints read before the length and the index have changed are useless.
+        assert not ctx.get(dut.primed)
+        if cause == "taken":
+            await registers.tick("writing")
+        await registers.tick()
         await registers.settle()
-        for _ in range(30):
-            for _ in range(rng.randrange(MAX_WAYPOINTS)):
-                await registers.tick("passes")
-            await registers.tick(cause)
-            # Waypoints read before the length and the index have changed are useless.
-            assert not ctx.get(dut.primed)
-            if cause == "taken":
-                await registers.tick("writing")
+
+
+@on(lambda: ReadPointer(**POINTER_SIZES))
+async def test_a_crossover_takes_one_position_per_cycle(ctx, dut):
+    rng = random.Random(2)
+    registers = Registers(ctx, dut)
+    for _ in range(20):
+        await registers.settle()
+        longest = rng.randint(2, MAX_WAYPOINTS)
+        await registers.tick("begin")
+        for position in range(longest):
+            await registers.tick(*["passes"] * (position < longest - 1))
+            assert registers.port == position
+        for _ in range(rng.randrange(3)):
             await registers.tick()
-            await registers.settle()
-
-    simulate(dut, bench)
-
-
-def test_a_crossover_takes_one_position_per_cycle():
-    dut = ReadPointer(**POINTER_SIZES)
-
-    async def bench(ctx):
-        rng = random.Random(2)
-        registers = Registers(ctx, dut)
-        for _ in range(20):
-            await registers.settle()
-            longest = rng.randint(2, MAX_WAYPOINTS)
-            await registers.tick("begin")
-            for position in range(longest):
-                await registers.tick(*["passes"] * (position < longest - 1))
-                assert registers.port == position
-            for _ in range(rng.randrange(3)):
-                await registers.tick()
-                assert registers.port == longest - 1
-            await registers.tick("update")
-
-    simulate(dut, bench)
+            assert registers.port == longest - 1
+        await registers.tick("update")
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 7])
-def test_peeks(count):
-    dut = ReadPointer(**POINTER_SIZES)
-
-    async def bench(ctx):
-        rng = random.Random(count)
-        registers = Registers(ctx, dut)
-        for _ in range(20):
-            await registers.settle()
-            positions = [rng.randrange(MAX_WAYPOINTS) for _ in range(count)]
-            seen = []
-            for cycle in range(count + PEEK_LATENCY - 1):
-                if cycle < count:
-                    ctx.set(dut.peek_position, positions[cycle])
-                assert ctx.get(dut.peeking) == (cycle > 0)
-                await registers.tick(*["peek"] * (cycle < count))
-                assert not ctx.get(dut.primed)
-                if cycle >= PEEK_LATENCY - 1:
-                    seen.append(registers.port)
-            assert seen == positions
-            assert not ctx.get(dut.peeking)
-            assert await registers.settle() <= 6 - PEEK_LATENCY + 1
-
-    simulate(dut, bench)
+@on(lambda: ReadPointer(**POINTER_SIZES))
+async def test_peeks(ctx, dut, count):
+    rng = random.Random(count)
+    registers = Registers(ctx, dut)
+    for _ in range(20):
+        await registers.settle()
+        positions = [rng.randrange(MAX_WAYPOINTS) for _ in range(count)]
+        seen = []
+        for cycle in range(count + PEEK_LATENCY - 1):
+            if cycle < count:
+                ctx.set(dut.peek_position, positions[cycle])
+            assert ctx.get(dut.peeking) == (cycle > 0)
+            await registers.tick(*["peek"] * (cycle < count))
+            assert not ctx.get(dut.primed)
+            if cycle >= PEEK_LATENCY - 1:
+                seen.append(registers.port)
+        assert seen == positions
+        assert not ctx.get(dut.peeking)
+        assert await registers.settle() <= 6 - PEEK_LATENCY + 1
 
 
 def test_members_for_peeks():
@@ -181,64 +169,52 @@ async def pass_new(ctx, dut, rng):
     return given
 
 
-def test_waypoints_follow_the_choice_a_cycle_later():
-    dut = ReadCrossbar(**CROSSBAR_SIZES)
-
-    async def bench(ctx):
-        rng = random.Random(1)
-        ctx.set(dut.step, 1)
-        chosen = {}
-        for _ in range(40):
-            chosen, before = [rng.randrange(POPULATION) for _ in dut.selects], chosen
-            for select, slot in zip(dut.selects, chosen, strict=True):
-                ctx.set(select, 1 << slot)
-            for cycle in range(3):
-                given = await pass_new(ctx, dut, rng)
-                slots = before if cycle == 0 else chosen
-                for port, slot in zip(dut.waypoints, slots, strict=bool(slots)):
-                    assert ctx.get(port) == given[slot]
-
-    simulate(dut, bench)
+@on(lambda: ReadCrossbar(**CROSSBAR_SIZES))
+async def test_waypoints_follow_the_choice_a_cycle_later(ctx, dut):
+    rng = random.Random(1)
+    ctx.set(dut.step, 1)
+    chosen = {}
+    for _ in range(40):
+        chosen, before = [rng.randrange(POPULATION) for _ in dut.selects], chosen
+        for select, slot in zip(dut.selects, chosen, strict=True):
+            ctx.set(select, 1 << slot)
+        for cycle in range(3):
+            given = await pass_new(ctx, dut, rng)
+            slots = before if cycle == 0 else chosen
+            for port, slot in zip(dut.waypoints, slots, strict=bool(slots)):
+                assert ctx.get(port) == given[slot]
 
 
-def test_a_port_without_a_choice_passes_0():
-    dut = ReadCrossbar(**CROSSBAR_SIZES)
-
-    async def bench(ctx):
-        rng = random.Random(2)
-        ctx.set(dut.step, 1)
-        for _ in range(5):
-            await pass_new(ctx, dut, rng)
-            assert not any(ctx.get(port) for port in dut.waypoints)
-
-    simulate(dut, bench)
+@on(lambda: ReadCrossbar(**CROSSBAR_SIZES))
+async def test_a_port_without_a_choice_passes_0(ctx, dut):
+    rng = random.Random(2)
+    ctx.set(dut.step, 1)
+    for _ in range(5):
+        await pass_new(ctx, dut, rng)
+        assert not any(ctx.get(port) for port in dut.waypoints)
 
 
 @pytest.mark.parametrize("step", [0, 1])
-def test_the_first_port_waits_for_a_step_and_all_take_writes(step):
-    dut = ReadCrossbar(**CROSSBAR_SIZES)
-
-    async def bench(ctx):
-        rng = random.Random(3)
-        ctx.set(dut.step, 1)
-        for number, select in enumerate(dut.selects):
-            ctx.set(select, 1 << number)
-        for _ in range(4):
-            await pass_new(ctx, dut, rng)
-        held = ctx.get(dut.waypoints[0])
-        ctx.set(dut.step, step)
-        for _ in range(3):
-            given = await pass_new(ctx, dut, rng)
-            assert ctx.get(dut.waypoints[0]) == (given[0] if step else held)
-            assert [ctx.get(port) for port in dut.waypoints[1:]] == given[1 : len(dut.waypoints)]
-
-        for part in dut.writing:
-            ctx.set(part, 1)
-        ctx.set(dut.written, 0x123)
+@on(lambda: ReadCrossbar(**CROSSBAR_SIZES))
+async def test_the_first_port_waits_for_a_step_and_all_take_writes(ctx, dut, step):
+    rng = random.Random(3)
+    ctx.set(dut.step, 1)
+    for number, select in enumerate(dut.selects):
+        ctx.set(select, 1 << number)
+    for _ in range(4):
         await pass_new(ctx, dut, rng)
-        assert {ctx.get(port) for port in dut.waypoints} == {0x123}
+    held = ctx.get(dut.waypoints[0])
+    ctx.set(dut.step, step)
+    for _ in range(3):
+        given = await pass_new(ctx, dut, rng)
+        assert ctx.get(dut.waypoints[0]) == (given[0] if step else held)
+        assert [ctx.get(port) for port in dut.waypoints[1:]] == given[1 : len(dut.waypoints)]
 
-    simulate(dut, bench)
+    for part in dut.writing:
+        ctx.set(part, 1)
+    ctx.set(dut.written, 0x123)
+    await pass_new(ctx, dut, rng)
+    assert {ctx.get(port) for port in dut.waypoints} == {0x123}
 
 
 @pytest.mark.parametrize(("ports", "parts"), [(1, 1), (3, 1), (4, 2), (6, 2), (20, 7)])
@@ -322,49 +298,37 @@ async def read(ctx, dut, slots, first, count, is_ready):
 
 
 @pytest.mark.parametrize("eagerness", [1, 0.6, 0.1])
-def test_paths_come_in_order(eagerness):
-    dut = PathReader(**SIZES)
-
-    async def bench(ctx):
-        rng = random.Random(1)
-        slots = Slots(ctx, dut, random_paths(rng))
-        for first, count in [(0, CONFIG.population), (3, 1), (5, 3), (0, 2), (7, 1)]:
-            paths, _ = await read(ctx, dut, slots, first, count, lambda: rng.random() < eagerness)
-            assert paths == slots.paths[first : first + count]
-            slots.paths = random_paths(rng)
-            for _ in range(rng.randrange(4)):
-                await slots.tick()
-
-    simulate(dut, bench)
+@on(lambda: PathReader(**SIZES))
+async def test_paths_come_in_order(ctx, dut, eagerness):
+    rng = random.Random(1)
+    slots = Slots(ctx, dut, random_paths(rng))
+    for first, count in [(0, CONFIG.population), (3, 1), (5, 3), (0, 2), (7, 1)]:
+        paths, _ = await read(ctx, dut, slots, first, count, lambda: rng.random() < eagerness)
+        assert paths == slots.paths[first : first + count]
+        slots.paths = random_paths(rng)
+        for _ in range(rng.randrange(4)):
+            await slots.tick()
 
 
-def test_cycles():
+@on(lambda: PathReader(**SIZES))
+async def test_cycles(ctx, dut):
     """It takes 5 cycles to the first waypoint, then one per waypoint, and 3 between two paths."""
-    dut = PathReader(**SIZES)
-
-    async def bench(ctx):
-        rng = random.Random(2)
-        slots = Slots(ctx, dut, random_paths(rng))
-        paths, cycles = await read(ctx, dut, slots, 0, CONFIG.population, lambda: True)
-        expected, now = [], 5
-        for path in paths:
-            expected += range(now, now + len(path))
-            now += len(path) + 3
-        assert cycles == expected
-
-    simulate(dut, bench)
+    rng = random.Random(2)
+    slots = Slots(ctx, dut, random_paths(rng))
+    paths, cycles = await read(ctx, dut, slots, 0, CONFIG.population, lambda: True)
+    expected, now = [], 5
+    for path in paths:
+        expected += range(now, now + len(path))
+        now += len(path) + 3
+    assert cycles == expected
 
 
-def test_no_read_is_accepted_unless_allowed():
-    dut = PathReader(**SIZES)
-
-    async def bench(ctx):
-        ctx.set(dut.reads.payload, {"slot": 0, "count": 1})
-        ctx.set(dut.reads.valid, 1)
-        for _ in range(3):
-            assert not ctx.get(dut.reads.ready)
-            await ctx.tick()
-            assert not ctx.get(dut.active)
-            assert not ctx.get(dut.rewind)
-
-    simulate(dut, bench)
+@on(lambda: PathReader(**SIZES))
+async def test_no_read_is_accepted_unless_allowed(ctx, dut):
+    ctx.set(dut.reads.payload, {"slot": 0, "count": 1})
+    ctx.set(dut.reads.valid, 1)
+    for _ in range(3):
+        assert not ctx.get(dut.reads.ready)
+        await ctx.tick()
+        assert not ctx.get(dut.active)
+        assert not ctx.get(dut.rewind)

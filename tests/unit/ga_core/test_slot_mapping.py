@@ -6,7 +6,7 @@ import pytest
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.ga_core.slot_mapping import SlotMapping
-from tests.support.gateware.streams import pulse, simulate
+from tests.support.gateware.streams import as_test, pulse, simulate
 
 
 CONFIG = Config()
@@ -70,45 +70,39 @@ def run_bench(function):
 
 
 @pytest.mark.parametrize("pause", [0, 2])
-def test_ports_have_the_slots_of_their_ranks(pause):
-    async def bench(ctx, dut):
-        for seed in range(3):
-            unit = Bench(ctx, dut, seed)
-            assert not await unit.rank(pause=pause)
-            for _ in range(LATENCY - 1 - pause):
-                assert not ctx.get(dut.mapped)
-                await ctx.tick()
-            assert ctx.get(dut.mapped)
-            unit.check()
-            await ctx.tick()
+@as_test(run_bench)
+async def test_ports_have_the_slots_of_their_ranks(ctx, dut, pause):
+    for seed in range(3):
+        unit = Bench(ctx, dut, seed)
+        assert not await unit.rank(pause=pause)
+        for _ in range(LATENCY - 1 - pause):
             assert not ctx.get(dut.mapped)
-
-    run_bench(bench)
-
-
-def test_clear_before_the_end():
-    async def bench(ctx, dut):
-        unit = Bench(ctx, dut, 5)
-        for cycles in range(LATENCY - 1):
-            await unit.rank()
-            for _ in range(cycles):
-                await ctx.tick()
-            await pulse(ctx, dut.clear)
-            for _ in range(LATENCY + 2):
-                assert not ctx.get(dut.mapped)
-                await ctx.tick()
-
-    run_bench(bench)
+            await ctx.tick()
+        assert ctx.get(dut.mapped)
+        unit.check()
+        await ctx.tick()
+        assert not ctx.get(dut.mapped)
 
 
-def test_nothing_is_accepted_unless_allowed():
-    async def bench(ctx, dut):
-        ctx.set(dut.allow, 0)
-        ctx.set(dut.ranking.valid, 1)
-        ctx.set(dut.ranking.payload, {"rank": CONFIG.population - 1, "slot": 3})
-        for _ in range(6):
-            assert not ctx.get(dut.ranking.ready)
+@as_test(run_bench)
+async def test_clear_before_the_end(ctx, dut):
+    unit = Bench(ctx, dut, 5)
+    for cycles in range(LATENCY - 1):
+        await unit.rank()
+        for _ in range(cycles):
+            await ctx.tick()
+        await pulse(ctx, dut.clear)
+        for _ in range(LATENCY + 2):
             assert not ctx.get(dut.mapped)
             await ctx.tick()
 
-    run_bench(bench)
+
+@as_test(run_bench)
+async def test_nothing_is_accepted_unless_allowed(ctx, dut):
+    ctx.set(dut.allow, 0)
+    ctx.set(dut.ranking.valid, 1)
+    ctx.set(dut.ranking.payload, {"rank": CONFIG.population - 1, "slot": 3})
+    for _ in range(6):
+        assert not ctx.get(dut.ranking.ready)
+        assert not ctx.get(dut.mapped)
+        await ctx.tick()

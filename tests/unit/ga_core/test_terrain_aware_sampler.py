@@ -10,7 +10,7 @@ from pathgene.hdl.ga_core.layouts import limits_layout, offset_layout
 from pathgene.hdl.ga_core.read_ports import PEEK_LATENCY
 from pathgene.hdl.ga_core.terrain_aware_sampler import TerrainAwareSampler
 from tests.support.gateware.chips import TINY
-from tests.support.gateware.streams import simulate
+from tests.support.gateware.streams import as_test, simulate
 
 
 SMALL = TINY.replace(
@@ -225,68 +225,61 @@ def test_random_patches(name):
     bench_of(bench, config, seed=name)
 
 
-def test_fetch_waits_until_settled():
-    async def bench(ctx, dut, unit):
-        for wait in (1, 7):
-            unit.plan()
+@as_test(bench_of)
+async def test_fetch_waits_until_settled(ctx, dut, unit):
+    for wait in (1, 7):
+        unit.plan()
+        ctx.set(dut.settled, 0)
+        ctx.set(dut.fetch, 1)
+        await unit.tick()
+        ctx.set(dut.fetch, 0)
+        for _ in range(wait):
+            assert not ctx.get(dut.peek)
+            await unit.tick()
+        ctx.set(dut.settled, 1)
+        cycles = 0
+        while not ctx.get(dut.fetched):
+            assert ctx.get(dut.peek) == (cycles < SMALL.patches)
+            await unit.tick()
             ctx.set(dut.settled, 0)
-            ctx.set(dut.fetch, 1)
+            cycles += 1
+        assert cycles == TerrainAwareSampler.latency_of(SMALL.patches) - 1
+
+
+@as_test(bench_of)
+async def test_clear_in_every_cycle_of_a_fetch(ctx, dut, unit):
+    for cycles in range(TerrainAwareSampler.latency_of(SMALL.patches)):
+        unit.plan()
+        ctx.set(dut.fetch, 1)
+        for _ in range(cycles):
             await unit.tick()
             ctx.set(dut.fetch, 0)
-            for _ in range(wait):
-                assert not ctx.get(dut.peek)
-                await unit.tick()
-            ctx.set(dut.settled, 1)
-            cycles = 0
-            while not ctx.get(dut.fetched):
-                assert ctx.get(dut.peek) == (cycles < SMALL.patches)
-                await unit.tick()
-                ctx.set(dut.settled, 0)
-                cycles += 1
-            assert cycles == TerrainAwareSampler.latency_of(SMALL.patches) - 1
-
-    bench_of(bench)
-
-
-def test_clear_in_every_cycle_of_a_fetch():
-    async def bench(ctx, dut, unit):
-        for cycles in range(TerrainAwareSampler.latency_of(SMALL.patches)):
-            unit.plan()
-            ctx.set(dut.fetch, 1)
-            for _ in range(cycles):
-                await unit.tick()
-                ctx.set(dut.fetch, 0)
-                ctx.set(dut.settled, not ctx.get(dut.peek))
-            ctx.set(dut.clear, 1)
+            ctx.set(dut.settled, not ctx.get(dut.peek))
+        ctx.set(dut.clear, 1)
+        await unit.tick()
+        ctx.set(dut.fetch, 0)
+        ctx.set(dut.clear, 0)
+        ctx.set(dut.settled, 1)
+        for _ in range(TerrainAwareSampler.latency_of(SMALL.patches) + 2):
+            assert not ctx.get(dut.fetched)
+            assert not ctx.get(dut.peek)
             await unit.tick()
-            ctx.set(dut.fetch, 0)
-            ctx.set(dut.clear, 0)
-            ctx.set(dut.settled, 1)
-            for _ in range(TerrainAwareSampler.latency_of(SMALL.patches) + 2):
-                assert not ctx.get(dut.fetched)
-                assert not ctx.get(dut.peek)
-                await unit.tick()
-            unit.peeks = 0
-            await unit.run(avoid=True)
-
-    bench_of(bench)
+        unit.peeks = 0
+        await unit.run(avoid=True)
 
 
-def test_nothing_outlives_its_generation():
+@as_test(bench_of)
+async def test_nothing_outlives_its_generation(ctx, dut, unit):
     """``run`` falls in every cycle; the next generation does not depend on the previous one."""
-
-    async def bench(ctx, dut, unit):
-        for cycles in range(1, SMALL.patches * SMALL.candidates + SMALL.lookup_latency + 6):
-            unit.plan()
-            ctx.set(dut.avoid, cycles % 2)
-            await unit.fetch()
-            ctx.set(dut.run, 1)
-            for _ in range(cycles):
-                await unit.tick()
-            ctx.set(dut.run, 0)
+    for cycles in range(1, SMALL.patches * SMALL.candidates + SMALL.lookup_latency + 6):
+        unit.plan()
+        ctx.set(dut.avoid, cycles % 2)
+        await unit.fetch()
+        ctx.set(dut.run, 1)
+        for _ in range(cycles):
             await unit.tick()
-            await unit.tick()
-            assert not ctx.get(dut.lookup_valid)
-            await unit.run(avoid=True)
-
-    bench_of(bench)
+        ctx.set(dut.run, 0)
+        await unit.tick()
+        await unit.tick()
+        assert not ctx.get(dut.lookup_valid)
+        await unit.run(avoid=True)

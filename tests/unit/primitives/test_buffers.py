@@ -8,7 +8,7 @@ from amaranth import Elaboratable
 
 from pathgene.hdl.boards.ecp5_cells import Ecp5Cells
 from pathgene.hdl.primitives.buffers import MemoryQueue, ResultQueue, SkidBuffer, StreamRegister
-from tests.support.gateware.streams import pass_through, simulate
+from tests.support.gateware.streams import on, pass_through, simulate
 
 
 WORDS = list(range(40))
@@ -24,28 +24,24 @@ def test_every_word_passes_once_and_in_order(drive_pauses, watch_pauses):
         assert [cycle for cycle, _ in passed] == WORDS
 
 
-def test_ready_is_a_register():
+@on(lambda: SkidBuffer(8))
+async def test_ready_is_a_register(ctx, dut):
     """`ready` follows the output's `ready` one cycle later, and the buffer holds one word."""
-    dut = SkidBuffer(8)
-
-    async def bench(ctx):
-        ctx.set(dut.words.valid, 1)
-        ctx.set(dut.words.payload, 1)
-        for ready in (1, 0, 1, 0):
-            ctx.set(dut.passed.ready, ready)
-            assert ctx.get(dut.words.ready)
-            assert (ctx.get(dut.passed.valid), ctx.get(dut.passed.payload)) == (1, 1)
-        await ctx.tick()
-        ctx.set(dut.words.payload, 2)
-        for ready in (1, 0, 1):
-            ctx.set(dut.passed.ready, ready)
-            assert not ctx.get(dut.words.ready)
-            assert (ctx.get(dut.passed.valid), ctx.get(dut.passed.payload)) == (1, 1)
-        await ctx.tick()
+    ctx.set(dut.words.valid, 1)
+    ctx.set(dut.words.payload, 1)
+    for ready in (1, 0, 1, 0):
+        ctx.set(dut.passed.ready, ready)
         assert ctx.get(dut.words.ready)
-        assert (ctx.get(dut.passed.valid), ctx.get(dut.passed.payload)) == (1, 2)
-
-    simulate(dut, bench)
+        assert (ctx.get(dut.passed.valid), ctx.get(dut.passed.payload)) == (1, 1)
+    await ctx.tick()
+    ctx.set(dut.words.payload, 2)
+    for ready in (1, 0, 1):
+        ctx.set(dut.passed.ready, ready)
+        assert not ctx.get(dut.words.ready)
+        assert (ctx.get(dut.passed.valid), ctx.get(dut.passed.payload)) == (1, 1)
+    await ctx.tick()
+    assert ctx.get(dut.words.ready)
+    assert (ctx.get(dut.passed.valid), ctx.get(dut.passed.payload)) == (1, 2)
 
 
 @pytest.mark.parametrize("drive_pauses", [(0,), (0, 0, 1), (3, 0, 2, 0)])
@@ -57,19 +53,15 @@ def test_every_word_passes_the_register_once_and_in_order(drive_pauses, watch_pa
         assert [cycle for cycle, _ in passed] == [cycle + 1 for cycle in WORDS]
 
 
-def test_an_offer_does_not_depend_on_its_predecessor():
-    dut = StreamRegister(8)
-
-    async def bench(ctx):
-        ctx.set(dut.words.valid, 1)
-        ctx.set(dut.words.payload, 1)
-        assert not ctx.get(dut.passed.valid)
-        await ctx.tick()
-        ctx.set(dut.words.valid, 0)
-        ctx.set(dut.words.payload, 2)
-        assert (ctx.get(dut.passed.valid), ctx.get(dut.passed.payload)) == (1, 1)
-
-    simulate(dut, bench)
+@on(lambda: StreamRegister(8))
+async def test_an_offer_does_not_depend_on_its_predecessor(ctx, dut):
+    ctx.set(dut.words.valid, 1)
+    ctx.set(dut.words.payload, 1)
+    assert not ctx.get(dut.passed.valid)
+    await ctx.tick()
+    ctx.set(dut.words.valid, 0)
+    ctx.set(dut.words.payload, 2)
+    assert (ctx.get(dut.passed.valid), ctx.get(dut.passed.payload)) == (1, 1)
 
 
 def run(depth, puts, readies):
